@@ -1,0 +1,1 @@
+//! A workbench for safety-critical driving scenarios: reading, measuring, describing, asking, comparing.

@@ -1,0 +1,2 @@
+//! The `nearmiss` program.
+fn main() {}
