@@ -1,1 +1,5 @@
 //! A workbench for safety-critical driving scenarios: reading, measuring, describing, asking, comparing.
+
+pub mod geometry;
+pub mod scenario;
+pub mod cli;

@@ -1,2 +1,21 @@
-//! The `nearmiss` program.
-fn main() {}
+//! The `nearmiss` program: arguments to a headless command or the workbench, and the exit status.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use nearmiss::cli;
+
+fn main() -> ExitCode {
+    let arguments = cli::Arguments::parse();
+    let outcome = match &arguments.command {
+        Some(command) => cli::run(command),
+        None => Ok(()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("nearmiss: {}", failure.message);
+            ExitCode::from(failure.status)
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! `nearmiss inspect`: what is in a scenario, and what is wrong with it.
+
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use super::{Failure, Outcome, output};
+use crate::geometry::{Point, Shape};
+use crate::scenario::{
+    Adjacent, Entry, Goal, Lanelet, Obstacle, Prediction, Quantity, Scenario, State,
+};
+
+/// Arguments of `inspect`.
+#[derive(Debug, clap::Args)]
+pub struct Inspect {
+    /// A CommonRoad file, or the name of a bundled scenario.
+    file: PathBuf,
+    /// Everything that was read, as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs `inspect`.
+pub fn run(arguments: &Inspect) -> Outcome {
+    let entry = Entry::of_argument(&arguments.file);
+    let scenario = entry.read().map_err(Failure::input)?;
+    if arguments.json {
+        output::json(&document(&scenario))?;
+    } else {
+        output::text(&summary(&entry, &scenario)?)?;
+    }
+    Ok(())
+}
+
+fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
+    let network = &scenario.network;
+    let header = &scenario.header;
+    let steps: Vec<i64> =
+        scenario.obstacles.iter().filter_map(|o| o.track().steps().last()).collect();
+    let last = steps.iter().copied().max().unwrap_or(0);
+    let ego = match entry.recorded_ego(scenario) {
+        Ok(Some(ego)) => {
+            let (first, last) = (ego.track.steps().start, ego.track.steps().end - 1);
+            format!("{}, {}, steps {first} to {last}", ego.id, ego.source)
+        }
+        Ok(None) => "no recording found; any moving obstacle can be taken as ego".to_string(),
+        Err(error) => return Err(Failure::input(error)),
+    };
+    let mut kinds = std::collections::BTreeMap::<String, usize>::new();
+    for obstacle in &scenario.obstacles {
+        *kinds.entry(format!("{} {}", obstacle.role, obstacle.kind)).or_default() += 1;
+    }
+    let kinds: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
+    let mut text = format!(
+        "{id}\n  file        {file}\n  hash        {hash}\n  format      CommonRoad {version}, {dt} s a step\n  \
+         road        {lanelets} lanelets, {signs} signs, {lights} lights, {intersections} intersections\n  \
+         obstacles   {obstacles}\n  duration    {duration:.1} s ({last} steps)\n  planning    {problems} planning problem(s)\n  ego         {ego}\n",
+        id = header.benchmark_id,
+        file = entry.display(),
+        hash = scenario.hash,
+        version = header.version,
+        dt = header.time_step_size,
+        lanelets = network.lanelets.len(),
+        signs = network.signs.len(),
+        lights = network.lights.len(),
+        intersections = network.intersections.len(),
+        obstacles = if kinds.is_empty() { "none".into() } else { kinds.join(", ") },
+        duration = last as f64 * header.time_step_size,
+        problems = scenario.planning_problems.len(),
+    );
+    if scenario.diagnostics.is_empty() {
+        text.push_str("  diagnostics none\n");
+    }
+    for d in &scenario.diagnostics {
+        let severity = format!("{:?}", d.severity).to_lowercase();
+        text.push_str(&format!("  {severity}: line {}: <{}>: {}\n", d.line, d.element, d.message));
+    }
+    Ok(output::visible(&text))
+}
+
+fn document(scenario: &Scenario) -> Value {
+    let network = &scenario.network;
+    let ids = |ids: Vec<i64>| ids.into_iter().map(|id| json!({ "id": id })).collect::<Vec<_>>();
+    json!({
+        "benchmark_id": scenario.header.benchmark_id,
+        "version": scenario.header.version,
+        "time_step_size": scenario.header.time_step_size,
+        "attributes": scenario.header.attributes,
+        "tags": scenario.tags,
+        "hash": scenario.hash.to_string(),
+        "lanelets": network.lanelets.iter().map(lanelet).collect::<Vec<_>>(),
+        "traffic_signs": ids(network.signs.iter().map(|s| s.id).collect()),
+        "traffic_lights": ids(network.lights.iter().map(|l| l.id).collect()),
+        "intersections": ids(network.intersections.iter().map(|i| i.id).collect()),
+        "obstacles": scenario.obstacles.iter().map(obstacle).collect::<Vec<_>>(),
+        "planning_problems": scenario.planning_problems.iter().map(|p| json!({
+            "id": p.id,
+            "initial": state(&p.initial),
+            "goals": p.goals.iter().map(goal).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+        "diagnostics": scenario.diagnostics,
+    })
+}
+
+fn points(points: &[Point]) -> Vec<[f64; 2]> {
+    points.iter().map(|p| [p.x, p.y]).collect()
+}
+
+fn lanelet(lanelet: &Lanelet) -> Value {
+    let adjacent = |a: Option<Adjacent>| {
+        a.map(|a| json!({ "id": a.id, "same_direction": a.same_direction }))
+    };
+    json!({
+        "id": lanelet.id,
+        "left_bound": points(&lanelet.left.points),
+        "right_bound": points(&lanelet.right.points),
+        "predecessors": lanelet.predecessors,
+        "successors": lanelet.successors,
+        "adjacent_left": adjacent(lanelet.adjacent_left),
+        "adjacent_right": adjacent(lanelet.adjacent_right),
+        "types": lanelet.types.iter().map(|t| t.name()).collect::<Vec<_>>(),
+    })
+}
+
+fn obstacle(obstacle: &Obstacle) -> Value {
+    let occupancies = match &obstacle.prediction {
+        Prediction::Occupancies(occupancies) => occupancies.len(),
+        _ => 0,
+    };
+    json!({
+        "id": obstacle.id,
+        "role": obstacle.role.name(),
+        "type": obstacle.kind.name(),
+        "shape": obstacle.footprint.as_ref().map(|f| shape(f.shape())),
+        "states": obstacle.states().map(state).collect::<Vec<_>>(),
+        "occupancies": occupancies,
+    })
+}
+
+fn shape(shape: &Shape) -> Value {
+    match shape {
+        Shape::Rectangle { length, width, center, orientation } => json!({
+            "kind": "rectangle", "length": length, "width": width,
+            "center": [center.x, center.y], "orientation": orientation,
+        }),
+        Shape::Circle { radius, center } => {
+            json!({ "kind": "circle", "radius": radius, "center": [center.x, center.y] })
+        }
+        Shape::Polygon { vertices } => json!({ "kind": "polygon", "vertices": points(vertices) }),
+        Shape::Group(members) => {
+            json!({ "kind": "group", "shapes": members.iter().map(self::shape).collect::<Vec<_>>() })
+        }
+    }
+}
+
+fn quantity(quantity: Quantity) -> Value {
+    match quantity {
+        Quantity::Exact(value) => json!(value),
+        Quantity::Interval(from, to) => json!([from, to]),
+    }
+}
+
+fn state(state: &State) -> Value {
+    let mut value = json!({ "time_step": state.time.from });
+    let mut put = |name: &str, v: Option<Value>| {
+        if let Some(v) = v {
+            value[name] = v;
+        }
+    };
+    put("x", state.point().map(|p| json!(p.x)));
+    put("y", state.point().map(|p| json!(p.y)));
+    put("orientation", state.orientation.map(quantity));
+    put("velocity", state.velocity.map(quantity));
+    put("acceleration", state.acceleration.map(quantity));
+    for (field, v) in &state.more {
+        put(field.name(), Some(quantity(*v)));
+    }
+    value
+}
+
+fn goal(goal: &Goal) -> Value {
+    json!({
+        "time_step": [goal.time.from, goal.time.to],
+        "lanelets": goal.lanelets(),
+        "velocity": goal.velocity.map(quantity),
+        "orientation": goal.orientation.map(quantity),
+    })
+}

@@ -1,0 +1,304 @@
+//! A shape prepared for exact distances and times of contact, with parry doing the geometry.
+
+use std::sync::Arc;
+
+use parry2d_f64::math;
+use parry2d_f64::query::{self, ShapeCastOptions, ShapeCastStatus};
+use parry2d_f64::shape::{SharedShape, TriMesh};
+use parry2d_f64::transformation::hertel_mehlhorn;
+
+use super::{Point, Pose, Shape, ShapeError, Vector, convert};
+
+/// A checked [`Shape`] with what is needed to measure against it. Cheap to clone.
+#[derive(Clone)]
+pub struct Footprint {
+    shape: Arc<Shape>,
+    collider: SharedShape,
+    reach: f64,
+}
+
+/// A footprint standing somewhere.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed<'a> {
+    /// What stands there.
+    pub footprint: &'a Footprint,
+    /// Where.
+    pub pose: Pose,
+}
+
+/// When two moving footprints touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Contact {
+    /// They overlap or touch already.
+    Now,
+    /// They first touch after this many seconds.
+    In(f64),
+    /// They do not touch within the horizon.
+    NotWithinHorizon,
+}
+
+impl Footprint {
+    /// Prepares `shape`.
+    ///
+    /// # Errors
+    /// See [`Shape::check`]. A polygon that cannot be cut into triangles (it crosses itself)
+    /// is replaced by its convex hull.
+    pub fn new(shape: Shape) -> Result<Self, ShapeError> {
+        shape.check()?;
+        let mut parts = Vec::new();
+        collect(&shape, &mut parts)?;
+        let collider = if parts.len() == 1 && parts[0].0 == math::Pose::identity() {
+            parts.remove(0).1
+        } else {
+            SharedShape::compound(parts)
+        };
+        let reach = match &shape {
+            Shape::Circle { radius, center } => center.coords.norm() + radius,
+            other => other
+                .outlines()
+                .iter()
+                .flatten()
+                .map(|p| p.coords.norm())
+                .fold(0.0, f64::max),
+        };
+        Ok(Self {
+            shape: Arc::new(shape),
+            collider,
+            reach,
+        })
+    }
+
+    /// The shape this was made from.
+    #[must_use]
+    pub fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// Distance of the farthest point from the object's origin, metres.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// This footprint standing at `pose`.
+    #[must_use]
+    pub fn at(&self, pose: Pose) -> Placed<'_> {
+        Placed {
+            footprint: self,
+            pose,
+        }
+    }
+}
+
+impl std::fmt::Debug for Footprint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.shape.fmt(f)
+    }
+}
+
+impl PartialEq for Footprint {
+    fn eq(&self, other: &Self) -> bool {
+        self.shape == other.shape
+    }
+}
+
+impl Placed<'_> {
+    /// Exact distance between the two regions, metres; 0 when they touch or overlap.
+    #[must_use]
+    pub fn distance(&self, other: &Placed<'_>) -> f64 {
+        // Both regions are convex or compounds of convex parts, which parry measures all.
+        query::distance(
+            &convert::pose(&self.pose),
+            &*self.footprint.collider,
+            &convert::pose(&other.pose),
+            &*other.footprint.collider,
+        )
+        .map_or(f64::MAX, |d| d.distance)
+    }
+
+    /// When the two first touch if both keep their velocities (m/s) and headings.
+    ///
+    /// Exact for convex parts: the shape is swept, not sampled in time.
+    #[must_use]
+    pub fn contact(
+        &self,
+        velocity: &Vector,
+        other: &Placed<'_>,
+        other_velocity: &Vector,
+        horizon: f64,
+    ) -> Contact {
+        let between = other.pose.position - self.pose.position;
+        let closing = velocity - other_velocity;
+        // Discs around both that cannot meet in time spare the exact sweep.
+        let gap = between.norm() - self.footprint.reach - other.footprint.reach;
+        if gap > closing.norm() * horizon {
+            return Contact::NotWithinHorizon;
+        }
+        let hit = query::cast_shapes(
+            &convert::pose(&self.pose),
+            convert::vector(velocity),
+            &*self.footprint.collider,
+            &convert::pose(&other.pose),
+            convert::vector(other_velocity),
+            &*other.footprint.collider,
+            ShapeCastOptions::with_max_time_of_impact(horizon),
+        );
+        match hit {
+            Ok(Some(hit)) if hit.status == ShapeCastStatus::PenetratingOrWithinTargetDist => {
+                Contact::Now
+            }
+            Ok(Some(hit)) => Contact::In(hit.time_of_impact),
+            Ok(None) | Err(_) => Contact::NotWithinHorizon,
+        }
+    }
+
+    /// Outlines in the world, one ring (not closed) a part.
+    #[must_use]
+    pub fn outlines(&self) -> Vec<Vec<Point>> {
+        let mut rings = self.footprint.shape.outlines();
+        for p in rings.iter_mut().flatten() {
+            *p = self.pose.to_world(p);
+        }
+        rings
+    }
+
+    /// The stretch that the region covers along `axis` (a unit vector), measured from `origin`, metres.
+    #[must_use]
+    pub fn extent(&self, origin: &Point, axis: &Vector) -> (f64, f64) {
+        stretch(&self.footprint.shape, &self.pose, origin, axis)
+    }
+}
+
+fn stretch(shape: &Shape, pose: &Pose, origin: &Point, axis: &Vector) -> (f64, f64) {
+    let along = |p: &Point| (pose.to_world(p) - origin).dot(axis);
+    let join = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+    match shape {
+        Shape::Circle { radius, center } => {
+            let middle = along(center);
+            (middle - radius, middle + radius)
+        }
+        Shape::Group(members) => members
+            .iter()
+            .map(|m| stretch(m, pose, origin, axis))
+            .reduce(join)
+            .unwrap_or((0.0, 0.0)),
+        other => other
+            .outlines()
+            .iter()
+            .flatten()
+            .map(|p| (along(p), along(p)))
+            .reduce(join)
+            .unwrap_or((0.0, 0.0)),
+    }
+}
+
+fn collect(shape: &Shape, parts: &mut Vec<(math::Pose, SharedShape)>) -> Result<(), ShapeError> {
+    match shape {
+        Shape::Rectangle {
+            length,
+            width,
+            center,
+            orientation,
+        } => {
+            let frame = math::Pose::new(convert::point(center), *orientation);
+            parts.push((frame, SharedShape::cuboid(length / 2.0, width / 2.0)));
+        }
+        Shape::Circle { radius, center } => {
+            let frame = math::Pose::from_translation(convert::point(center));
+            parts.push((frame, SharedShape::ball(*radius)));
+        }
+        Shape::Polygon { vertices } => {
+            let corners: Vec<_> = vertices.iter().map(convert::point).collect();
+            let pieces = TriMesh::from_polygon(corners.clone()).map_or_else(
+                || vec![corners.clone()],
+                |mesh| hertel_mehlhorn(mesh.vertices(), mesh.indices()),
+            );
+            for piece in pieces {
+                let part = SharedShape::convex_hull(&piece).ok_or(ShapeError::TooFewCorners {
+                    count: vertices.len(),
+                })?;
+                parts.push((math::Pose::identity(), part));
+            }
+        }
+        Shape::Group(members) => {
+            for member in members {
+                collect(member, parts)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn car() -> Footprint {
+        Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap()
+    }
+
+    #[test]
+    fn boxes_are_measured_edge_to_edge() {
+        let car = car();
+        let here = car.at(Pose::new(0.0, 0.0, 0.0));
+        assert!((here.distance(&car.at(Pose::new(10.0, 0.0, 0.0))) - 6.0).abs() < 1e-9);
+        let turned = car.at(Pose::new(10.0, 0.0, std::f64::consts::FRAC_PI_2));
+        assert!((here.distance(&turned) - 7.0).abs() < 1e-9);
+        assert_eq!(here.distance(&car.at(Pose::new(3.0, 1.0, 0.4))), 0.0);
+        // Corner to corner: 3 across and 4 along.
+        let diagonal = car.at(Pose::new(8.0, 5.0, 0.0));
+        assert!((here.distance(&diagonal) - 5.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn contact_is_swept_and_exact() {
+        let car = car();
+        let here = car.at(Pose::new(0.0, 0.0, 0.0));
+        let there = car.at(Pose::new(14.0, 0.0, 0.0));
+        let still = Vector::zeros();
+        match here.contact(&Vector::new(5.0, 0.0), &there, &still, 10.0) {
+            Contact::In(t) => assert!((t - 2.0).abs() < 1e-6, "{t}"),
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(
+            here.contact(&Vector::new(-5.0, 0.0), &there, &still, 10.0),
+            Contact::NotWithinHorizon
+        );
+        let over = car.at(Pose::new(1.0, 0.0, 0.0));
+        assert_eq!(
+            here.contact(&Vector::new(1.0, 0.0), &over, &still, 1.0),
+            Contact::Now
+        );
+    }
+
+    #[test]
+    fn a_concave_polygon_keeps_its_notch() {
+        let corners = [(0., 0.), (4., 0.), (4., 4.), (2., 1.), (0., 4.)];
+        let vertices = corners.map(|(x, y)| Point::new(x, y)).to_vec();
+        let notch = Footprint::new(Shape::Polygon { vertices }).unwrap();
+        let dot = Footprint::new(Shape::Circle {
+            radius: 0.1,
+            center: Point::origin(),
+        })
+        .unwrap();
+        let at = notch.at(Pose::new(0.0, 0.0, 0.0));
+        assert!(at.distance(&dot.at(Pose::new(2.0, 3.0, 0.0))) > 0.5);
+        assert_eq!(at.distance(&dot.at(Pose::new(2.0, 0.5, 0.0))), 0.0);
+    }
+
+    #[test]
+    fn extents_follow_the_axis() {
+        let car = car();
+        let placed = car.at(Pose::new(5.0, 1.0, std::f64::consts::FRAC_PI_2));
+        let (from, to) = placed.extent(&Point::origin(), &Vector::new(1.0, 0.0));
+        assert!((from - 4.0).abs() < 1e-9 && (to - 6.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        assert!(Footprint::new(Shape::rectangle(0.0, 1.0)).is_err());
+        assert!(Footprint::new(Shape::rectangle(f64::NAN, 1.0)).is_err());
+        assert!(Footprint::new(Shape::Group(vec![])).is_err());
+    }
+}

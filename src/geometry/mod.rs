@@ -1,0 +1,24 @@
+//! Plane geometry: poses, footprints with exact distances, polylines and polygons.
+//!
+//! Lengths are metres, angles radians (counter-clockwise, 0 along +x), times seconds.
+//! This is the only module that knows parry's own vector types.
+
+mod angle;
+mod convert;
+mod footprint;
+mod polygon;
+mod polyline;
+mod pose;
+mod shape;
+
+pub use angle::{angle_between, normalize_angle};
+pub use footprint::{Contact, Footprint, Placed};
+pub use polygon::{Bounds, contains};
+pub use polyline::{Polyline, Projection};
+pub use pose::Pose;
+pub use shape::{Shape, ShapeError};
+
+/// A point in the plane, metres.
+pub type Point = nalgebra::Point2<f64>;
+/// A displacement (m), velocity (m/s) or acceleration (m/s²) in the plane.
+pub type Vector = nalgebra::Vector2<f64>;

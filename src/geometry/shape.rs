@@ -1,0 +1,143 @@
+//! Shapes as scenarios describe them: rectangles, circles, polygons, groups.
+
+use super::{Point, Pose};
+
+/// A region fixed to an object, in the object's own frame (x forward, y left, metres).
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// A box; `length` along its own x, `width` along its own y.
+    Rectangle {
+        /// Metres, positive.
+        length: f64,
+        /// Metres, positive.
+        width: f64,
+        /// Centre in the object's frame.
+        center: Point,
+        /// Turn against the object's frame, radians.
+        orientation: f64,
+    },
+    /// A disc.
+    Circle {
+        /// Metres, positive.
+        radius: f64,
+        /// Centre in the object's frame.
+        center: Point,
+    },
+    /// A simple polygon, at least three vertices, not closed.
+    Polygon {
+        /// The corners in order.
+        vertices: Vec<Point>,
+    },
+    /// The union of several shapes.
+    Group(Vec<Shape>),
+}
+
+/// Why numbers do not make a shape.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ShapeError {
+    /// A length, width or radius is not a positive finite number.
+    #[error("{what} is {value}, a positive number of metres is needed")]
+    NotPositive {
+        /// Which dimension.
+        what: &'static str,
+        /// What it was.
+        value: f64,
+    },
+    /// A polygon has fewer than three different corners.
+    #[error("a polygon of {count} corners encloses nothing, at least 3 are needed")]
+    TooFewCorners {
+        /// How many there are.
+        count: usize,
+    },
+    /// A group has no members.
+    #[error("a shape group without shapes")]
+    EmptyGroup,
+}
+
+/// Corners of the polygon that stands for a circle where an outline is drawn.
+const CIRCLE_CORNERS: usize = 16;
+
+impl Shape {
+    /// A box centred on the object, in line with it.
+    #[must_use]
+    pub fn rectangle(length: f64, width: f64) -> Self {
+        Self::Rectangle {
+            length,
+            width,
+            center: Point::origin(),
+            orientation: 0.0,
+        }
+    }
+
+    /// Checks that the shape encloses an area.
+    ///
+    /// # Errors
+    /// A dimension that is not positive and finite, or a polygon of fewer than three corners.
+    pub fn check(&self) -> Result<(), ShapeError> {
+        let positive = |what, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                Ok(())
+            } else {
+                Err(ShapeError::NotPositive { what, value })
+            }
+        };
+        match self {
+            Self::Rectangle { length, width, .. } => {
+                positive("length", *length)?;
+                positive("width", *width)
+            }
+            Self::Circle { radius, .. } => positive("radius", *radius),
+            Self::Polygon { vertices } if vertices.len() < 3 => Err(ShapeError::TooFewCorners {
+                count: vertices.len(),
+            }),
+            Self::Polygon { .. } => Ok(()),
+            Self::Group(members) if members.is_empty() => Err(ShapeError::EmptyGroup),
+            Self::Group(members) => members.iter().try_for_each(Self::check),
+        }
+    }
+
+    /// Outlines in the object's frame, one closed ring (first corner not repeated) a part.
+    #[must_use]
+    pub fn outlines(&self) -> Vec<Vec<Point>> {
+        match self {
+            Self::Rectangle {
+                length,
+                width,
+                center,
+                orientation,
+            } => {
+                let frame = Pose {
+                    position: *center,
+                    heading: *orientation,
+                };
+                let (l, w) = (length / 2.0, width / 2.0);
+                let ring = [(l, w), (-l, w), (-l, -w), (l, -w)];
+                vec![
+                    ring.iter()
+                        .map(|&(x, y)| frame.to_world(&Point::new(x, y)))
+                        .collect(),
+                ]
+            }
+            Self::Circle { radius, center } => {
+                let corner = |i: usize| {
+                    let (sin, cos) =
+                        (std::f64::consts::TAU * i as f64 / CIRCLE_CORNERS as f64).sin_cos();
+                    Point::new(center.x + radius * cos, center.y + radius * sin)
+                };
+                vec![(0..CIRCLE_CORNERS).map(corner).collect()]
+            }
+            Self::Polygon { vertices } => vec![vertices.clone()],
+            Self::Group(members) => members.iter().flat_map(Self::outlines).collect(),
+        }
+    }
+
+    /// Length and width of the smallest box in line with the object that holds the shape, metres.
+    #[must_use]
+    pub fn size(&self) -> (f64, f64) {
+        if let Self::Circle { radius, .. } = self {
+            return (2.0 * radius, 2.0 * radius);
+        }
+        let bounds = super::Bounds::of(self.outlines().iter().flatten());
+        bounds.map_or((0.0, 0.0), |b| (b.max.x - b.min.x, b.max.y - b.min.y))
+    }
+}

@@ -1,0 +1,35 @@
+//! CommonRoad files: XML in and out, with line numbers for everything that is wrong.
+
+mod elements;
+mod obstacles;
+mod planning;
+mod reader;
+mod road;
+mod states;
+mod writer;
+mod xml;
+
+use std::path::Path;
+
+pub use writer::{WriteError, write};
+pub use xml::ReadError;
+
+use super::Scenario;
+
+/// Reads a CommonRoad XML scenario from `bytes`; `file` names it in errors.
+///
+/// # Errors
+/// What is not a scenario: with line, column, element and what was expected there.
+pub fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
+    reader::scenario(bytes, file)
+}
+
+/// Reads a CommonRoad XML scenario from a file.
+///
+/// # Errors
+/// The file cannot be read, or see [`read`].
+pub fn read_file(path: &Path) -> Result<Scenario, ReadError> {
+    let file = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| ReadError::io(&file, &e))?;
+    read(&bytes, &file)
+}

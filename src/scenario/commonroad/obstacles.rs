@@ -1,0 +1,87 @@
+//! Obstacles: static, dynamic, phantom and environment.
+
+use super::elements::{footprint, shape, word};
+use super::states::{state, steps};
+use super::xml::{Element, ReadError, Xml};
+use crate::geometry::Footprint;
+use crate::scenario::{
+    Obstacle, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity, State,
+};
+
+/// An obstacle; `role` is what its element's name says, `None` for the 2018b element with a `<role>`.
+pub(super) fn obstacle<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+    mut role: Option<ObstacleRole>,
+    dt: f64,
+) -> Result<Obstacle, ReadError> {
+    let id = xml.id_attribute(element, "id")?;
+    let mut kind = ObstacleType::Unknown;
+    let mut body: Option<Footprint> = None;
+    let mut initial: Option<State> = None;
+    let mut prediction = Prediction::None;
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "role" => role = Some(word(xml, child, ObstacleRole::parse, ObstacleRole::Dynamic)?),
+            "type" => kind = word(xml, child, ObstacleType::parse, ObstacleType::Unknown)?,
+            "shape" => body = footprint(xml, child)?,
+            "initialState" => initial = Some(state(xml, child, true)?),
+            "trajectory" => prediction = Prediction::Trajectory(trajectory(xml)?),
+            "occupancySet" => prediction = Prediction::Occupancies(occupancies(xml)?),
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    let role = role.unwrap_or_else(|| {
+        xml.note(Severity::Warning, element, "no role; taken as dynamic".into());
+        ObstacleRole::Dynamic
+    });
+    let bodily = matches!(role, ObstacleRole::Static | ObstacleRole::Dynamic);
+    if bodily && body.is_none() {
+        xml.note(Severity::Warning, element, "no shape; it is not measured".into());
+    }
+    if bodily && initial.is_none() {
+        xml.note(Severity::Warning, element, "no initial state".into());
+    }
+    Ok(Obstacle::new(id, role, kind, body, initial, prediction, dt))
+}
+
+fn trajectory(xml: &mut Xml<'_>) -> Result<Vec<State>, ReadError> {
+    let mut states = Vec::new();
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "state" => states.push(state(xml, child, false)?),
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    Ok(states)
+}
+
+fn occupancies(xml: &mut Xml<'_>) -> Result<Vec<Occupancy>, ReadError> {
+    let mut found = Vec::new();
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "occupancy" => found.extend(occupancy(xml, child)?),
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    Ok(found)
+}
+
+fn occupancy<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+) -> Result<Option<Occupancy>, ReadError> {
+    let (mut time, mut region) = (None, None);
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "time" => time = Some(steps(xml, child)?),
+            "shape" | "absoluteShape" => region = shape(xml, child)?,
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    let both = time.zip(region);
+    if both.is_none() {
+        xml.note(Severity::Warning, element, "without time or shape; left out".into());
+    }
+    Ok(both.map(|(time, region)| Occupancy { time, region }))
+}

@@ -1,0 +1,49 @@
+//! Planning problems.
+
+use super::states::{position, quantity, state, steps};
+use super::xml::{Element, ReadError, Xml};
+use crate::scenario::{Goal, PlanningProblem, Severity, State, Steps};
+
+pub(super) fn problem<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+) -> Result<PlanningProblem, ReadError> {
+    let id = xml.id_attribute(element, "id")?;
+    let (mut initial, mut goals) = (None, Vec::new());
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "initialState" => initial = Some(state(xml, child, true)?),
+            "goalState" => goals.push(goal(xml, child)?),
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    if goals.is_empty() {
+        xml.note(Severity::Warning, element, "no goal".into());
+    }
+    let initial = initial.unwrap_or_else(|| {
+        xml.note(Severity::Warning, element, "no initial state".into());
+        State::at(Steps::exact(0))
+    });
+    Ok(PlanningProblem { id, initial, goals })
+}
+
+fn goal<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Goal, ReadError> {
+    let mut time = None;
+    let mut goal = Goal {
+        time: Steps::exact(0),
+        positions: Vec::new(),
+        orientation: None,
+        velocity: None,
+    };
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "time" => time = Some(steps(xml, child)?),
+            "position" => goal.positions.extend(position(xml, child)?),
+            "orientation" => goal.orientation = quantity(xml, child)?,
+            "velocity" => goal.velocity = quantity(xml, child)?,
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    goal.time = time.ok_or_else(|| xml.fail_in(element, "a goal state needs <time>".into()))?;
+    Ok(goal)
+}

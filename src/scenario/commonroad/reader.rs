@@ -1,0 +1,151 @@
+//! The root of a scenario file: its attributes, and what is in it in any order.
+
+use std::collections::{BTreeMap, HashSet};
+
+use super::xml::{Element, ReadError, Xml, short};
+use super::{obstacles, planning, road};
+use crate::scenario::{
+    ContentHash, Header, LaneletNetwork, Location, ObstacleRole, Scenario, Severity,
+};
+
+pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
+    let mut xml = Xml::new(bytes, file)?;
+    let Some(root) = xml.next()? else {
+        let message = "there is no XML element in it; a scenario begins with <commonRoad …>";
+        return Err(xml.fail(0, message.into()));
+    };
+    if root.name != "commonRoad" {
+        let message = format!(
+            "the root is <{}>, a scenario begins with <commonRoad …>",
+            short(root.name)
+        );
+        return Err(xml.fail(root.at, message));
+    }
+    let header = header(&mut xml, root)?;
+    let dt = header.time_step_size;
+    let (mut location, mut tags) = (None, Vec::new());
+    let (mut lanelets, mut signs, mut lights) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut intersections, mut all, mut problems) = (Vec::new(), Vec::new(), Vec::new());
+    let mut ids = HashSet::new();
+    while let Some(child) = xml.next()? {
+        let id = match child.name {
+            "lanelet" => {
+                lanelets.push(road::lanelet(&mut xml, child)?);
+                lanelets.last().map(|l| l.id)
+            }
+            "trafficSign" => {
+                signs.push(road::sign(&mut xml, child)?);
+                signs.last().map(|s| s.id)
+            }
+            "trafficLight" => {
+                lights.push(road::light(&mut xml, child)?);
+                lights.last().map(|l| l.id)
+            }
+            "intersection" => {
+                intersections.push(road::intersection(&mut xml, child)?);
+                intersections.last().map(|i| i.id)
+            }
+            name if role_of(name).is_some() => {
+                let role = role_of(name).flatten();
+                all.push(obstacles::obstacle(&mut xml, child, role, dt)?);
+                all.last().map(|o| o.id)
+            }
+            "planningProblem" => {
+                problems.push(planning::problem(&mut xml, child)?);
+                problems.last().map(|p| p.id)
+            }
+            "location" => {
+                location = Some(read_location(&mut xml)?);
+                None
+            }
+            "scenarioTags" => {
+                while let Some(tag) = xml.next()? {
+                    tags.push(tag.name.to_string());
+                    xml.skip()?;
+                }
+                None
+            }
+            _ => {
+                xml.skip_unknown(child)?;
+                None
+            }
+        };
+        if let Some(id) = id.filter(|id| !ids.insert(*id)) {
+            let message = format!("id {id} is used twice; the first one is meant where it is referred to");
+            xml.note(Severity::Warning, child, message);
+        }
+    }
+    Ok(Scenario {
+        header,
+        location,
+        tags,
+        network: LaneletNetwork::new(lanelets, signs, lights, intersections),
+        obstacles: all,
+        planning_problems: problems,
+        diagnostics: xml.into_diagnostics(),
+        hash: ContentHash::of(bytes),
+    })
+}
+
+/// The role that an obstacle element's name says; nothing for other elements.
+fn role_of(name: &str) -> Option<Option<ObstacleRole>> {
+    Some(match name {
+        "staticObstacle" => Some(ObstacleRole::Static),
+        "dynamicObstacle" => Some(ObstacleRole::Dynamic),
+        "phantomObstacle" => Some(ObstacleRole::Phantom),
+        "environmentObstacle" => Some(ObstacleRole::Environment),
+        "obstacle" => None,
+        _ => return None,
+    })
+}
+
+fn header<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<Header, ReadError> {
+    let mut attributes: BTreeMap<String, String> =
+        xml.attributes(root).map(|(key, value)| (key.to_string(), value.into_owned())).collect();
+    let mut take = |name: &str| attributes.remove(name);
+    let (id, version) = (take("benchmarkID"), take("commonRoadVersion"));
+    let step = take("timeStepSize");
+    let Some(step) = step else {
+        return Err(xml.fail(root.at, "<commonRoad> has no timeStepSize".into()));
+    };
+    let time_step_size = match step.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => value,
+        _ => {
+            let message =
+                format!("timeStepSize=\"{}\" is not a positive number of seconds", short(&step));
+            return Err(xml.fail(root.at, message));
+        }
+    };
+    let version = version.unwrap_or_default();
+    if !matches!(version.as_str(), "2020a" | "2018b") {
+        let message = format!("version `{}` is not 2020a or 2018b; read as 2020a", short(&version));
+        xml.note(Severity::Warning, root, message);
+    }
+    if id.is_none() {
+        xml.note(Severity::Warning, root, "no benchmarkID".into());
+    }
+    Ok(Header {
+        benchmark_id: id.unwrap_or_default(),
+        version,
+        time_step_size,
+        attributes,
+    })
+}
+
+fn read_location(xml: &mut Xml<'_>) -> Result<Location, ReadError> {
+    let mut location = Location::default();
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "geoNameId" => location.geo_name_id = Some(xml.whole(child)?),
+            "gpsLatitude" => location.latitude = Some(xml.number(child)?),
+            "gpsLongitude" => location.longitude = Some(xml.number(child)?),
+            // Not needed by anything yet that looks at a scenario.
+            "geoTransformation" | "environment" => {
+                xml.skip()?;
+                xml.note(Severity::Note, child, format!("<{}> is not kept", child.name));
+            }
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    Ok(location)
+}

@@ -1,0 +1,276 @@
+//! The road: lanelets, signs, lights and intersections.
+
+use super::elements::{point, push_reference, truth, word};
+use super::xml::{Element, ReadError, Xml};
+use crate::geometry::Point;
+use crate::scenario::{
+    Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletType, LightPhase, LineMarking,
+    RoadUser, Severity, Sign, SignElement, SignalColor, StopLine, TrafficDirection, TrafficLight,
+};
+
+pub(super) fn lanelet<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Lanelet, ReadError> {
+    let empty = || Bound {
+        points: Vec::new(),
+        heights: Vec::new(),
+        marking: LineMarking::Unknown,
+    };
+    let mut lanelet = Lanelet {
+        id: xml.id_attribute(element, "id")?,
+        left: empty(),
+        right: empty(),
+        predecessors: Vec::new(),
+        successors: Vec::new(),
+        adjacent_left: None,
+        adjacent_right: None,
+        stop_line: None,
+        types: Vec::new(),
+        users_one_way: Vec::new(),
+        users_bidirectional: Vec::new(),
+        signs: Vec::new(),
+        lights: Vec::new(),
+    };
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "leftBound" => lanelet.left = bound(xml)?,
+            "rightBound" => lanelet.right = bound(xml)?,
+            "predecessor" => push_reference(xml, child, &mut lanelet.predecessors)?,
+            "successor" => push_reference(xml, child, &mut lanelet.successors)?,
+            "adjacentLeft" => lanelet.adjacent_left = Some(adjacent(xml, child)?),
+            "adjacentRight" => lanelet.adjacent_right = Some(adjacent(xml, child)?),
+            "stopLine" => lanelet.stop_line = Some(stop_line(xml)?),
+            "laneletType" => {
+                lanelet.types.push(word(xml, child, LaneletType::parse, LaneletType::Unknown)?);
+            }
+            "userOneWay" => {
+                lanelet.users_one_way.push(word(xml, child, RoadUser::parse, RoadUser::Vehicle)?);
+            }
+            "userBidirectional" => {
+                let user = word(xml, child, RoadUser::parse, RoadUser::Vehicle)?;
+                lanelet.users_bidirectional.push(user);
+            }
+            "trafficSignRef" => push_reference(xml, child, &mut lanelet.signs)?,
+            "trafficLightRef" => push_reference(xml, child, &mut lanelet.lights)?,
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    for (side, bound) in [("left", &lanelet.left), ("right", &lanelet.right)] {
+        if bound.points.len() < 2 {
+            let message = format!(
+                "the {side} bound has {} points, at least 2 are needed",
+                bound.points.len()
+            );
+            return Err(xml.fail_in(element, message));
+        }
+    }
+    Ok(lanelet)
+}
+
+fn bound(xml: &mut Xml<'_>) -> Result<Bound, ReadError> {
+    let (mut points, mut heights) = (Vec::new(), Vec::new());
+    let mut marking = LineMarking::Unknown;
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "point" => {
+                let (at, height) = point(xml, child)?;
+                points.push(at);
+                heights.extend(height);
+            }
+            "lineMarking" => marking = word(xml, child, LineMarking::parse, LineMarking::Unknown)?,
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    if heights.len() != points.len() {
+        heights.clear();
+    }
+    Ok(Bound {
+        points,
+        heights,
+        marking,
+    })
+}
+
+fn adjacent<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Adjacent, ReadError> {
+    let id = xml.id_attribute(element, "ref")?;
+    let direction = xml.attribute(element, "drivingDir");
+    let same_direction = match direction.as_deref() {
+        Some("same") => true,
+        Some("opposite") => false,
+        _ => {
+            let message = "drivingDir is neither same nor opposite; taken as same".into();
+            xml.note(Severity::Warning, element, message);
+            true
+        }
+    };
+    xml.skip()?;
+    Ok(Adjacent { id, same_direction })
+}
+
+fn stop_line(xml: &mut Xml<'_>) -> Result<StopLine, ReadError> {
+    let mut points: Vec<Point> = Vec::new();
+    let mut line = StopLine {
+        points: None,
+        marking: LineMarking::Unknown,
+        signs: Vec::new(),
+        lights: Vec::new(),
+    };
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "point" => points.push(point(xml, child)?.0),
+            "lineMarking" => {
+                line.marking = word(xml, child, LineMarking::parse, LineMarking::Unknown)?;
+            }
+            "trafficSignRef" => push_reference(xml, child, &mut line.signs)?,
+            "trafficLightRef" => push_reference(xml, child, &mut line.lights)?,
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    line.points = match points.as_slice() {
+        [from, to, ..] => Some((*from, *to)),
+        _ => None,
+    };
+    Ok(line)
+}
+
+pub(super) fn sign<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Sign, ReadError> {
+    let mut sign = Sign {
+        id: xml.id_attribute(element, "id")?,
+        elements: Vec::new(),
+        position: None,
+        is_virtual: xml.attribute(element, "virtual").is_some_and(|v| v == "true"),
+    };
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "trafficSignElement" => {
+                let (mut id, mut values) = (String::new(), Vec::new());
+                while let Some(part) = xml.next()? {
+                    match part.name {
+                        "trafficSignID" => id = xml.text()?.into_owned(),
+                        "additionalValue" => values.push(xml.text()?.into_owned()),
+                        _ => xml.skip_unknown(part)?,
+                    }
+                }
+                sign.elements.push(SignElement { id, values });
+            }
+            "position" => sign.position = place(xml)?,
+            "virtual" => sign.is_virtual = truth(xml, child, false)?,
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    if sign.elements.is_empty() {
+        xml.note(Severity::Note, element, "a traffic sign that says nothing".into());
+    }
+    Ok(sign)
+}
+
+pub(super) fn light<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+) -> Result<TrafficLight, ReadError> {
+    let mut light = TrafficLight {
+        id: xml.id_attribute(element, "id")?,
+        cycle: Vec::new(),
+        offset: 0,
+        position: None,
+        direction: None,
+        active: true,
+    };
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "cycle" => {
+                while let Some(part) = xml.next()? {
+                    match part.name {
+                        "cycleElement" => light.cycle.push(phase(xml, part)?),
+                        "timeOffset" => light.offset = xml.whole(part)?,
+                        _ => xml.skip_unknown(part)?,
+                    }
+                }
+            }
+            "position" => light.position = place(xml)?,
+            "direction" => {
+                let all = TrafficDirection::All;
+                light.direction = Some(word(xml, child, TrafficDirection::parse, all)?);
+            }
+            "active" => light.active = truth(xml, child, true)?,
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    Ok(light)
+}
+
+fn phase<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<LightPhase, ReadError> {
+    let (mut duration, mut color) = (None, SignalColor::Inactive);
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "duration" => duration = Some(xml.whole(child)?),
+            "color" => color = word(xml, child, SignalColor::parse, SignalColor::Inactive)?,
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    let duration =
+        duration.ok_or_else(|| xml.fail_in(element, "a phase needs <duration>".into()))?;
+    Ok(LightPhase { duration, color })
+}
+
+fn place(xml: &mut Xml<'_>) -> Result<Option<Point>, ReadError> {
+    let mut found = None;
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "point" => found = Some(point(xml, child)?.0),
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    Ok(found)
+}
+
+pub(super) fn intersection<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+) -> Result<Intersection, ReadError> {
+    let mut intersection = Intersection {
+        id: xml.id_attribute(element, "id")?,
+        incomings: Vec::new(),
+        crossings: Vec::new(),
+    };
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "incoming" => intersection.incomings.push(incoming(xml, child)?),
+            "crossing" => {
+                while let Some(part) = xml.next()? {
+                    match part.name {
+                        "crossingLanelet" => {
+                            push_reference(xml, part, &mut intersection.crossings)?;
+                        }
+                        _ => xml.skip_unknown(part)?,
+                    }
+                }
+            }
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    if intersection.incomings.is_empty() {
+        xml.note(Severity::Note, element, "an intersection without roads".into());
+    }
+    Ok(intersection)
+}
+
+fn incoming<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Incoming, ReadError> {
+    let mut road = Incoming {
+        id: xml.id_attribute(element, "id")?,
+        ..Incoming::default()
+    };
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "incomingLanelet" => push_reference(xml, child, &mut road.lanelets)?,
+            "successorsRight" => push_reference(xml, child, &mut road.right)?,
+            "successorsStraight" => push_reference(xml, child, &mut road.straight)?,
+            "successorsLeft" => push_reference(xml, child, &mut road.left)?,
+            "isLeftOf" => {
+                let mut ids = Vec::new();
+                push_reference(xml, child, &mut ids)?;
+                road.is_left_of = ids.pop();
+            }
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    Ok(road)
+}

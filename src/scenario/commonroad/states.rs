@@ -1,0 +1,117 @@
+//! States: time, position and quantities, exact or as intervals.
+
+use super::elements::{one_shape, point, reference};
+use super::xml::{Element, ReadError, Xml};
+use crate::geometry::Shape;
+use crate::scenario::{Position, Quantity, Severity, State, StateField, Steps};
+
+/// Time steps beyond this are a mistake in the file.
+const LATEST: i64 = 1_000_000_000;
+
+/// A state; `initial` gives the time 0 to one that says none.
+pub(super) fn state<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+    initial: bool,
+) -> Result<State, ReadError> {
+    let mut time = None;
+    let mut state = State::at(Steps::exact(0));
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "time" => time = Some(steps(xml, child)?),
+            "position" => state.position = position(xml, child)?,
+            "orientation" => state.orientation = quantity(xml, child)?,
+            "velocity" => state.velocity = quantity(xml, child)?,
+            "acceleration" => state.acceleration = quantity(xml, child)?,
+            name => match StateField::parse(name) {
+                Some(field) => {
+                    if let Some(value) = quantity(xml, child)? {
+                        state.more.push((field, value));
+                    }
+                }
+                None => xml.skip_unknown(child)?,
+            },
+        }
+    }
+    state.time = match time {
+        Some(time) => time,
+        None if initial => {
+            xml.note(Severity::Warning, element, "no <time>; taken as step 0".into());
+            Steps::exact(0)
+        }
+        None => return Err(xml.fail_in(element, "a state needs <time>".into())),
+    };
+    Ok(state)
+}
+
+/// A time: an exact step or an interval of steps.
+pub(super) fn steps<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Steps, ReadError> {
+    let steps = match quantity(xml, element)? {
+        Some(Quantity::Exact(value)) => Steps::exact(value.round() as i64),
+        Some(Quantity::Interval(from, to)) => Steps {
+            from: from.floor() as i64,
+            to: to.ceil() as i64,
+        },
+        None => return Err(xml.fail_in(element, "no time step in it".into())),
+    };
+    if steps.from.abs() > LATEST || steps.to.abs() > LATEST {
+        return Err(xml.fail_in(element, format!("time step {} is out of all reason", steps.to)));
+    }
+    Ok(steps)
+}
+
+/// `<exact>`, or `<intervalStart>` and `<intervalEnd>`.
+pub(super) fn quantity<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+) -> Result<Option<Quantity>, ReadError> {
+    let (mut exact, mut from, mut to) = (None, None, None);
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "exact" => exact = Some(xml.number(child)?),
+            "intervalStart" => from = Some(xml.number(child)?),
+            "intervalEnd" => to = Some(xml.number(child)?),
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    match (exact, from, to) {
+        (Some(value), ..) => Ok(Some(Quantity::Exact(value))),
+        (None, Some(from), Some(to)) if from <= to => Ok(Some(Quantity::Interval(from, to))),
+        (None, Some(from), Some(to)) => {
+            Err(xml.fail_in(element, format!("the interval from {from} to {to} is empty")))
+        }
+        (None, None, None) => {
+            xml.note(Severity::Warning, element, "it is empty and was left out".into());
+            Ok(None)
+        }
+        _ => Err(xml.fail_in(element, "an interval needs both its start and its end".into())),
+    }
+}
+
+/// A position: a point, regions, or lanelets.
+pub(super) fn position<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+) -> Result<Option<Position>, ReadError> {
+    let (mut here, mut shapes, mut lanelets) = (None, Vec::new(), Vec::new());
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "point" => here = Some(point(xml, child)?.0),
+            "lanelet" => lanelets.push(reference(xml, child)?),
+            _ => match one_shape(xml, child, 0)? {
+                Some(shape) => shapes.push(shape),
+                None => xml.skip_unknown(child)?,
+            },
+        }
+    }
+    Ok(match (here, shapes.len(), lanelets.is_empty()) {
+        (Some(here), ..) => Some(Position::Point(here)),
+        (None, 1, _) => shapes.pop().map(Position::Region),
+        (None, 2.., _) => Some(Position::Region(Shape::Group(shapes))),
+        (None, 0, false) => Some(Position::Lanelets(lanelets)),
+        (None, 0, true) => {
+            xml.note(Severity::Warning, element, "an empty position was left out".into());
+            None
+        }
+    })
+}

@@ -1,0 +1,344 @@
+//! Scenarios as CommonRoad 2020a XML.
+
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
+
+use crate::geometry::{Point, Shape};
+use crate::scenario::{
+    Adjacent, Bound, Goal, Intersection, Lanelet, Obstacle, ObstacleRole, Position, Prediction,
+    Quantity, Scenario, Sign, State, StateField, Steps, TrafficLight,
+};
+
+/// Why a scenario was not written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write the scenario: {0}")]
+pub struct WriteError(#[from] std::io::Error);
+
+/// The scenario as an XML file of version 2020a, in UTF-8. The same scenario gives the same bytes.
+///
+/// # Errors
+/// None in practice: writing goes to memory.
+pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
+    let mut out = Out {
+        xml: Writer::new_with_indent(Vec::new(), b' ', 2),
+    };
+    out.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    let header = &scenario.header;
+    let mut root = vec![
+        ("commonRoadVersion", "2020a".to_string()),
+        ("benchmarkID", header.benchmark_id.clone()),
+        ("timeStepSize", number(header.time_step_size)),
+    ];
+    root.extend(header.attributes.iter().map(|(k, v)| (k.as_str(), v.clone())));
+    out.element("commonRoad", &root, |out| {
+        if let Some(location) = &scenario.location {
+            out.element("location", &[], |out| {
+                out.leaf("geoNameId", &location.geo_name_id.unwrap_or(-999).to_string())?;
+                out.leaf("gpsLatitude", &number(location.latitude.unwrap_or(999.0)))?;
+                out.leaf("gpsLongitude", &number(location.longitude.unwrap_or(999.0)))
+            })?;
+        }
+        out.element("scenarioTags", &[], |out| {
+            scenario.tags.iter().try_for_each(|tag| out.empty(tag, &[]))
+        })?;
+        let network = &scenario.network;
+        network.lanelets.iter().try_for_each(|l| lanelet(out, l))?;
+        network.signs.iter().try_for_each(|s| sign(out, s))?;
+        network.lights.iter().try_for_each(|l| light(out, l))?;
+        network.intersections.iter().try_for_each(|i| intersection(out, i))?;
+        for role in ObstacleRole::ALL {
+            let of_role = scenario.obstacles.iter().filter(|o| o.role == *role);
+            of_role.into_iter().try_for_each(|o| obstacle(out, o))?;
+        }
+        scenario.planning_problems.iter().try_for_each(|problem| {
+            out.element("planningProblem", &id(problem.id), |out| {
+                state(out, "initialState", &problem.initial)?;
+                problem.goals.iter().try_for_each(|g| goal(out, g))
+            })
+        })
+    })?;
+    let mut bytes = out.xml.into_inner();
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+type Attributes<'a> = [(&'a str, String)];
+
+struct Out {
+    xml: Writer<Vec<u8>>,
+}
+
+impl Out {
+    fn event(&mut self, event: Event<'_>) -> Result<(), WriteError> {
+        Ok(self.xml.write_event(event)?)
+    }
+
+    fn start<'a>(name: &'a str, attributes: &'a Attributes<'a>) -> BytesStart<'a> {
+        let pairs = attributes.iter().map(|(k, v)| (*k, v.as_str()));
+        BytesStart::new(name).with_attributes(pairs)
+    }
+
+    fn element(
+        &mut self,
+        name: &str,
+        attributes: &Attributes<'_>,
+        inside: impl FnOnce(&mut Self) -> Result<(), WriteError>,
+    ) -> Result<(), WriteError> {
+        self.event(Event::Start(Self::start(name, attributes)))?;
+        inside(self)?;
+        self.event(Event::End(BytesEnd::new(name)))
+    }
+
+    fn empty(&mut self, name: &str, attributes: &Attributes<'_>) -> Result<(), WriteError> {
+        self.event(Event::Empty(Self::start(name, attributes)))
+    }
+
+    fn leaf(&mut self, name: &str, text: &str) -> Result<(), WriteError> {
+        self.event(Event::Start(BytesStart::new(name)))?;
+        self.event(Event::Text(BytesText::new(text)))?;
+        self.event(Event::End(BytesEnd::new(name)))
+    }
+
+    fn references(&mut self, name: &str, ids: &[i64]) -> Result<(), WriteError> {
+        ids.iter().try_for_each(|id| self.empty(name, &[("ref", id.to_string())]))
+    }
+}
+
+/// The shortest text that reads back as the same number; plain decimals, as the schema wants them.
+fn number(value: f64) -> String {
+    let text = value.to_string();
+    if text.contains('.') { text } else { format!("{text}.0") }
+}
+
+fn id(id: i64) -> [(&'static str, String); 1] {
+    [("id", id.to_string())]
+}
+
+fn point(out: &mut Out, at: &Point, height: Option<f64>) -> Result<(), WriteError> {
+    out.element("point", &[], |out| {
+        out.leaf("x", &number(at.x))?;
+        out.leaf("y", &number(at.y))?;
+        height.map_or(Ok(()), |z| out.leaf("z", &number(z)))
+    })
+}
+
+fn lanelet(out: &mut Out, lanelet: &Lanelet) -> Result<(), WriteError> {
+    out.element("lanelet", &id(lanelet.id), |out| {
+        bound(out, "leftBound", &lanelet.left)?;
+        bound(out, "rightBound", &lanelet.right)?;
+        out.references("predecessor", &lanelet.predecessors)?;
+        out.references("successor", &lanelet.successors)?;
+        adjacent(out, "adjacentLeft", lanelet.adjacent_left)?;
+        adjacent(out, "adjacentRight", lanelet.adjacent_right)?;
+        if let Some(line) = &lanelet.stop_line {
+            out.element("stopLine", &[], |out| {
+                if let Some((from, to)) = &line.points {
+                    point(out, from, None)?;
+                    point(out, to, None)?;
+                }
+                out.leaf("lineMarking", line.marking.name())?;
+                out.references("trafficSignRef", &line.signs)?;
+                out.references("trafficLightRef", &line.lights)
+            })?;
+        }
+        lanelet.types.iter().try_for_each(|t| out.leaf("laneletType", t.name()))?;
+        lanelet.users_one_way.iter().try_for_each(|u| out.leaf("userOneWay", u.name()))?;
+        let both = &lanelet.users_bidirectional;
+        both.iter().try_for_each(|u| out.leaf("userBidirectional", u.name()))?;
+        out.references("trafficSignRef", &lanelet.signs)?;
+        out.references("trafficLightRef", &lanelet.lights)
+    })
+}
+
+fn bound(out: &mut Out, name: &str, bound: &Bound) -> Result<(), WriteError> {
+    out.element(name, &[], |out| {
+        for (i, at) in bound.points.iter().enumerate() {
+            point(out, at, bound.heights.get(i).copied())?;
+        }
+        out.leaf("lineMarking", bound.marking.name())
+    })
+}
+
+fn adjacent(out: &mut Out, name: &str, adjacent: Option<Adjacent>) -> Result<(), WriteError> {
+    let Some(adjacent) = adjacent else {
+        return Ok(());
+    };
+    let direction = if adjacent.same_direction { "same" } else { "opposite" };
+    let attributes = [("ref", adjacent.id.to_string()), ("drivingDir", direction.to_string())];
+    out.empty(name, &attributes)
+}
+
+fn sign(out: &mut Out, sign: &Sign) -> Result<(), WriteError> {
+    out.element("trafficSign", &id(sign.id), |out| {
+        for element in &sign.elements {
+            out.element("trafficSignElement", &[], |out| {
+                out.leaf("trafficSignID", &element.id)?;
+                element.values.iter().try_for_each(|v| out.leaf("additionalValue", v))
+            })?;
+        }
+        place(out, sign.position.as_ref())?;
+        out.leaf("virtual", if sign.is_virtual { "true" } else { "false" })
+    })
+}
+
+fn place(out: &mut Out, position: Option<&Point>) -> Result<(), WriteError> {
+    position.map_or(Ok(()), |at| out.element("position", &[], |out| point(out, at, None)))
+}
+
+fn light(out: &mut Out, light: &TrafficLight) -> Result<(), WriteError> {
+    out.element("trafficLight", &id(light.id), |out| {
+        out.element("cycle", &[], |out| {
+            for phase in &light.cycle {
+                out.element("cycleElement", &[], |out| {
+                    out.leaf("duration", &phase.duration.to_string())?;
+                    out.leaf("color", phase.color.name())
+                })?;
+            }
+            out.leaf("timeOffset", &light.offset.to_string())
+        })?;
+        place(out, light.position.as_ref())?;
+        if let Some(direction) = light.direction {
+            out.leaf("direction", direction.name())?;
+        }
+        out.leaf("active", if light.active { "true" } else { "false" })
+    })
+}
+
+fn intersection(out: &mut Out, intersection: &Intersection) -> Result<(), WriteError> {
+    out.element("intersection", &id(intersection.id), |out| {
+        for road in &intersection.incomings {
+            out.element("incoming", &id(road.id), |out| {
+                out.references("incomingLanelet", &road.lanelets)?;
+                out.references("successorsRight", &road.right)?;
+                out.references("successorsStraight", &road.straight)?;
+                out.references("successorsLeft", &road.left)?;
+                road.is_left_of.map_or(Ok(()), |id| out.references("isLeftOf", &[id]))
+            })?;
+        }
+        if intersection.crossings.is_empty() {
+            return Ok(());
+        }
+        out.element("crossing", &[], |out| {
+            out.references("crossingLanelet", &intersection.crossings)
+        })
+    })
+}
+
+fn obstacle(out: &mut Out, obstacle: &Obstacle) -> Result<(), WriteError> {
+    let name = format!("{}Obstacle", obstacle.role.name());
+    out.element(&name, &id(obstacle.id), |out| {
+        if obstacle.role != ObstacleRole::Phantom {
+            out.leaf("type", obstacle.kind.name())?;
+        }
+        if let Some(body) = &obstacle.footprint {
+            out.element("shape", &[], |out| shape(out, body.shape()))?;
+        }
+        if let Some(initial) = &obstacle.initial {
+            state(out, "initialState", initial)?;
+        }
+        match &obstacle.prediction {
+            Prediction::None => Ok(()),
+            Prediction::Trajectory(states) => out.element("trajectory", &[], |out| {
+                states.iter().try_for_each(|s| state(out, "state", s))
+            }),
+            Prediction::Occupancies(occupancies) => out.element("occupancySet", &[], |out| {
+                occupancies.iter().try_for_each(|occupancy| {
+                    out.element("occupancy", &[], |out| {
+                        out.element("shape", &[], |out| shape(out, &occupancy.region))?;
+                        time(out, occupancy.time)
+                    })
+                })
+            }),
+        }
+    })
+}
+
+fn shape(out: &mut Out, what: &Shape) -> Result<(), WriteError> {
+    match what {
+        Shape::Rectangle {
+            length,
+            width,
+            center,
+            orientation,
+        } => out.element("rectangle", &[], |out| {
+            out.leaf("length", &number(*length))?;
+            out.leaf("width", &number(*width))?;
+            if *orientation != 0.0 {
+                out.leaf("orientation", &number(*orientation))?;
+            }
+            centre(out, center)
+        }),
+        Shape::Circle { radius, center } => out.element("circle", &[], |out| {
+            out.leaf("radius", &number(*radius))?;
+            centre(out, center)
+        }),
+        Shape::Polygon { vertices } => out.element("polygon", &[], |out| {
+            vertices.iter().try_for_each(|v| point(out, v, None))
+        }),
+        Shape::Group(members) => members.iter().try_for_each(|m| shape(out, m)),
+    }
+}
+
+fn centre(out: &mut Out, center: &Point) -> Result<(), WriteError> {
+    if *center == Point::origin() {
+        return Ok(());
+    }
+    out.element("center", &[], |out| {
+        out.leaf("x", &number(center.x))?;
+        out.leaf("y", &number(center.y))
+    })
+}
+
+fn state(out: &mut Out, name: &str, state: &State) -> Result<(), WriteError> {
+    out.element(name, &[], |out| {
+        position(out, state.position.as_ref())?;
+        quantity(out, StateField::Orientation, state.orientation)?;
+        time(out, state.time)?;
+        quantity(out, StateField::Velocity, state.velocity)?;
+        quantity(out, StateField::Acceleration, state.acceleration)?;
+        state.more.iter().try_for_each(|(field, value)| quantity(out, *field, Some(*value)))
+    })
+}
+
+fn goal(out: &mut Out, goal: &Goal) -> Result<(), WriteError> {
+    out.element("goalState", &[], |out| {
+        time(out, goal.time)?;
+        goal.positions.iter().try_for_each(|p| position(out, Some(p)))?;
+        quantity(out, StateField::Orientation, goal.orientation)?;
+        quantity(out, StateField::Velocity, goal.velocity)
+    })
+}
+
+fn position(out: &mut Out, position: Option<&Position>) -> Result<(), WriteError> {
+    let Some(position) = position else {
+        return Ok(());
+    };
+    out.element("position", &[], |out| match position {
+        Position::Point(at) => point(out, at, None),
+        Position::Region(region) => shape(out, region),
+        Position::Lanelets(ids) => out.references("lanelet", ids),
+    })
+}
+
+fn time(out: &mut Out, steps: Steps) -> Result<(), WriteError> {
+    out.element("time", &[], |out| {
+        if steps.from == steps.to {
+            return out.leaf("exact", &steps.from.to_string());
+        }
+        out.leaf("intervalStart", &steps.from.to_string())?;
+        out.leaf("intervalEnd", &steps.to.to_string())
+    })
+}
+
+fn quantity(out: &mut Out, field: StateField, value: Option<Quantity>) -> Result<(), WriteError> {
+    match value {
+        None => Ok(()),
+        Some(Quantity::Exact(value)) => {
+            out.element(field.name(), &[], |out| out.leaf("exact", &number(value)))
+        }
+        Some(Quantity::Interval(from, to)) => out.element(field.name(), &[], |out| {
+            out.leaf("intervalStart", &number(from))?;
+            out.leaf("intervalEnd", &number(to))
+        }),
+    }
+}

@@ -1,0 +1,370 @@
+//! A pull parser with names, line numbers and one kind of error, on quick-xml's tokens.
+
+use std::borrow::Cow;
+
+use quick_xml::Reader;
+use quick_xml::events::Event;
+use quick_xml::events::attributes::Attributes;
+
+use crate::scenario::{Diagnostic, Severity};
+
+/// Why a file is not a scenario.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file}{}{}: {message}", place(*line, *column), inside(element))]
+pub struct ReadError {
+    /// Which file.
+    pub file: String,
+    /// Line from 1; 0 where the file could not be read at all.
+    pub line: usize,
+    /// Column in characters from 1.
+    pub column: usize,
+    /// The element, as a path from the root; may be empty.
+    pub element: String,
+    /// What was found and what is expected.
+    pub message: String,
+}
+
+fn place(line: usize, column: usize) -> String {
+    if line == 0 { String::new() } else { format!(":{line}:{column}") }
+}
+
+fn inside(element: &str) -> String {
+    if element.is_empty() { String::new() } else { format!(": in <{element}>") }
+}
+
+impl ReadError {
+    pub(super) fn io(file: &str, error: &std::io::Error) -> Self {
+        Self {
+            file: file.to_string(),
+            line: 0,
+            column: 0,
+            element: String::new(),
+            message: error.to_string(),
+        }
+    }
+}
+
+/// An opened element.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Element<'a> {
+    pub name: &'a str,
+    attributes: &'a str,
+    /// Byte offset of its `<`.
+    pub at: usize,
+}
+
+/// The parser; every element that is opened must be read to its end by one of its functions.
+pub(super) struct Xml<'a> {
+    reader: Reader<&'a [u8]>,
+    text: &'a str,
+    file: &'a str,
+    path: Vec<Element<'a>>,
+    diagnostics: Vec<Diagnostic>,
+    suppressed: usize,
+    counted: (usize, usize),
+}
+
+/// More diagnostics than this say nothing new.
+const MOST_DIAGNOSTICS: usize = 500;
+
+impl<'a> Xml<'a> {
+    /// # Errors
+    /// The bytes are not UTF-8.
+    pub fn new(bytes: &'a [u8], file: &'a str) -> Result<Self, ReadError> {
+        let text = std::str::from_utf8(bytes).map_err(|e| {
+            let before = &bytes[..e.valid_up_to()];
+            ReadError {
+                file: file.to_string(),
+                line: 1 + before.iter().filter(|&&b| b == b'\n').count(),
+                column: 1 + before.iter().rev().take_while(|&&b| b != b'\n').count(),
+                element: String::new(),
+                message: "bytes that are not UTF-8; CommonRoad files are UTF-8, save it as such".into(),
+            }
+        })?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut reader = Reader::from_str(text);
+        reader.config_mut().expand_empty_elements = true;
+        Ok(Self {
+            reader,
+            text,
+            file,
+            path: Vec::new(),
+            diagnostics: Vec::new(),
+            suppressed: 0,
+            counted: (0, 1),
+        })
+    }
+
+    /// The next child of the innermost open element, or nothing at its end.
+    pub fn next(&mut self) -> Result<Option<Element<'a>>, ReadError> {
+        loop {
+            let at = self.reader.buffer_position() as usize;
+            match self.reader.read_event() {
+                Ok(Event::Start(start)) => {
+                    let name_end = at + 1 + start.name().as_ref().len();
+                    let end = name_end + start.attributes_raw().len();
+                    let element = Element {
+                        name: &self.text[at + 1..name_end],
+                        attributes: &self.text[name_end..end],
+                        at,
+                    };
+                    self.path.push(element);
+                    return Ok(Some(element));
+                }
+                Ok(Event::End(_)) => {
+                    self.path.pop();
+                    return Ok(None);
+                }
+                Ok(Event::Eof) => return self.end_of_file(),
+                Ok(_) => {}
+                Err(error) => return Err(self.malformed(&error)),
+            }
+        }
+    }
+
+    fn end_of_file(&mut self) -> Result<Option<Element<'a>>, ReadError> {
+        match self.path.last().copied() {
+            None => Ok(None),
+            Some(open) => {
+                let line = self.line_of(open.at);
+                Err(self.fail(
+                    self.text.len(),
+                    format!(
+                        "the file ends here, but <{}> of line {line} is still open; the file is cut off",
+                        open.name
+                    ),
+                ))
+            }
+        }
+    }
+
+    fn malformed(&mut self, error: &quick_xml::Error) -> ReadError {
+        let at = self.reader.error_position() as usize;
+        self.fail(at, format!("not well-formed XML: {error}"))
+    }
+
+    /// The text of the innermost open element, trimmed, and its end; children in it are passed over.
+    pub fn text(&mut self) -> Result<Cow<'a, str>, ReadError> {
+        let mut whole: Cow<'a, str> = Cow::Borrowed("");
+        loop {
+            let piece: Cow<'a, str> = match self.reader.read_event() {
+                Ok(Event::Text(text)) => text.into_inner(),
+                Ok(Event::CData(text)) => text.into_inner(),
+                Ok(Event::GeneralRef(reference)) => {
+                    let resolved = reference.resolve_char_ref().ok().flatten();
+                    let predefined = || match &*reference.borrow().into_inner() {
+                        "amp" => Some('&'),
+                        "lt" => Some('<'),
+                        "gt" => Some('>'),
+                        "quot" => Some('"'),
+                        "apos" => Some('\''),
+                        _ => None,
+                    };
+                    match resolved.or_else(predefined) {
+                        Some(c) => Cow::Owned(c.to_string()),
+                        None => {
+                            let at = self.reader.buffer_position() as usize;
+                            return Err(self.fail(at, "an entity that XML does not define; entities are not expanded".into()));
+                        }
+                    }
+                }
+                Ok(Event::Start(start)) => {
+                    let name = start.name();
+                    match self.reader.read_to_end(name) {
+                        Ok(_) => continue,
+                        Err(error) => return Err(self.malformed(&error)),
+                    }
+                }
+                Ok(Event::End(_)) => {
+                    self.path.pop();
+                    let trimmed = match whole {
+                        Cow::Borrowed(text) => Cow::Borrowed(text.trim()),
+                        Cow::Owned(text) => Cow::Owned(text.trim().to_string()),
+                    };
+                    return Ok(trimmed);
+                }
+                Ok(Event::Eof) => return self.end_of_file().map(|_| Cow::Borrowed("")),
+                Ok(_) => continue,
+                Err(error) => return Err(self.malformed(&error)),
+            };
+            if whole.is_empty() {
+                whole = piece;
+            } else {
+                whole.to_mut().push_str(&piece);
+            }
+        }
+    }
+
+    /// Passes over the rest of the innermost open element.
+    pub fn skip(&mut self) -> Result<(), ReadError> {
+        let depth = self.path.len();
+        while self.path.len() >= depth {
+            self.next()?;
+        }
+        Ok(())
+    }
+
+    /// The value of an attribute, unescaped.
+    pub fn attribute(&self, element: Element<'a>, name: &str) -> Option<Cow<'a, str>> {
+        self.attributes(element).find(|(key, _)| *key == name).map(|(_, value)| value)
+    }
+
+    /// All attributes that can be read.
+    pub fn attributes(
+        &self,
+        element: Element<'a>,
+    ) -> impl Iterator<Item = (&'a str, Cow<'a, str>)> + use<'a> {
+        let found = Attributes::new(element.attributes, 0).with_checks(false).clone();
+        found.flatten().map(|a| {
+            let value = a
+                .normalized_value(quick_xml::XmlVersion::Implicit1_0)
+                .unwrap_or_else(|_| a.value.clone());
+            (a.key.0, value)
+        })
+    }
+
+    /// The value of an attribute that must be a whole number.
+    pub fn id_attribute(&mut self, element: Element<'a>, name: &str) -> Result<i64, ReadError> {
+        let Some(value) = self.attribute(element, name) else {
+            return Err(self.fail(
+                element.at,
+                format!("<{}> has no attribute `{name}`", element.name),
+            ));
+        };
+        parse_id(&value).ok_or_else(|| {
+            self.fail(element.at, format!("{name}=\"{}\" is not a whole number", short(&value)))
+        })
+    }
+
+    /// The text of the innermost open element as a finite number.
+    pub fn number(&mut self, element: Element<'a>) -> Result<f64, ReadError> {
+        let text = self.text()?;
+        match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            Ok(_) => Err(self.fail_in(element, format!("`{}` is not a finite number", short(&text)))),
+            Err(_) if text.is_empty() => {
+                Err(self.fail_in(element, "it is empty, a number is expected".into()))
+            }
+            Err(_) => Err(self.fail_in(element, format!("`{}` is not a number", short(&text)))),
+        }
+    }
+
+    /// The text of the innermost open element as a whole number; `3.0` is one.
+    pub fn whole(&mut self, element: Element<'a>) -> Result<i64, ReadError> {
+        let value = self.number(element)?;
+        if value.fract() == 0.0 && value.abs() < 1e15 {
+            Ok(value as i64)
+        } else {
+            Err(self.fail_in(element, format!("`{value}` is not a whole number")))
+        }
+    }
+
+    /// An error at a byte offset, inside the open elements.
+    pub fn fail(&mut self, at: usize, message: String) -> ReadError {
+        let before = &self.text[..self.text.floor_char_boundary(at.min(self.text.len()))];
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        ReadError {
+            file: self.file.to_string(),
+            line: self.line_of(at),
+            column: before[line_start..].chars().count() + 1,
+            element: self.element_path(None),
+            message,
+        }
+    }
+
+    /// An error about an element that was just read to its end.
+    pub fn fail_in(&mut self, element: Element<'a>, message: String) -> ReadError {
+        let path = self.element_path(Some(element));
+        let mut error = self.fail(element.at, message);
+        error.element = path;
+        error
+    }
+
+    /// Notes something assumed or skipped at `element`.
+    pub fn note(&mut self, severity: Severity, element: Element<'a>, message: String) {
+        if self.diagnostics.len() >= MOST_DIAGNOSTICS {
+            self.suppressed += 1;
+            return;
+        }
+        let line = self.line_of(element.at);
+        let element = self.element_path(Some(element));
+        self.diagnostics.push(Diagnostic {
+            severity,
+            line,
+            element,
+            message,
+        });
+    }
+
+    /// Notes that an element is not known and passes over it.
+    pub fn skip_unknown(&mut self, element: Element<'a>) -> Result<(), ReadError> {
+        self.skip()?;
+        self.note(
+            Severity::Note,
+            element,
+            format!("<{}> is not known here and was left out", short(element.name)),
+        );
+        Ok(())
+    }
+
+    /// What was noted, in the order of the file.
+    pub fn into_diagnostics(mut self) -> Vec<Diagnostic> {
+        if self.suppressed > 0 {
+            self.diagnostics.push(Diagnostic {
+                severity: Severity::Note,
+                line: 0,
+                element: String::new(),
+                message: format!("{} more like these are not listed", self.suppressed),
+            });
+        }
+        self.diagnostics
+    }
+
+    /// Path of the open elements, and `last` if it is closed already.
+    fn element_path(&self, last: Option<Element<'a>>) -> String {
+        let mut names: Vec<String> = Vec::new();
+        let open = self.path.iter().copied();
+        let closed = last.filter(|l| self.path.last().is_none_or(|p| p.at != l.at));
+        for element in open.chain(closed) {
+            let id = self.attribute(element, "id").filter(|id| id.len() <= 20);
+            names.push(match id {
+                Some(id) => format!("{}#{id}", element.name),
+                None => short(element.name),
+            });
+        }
+        if names.len() > 6 {
+            names.splice(1..names.len() - 4, ["…".to_string()]);
+        }
+        names.join("/")
+    }
+
+    /// The line of a byte offset, counted on from the last one asked for.
+    fn line_of(&mut self, at: usize) -> usize {
+        let at = at.min(self.text.len());
+        if at < self.counted.0 {
+            self.counted = (0, 1);
+        }
+        let between = &self.text.as_bytes()[self.counted.0..at];
+        let line = self.counted.1 + between.iter().filter(|&&b| b == b'\n').count();
+        self.counted = (at, line);
+        line
+    }
+}
+
+/// A whole number, also where it is written as `3.0`.
+pub(super) fn parse_id(text: &str) -> Option<i64> {
+    let text = text.trim();
+    text.parse().ok().or_else(|| {
+        let value: f64 = text.parse().ok()?;
+        (value.fract() == 0.0 && value.abs() < 1e15).then_some(value as i64)
+    })
+}
+
+/// Enough of a text to recognise it.
+pub(super) fn short(text: &str) -> String {
+    let mut cut: String = text.chars().take(40).collect();
+    if cut.len() < text.len() {
+        cut.push('…');
+    }
+    cut
+}

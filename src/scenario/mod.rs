@@ -1,0 +1,114 @@
+//! Scenarios: the road, who is on it, and what is planned, as read from files and never changed afterwards.
+
+pub mod commonroad;
+mod ego;
+mod identity;
+mod library;
+mod names;
+mod network;
+mod obstacle;
+mod planning;
+mod quantity;
+mod scene;
+mod track;
+
+use std::collections::BTreeMap;
+
+pub use ego::{EgoError, EgoSource, find_recording, read_recording};
+pub use identity::ContentHash;
+pub use library::{Entry, LibraryError, Place, bundled, find};
+pub use names::{
+    LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, SignalColor, StateField,
+    TrafficDirection,
+};
+pub use network::{
+    Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletNetwork, LightPhase, Sign,
+    SignElement, StopLine, TrafficLight,
+};
+pub use obstacle::{Obstacle, Occupancy, Prediction};
+pub use planning::{Goal, PlanningProblem};
+pub use quantity::{Position, Quantity, State, Steps};
+pub use scene::{Ego, Participant, Scene, SceneError};
+pub use track::{Derived, Motion, Sample, Track};
+
+/// One scenario: a map with traffic on it and a planning problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    /// Who made it, when, of what.
+    pub header: Header,
+    /// Where on Earth, as far as it is said.
+    pub location: Option<Location>,
+    /// The tags, as written (`urban`, `intersection`, …).
+    pub tags: Vec<String>,
+    /// The road.
+    pub network: LaneletNetwork,
+    /// Everyone on the road but the ego, in the file's order.
+    pub obstacles: Vec<Obstacle>,
+    /// What the ego shall do; usually one.
+    pub planning_problems: Vec<PlanningProblem>,
+    /// What was assumed or skipped while reading.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Hash of the bytes it was read from.
+    pub hash: ContentHash,
+}
+
+/// The attributes of a scenario file's root.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Header {
+    /// The benchmark id, e.g. `DEU_Bremen-1_10_T-1`.
+    pub benchmark_id: String,
+    /// The format's version, e.g. `2020a`.
+    pub version: String,
+    /// Seconds between two time steps.
+    pub time_step_size: f64,
+    /// Author, affiliation, source, date and what else the root says.
+    pub attributes: BTreeMap<String, String>,
+}
+
+/// Where a scenario takes place.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Location {
+    /// Id in the GeoNames database.
+    pub geo_name_id: Option<i64>,
+    /// Degrees north.
+    pub latitude: Option<f64>,
+    /// Degrees east.
+    pub longitude: Option<f64>,
+}
+
+/// Something that reading had to assume or skip.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Diagnostic {
+    /// How much it matters.
+    pub severity: Severity,
+    /// Line in the file, from 1.
+    pub line: usize,
+    /// The element, as a path.
+    pub element: String,
+    /// What was found and what was assumed.
+    pub message: String,
+}
+
+/// How much a diagnostic matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// Unusual, and without effect.
+    Note,
+    /// Something was assumed or left out.
+    Warning,
+}
+
+impl Scenario {
+    /// The obstacle with this id.
+    #[must_use]
+    pub fn obstacle(&self, id: i64) -> Option<&Obstacle> {
+        self.obstacles.iter().find(|o| o.id == id)
+    }
+
+    /// Seconds between two time steps.
+    #[must_use]
+    pub fn dt(&self) -> f64 {
+        self.header.time_step_size
+    }
+}

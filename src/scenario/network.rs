@@ -1,0 +1,228 @@
+//! The road: lanelets with their borders and neighbours, signs, lights, intersections.
+
+use std::collections::HashMap;
+
+use super::{LaneletType, LineMarking, RoadUser, SignalColor, TrafficDirection};
+use crate::geometry::{Bounds, Point, contains};
+
+/// The lanelets of a scenario and what stands beside them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LaneletNetwork {
+    /// In the file's order.
+    pub lanelets: Vec<Lanelet>,
+    /// Traffic signs.
+    pub signs: Vec<Sign>,
+    /// Traffic lights.
+    pub lights: Vec<TrafficLight>,
+    /// Intersections.
+    pub intersections: Vec<Intersection>,
+    index: HashMap<i64, usize>,
+    bounds: Vec<Bounds>,
+}
+
+/// A piece of lane between two borders, driven from the first to the last points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lanelet {
+    /// Unique in the scenario.
+    pub id: i64,
+    /// Border on the left of the driving direction.
+    pub left: Bound,
+    /// Border on the right.
+    pub right: Bound,
+    /// Lanelets that end where this one begins.
+    pub predecessors: Vec<i64>,
+    /// Lanelets that begin where this one ends.
+    pub successors: Vec<i64>,
+    /// Neighbour on the left.
+    pub adjacent_left: Option<Adjacent>,
+    /// Neighbour on the right.
+    pub adjacent_right: Option<Adjacent>,
+    /// Where to stop.
+    pub stop_line: Option<StopLine>,
+    /// What kinds of road it is part of.
+    pub types: Vec<LaneletType>,
+    /// Who may use it along its direction.
+    pub users_one_way: Vec<RoadUser>,
+    /// Who may use it in both directions.
+    pub users_bidirectional: Vec<RoadUser>,
+    /// Signs that hold on it.
+    pub signs: Vec<i64>,
+    /// Lights that hold on it.
+    pub lights: Vec<i64>,
+}
+
+/// One border of a lanelet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bound {
+    /// At least two points, in driving direction, metres.
+    pub points: Vec<Point>,
+    /// Heights of the points, metres; empty where the file has none.
+    pub heights: Vec<f64>,
+    /// What is painted there.
+    pub marking: LineMarking,
+}
+
+/// A neighbouring lanelet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Adjacent {
+    /// Its id.
+    pub id: i64,
+    /// Whether it is driven in the same direction.
+    pub same_direction: bool,
+}
+
+/// A line to stop at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StopLine {
+    /// Its ends; without them it lies at the end of the lanelet.
+    pub points: Option<(Point, Point)>,
+    /// What is painted there.
+    pub marking: LineMarking,
+    /// Signs it belongs to.
+    pub signs: Vec<i64>,
+    /// Lights it belongs to.
+    pub lights: Vec<i64>,
+}
+
+/// A traffic sign.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sign {
+    /// Unique in the scenario.
+    pub id: i64,
+    /// What it says; a post may carry several.
+    pub elements: Vec<SignElement>,
+    /// Where it stands.
+    pub position: Option<Point>,
+    /// Whether it stands only in the map, not on the road.
+    pub is_virtual: bool,
+}
+
+/// One sign on a post.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SignElement {
+    /// The country's number of the sign, e.g. `274`.
+    pub id: String,
+    /// Values on it, e.g. a speed in m/s.
+    pub values: Vec<String>,
+}
+
+/// A traffic light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrafficLight {
+    /// Unique in the scenario.
+    pub id: i64,
+    /// Its phases, repeated for ever.
+    pub cycle: Vec<LightPhase>,
+    /// Time steps before the first phase begins.
+    pub offset: i64,
+    /// Where it stands.
+    pub position: Option<Point>,
+    /// Whom it is for.
+    pub direction: Option<TrafficDirection>,
+    /// Whether it is switched on.
+    pub active: bool,
+}
+
+/// One phase of a traffic light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LightPhase {
+    /// Time steps.
+    pub duration: i64,
+    /// Colour shown.
+    pub color: SignalColor,
+}
+
+/// Where roads meet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intersection {
+    /// Unique in the scenario.
+    pub id: i64,
+    /// Roads that lead in.
+    pub incomings: Vec<Incoming>,
+    /// Lanelets of crossings.
+    pub crossings: Vec<i64>,
+}
+
+/// A road that leads into an intersection.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Incoming {
+    /// Unique in the scenario.
+    pub id: i64,
+    /// Its last lanelets.
+    pub lanelets: Vec<i64>,
+    /// Lanelets that turn right.
+    pub right: Vec<i64>,
+    /// Lanelets that go straight on.
+    pub straight: Vec<i64>,
+    /// Lanelets that turn left.
+    pub left: Vec<i64>,
+    /// The incoming to the left of which this one is.
+    pub is_left_of: Option<i64>,
+}
+
+impl Lanelet {
+    /// The region between the borders, as a ring (not closed).
+    #[must_use]
+    pub fn ring(&self) -> Vec<Point> {
+        let back = self.right.points.iter().rev();
+        self.left.points.iter().chain(back).copied().collect()
+    }
+}
+
+impl LaneletNetwork {
+    /// A network of these parts, with its index built.
+    #[must_use]
+    pub fn new(
+        lanelets: Vec<Lanelet>,
+        signs: Vec<Sign>,
+        lights: Vec<TrafficLight>,
+        intersections: Vec<Intersection>,
+    ) -> Self {
+        let index = lanelets.iter().enumerate().map(|(i, l)| (l.id, i)).collect();
+        let bounds = lanelets
+            .iter()
+            .map(|l| {
+                let points = l.left.points.iter().chain(&l.right.points);
+                Bounds::of(points).unwrap_or(Bounds {
+                    min: Point::origin(),
+                    max: Point::origin(),
+                })
+            })
+            .collect();
+        Self {
+            lanelets,
+            signs,
+            lights,
+            intersections,
+            index,
+            bounds,
+        }
+    }
+
+    /// The lanelet with this id.
+    #[must_use]
+    pub fn lanelet(&self, id: i64) -> Option<&Lanelet> {
+        self.index.get(&id).map(|&i| &self.lanelets[i])
+    }
+
+    /// The box around a lanelet, by its place in `lanelets`.
+    #[must_use]
+    pub fn bounds_of(&self, place: usize) -> Bounds {
+        self.bounds[place]
+    }
+
+    /// The box around the whole road; nothing where there is no road.
+    #[must_use]
+    pub fn bounds(&self) -> Option<Bounds> {
+        self.bounds.iter().copied().reduce(|a, b| a.union(&b))
+    }
+
+    /// Ids of the lanelets under `p`, in the file's order.
+    #[must_use]
+    pub fn lanelets_at(&self, p: &Point) -> Vec<i64> {
+        let near = self.lanelets.iter().zip(&self.bounds);
+        near.filter(|(lanelet, bounds)| bounds.contains(p) && contains(&lanelet.ring(), p))
+            .map(|(lanelet, _)| lanelet.id)
+            .collect()
+    }
+}

@@ -1,0 +1,96 @@
+//! States as files give them: numbers that may be intervals, positions that may be regions.
+
+use super::StateField;
+use crate::geometry::{Point, Shape};
+
+/// A number, exact or known to lie in an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Quantity {
+    /// The number.
+    Exact(f64),
+    /// Somewhere between the two, ends included.
+    Interval(f64, f64),
+}
+
+impl Quantity {
+    /// The number, or the middle of the interval.
+    #[must_use]
+    pub fn middle(&self) -> f64 {
+        match self {
+            Self::Exact(value) => *value,
+            Self::Interval(from, to) => f64::midpoint(*from, *to),
+        }
+    }
+}
+
+/// A time step or a span of them, ends included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Steps {
+    /// First.
+    pub from: i64,
+    /// Last; the same as the first for an exact time.
+    pub to: i64,
+}
+
+impl Steps {
+    /// Exactly one step.
+    #[must_use]
+    pub fn exact(step: i64) -> Self {
+        Self {
+            from: step,
+            to: step,
+        }
+    }
+}
+
+/// Where something is, exactly or not.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Position {
+    /// Here.
+    Point(Point),
+    /// Somewhere in this region of the world.
+    Region(Shape),
+    /// Somewhere on these lanelets.
+    Lanelets(Vec<i64>),
+}
+
+/// One state of an obstacle, a planning problem or a goal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// When, in time steps.
+    pub time: Steps,
+    /// Where, if it is said.
+    pub position: Option<Position>,
+    /// Heading, radians.
+    pub orientation: Option<Quantity>,
+    /// Speed along the heading, m/s.
+    pub velocity: Option<Quantity>,
+    /// Acceleration along the heading, m/s².
+    pub acceleration: Option<Quantity>,
+    /// Every other quantity, in the file's order.
+    pub more: Vec<(StateField, Quantity)>,
+}
+
+impl State {
+    /// A state that says only when.
+    #[must_use]
+    pub fn at(time: Steps) -> Self {
+        Self {
+            time,
+            position: None,
+            orientation: None,
+            velocity: None,
+            acceleration: None,
+            more: Vec::new(),
+        }
+    }
+
+    /// The position, where it is a point.
+    #[must_use]
+    pub fn point(&self) -> Option<Point> {
+        match &self.position {
+            Some(Position::Point(p)) => Some(*p),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! The motion of one participant, step by step, with the gaps of the file filled and counted.
+
+use crate::geometry::{Point, Pose, Vector};
+
+/// What a file says about one step; what it does not say is filled by [`Track::new`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Time step.
+    pub step: i64,
+    /// Centre of the footprint's frame, metres.
+    pub position: Point,
+    /// Radians.
+    pub heading: Option<f64>,
+    /// m/s along the heading.
+    pub velocity: Option<f64>,
+    /// m/s² along the heading.
+    pub acceleration: Option<f64>,
+}
+
+/// Everything about one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Where, and which way.
+    pub pose: Pose,
+    /// m/s along the heading; negative when reversing.
+    pub velocity: f64,
+    /// m/s² along the heading.
+    pub acceleration: f64,
+}
+
+impl Motion {
+    /// Velocity in the plane, m/s.
+    #[must_use]
+    pub fn velocity_vector(&self) -> Vector {
+        self.pose.forward() * self.velocity
+    }
+
+    /// Acceleration in the plane, along the heading, m/s².
+    #[must_use]
+    pub fn acceleration_vector(&self) -> Vector {
+        self.pose.forward() * self.acceleration
+    }
+}
+
+/// How many steps had to be filled, by quantity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Derived {
+    /// Headings, from displacements or held.
+    pub headings: usize,
+    /// Velocities, from displacements.
+    pub velocities: usize,
+    /// Accelerations, from velocities.
+    pub accelerations: usize,
+}
+
+/// Motion over consecutive time steps; steps without a record are empty.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Track {
+    first: i64,
+    motions: Vec<Option<Motion>>,
+    /// What was filled.
+    pub derived: Derived,
+}
+
+/// A displacement below this says nothing about the heading: files round to tenths of millimetres.
+const STANDSTILL: f64 = 0.005;
+
+/// More steps than this between two records are not laid out (a broken time would fill the memory).
+const LONGEST_TRACK: i64 = 1_000_000;
+
+impl Track {
+    /// A track through `samples` (any order, one a step), `dt` seconds apart.
+    ///
+    /// A missing heading follows the displacement, and is held at standstill; before the first
+    /// displacement it is `resting`, or the next heading that is known. A missing velocity is the
+    /// displacement along the heading per time, a missing acceleration the change of velocity.
+    #[must_use]
+    pub fn new(mut samples: Vec<Sample>, dt: f64, resting: Option<f64>) -> Self {
+        samples.sort_by_key(|s| s.step);
+        samples.dedup_by_key(|s| s.step);
+        let Some(first) = samples.first().map(|s| s.step) else {
+            return Self::default();
+        };
+        samples.retain(|s| s.step.saturating_sub(first) < LONGEST_TRACK);
+        let mut derived = Derived::default();
+        let headings = headings(&samples, resting, &mut derived);
+        let velocities = velocities(&samples, &headings, dt, &mut derived);
+        let length = samples.last().map_or(0, |s| s.step - first + 1);
+        let mut motions = vec![None; usize::try_from(length).unwrap_or(0)];
+        for (i, sample) in samples.iter().enumerate() {
+            let acceleration = sample.acceleration.unwrap_or_else(|| {
+                derived.accelerations += 1;
+                let (a, b) = neighbours(i, samples.len());
+                let time = (samples[b].step - samples[a].step) as f64 * dt;
+                if time > 0.0 {
+                    (velocities[b] - velocities[a]) / time
+                } else {
+                    0.0
+                }
+            });
+            motions[(sample.step - first) as usize] = Some(Motion {
+                pose: Pose {
+                    position: sample.position,
+                    heading: headings[i],
+                },
+                velocity: velocities[i],
+                acceleration,
+            });
+        }
+        Self {
+            first,
+            motions,
+            derived,
+        }
+    }
+
+    /// The motion at a time step; nothing before, after and in gaps.
+    #[must_use]
+    pub fn at(&self, step: i64) -> Option<&Motion> {
+        let place = usize::try_from(step.checked_sub(self.first)?).ok()?;
+        self.motions.get(place)?.as_ref()
+    }
+
+    /// The steps from the first to the last record; empty for an empty track.
+    #[must_use]
+    pub fn steps(&self) -> std::ops::Range<i64> {
+        self.first..self.first + self.motions.len() as i64
+    }
+
+    /// Steps and motions that are recorded, in order.
+    pub fn iter(&self) -> impl Iterator<Item = (i64, &Motion)> {
+        let steps = self.first..;
+        steps.zip(&self.motions).filter_map(|(s, m)| Some((s, m.as_ref()?)))
+    }
+}
+
+/// The step before and this one; for the first, this one and the next.
+fn neighbours(i: usize, count: usize) -> (usize, usize) {
+    if i > 0 {
+        (i - 1, i)
+    } else {
+        (0, usize::from(count > 1))
+    }
+}
+
+fn headings(samples: &[Sample], resting: Option<f64>, derived: &mut Derived) -> Vec<f64> {
+    let mut known: Vec<Option<f64>> = Vec::with_capacity(samples.len());
+    for (i, sample) in samples.iter().enumerate() {
+        let held = known.last().copied().flatten();
+        known.push(sample.heading.or_else(|| {
+            derived.headings += 1;
+            let before = samples.get(i.wrapping_sub(1))?;
+            let moved = sample.position - before.position;
+            if moved.norm() >= STANDSTILL {
+                Some(moved.y.atan2(moved.x))
+            } else {
+                held
+            }
+        }));
+    }
+    let first_known = known.iter().flatten().next().copied();
+    let start = resting.or(first_known).unwrap_or(0.0);
+    let mut last = start;
+    for heading in &mut known {
+        last = *heading.get_or_insert(last);
+    }
+    known.into_iter().flatten().collect()
+}
+
+fn velocities(samples: &[Sample], headings: &[f64], dt: f64, derived: &mut Derived) -> Vec<f64> {
+    let filled = samples.iter().enumerate().map(|(i, sample)| {
+        sample.velocity.unwrap_or_else(|| {
+            derived.velocities += 1;
+            let (a, b) = neighbours(i, samples.len());
+            let time = (samples[b].step - samples[a].step) as f64 * dt;
+            let along = Vector::new(headings[i].cos(), headings[i].sin());
+            if time > 0.0 {
+                (samples[b].position - samples[a].position).dot(&along) / time
+            } else {
+                0.0
+            }
+        })
+    });
+    filled.collect()
+}
+
+/// Forgets headings that a recorder could not know: those at steps that hardly moved.
+///
+/// Recorders write the direction of the last displacement, which is 0 or noise at standstill.
+pub(super) fn forget_headings_at_standstill(samples: &mut [Sample]) {
+    for i in (1..samples.len()).rev() {
+        let moved = (samples[i].position - samples[i - 1].position).norm();
+        if moved < STANDSTILL {
+            samples[i].heading = None;
+        }
+    }
+    // The first step copies the second one's direction.
+    if let [first, second, ..] = samples
+        && second.heading.is_none()
+    {
+        first.heading = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(step: i64, x: f64, heading: Option<f64>) -> Sample {
+        Sample {
+            step,
+            position: Point::new(x, 0.0),
+            heading,
+            velocity: None,
+            acceleration: None,
+        }
+    }
+
+    #[test]
+    fn fills_what_is_missing() {
+        let samples = vec![sample(3, 0.0, None), sample(4, 1.0, None), sample(5, 3.0, None)];
+        let track = Track::new(samples, 0.1, None);
+        assert_eq!(track.steps(), 3..6);
+        assert_eq!(track.derived.headings, 3);
+        let last = track.at(5).expect("recorded");
+        assert!((last.velocity - 20.0).abs() < 1e-9);
+        assert!((last.acceleration - 100.0).abs() < 1e-9);
+        assert!(track.at(2).is_none() && track.at(6).is_none());
+    }
+
+    #[test]
+    fn holds_the_heading_at_standstill() {
+        let mut samples: Vec<_> = (0..4).map(|i| sample(i, 0.0, Some(0.0))).collect();
+        samples[0].position.x = -1.0;
+        samples[1].heading = Some(1.5);
+        forget_headings_at_standstill(&mut samples);
+        let track = Track::new(samples, 0.1, None);
+        assert!(track.at(3).is_some_and(|m| (m.pose.heading - 1.5).abs() < 1e-12));
+    }
+
+    #[test]
+    fn rests_along_the_planned_heading() {
+        let mut samples: Vec<_> = (0..3).map(|i| sample(i, 0.0, Some(0.0))).collect();
+        forget_headings_at_standstill(&mut samples);
+        let track = Track::new(samples, 0.1, Some(2.0));
+        assert!(track.at(0).is_some_and(|m| (m.pose.heading - 2.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn gaps_stay_gaps_and_absurd_times_are_dropped() {
+        let samples = vec![sample(0, 0.0, None), sample(2, 2.0, None), sample(i64::MAX, 9.0, None)];
+        let track = Track::new(samples, 0.1, None);
+        assert!(track.at(1).is_none() && track.at(2).is_some());
+        assert_eq!(track.iter().count(), 2);
+        assert!(track.at(i64::MIN).is_none());
+    }
+}
