@@ -3,3 +3,4 @@
 pub mod geometry;
 pub mod scenario;
 pub mod cli;
+pub mod metrics;

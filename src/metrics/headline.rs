@@ -1,0 +1,68 @@
+//! The few numbers that tell one scene from another in a list.
+
+use super::{NoValue, Reading, Series};
+
+/// A smallest value: how much, when, who.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nearest {
+    /// In the measure's unit.
+    pub value: f64,
+    /// When, first.
+    pub step: i64,
+    /// Who.
+    pub obstacle: i64,
+}
+
+/// What is most dangerous in a scene.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Headline {
+    /// Minimum distance, metres (MDC); 0 in a collision.
+    pub distance: Option<Nearest>,
+    /// Smallest time to collision, seconds.
+    pub ttc: Option<Nearest>,
+    /// Smallest risk score.
+    pub risk: Option<Nearest>,
+}
+
+impl Headline {
+    /// The smallest values of a series with the measures `distance`, `ttc` and `risk`.
+    #[must_use]
+    pub fn of(series: &Series) -> Self {
+        Self {
+            distance: nearest(series, "distance"),
+            ttc: nearest(series, "ttc"),
+            risk: nearest(series, "risk"),
+        }
+    }
+
+    /// Whether the ego touches anyone at any recorded step.
+    #[must_use]
+    pub fn collides(&self) -> bool {
+        self.distance.is_some_and(|d| d.value == 0.0)
+    }
+}
+
+fn nearest(series: &Series, measure: &str) -> Option<Nearest> {
+    let mut best: Option<Nearest> = None;
+    for &obstacle in series.obstacles() {
+        let row = series.row(measure, obstacle);
+        for (step, reading) in series.steps().zip(row) {
+            let value = match *reading {
+                Reading::Value(value) => value,
+                Reading::None(NoValue::Absent | NoValue::NotApproaching | NoValue::NoContact) => {
+                    continue;
+                }
+            };
+            // Earlier wins among equals, whoever comes first in the file.
+            let better = best.is_none_or(|b| value < b.value || (value == b.value && step < b.step));
+            if better {
+                best = Some(Nearest {
+                    value,
+                    step,
+                    obstacle,
+                });
+            }
+        }
+    }
+    best
+}

@@ -1,0 +1,117 @@
+//! The risk score 0 to 5 of one obstacle at one step, from gaps and times to close them.
+//!
+//! As in "From Words to Collisions": the longitudinal and lateral scores are weighted by the
+//! direction, for distance and for time, and the mean of the two is rounded (halves up). Gaps are
+//! those of the real bodies, so score 0 means contact and nothing else does.
+
+use std::sync::LazyLock;
+
+use serde::Deserialize;
+
+use super::{Direction, Encounter, Reading, Relation};
+
+/// One level of the table.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct RiskLevel {
+    /// 0 (collision) to 5 (negligible).
+    pub score: u8,
+    /// One word for it.
+    pub name: String,
+    /// What it means.
+    pub meaning: String,
+    /// Largest gap with this score, metres; the last level has none.
+    pub distance: Option<f64>,
+    /// Longest time with this score, seconds; the last level has none.
+    pub time: Option<f64>,
+}
+
+/// The thresholds, as data.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct RiskTable {
+    /// Where the thresholds come from.
+    pub source: String,
+    /// From the most to the least dangerous.
+    #[serde(rename = "level")]
+    pub levels: Vec<RiskLevel>,
+}
+
+/// The table in use.
+pub static RISK_LEVELS: LazyLock<RiskTable> = LazyLock::new(|| {
+    // The file is part of the program and read by a test.
+    toml::from_str(include_str!("risk.toml")).unwrap_or(RiskTable {
+        source: String::new(),
+        levels: Vec::new(),
+    })
+});
+
+impl RiskTable {
+    /// The score of a gap, metres.
+    #[must_use]
+    pub fn of_distance(&self, gap: f64) -> u8 {
+        self.score(gap, |level| level.distance)
+    }
+
+    /// The score of a time to close a gap, seconds; without one the least dangerous.
+    #[must_use]
+    pub fn of_time(&self, time: Option<f64>) -> u8 {
+        time.map_or(5, |time| self.score(time, |level| level.time))
+    }
+
+    fn score(&self, value: f64, bound: fn(&RiskLevel) -> Option<f64>) -> u8 {
+        let found = self.levels.iter().find(|l| bound(l).is_none_or(|b| value <= b));
+        found.map_or(5, |l| l.score)
+    }
+
+    /// The level with this score.
+    #[must_use]
+    pub fn level(&self, score: u8) -> Option<&RiskLevel> {
+        self.levels.iter().find(|l| l.score == score)
+    }
+
+    fn of(&self, relation: &Relation) -> u8 {
+        if relation.direction == Direction::Contact {
+            return 0;
+        }
+        let weight = relation.direction.longitudinal_weight();
+        let mix = |long: u8, lat: u8| weight * f64::from(long) + (1.0 - weight) * f64::from(lat);
+        let distance = mix(
+            self.of_distance(relation.gap_long.abs()),
+            self.of_distance(relation.gap_lat.abs()),
+        );
+        let time = mix(self.of_time(relation.time_long()), self.of_time(relation.time_lat()));
+        // Without contact the score is never that of a collision.
+        ((f64::midpoint(distance, time)).round() as u8).max(1)
+    }
+}
+
+/// The risk score, 0 to 5.
+pub(super) fn compute(encounter: &Encounter<'_>) -> Reading {
+    Reading::Value(f64::from(RISK_LEVELS.of(&encounter.relation())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::relation::tests::{motion, with};
+    use super::*;
+
+    #[test]
+    fn the_table_is_whole() {
+        let scores: Vec<u8> = RISK_LEVELS.levels.iter().map(|l| l.score).collect();
+        assert_eq!(scores, [0, 1, 2, 3, 4, 5]);
+        assert_eq!(RISK_LEVELS.of_distance(0.5), 1);
+        assert_eq!(RISK_LEVELS.of_distance(0.51), 2);
+        assert_eq!(RISK_LEVELS.of_time(None), 5);
+    }
+
+    #[test]
+    fn from_contact_to_nothing() {
+        let ego = motion(0., 0., 0., 10.);
+        let score = |x, y, v| with(ego, motion(x, y, 0., v), compute).value();
+        assert_eq!(score(3., 0., 10.), Some(0.0), "contact");
+        // 0.4 m ahead and closing within 0.08 s.
+        assert_eq!(score(4.4, 0., 5.), Some(1.0));
+        // 0.4 m beside, not closing: distance 1, time 5.
+        assert_eq!(score(0., 2.4, 10.), Some(3.0));
+        assert_eq!(score(60., 0., 10.), Some(5.0));
+    }
+}

@@ -1,0 +1,97 @@
+//! Measures over all steps and obstacles of a scene.
+
+use std::ops::Range;
+
+use super::{Encounter, Measure, NoValue, Reading};
+use crate::scenario::Scene;
+
+/// Readings of some measures for every obstacle at every step of the ego.
+#[derive(Debug, Clone)]
+pub struct Series {
+    steps: Range<i64>,
+    obstacles: Vec<i64>,
+    measures: Vec<&'static Measure>,
+    /// By measure, then obstacle, then step.
+    readings: Vec<Reading>,
+}
+
+impl Series {
+    /// Computes `measures` over a scene.
+    #[must_use]
+    pub fn compute(scene: &Scene, measures: Vec<&'static Measure>) -> Self {
+        let steps = scene.steps();
+        let participants: Vec<_> = scene.participants().collect();
+        let mut readings = Vec::with_capacity(
+            measures.len() * participants.len() * (steps.end - steps.start).max(0) as usize,
+        );
+        for measure in &measures {
+            for participant in &participants {
+                readings.extend(steps.clone().map(|step| {
+                    Encounter::at(scene, participant, step)
+                        .map_or(Reading::None(NoValue::Absent), |e| (measure.compute)(&e))
+                }));
+            }
+        }
+        Self {
+            steps,
+            obstacles: participants.iter().map(|p| p.obstacle.id).collect(),
+            measures,
+            readings,
+        }
+    }
+
+    /// The steps, those of the ego.
+    #[must_use]
+    pub fn steps(&self) -> Range<i64> {
+        self.steps.clone()
+    }
+
+    /// Ids of the obstacles, in the file's order.
+    #[must_use]
+    pub fn obstacles(&self) -> &[i64] {
+        &self.obstacles
+    }
+
+    /// The measures.
+    #[must_use]
+    pub fn measures(&self) -> &[&'static Measure] {
+        &self.measures
+    }
+
+    /// One measure of one obstacle over all steps; empty for what was not computed.
+    #[must_use]
+    pub fn row(&self, measure: &str, obstacle: i64) -> &[Reading] {
+        let place = self
+            .measures
+            .iter()
+            .position(|m| m.id == measure)
+            .zip(self.obstacles.iter().position(|&o| o == obstacle));
+        let Some((m, o)) = place else { return &[] };
+        let length = self.length();
+        let start = (m * self.obstacles.len() + o) * length;
+        &self.readings[start..start + length]
+    }
+
+    /// One measure of one obstacle at one step.
+    #[must_use]
+    pub fn at(&self, measure: &str, obstacle: i64, step: i64) -> Reading {
+        let place = usize::try_from(step - self.steps.start).ok();
+        place
+            .and_then(|i| self.row(measure, obstacle).get(i).copied())
+            .unwrap_or(Reading::None(NoValue::Absent))
+    }
+
+    /// The smallest value of a measure at one step, and whose it is.
+    #[must_use]
+    pub fn lowest_at(&self, measure: &str, step: i64) -> Option<(i64, f64)> {
+        let values = self.obstacles.iter().filter_map(|&id| {
+            let value = self.at(measure, id, step).value()?;
+            Some((id, value))
+        });
+        values.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    fn length(&self) -> usize {
+        (self.steps.end - self.steps.start).max(0) as usize
+    }
+}
