@@ -4,3 +4,5 @@ pub mod geometry;
 pub mod scenario;
 pub mod cli;
 pub mod metrics;
+pub mod text;
+pub mod verdict;

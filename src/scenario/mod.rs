@@ -11,6 +11,7 @@ mod planning;
 mod quantity;
 mod scene;
 mod track;
+mod window;
 
 use std::collections::BTreeMap;
 
@@ -30,6 +31,7 @@ pub use planning::{Goal, PlanningProblem};
 pub use quantity::{Position, Quantity, State, Steps};
 pub use scene::{Ego, Participant, Scene, SceneError};
 pub use track::{Derived, Motion, Sample, Track};
+pub use window::Window;
 
 /// One scenario: a map with traffic on it and a planning problem.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,101 @@
+//! The structured answers that models are asked for, and their JSON schemas.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{ObstacleRisk, Task, Verdict};
+
+/// The answer to the collision task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct CollisionAnswer {
+    /// Whether the ego collides with anyone.
+    pub collision: bool,
+    /// The obstacles that matter, most dangerous first.
+    pub obstacles: Vec<ObstacleRisk>,
+    /// Why, in a few sentences that cite steps and numbers.
+    pub justification: String,
+}
+
+/// The answer to the safety task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct SafetyAnswer {
+    /// Whether the scene becomes safety-critical for the ego in the near future.
+    pub safety_critical: bool,
+    /// The obstacles that matter, most dangerous first.
+    pub obstacles: Vec<ObstacleRisk>,
+    /// Why, in a few sentences that cite steps and numbers.
+    pub justification: String,
+}
+
+impl From<CollisionAnswer> for Verdict {
+    fn from(answer: CollisionAnswer) -> Self {
+        Self {
+            task: Task::Collision,
+            dangerous: answer.collision,
+            obstacles: answer.obstacles,
+            justification: answer.justification,
+        }
+    }
+}
+
+impl From<SafetyAnswer> for Verdict {
+    fn from(answer: SafetyAnswer) -> Self {
+        Self {
+            task: Task::Safety,
+            dangerous: answer.safety_critical,
+            obstacles: answer.obstacles,
+            justification: answer.justification,
+        }
+    }
+}
+
+/// The JSON schema of a task's answer, with every part in place (no `$ref`).
+#[must_use]
+pub fn schema(task: Task) -> serde_json::Value {
+    let settings = schemars::generate::SchemaSettings::draft2020_12().with(|s| {
+        s.inline_subschemas = true;
+        s.meta_schema = None;
+    });
+    let generator = settings.into_generator();
+    let schema = match task {
+        Task::Collision => generator.into_root_schema_for::<CollisionAnswer>(),
+        Task::Safety => generator.into_root_schema_for::<SafetyAnswer>(),
+    };
+    let mut value = schema.to_value();
+    require_all(&mut value);
+    value
+}
+
+/// Makes every property required, as strict structured output needs it.
+fn require_all(value: &mut serde_json::Value) {
+    match value {
+        serde_json::Value::Object(map) => {
+            if let Some(properties) = map.get("properties").and_then(|p| p.as_object()) {
+                let names = properties.keys().cloned().map(serde_json::Value::String).collect();
+                map.insert("required".into(), serde_json::Value::Array(names));
+            }
+            map.values_mut().for_each(require_all);
+        }
+        serde_json::Value::Array(items) => items.iter_mut().for_each(require_all),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_schema_is_strict_and_inline() {
+        let schema = schema(Task::Collision);
+        let text = schema.to_string();
+        assert!(!text.contains("$ref"), "{text}");
+        assert_eq!(schema["required"].as_array().map(Vec::len), Some(3));
+        assert_eq!(schema["additionalProperties"], false);
+        let obstacle = &schema["properties"]["obstacles"]["items"];
+        assert_eq!(obstacle["required"].as_array().map(Vec::len), Some(3));
+        assert_eq!(obstacle["additionalProperties"], false);
+    }
+}

@@ -1,0 +1,95 @@
+//! Verdicts: what a judge says about a scene, as structured data, and how it is read from an answer.
+
+mod answer;
+mod json;
+mod parse;
+
+use serde::{Deserialize, Serialize};
+
+pub use answer::{CollisionAnswer, SafetyAnswer, schema};
+pub use parse::{How, NoVerdict, Parsed, parse};
+
+/// What a judge is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Task {
+    /// Does the ego collide in the recorded scene?
+    Collision,
+    /// Will the scene become safety-critical for the ego in the near future?
+    Safety,
+}
+
+impl Task {
+    /// Every task.
+    pub const ALL: [Self; 2] = [Self::Collision, Self::Safety];
+
+    /// The word for it, on the command line and in the store.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Collision => "collision",
+            Self::Safety => "safety",
+        }
+    }
+
+    /// The task with this name.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|t| t.name() == name)
+    }
+
+    /// The key under which a verdict says yes or no.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Collision => "collision",
+            Self::Safety => "safety_critical",
+        }
+    }
+}
+
+/// One obstacle in a verdict.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct ObstacleRisk {
+    /// Its id in the scenario.
+    pub id: i64,
+    /// 0 (collision) to 5 (negligible).
+    #[schemars(range(min = 0, max = 5))]
+    pub risk_score: u8,
+    /// Why, in a sentence.
+    #[serde(default)]
+    pub reason: String,
+}
+
+/// What a judge says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// What was asked.
+    pub task: Task,
+    /// Yes: a collision, or safety-critical.
+    pub dangerous: bool,
+    /// The obstacles that matter, most dangerous first as far as the judge says.
+    pub obstacles: Vec<ObstacleRisk>,
+    /// Why, in a few sentences.
+    pub justification: String,
+}
+
+impl Verdict {
+    /// The obstacle with the lowest risk score; the first one among equals.
+    #[must_use]
+    pub fn worst(&self) -> Option<&ObstacleRisk> {
+        self.obstacles.iter().min_by_key(|o| o.risk_score)
+    }
+
+    /// Yes or no in the words of the task.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match (self.task, self.dangerous) {
+            (Task::Collision, true) => "collision",
+            (Task::Collision, false) => "no collision",
+            (Task::Safety, true) => "safety-critical",
+            (Task::Safety, false) => "not critical",
+        }
+    }
+}
