@@ -1,8 +1,16 @@
 //! A workbench for safety-critical driving scenarios: reading, measuring, describing, asking, comparing.
 
-pub mod geometry;
-pub mod scenario;
+/// The command line: one file a subcommand.
 pub mod cli;
+/// Poses, footprints, polylines, polygons, with exact distances.
+pub mod geometry;
+/// Asking language models: requests, streams of chunks, errors.
+pub mod llm;
+/// Safety measures, their registry, series and the risk score.
 pub mod metrics;
+/// Scenarios and scenes, and the files they come from.
+pub mod scenario;
+/// Scenes in words.
 pub mod text;
+/// What judges say, as structured data.
 pub mod verdict;

@@ -1,0 +1,113 @@
+//! The HTTP client all requests share, and what its failures mean.
+
+use std::collections::BTreeMap;
+use std::error::Error as StdError;
+use std::fmt;
+use std::io;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// A pool of connections; build one and clone it, clones share the pool.
+///
+/// Proxies are taken from the environment (`HTTPS_PROXY`, `HTTP_PROXY`, `NO_PROXY`), certificates from the system.
+#[derive(Clone, Default)]
+pub struct Client {
+    // reqwest fixes the connect timeout when a client is built, while ours belongs to the endpoint: one client for each
+    // timeout in use, which in practice is one.
+    built: Arc<Mutex<BTreeMap<Duration, reqwest::Client>>>,
+    direct: bool,
+}
+
+impl Client {
+    /// A client; connections are made on first use.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A client that ignores the proxies of the environment.
+    pub fn direct() -> Self {
+        Self {
+            direct: true,
+            ..Self::default()
+        }
+    }
+
+    /// The HTTP client with this connect timeout; an error says why none can be built.
+    pub(super) fn http(&self, connect: Duration) -> Result<reqwest::Client, String> {
+        let mut built = self.built.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(client) = built.get(&connect) {
+            return Ok(client.clone());
+        }
+        // Fails if the program has installed one already, which serves as well.
+        let _ = rustls::crypto::ring::default_provider().install_default();
+        // Without certificates of the system reqwest builds nothing at all, not even for a local server without encryption;
+        // with an empty list of its own, only https fails, and says so.
+        let client = self
+            .builder(connect)
+            .build()
+            .or_else(|_| {
+                self.builder(connect)
+                    .tls_certs_only(std::iter::empty())
+                    .build()
+            })
+            .map_err(|e| deepest(&e))?;
+        built.insert(connect, client.clone());
+        Ok(client)
+    }
+
+    fn builder(&self, connect: Duration) -> reqwest::ClientBuilder {
+        let builder = reqwest::Client::builder()
+            .user_agent(concat!("nearmiss/", env!("CARGO_PKG_VERSION")))
+            .connect_timeout(connect)
+            .redirect(reqwest::redirect::Policy::none());
+        if self.direct {
+            builder.no_proxy()
+        } else {
+            builder
+        }
+    }
+}
+
+// Written by hand because reqwest's own would print proxies, which may hold passwords.
+impl fmt::Debug for Client {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Client")
+            .field("direct", &self.direct)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The innermost cause: the outer ones repeat the URL, or say only that a request failed.
+pub(super) fn deepest(error: &(dyn StdError + 'static)) -> String {
+    chain(error)
+        .last()
+        .map_or_else(String::new, ToString::to_string)
+}
+
+fn chain<'a>(
+    error: &'a (dyn StdError + 'static),
+) -> impl Iterator<Item = &'a (dyn StdError + 'static)> {
+    std::iter::successors(Some(error), |&error| {
+        // An I/O error names as its source the source of what it wraps, and so hides the wrapped error itself.
+        match error
+            .downcast_ref::<io::Error>()
+            .and_then(io::Error::get_ref)
+        {
+            Some(wrapped) => Some(wrapped as &(dyn StdError + 'static)),
+            None => error.source(),
+        }
+    })
+}
+
+/// Whether an I/O error of this kind is among the causes.
+pub(super) fn has_io_kind(error: &(dyn StdError + 'static), kind: io::ErrorKind) -> bool {
+    chain(error).any(|e| {
+        e.downcast_ref::<io::Error>()
+            .is_some_and(|io| io.kind() == kind)
+    })
+}
+
+/// Whether encryption is among the causes.
+pub(super) fn is_tls(error: &(dyn StdError + 'static)) -> bool {
+    chain(error).any(|e| e.is::<rustls::Error>())
+}

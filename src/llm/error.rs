@@ -1,0 +1,322 @@
+//! What can go wrong between a question and its answer, said so that people know what to do.
+
+use std::fmt;
+use std::time::Duration;
+
+use super::problem::tidy;
+
+/// Where something went wrong: the provider and the address without its secrets.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The provider's name as people know it.
+    pub provider: String,
+    /// Scheme, host, port and path.
+    pub url: String,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.provider, self.url)
+    }
+}
+
+/// Which patience ran out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// No connection.
+    Connect,
+    /// Nothing was received for a while.
+    Idle,
+    /// The whole exchange took too long.
+    Total,
+}
+
+/// A failed exchange. No variant ever holds the key; texts of the server are tidied to one line of at most 1,000 characters.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The endpoint cannot be used as configured: address, key or the machine's certificates.
+    #[error("cannot use {place}: {why}")]
+    Setup {
+        /// Where.
+        place: Place,
+        /// What is wrong and what to do.
+        why: String,
+    },
+    /// Nobody listens there, or the name is unknown.
+    #[error(
+        "cannot reach {place}: {why}; check that the server runs and that the address is right"
+    )]
+    Refused {
+        /// Where.
+        place: Place,
+        /// The system's reason.
+        why: String,
+    },
+    /// The network failed before the request was sent, and kept failing.
+    #[error("cannot reach {place}: {why}; check the network, then try again")]
+    Unreachable {
+        /// Where.
+        place: Place,
+        /// The system's reason.
+        why: String,
+    },
+    /// No encrypted connection.
+    #[error(
+        "no secure connection to {place}: {why}; check the address, the clock and the certificates of this machine"
+    )]
+    Tls {
+        /// Where.
+        place: Place,
+        /// The reason.
+        why: String,
+    },
+    /// Patience ran out.
+    #[error("{}", timeout_text(place, *which, *after))]
+    Timeout {
+        /// Where.
+        place: Place,
+        /// Which limit was hit.
+        which: Which,
+        /// The limit.
+        after: Duration,
+    },
+    /// 401 or 403: the key is missing, wrong, or not allowed to do this.
+    #[error("{}", unauthorized_text(place, *status, message, key_source.as_deref(), *key_sent))]
+    Unauthorized {
+        /// Where.
+        place: Place,
+        /// The HTTP status.
+        status: u16,
+        /// The server's words.
+        message: String,
+        /// The environment variable the key comes from.
+        key_source: Option<String>,
+        /// Whether a key was sent at all.
+        key_sent: bool,
+    },
+    /// 404: no such model, or no such address.
+    #[error(
+        "{place} does not know model `{model}` or this address (404: {message}); check the model's name, then the address"
+    )]
+    NotFound {
+        /// Where.
+        place: Place,
+        /// The model asked for.
+        model: String,
+        /// The server's words.
+        message: String,
+    },
+    /// Too many requests, or the account is used up.
+    #[error("{}", limited_text(place, *status, message, *retry_after, *exhausted))]
+    RateLimited {
+        /// Where.
+        place: Place,
+        /// The HTTP status, usually 429.
+        status: u16,
+        /// The server's words.
+        message: String,
+        /// How long the server asks to wait, if it said so.
+        retry_after: Option<Duration>,
+        /// The quota or the credit is used up: waiting does not help.
+        exhausted: bool,
+    },
+    /// 400, 422 and their like: the server does not accept the request as it is.
+    #[error(
+        "{place} did not accept the request ({status}: {message}); change the model's parameters or the prompt"
+    )]
+    BadRequest {
+        /// Where.
+        place: Place,
+        /// The HTTP status.
+        status: u16,
+        /// The server's words.
+        message: String,
+    },
+    /// The server points elsewhere; not followed, because the key would go along.
+    #[error("{place} redirects to {to} ({status}); if that is right, set it as the address of {}", place.provider)]
+    Redirected {
+        /// Where.
+        place: Place,
+        /// The HTTP status.
+        status: u16,
+        /// The other address, without its query.
+        to: String,
+    },
+    /// The server failed, and kept failing.
+    #[error("{place} failed ({status}: {message}); try again later")]
+    Server {
+        /// Where.
+        place: Place,
+        /// The HTTP status.
+        status: u16,
+        /// The server's words.
+        message: String,
+    },
+    /// The answer broke off; it may have been paid for, so it is not asked for again.
+    #[error(
+        "the answer of {place} broke off after {received} characters ({why}); run it again to get a whole one"
+    )]
+    Truncated {
+        /// Where.
+        place: Place,
+        /// Characters of reasoning and text received until then.
+        received: usize,
+        /// How it broke off.
+        why: String,
+    },
+    /// What came is not this protocol.
+    #[error(
+        "{place} sent something that is no answer: {what}; check that the address speaks the OpenAI chat protocol"
+    )]
+    Malformed {
+        /// Where.
+        place: Place,
+        /// What came.
+        what: String,
+    },
+    /// The server reported an error inside an answer that had begun well.
+    #[error("{place} reported an error while answering: {message}{}", code.as_ref().map(|c| format!(" ({c})")).unwrap_or_default())]
+    Provider {
+        /// Where.
+        place: Place,
+        /// The server's code, if any.
+        code: Option<String>,
+        /// The server's words.
+        message: String,
+    },
+}
+
+fn timeout_text(place: &Place, which: Which, after: Duration) -> String {
+    match which {
+        Which::Connect => {
+            format!("no connection to {place} within {after:?}; check the network and the address")
+        }
+        Which::Idle => {
+            format!("{place} sent nothing for {after:?}; try again, or raise the idle timeout")
+        }
+        Which::Total => format!(
+            "{place} did not finish within {after:?}; ask for less, or raise the total timeout"
+        ),
+    }
+}
+
+fn unauthorized_text(
+    place: &Place,
+    status: u16,
+    message: &str,
+    key_source: Option<&str>,
+    key_sent: bool,
+) -> String {
+    match (key_sent, key_source) {
+        (true, Some(source)) => format!(
+            "{place} refused the key from {source} ({status}: {message}); check that key and what it may do"
+        ),
+        (true, None) => format!(
+            "{place} refused the key ({status}: {message}); check the configured key and what it may do"
+        ),
+        (false, Some(source)) => format!("{place} wants a key ({status}: {message}); set {source}"),
+        (false, None) => {
+            format!("{place} wants a key ({status}: {message}); configure one for this provider")
+        }
+    }
+}
+
+fn limited_text(
+    place: &Place,
+    status: u16,
+    message: &str,
+    retry_after: Option<Duration>,
+    exhausted: bool,
+) -> String {
+    if exhausted {
+        return format!(
+            "the quota or credit at {place} is used up ({status}: {message}); top it up or choose another model"
+        );
+    }
+    let wait = match retry_after {
+        Some(wait) => format!("it asks to wait {wait:?}"),
+        None => "wait a little".to_owned(),
+    };
+    format!("{place} is limiting requests ({status}: {message}); {wait}, or run fewer at once")
+}
+
+impl Error {
+    /// The last step before an error leaves this module: the key is taken out of everything the server said, since servers
+    /// quote what they were sent, and control characters with it.
+    pub(super) fn cleared_of(mut self, key: Option<&str>) -> Self {
+        let clear = |text: &mut String| *text = tidy(&without_key(text, key), 1000);
+        match &mut self {
+            Self::Setup { why, .. } | Self::Refused { why, .. } | Self::Unreachable { why, .. } => {
+                clear(why)
+            }
+            Self::Tls { why, .. } | Self::Truncated { why, .. } => clear(why),
+            Self::Timeout { .. } => {}
+            Self::Unauthorized { message, .. }
+            | Self::NotFound { message, .. }
+            | Self::RateLimited { message, .. } => clear(message),
+            Self::BadRequest { message, .. } | Self::Server { message, .. } => clear(message),
+            Self::Redirected { to, .. } => clear(to),
+            Self::Malformed { what, .. } => clear(what),
+            Self::Provider { message, code, .. } => {
+                clear(message);
+                if let Some(code) = code {
+                    clear(code);
+                }
+            }
+        }
+        self
+    }
+}
+
+/// The text with each occurrence of the key replaced. Keys of fewer than four characters are placeholders, not secrets.
+pub(super) fn without_key(text: &str, key: Option<&str>) -> String {
+    match key {
+        Some(key) if key.len() >= 4 => text.replace(key, "[key]"),
+        _ => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place() -> Place {
+        Place {
+            provider: "openai".into(),
+            url: "https://api.openai.com/v1/chat/completions".into(),
+        }
+    }
+
+    #[test]
+    fn the_key_is_named_not_shown() {
+        let error = Error::Unauthorized {
+            place: place(),
+            status: 401,
+            message: "Incorrect API key provided:\x1b[31m sk-abcdef\r\n".into(),
+            key_source: Some("OPENAI_API_KEY".into()),
+            key_sent: true,
+        };
+        let text = error.cleared_of(Some("sk-abcdef")).to_string();
+        assert_eq!(
+            text,
+            "openai (https://api.openai.com/v1/chat/completions) refused the key from OPENAI_API_KEY \
+             (401: Incorrect API key provided: [31m [key]); check that key and what it may do"
+        );
+    }
+
+    #[test]
+    fn a_missing_key_is_asked_for() {
+        let text = unauthorized_text(&place(), 401, "no key", Some("OPENAI_API_KEY"), false);
+        assert!(text.ends_with("set OPENAI_API_KEY"), "{text}");
+    }
+
+    #[test]
+    fn waiting_is_not_advised_when_it_does_not_help() {
+        assert!(limited_text(&place(), 429, "m", None, true).contains("top it up"));
+        assert!(
+            limited_text(&place(), 429, "m", Some(Duration::from_secs(7)), false)
+                .contains("wait 7s")
+        );
+    }
+}

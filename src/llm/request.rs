@@ -1,0 +1,61 @@
+//! What is asked of a language model: messages, parameters, the wanted shape of the answer.
+
+use serde::{Deserialize, Serialize};
+
+/// Who speaks in a [`Message`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// Standing instructions.
+    System,
+    /// The question.
+    User,
+    /// An answer of the model, given as an example or as history.
+    Assistant,
+}
+
+/// One turn of the conversation.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Message {
+    /// Who speaks.
+    pub role: Role,
+    /// What is said, as plain text.
+    pub content: String,
+}
+
+/// The JSON schema an answer has to follow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Schema {
+    /// A name for the server's error texts; letters, digits, `_` and `-` are kept on the wire.
+    pub name: String,
+    /// The JSON Schema document itself.
+    pub schema: serde_json::Value,
+}
+
+/// Sampling parameters; what is `None` is not sent, so the server's own default holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Parameters {
+    /// Sampling temperature, without unit; most servers take 0 to 2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<f64>,
+    /// Most tokens the answer may have, reasoning included where the server counts it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_tokens: Option<u32>,
+    /// Seed of the sampling, for servers that are reproducible.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+}
+
+/// One question to one model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// The model's name as the server knows it (without our provider prefix).
+    pub model: String,
+    /// The conversation so far, oldest first.
+    pub messages: Vec<Message>,
+    /// Sampling parameters.
+    pub parameters: Parameters,
+    /// The shape wanted of the answer; see [`super::ResponseFormat`] for what is sent of it.
+    pub schema: Option<Schema>,
+}

@@ -1,0 +1,4 @@
+//! Helpers that several test files share.
+#![allow(dead_code, clippy::unwrap_used)]
+
+pub mod server;
