@@ -4,10 +4,14 @@
 pub mod cli;
 /// Poses, footprints, polylines, polygons, with exact distances.
 pub mod geometry;
+/// The built-in reference judge.
+pub mod judge;
 /// Asking language models: requests, streams of chunks, errors.
 pub mod llm;
 /// Safety measures, their registry, series and the risk score.
 pub mod metrics;
+/// Prompt templates and how they are filled.
+pub mod prompts;
 /// Scenarios and scenes, and the files they come from.
 pub mod scenario;
 /// Scenes in words.

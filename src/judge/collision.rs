@@ -1,0 +1,121 @@
+//! Collision: do the real bodies of the ego and an obstacle overlap at a recorded step?
+
+use std::fmt::Write;
+
+use super::Judgement;
+use super::reasoning::{moment, name, risk, situation, value};
+use crate::metrics::Encounter;
+use crate::scenario::{Participant, Scene};
+use crate::verdict::{ObstacleRisk, Task, Verdict};
+
+/// What one obstacle did over the whole recording.
+struct History<'a> {
+    participant: Participant<'a>,
+    nearest: f64,
+    nearest_step: i64,
+    contact: Option<i64>,
+    risk: u8,
+}
+
+/// Obstacles listed beside those in contact.
+const MOST_LISTED: usize = 5;
+
+pub(super) fn judge(scene: &Scene) -> Judgement {
+    let mut histories: Vec<_> =
+        scene.participants().filter_map(|p| history(scene, p)).collect();
+    histories.sort_by(|a, b| {
+        let key = |h: &History<'_>| (h.contact.unwrap_or(i64::MAX), h.risk);
+        key(a).cmp(&key(b)).then(a.nearest.total_cmp(&b.nearest))
+    });
+    let contacts = histories.iter().filter(|h| h.contact.is_some()).count();
+    histories.truncate(contacts.max(MOST_LISTED));
+    let first = histories.first().filter(|h| h.contact.is_some());
+
+    let mut reasoning = format!(
+        "Exact bodies of real size, {} to {}; the ego is {}.\n\n",
+        moment(scene, scene.steps().start),
+        moment(scene, scene.last_step()),
+        scene.ego.source,
+    );
+    for h in &histories {
+        let _ = writeln!(reasoning, "- {}", line(scene, h));
+    }
+    let justification = match (first, histories.first()) {
+        (Some(hit), _) => format!(
+            "The body of {} overlaps the ego's from {} on.",
+            name(&hit.participant),
+            moment(scene, hit.contact.unwrap_or_default()),
+        ),
+        (None, Some(nearest)) => format!(
+            "No body overlaps the ego's at any recorded step; the smallest distance is {:.2} m to {} at {}.",
+            histories.iter().map(|h| h.nearest).fold(nearest.nearest, f64::min),
+            name(&by_distance(&histories).map_or(nearest.participant, |h| h.participant)),
+            moment(scene, by_distance(&histories).map_or(nearest.nearest_step, |h| h.nearest_step)),
+        ),
+        (None, None) => "Nobody else is ever there.".to_string(),
+    };
+    let _ = write!(reasoning, "\n{justification}");
+    Judgement {
+        decisive_step: first.and_then(|h| h.contact),
+        verdict: Verdict {
+            task: Task::Collision,
+            dangerous: first.is_some(),
+            obstacles: histories.iter().map(|h| entry(scene, h)).collect(),
+            justification,
+        },
+        reasoning,
+    }
+}
+
+fn by_distance<'a, 'b>(histories: &'b [History<'a>]) -> Option<&'b History<'a>> {
+    histories.iter().min_by(|a, b| a.nearest.total_cmp(&b.nearest))
+}
+
+fn history<'a>(scene: &'a Scene, participant: Participant<'a>) -> Option<History<'a>> {
+    let mut found: Option<History<'a>> = None;
+    for step in scene.steps() {
+        let Some(encounter) = Encounter::at(scene, &participant, step) else {
+            continue;
+        };
+        let distance = encounter.distance();
+        let risk = value("risk", &encounter).map_or(5, |r| r as u8);
+        let h = found.get_or_insert(History {
+            participant,
+            nearest: distance,
+            nearest_step: step,
+            contact: None,
+            risk,
+        });
+        if distance < h.nearest {
+            (h.nearest, h.nearest_step) = (distance, step);
+        }
+        h.risk = h.risk.min(risk);
+        if distance == 0.0 && h.contact.is_none() {
+            h.contact = Some(step);
+        }
+    }
+    found
+}
+
+fn entry(scene: &Scene, h: &History<'_>) -> ObstacleRisk {
+    ObstacleRisk {
+        id: h.participant.obstacle.id,
+        risk_score: h.risk,
+        reason: match h.contact {
+            Some(step) => format!("contact at {}", moment(scene, step)),
+            None => format!("nearest {:.2} m at {}", h.nearest, moment(scene, h.nearest_step)),
+        },
+    }
+}
+
+fn line(scene: &Scene, h: &History<'_>) -> String {
+    let who = name(&h.participant);
+    let at = h.contact.unwrap_or(h.nearest_step);
+    let before = Encounter::at(scene, &h.participant, at)
+        .map(|e| situation(&e))
+        .unwrap_or_default();
+    match h.contact {
+        Some(step) => format!("**{who}** touches the ego at {}: {before}. Risk {}.", moment(scene, step), risk(h.risk)),
+        None => format!("{who}: nearest at {}: {before}. Lowest risk {}.", moment(scene, at), risk(h.risk)),
+    }
+}

@@ -1,0 +1,34 @@
+//! The built-in reference judge: exact geometry instead of a language model, without a network.
+
+mod collision;
+mod reasoning;
+mod safety;
+
+use crate::scenario::{Scene, Window};
+use crate::verdict::{Task, Verdict};
+
+/// The model id under which the judge's answers are shown and stored.
+pub const MODEL: &str = "reference/geometry";
+
+/// What the judge says, and how it came to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The way to it, with steps and numbers, as Markdown.
+    pub reasoning: String,
+    /// The step that decided: first contact, or the present of a prediction.
+    pub decisive_step: Option<i64>,
+}
+
+/// Judges a scene.
+///
+/// The collision task looks at every recorded step of the ego, whatever the window. The safety task looks at the
+/// last step of `window` only, never beyond it.
+#[must_use]
+pub fn judge(scene: &Scene, task: Task, window: &Window) -> Judgement {
+    match task {
+        Task::Collision => collision::judge(scene),
+        Task::Safety => safety::judge(scene, window),
+    }
+}

@@ -1,0 +1,43 @@
+//! The judge's words for numbers, so that both tasks cite alike.
+
+use crate::metrics::{Encounter, MEASURES, RISK_LEVELS, Reading};
+use crate::scenario::{Participant, Scene};
+
+/// `car 30308`.
+pub(super) fn name(participant: &Participant<'_>) -> String {
+    format!("{} {}", participant.obstacle.kind, participant.obstacle.id)
+}
+
+/// `step 143 (14.3 s)`.
+pub(super) fn moment(scene: &Scene, step: i64) -> String {
+    format!("step {step} ({:.1} s)", scene.time_of(step))
+}
+
+/// Where the other is, how far, and how fast it comes, in half a sentence.
+pub(super) fn situation(encounter: &Encounter<'_>) -> String {
+    let relation = encounter.relation();
+    format!(
+        "{}, distance {:.2} m, gaps {:.2} m along and {:.2} m across, relative velocity {:.2} m/s along and {:.2} m/s across",
+        relation.direction.name().to_lowercase(),
+        encounter.distance(),
+        relation.gap_long,
+        relation.gap_lat,
+        relation.velocity.x,
+        relation.velocity.y,
+    )
+}
+
+/// `1 (extreme)`.
+pub(super) fn risk(score: u8) -> String {
+    let name = RISK_LEVELS.level(score).map_or("", |level| level.name.as_str());
+    format!("{score} ({name})")
+}
+
+/// The value of a measure in an encounter.
+pub(super) fn value(id: &str, encounter: &Encounter<'_>) -> Option<f64> {
+    let measure = MEASURES.iter().find(|m| m.id == id)?;
+    match (measure.compute)(encounter) {
+        Reading::Value(value) => Some(value),
+        Reading::None(_) => None,
+    }
+}

@@ -1,0 +1,121 @@
+//! Filling a template: its `system` and `user` blocks become the two messages.
+
+use std::collections::BTreeMap;
+
+use minijinja::value::Serde;
+use minijinja::{Environment, ErrorKind, UndefinedBehavior};
+use serde::Serialize;
+
+use super::template::body_in_place;
+
+/// The two messages of a request.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Prompt {
+    /// Who the model is and what it knows.
+    pub system: String,
+    /// What it is asked.
+    pub user: String,
+}
+
+/// Why a template could not be filled.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file}{}: {message}", line.map(|l| format!(":{l}")).unwrap_or_default())]
+pub struct RenderError {
+    /// The template or fragment.
+    pub file: String,
+    /// Line in that file, from 1, where it is known.
+    pub line: Option<usize>,
+    /// What is wrong.
+    pub message: String,
+}
+
+/// Fills the template `source` (a whole file) with `values`; `fragments` can be included by name.
+///
+/// # Errors
+/// Wrong syntax, an unknown variable, a missing block: with file and line.
+pub fn render(
+    file: &str,
+    source: &str,
+    fragments: &BTreeMap<String, String>,
+    values: impl Serialize,
+) -> Result<Prompt, RenderError> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    // Prompts are Markdown, never HTML.
+    environment.set_auto_escape_callback(|_| minijinja::AutoEscape::None);
+    let fail = |error: &minijinja::Error| describe(file, error);
+    for (name, text) in fragments {
+        environment.add_template(name, text).map_err(|e| fail(&e))?;
+    }
+    let body = body_in_place(source);
+    let template = environment.template_from_named_str(file, &body).map_err(|e| fail(&e))?;
+    let mut filled =
+        template.render_captured(Serde(values)).map_err(|e| fail(&e))?;
+    let mut block = |name: &str| {
+        let rendered = filled.with_state_mut(|state| state.render_block(name));
+        rendered.map(|text| text.trim().to_string()).map_err(|error| match error.kind() {
+            ErrorKind::UnknownBlock => RenderError {
+                file: file.to_string(),
+                line: None,
+                message: format!("there is no `{{% block {name} %}}` in it"),
+            },
+            _ => fail(&error),
+        })
+    };
+    Ok(Prompt {
+        system: block("system")?,
+        user: block("user")?,
+    })
+}
+
+fn describe(file: &str, error: &minijinja::Error) -> RenderError {
+    let mut innermost = error;
+    let mut source: Option<&dyn std::error::Error> = std::error::Error::source(error);
+    while let Some(next) = source {
+        if let Some(inner) = next.downcast_ref::<minijinja::Error>() {
+            innermost = inner;
+        }
+        source = next.source();
+    }
+    RenderError {
+        file: innermost.name().unwrap_or(file).to_string(),
+        line: innermost.line(),
+        message: match innermost.detail() {
+            Some(detail) => format!("{}: {detail}", innermost.kind()),
+            None => innermost.kind().to_string(),
+        },
+    }
+}
+
+/// Roughly how many tokens a text is: a token for every four characters. Models differ.
+#[must_use]
+pub fn estimate_tokens(text: &str) -> usize {
+    text.chars().count().div_ceil(4)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn fill(source: &str) -> Result<Prompt, RenderError> {
+        let fragments = BTreeMap::from([("_f.md".to_string(), "fragment {{ x }}".to_string())]);
+        render("t.md", source, &fragments, BTreeMap::from([("x", "<1>")]))
+    }
+
+    #[test]
+    fn blocks_become_messages() {
+        let prompt = fill("+++\n+++\n{% block system %}a {% include \"_f.md\" %}{% endblock %}\n{% block user %} {{ x }} {% endblock %}").unwrap();
+        assert_eq!((prompt.system.as_str(), prompt.user.as_str()), ("a fragment <1>", "<1>"));
+    }
+
+    #[test]
+    fn errors_name_the_line_of_the_file() {
+        let error = fill("+++\nname = 1\n+++\n{% block system %}{% endblock %}\n{{ nothing }}").unwrap_err();
+        assert_eq!((error.file.as_str(), error.line), ("t.md", Some(5)), "{error}");
+        let error = fill("+++\n+++\n{% block system %}").unwrap_err();
+        assert!(error.line.is_some(), "{error}");
+        let error = fill("+++\n+++\n{% block system %}a{% endblock %}").unwrap_err();
+        assert!(error.message.contains("user"), "{error}");
+    }
+}
