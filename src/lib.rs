@@ -2,6 +2,10 @@
 
 /// The command line: one file a subcommand.
 pub mod cli;
+/// The user's folders and configuration file.
+pub mod config;
+/// One case from end to end.
+pub mod evaluation;
 /// Poses, footprints, polylines, polygons, with exact distances.
 pub mod geometry;
 /// The built-in reference judge.
@@ -14,6 +18,8 @@ pub mod metrics;
 pub mod prompts;
 /// Scenarios and scenes, and the files they come from.
 pub mod scenario;
+/// Every run, in SQLite.
+pub mod store;
 /// Scenes in words.
 pub mod text;
 /// What judges say, as structured data.

@@ -9,7 +9,7 @@ fn main() -> ExitCode {
     let arguments = cli::Arguments::parse();
     let outcome = match &arguments.command {
         Some(command) => cli::run(command),
-        None => Ok(()),
+        None => cli::without_terminal(&arguments.paths),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,7 +1,16 @@
 //! The command line: one file a subcommand. Data goes to standard output, words to standard error.
 
+mod ask;
+mod describe;
+mod generated;
 mod inspect;
+mod metrics;
+mod open;
 mod output;
+mod prompt;
+mod verdicts;
+
+pub use verdicts::without_terminal;
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -22,6 +31,18 @@ pub struct Arguments {
 pub enum Command {
     /// What is in a scenario, and what is wrong with it, with line numbers.
     Inspect(inspect::Inspect),
+    /// Every measure of every obstacle at every step, as a table.
+    Metrics(metrics::Metrics),
+    /// A window of a scene in words.
+    Describe(describe::Describe),
+    /// The messages as they would be sent to a model.
+    Prompt(prompt::PromptArguments),
+    /// One verdict: by the built-in judge, or by a language model.
+    Ask(ask::Ask),
+    /// Completions for a shell.
+    Completions(generated::Completions),
+    /// The manual page.
+    Man,
 }
 
 /// What a command ends with.
@@ -53,5 +74,11 @@ impl Failure {
 pub fn run(command: &Command) -> Outcome {
     match command {
         Command::Inspect(arguments) => inspect::run(arguments),
+        Command::Metrics(arguments) => metrics::run(arguments),
+        Command::Describe(arguments) => describe::run(arguments),
+        Command::Prompt(arguments) => prompt::run(arguments),
+        Command::Ask(arguments) => ask::run(arguments),
+        Command::Completions(arguments) => generated::completions(arguments),
+        Command::Man => generated::man(),
     }
 }

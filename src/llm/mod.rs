@@ -31,6 +31,7 @@ mod openai_chat;
 mod patience;
 mod problem;
 mod request;
+mod registry;
 mod retry;
 mod text;
 mod think;
@@ -40,6 +41,7 @@ pub use client::Client;
 pub use endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
 pub use error::{Error, Place, Which};
 pub use openai_chat::body;
+pub use registry::{Offer, Provider, Registry, RegistryError};
 pub use request::{Message, Parameters, Request, Role, Schema};
 
 use futures_util::stream::{self, Stream, StreamExt};

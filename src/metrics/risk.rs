@@ -6,12 +6,12 @@
 
 use std::sync::LazyLock;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Direction, Encounter, Reading, Relation};
 
 /// One level of the table.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 pub struct RiskLevel {
     /// 0 (collision) to 5 (negligible).
     pub score: u8,

@@ -8,4 +8,4 @@ mod template;
 pub use library::{Library, Origin, Problem, Shipped};
 pub use render::{Prompt, RenderError, estimate_tokens, render};
 pub use techniques::Techniques;
-pub use template::{FrontMatter, Template, TemplateError};
+pub use template::{FrontMatter, Template, TemplateError, hash};

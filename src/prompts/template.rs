@@ -93,7 +93,9 @@ pub(super) fn body_in_place(source: &str) -> String {
     }
 }
 
-pub(super) fn hash(source: &str) -> String {
+/// SHA-256 of a template's text, hexadecimal.
+#[must_use]
+pub fn hash(source: &str) -> String {
     Sha256::digest(source.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
 }
 

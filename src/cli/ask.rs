@@ -1,0 +1,209 @@
+//! `nearmiss ask`: one answer, streamed.
+
+use std::io::{IsTerminal, Write};
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use super::open::configuration;
+use super::prompt::Asked;
+use super::{Failure, Outcome, output};
+use crate::config::{Config, Folders};
+use crate::evaluation::{self, Answer, Event, Judge, Judged};
+use crate::judge;
+use crate::llm::{Client, Parameters, Registry};
+use crate::store::Store;
+use crate::verdict::How;
+
+/// Arguments of `ask`.
+#[derive(Debug, clap::Args)]
+pub struct Ask {
+    #[command(flatten)]
+    asked: Asked,
+    /// Who is asked, as provider/model.
+    #[arg(long, default_value = judge::MODEL)]
+    model: String,
+    /// Address of an OpenAI-compatible server, instead of the provider's own.
+    #[arg(long, value_name = "URL")]
+    base_url: Option<String>,
+    /// Environment variable with the key for --base-url [default: the provider's].
+    #[arg(long, value_name = "NAME", requires = "base_url")]
+    key_env: Option<String>,
+    /// Sampling temperature [default: the server's].
+    #[arg(long)]
+    temperature: Option<f64>,
+    /// Most tokens of the answer [default: the server's].
+    #[arg(long, value_name = "N")]
+    max_tokens: Option<u32>,
+    /// Seed of the sampling, where the server has one.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// The verdict as one line of JSON on standard output; nothing is streamed.
+    #[arg(long)]
+    json: bool,
+    /// Do not keep the run in the store.
+    #[arg(long)]
+    no_store: bool,
+}
+
+/// Runs `ask`.
+pub fn run(arguments: &Ask) -> Outcome {
+    let (folders, config) = configuration()?;
+    let question = arguments.asked.question(&folders, &config)?;
+    let judge = judge(arguments, &config)?;
+    let store = store(arguments, &folders)?;
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .enable_all()
+        .build()
+        .map_err(Failure::input)?;
+    let answer = runtime.block_on(async {
+        let mut words = Words::new(!arguments.json);
+        tokio::select! {
+            answer = evaluation::run(&question, &judge, store, |event| words.hear(event)) => {
+                answer.map_err(Failure::input)
+            }
+            _ = tokio::signal::ctrl_c() => Err(Failure {
+                message: "interrupted; what had arrived is in the store".into(),
+                status: 130,
+            }),
+        }
+    })?;
+    if arguments.json {
+        output::json(&document(&answer))?;
+    } else {
+        output::text(&summary(&answer))?;
+    }
+    match &answer.judged {
+        Judged::Verdict(_) => Ok(()),
+        Judged::Missing(missing) => Err(Failure {
+            message: missing.to_string(),
+            status: 1,
+        }),
+    }
+}
+
+fn judge(arguments: &Ask, config: &Config) -> Result<Judge, Failure> {
+    let mut providers = config.providers.clone();
+    if let Some(url) = &arguments.base_url {
+        let Some((name, _)) = arguments.model.split_once('/').filter(|(name, _)| *name != "reference")
+        else {
+            return Err(Failure::input(
+                "--base-url needs --model provider/model, where any provider name will do, e.g. local/default",
+            ));
+        };
+        let entry = providers.entry(name).or_insert_with(|| toml::Table::new().into());
+        if let Some(table) = entry.as_table_mut() {
+            table.insert("base_url".into(), url.clone().into());
+            if let Some(variable) = &arguments.key_env {
+                table.insert("key_env".into(), variable.clone().into());
+            }
+        }
+    }
+    let registry = Registry::new(&providers).map_err(Failure::input)?;
+    let parameters = Parameters {
+        temperature: arguments.temperature.or(config.temperature),
+        max_tokens: arguments.max_tokens.or(config.max_tokens),
+        seed: arguments.seed,
+    };
+    let env = |name: &str| std::env::var(name).ok();
+    Judge::resolve(&arguments.model, &registry, &Client::new(), parameters, env)
+        .map_err(Failure::input)
+}
+
+fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failure> {
+    if arguments.no_store {
+        return Ok(None);
+    }
+    Store::open(&folders.store()).map(|s| Some(Arc::new(s))).map_err(|error| {
+        Failure::input(format!("{error}; --no-store asks without keeping the run"))
+    })
+}
+
+/// Streams the words of an answer to standard error, where a person is watching.
+struct Words {
+    on: bool,
+}
+
+impl Words {
+    fn new(wanted: bool) -> Self {
+        Self {
+            on: wanted && std::io::stderr().is_terminal(),
+        }
+    }
+
+    fn hear(&mut self, event: Event) {
+        if !self.on {
+            return;
+        }
+        let mut err = std::io::stderr().lock();
+        // Nothing can be done about a standard error that is gone.
+        let _ = match event {
+            Event::Reasoning(text) | Event::Text(text) => {
+                write!(err, "{}", output::visible(&text)).and_then(|()| err.flush())
+            }
+            Event::Retrying { attempt, wait, why } => {
+                writeln!(err, "{why}; try {attempt} in {:.0} s", wait.as_secs_f64())
+            }
+            Event::Kept(_) | Event::Answering(_) => Ok(()),
+        };
+    }
+}
+
+fn document(answer: &Answer) -> Value {
+    let mut value = match &answer.judged {
+        Judged::Verdict(parsed) => {
+            let mut value = json!(parsed.verdict);
+            if let How::Repaired(notes) = &parsed.how {
+                value["repaired"] = json!(notes);
+            }
+            value
+        }
+        Judged::Missing(missing) => json!({
+            "verdict": null,
+            "problem": missing.to_string(),
+            "answer": answer.text,
+            "reasoning": answer.reasoning,
+        }),
+    };
+    value["model"] = json!(answer.model);
+    if let Some(returned) = &answer.model_returned {
+        value["model_returned"] = json!(returned);
+    }
+    value
+}
+
+fn summary(answer: &Answer) -> String {
+    let mut text = String::new();
+    match &answer.judged {
+        Judged::Verdict(parsed) => {
+            let verdict = &parsed.verdict;
+            text.push_str(&format!("\nverdict       {} ({})\n", verdict.word(), answer.model));
+            for o in &verdict.obstacles {
+                text.push_str(&format!("  risk {}      {}  {}\n", o.risk_score, o.id, o.reason));
+            }
+            text.push_str(&format!("justification {}\n", verdict.justification));
+            if let How::Repaired(notes) = &parsed.how {
+                text.push_str(&format!("repaired      {}\n", notes.join("; ")));
+            }
+        }
+        Judged::Missing(missing) => text.push_str(&format!("\n{missing}\n{}\n", answer.text)),
+    }
+    if answer.model_differs() {
+        let returned = answer.model_returned.as_deref().unwrap_or_default();
+        text.push_str(&format!("answered by   {returned}\n"));
+    }
+    let consumed = &answer.consumed;
+    let count = |tokens: Option<u64>| tokens.map_or("unknown".into(), |t| t.to_string());
+    if answer.model != judge::MODEL {
+        text.push_str(&format!(
+            "tokens        {} in, {} out\n",
+            count(consumed.input_tokens),
+            count(consumed.output_tokens)
+        ));
+    }
+    if let Some(run) = answer.run {
+        text.push_str(&format!("run           {run}\n"));
+    }
+    output::visible(&text)
+}

@@ -1,0 +1,118 @@
+//! What the commands share: opening a scenario with its ego, and the words for frames, tasks and techniques.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::Failure;
+use crate::config::{Config, Folders};
+use crate::prompts::Techniques;
+use crate::scenario::{Entry, Scene, Window};
+use crate::text::{Frame, Options};
+use crate::verdict::Task;
+
+/// Which scenario, and who is the ego in it.
+#[derive(Debug, clap::Args)]
+pub struct Which {
+    /// A CommonRoad file, or the name of a bundled scenario.
+    file: PathBuf,
+    /// Id of an obstacle to take as the ego [default: the recorded ego].
+    #[arg(long, value_name = "ID")]
+    ego: Option<i64>,
+}
+
+impl Which {
+    /// Opens the scene.
+    pub fn open(&self) -> Result<(Entry, Arc<Scene>), Failure> {
+        let entry = Entry::of_argument(&self.file);
+        let scene = scene(&entry, self.ego)?;
+        Ok((entry, scene))
+    }
+}
+
+/// The scene of an entry, with an obstacle or the recording as ego.
+pub fn scene(entry: &Entry, ego: Option<i64>) -> Result<Arc<Scene>, Failure> {
+    let scenario = entry.read().map_err(Failure::input)?;
+    if let Some(id) = ego {
+        let scene = Scene::with_obstacle_as_ego(scenario, id).map_err(Failure::input)?;
+        return Ok(Arc::new(scene));
+    }
+    match entry.recorded_ego(&scenario).map_err(Failure::input)? {
+        Some(ego) => Ok(Arc::new(Scene::new(scenario, ego))),
+        None => Err(Failure::input(format!(
+            "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID, `nearmiss inspect` lists them",
+            entry.display()
+        ))),
+    }
+}
+
+/// Which steps are looked at.
+#[derive(Debug, clap::Args)]
+pub struct Span {
+    /// Last step of the window [default: the last step; for the safety task two steps before it].
+    #[arg(long, value_name = "STEP", allow_negative_numbers = true)]
+    at: Option<i64>,
+    /// Steps in the window [default: 10].
+    #[arg(long, value_name = "N")]
+    history: Option<usize>,
+    /// Obstacles farther from the ego are left out, metres [default: 30].
+    #[arg(long, value_name = "M")]
+    radius: Option<f64>,
+}
+
+impl Span {
+    /// The window in a scene.
+    pub fn window(
+        &self,
+        scene: &Scene,
+        task: Option<Task>,
+        config: &Config,
+    ) -> Result<Window, Failure> {
+        let steps = scene.steps();
+        if let Some(at) = self.at.filter(|at| !steps.contains(at)) {
+            return Err(Failure::input(format!(
+                "--at {at}: the ego is recorded from step {} to {}",
+                steps.start,
+                steps.end - 1
+            )));
+        }
+        // The paper's safety inference looks at a window that ends two steps before the last one.
+        let back = if task == Some(Task::Safety) { 2 } else { 0 };
+        let last = self.at.unwrap_or(steps.end - 1 - back);
+        let history = self.history.unwrap_or(config.history);
+        Ok(Window::ending_at(scene, last, history))
+    }
+
+    /// The options of a description.
+    pub fn options(&self, config: &Config) -> Result<Options, Failure> {
+        let radius = self.radius.unwrap_or(config.radius);
+        if !(radius.is_finite() && radius > 0.0) {
+            return Err(Failure::input("--radius must be a positive number of metres"));
+        }
+        Ok(Options {
+            radius,
+            ..Options::default()
+        })
+    }
+}
+
+/// Folders and configuration; a configuration that cannot be used is an error here, where nobody could see a warning.
+pub fn configuration() -> Result<(Folders, Config), Failure> {
+    let folders = Folders::find().map_err(Failure::input)?;
+    let config = Config::read(&folders.config_file()).map_err(Failure::input)?;
+    Ok((folders, config))
+}
+
+/// `collision` or `safety`.
+pub fn task(word: &str) -> Result<Task, String> {
+    Task::parse(word).ok_or_else(|| "there are collision and safety".into())
+}
+
+/// `ego` or `cartesian`.
+pub fn frame(word: &str) -> Result<Frame, String> {
+    Frame::parse(word).ok_or_else(|| "there are ego and cartesian".into())
+}
+
+/// `cp,cot,icl`, `base` or `all`.
+pub fn techniques(words: &str) -> Result<Techniques, String> {
+    Techniques::parse(words)
+}

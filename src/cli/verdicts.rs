@@ -1,0 +1,50 @@
+//! What `nearmiss` does where there is no terminal: it says so, and prints the built-in judge's verdicts.
+
+use std::path::PathBuf;
+
+use rayon::prelude::*;
+
+use super::open::scene;
+use super::{Failure, Outcome, output};
+use crate::judge::{self, judge};
+use crate::scenario::{Entry, Scene, Window, bundled, find};
+use crate::verdict::Task;
+
+/// A table of the built-in judge's verdicts on the scenarios at `paths`, or on the bundled ones.
+///
+/// # Errors
+/// No scenario can be found or judged.
+pub fn without_terminal(paths: &[PathBuf]) -> Outcome {
+    eprintln!(
+        "nearmiss: there is no terminal here, so the workbench cannot open. These commands work without one: \
+         inspect, metrics, describe, prompt, ask (see `nearmiss --help`).\n\
+         The verdicts of the built-in judge, {}, on the collision task:",
+        judge::MODEL
+    );
+    let entries = if paths.is_empty() { bundled() } else { find(paths).map_err(Failure::input)? };
+    let lines: Vec<Result<String, Failure>> =
+        entries.par_iter().map(|e| scene(e, None).map(|s| line(e, &s))).collect();
+    let mut failed = 0;
+    for line in lines {
+        match line {
+            Ok(line) => output::text(&line)?,
+            Err(failure) => {
+                failed += 1;
+                eprintln!("nearmiss: {}", failure.message);
+            }
+        }
+    }
+    if failed > 0 {
+        return Err(Failure {
+            message: format!("{failed} of {} scenarios could not be judged", entries.len()),
+            status: 1,
+        });
+    }
+    Ok(())
+}
+
+fn line(entry: &Entry, scene: &Scene) -> String {
+    let judgement = judge(scene, Task::Collision, &Window::ending_at(scene, i64::MAX, 1));
+    let verdict = judgement.verdict;
+    format!("{:<28} {:<13} {}\n", entry.name, verdict.word(), verdict.justification)
+}

@@ -1,0 +1,63 @@
+//! Who can be asked: the built-in judge, or a language model behind an endpoint.
+
+use crate::judge;
+use crate::llm::{Client, Endpoint, Parameters, Registry, RegistryError};
+
+/// Who is asked.
+#[derive(Debug, Clone)]
+pub enum Judge {
+    /// The built-in reference judge.
+    Reference,
+    /// A language model.
+    Model(Box<ModelJudge>),
+}
+
+/// A language model and how it is asked.
+#[derive(Debug, Clone)]
+pub struct ModelJudge {
+    /// `provider/model`.
+    pub id: String,
+    /// The name the server knows it by.
+    pub name: String,
+    /// The server.
+    pub endpoint: Endpoint,
+    /// The HTTP client.
+    pub client: Client,
+    /// Sampling parameters.
+    pub parameters: Parameters,
+}
+
+impl Judge {
+    /// The judge with a model id; `env` looks up environment variables.
+    ///
+    /// # Errors
+    /// The id or its provider is not known.
+    pub fn resolve(
+        id: &str,
+        registry: &Registry,
+        client: &Client,
+        parameters: Parameters,
+        env: impl Fn(&str) -> Option<String>,
+    ) -> Result<Self, RegistryError> {
+        if id == judge::MODEL {
+            return Ok(Self::Reference);
+        }
+        let (endpoint, name) = registry.resolve(id, env)?;
+        Ok(Self::Model(Box::new(ModelJudge {
+            id: id.to_string(),
+            name,
+            endpoint,
+            client: client.clone(),
+            parameters,
+        })))
+    }
+
+    /// The model id.
+    #[must_use]
+    pub fn id(&self) -> &str {
+        match self {
+            Self::Reference => judge::MODEL,
+            Self::Model(model) => &model.id,
+        }
+    }
+}
