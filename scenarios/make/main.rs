@@ -36,8 +36,9 @@ fn line(made: &make::Made, recording: &str) -> Result<String, Box<dyn Error>> {
         })
     };
     Ok(format!(
-        "{:<26} {:?}: {} obstacles, {} steps, distance {}, ttc {}, {} kB",
+        "{} · {}\n    {:?}: {} obstacles, {} steps, distance {}, ttc {}, {} kB",
         made.name,
+        made.title,
         made.outcome,
         scene.scenario.obstacles.len(),
         scene.last_step(),

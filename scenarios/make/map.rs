@@ -96,6 +96,14 @@ impl Map {
         self.road(path, (0.0, path.length()), id, &edges, &[Lane::Along(kind)]);
     }
 
+    /// Adds a crossing for people on foot, `length` metres along the road and to `half` on both sides of it.
+    pub fn crossing(&mut self, id: i64, path: &Path, s: f64, half: f64, length: f64) {
+        let right = path.pose(s, -half);
+        let start = Pose { heading: right.heading + PI / 2.0, ..right };
+        let across = Path::from(start).straight(2.0 * half);
+        self.lane(id, &across, length, Kind::Crosswalk, LineMarking::Dashed);
+    }
+
     /// Puts up a sign (German numbers, which CommonRoad takes for ZAM too) for some lanelets.
     pub fn sign(&mut self, id: i64, what: &[(&str, &str)], at: Point, lanelets: &[i64]) {
         let element = |(id, value): &(&str, &str)| SignElement {

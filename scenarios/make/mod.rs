@@ -4,20 +4,39 @@
 
 mod cast;
 mod drive;
+mod junction;
 mod map;
 mod path;
 mod story;
 
 mod braking;
+mod cut_in;
+mod jam_tail;
+mod merge;
+mod overtaking;
+mod pedestrian;
+mod red_light;
+mod right_turn;
 
 use std::error::Error;
 
 use nearmiss::geometry::Point;
-pub use story::{Made, Outcome};
+pub use story::Made;
+#[allow(unused_imports, reason = "the tests look at it, the program does not")]
+pub use story::Outcome;
 
 /// Every bundled scenario, in the order of the bundle.
 pub fn all() -> Result<Vec<Made>, Box<dyn Error>> {
-    let stories = [braking::story];
+    let stories = [
+        braking::story,
+        cut_in::story,
+        red_light::story,
+        overtaking::story,
+        pedestrian::story,
+        merge::story,
+        right_turn::story,
+        jam_tail::story,
+    ];
     stories.iter().map(|story| story()?.make()).collect()
 }
 

@@ -139,11 +139,6 @@ impl Path {
         self.length
     }
 
-    /// Where its end is and where that points.
-    pub fn end(&self) -> Pose {
-        self.end
-    }
-
     /// The pose `offset` metres to the left of the path at `s`; straight on beyond both ends.
     pub fn pose(&self, s: f64, offset: f64) -> Pose {
         let on = match self.piece(s) {
