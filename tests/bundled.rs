@@ -23,7 +23,8 @@ struct Case {
 
 static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
     let read = |made: make::Made| {
-        let bytes = |ending: &str| std::fs::read(folder().join(format!("{}.{ending}", made.name))).unwrap();
+        let bytes =
+            |ending: &str| std::fs::read(folder().join(format!("{}.{ending}", made.name))).unwrap();
         let scenario = commonroad::read(&bytes("xml"), made.name).unwrap();
         let ego = read_recording(&bytes("ego_trajectory.csv"), made.name, &scenario).unwrap();
         let scene = Scene::new(Arc::new(scenario), ego);

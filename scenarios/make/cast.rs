@@ -54,7 +54,9 @@ impl Cast {
     /// Somebody who moves.
     pub fn add(&mut self, id: i64, body: Body, drive: &Drive) -> Result<(), Box<dyn Error>> {
         let moments = drive.moments(self.last);
-        let mut states = (0..).zip(&moments).map(|(step, moment)| state(step, moment));
+        let mut states = (0..)
+            .zip(&moments)
+            .map(|(step, moment)| state(step, moment));
         let (initial, later) = (states.next(), Prediction::Trajectory(states.collect()));
         self.push(id, ObstacleRole::Dynamic, body, initial, later)
     }
@@ -89,7 +91,8 @@ impl Cast {
             Shape::rectangle(length, width)
         };
         let footprint = Some(Footprint::new(shape)?);
-        self.obstacles.push(Obstacle::new(id, role, kind, footprint, initial, later, DT));
+        self.obstacles
+            .push(Obstacle::new(id, role, kind, footprint, initial, later, DT));
         Ok(())
     }
 }

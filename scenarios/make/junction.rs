@@ -30,13 +30,19 @@ pub struct Arm<'a> {
 impl Arm<'_> {
     /// Where a lane enters, from right to left.
     pub fn entry(&self, lane: usize) -> Pose {
-        let pose = self.path.pose(self.s, if self.along { -1.0 } else { 1.0 } * self.centres[lane]);
+        let pose = self.path.pose(
+            self.s,
+            if self.along { -1.0 } else { 1.0 } * self.centres[lane],
+        );
         if self.along { pose } else { back(pose) }
     }
 
     /// Where a lane leaves, from right to left.
     pub fn exit(&self, lane: usize) -> Pose {
-        let pose = self.path.pose(self.s, if self.along { 1.0 } else { -1.0 } * self.centres[lane]);
+        let pose = self.path.pose(
+            self.s,
+            if self.along { 1.0 } else { -1.0 } * self.centres[lane],
+        );
         if self.along { back(pose) } else { pose }
     }
 }
@@ -69,17 +75,31 @@ pub fn lay(map: &mut Map, id: i64, first: i64, arms: &[Arm<'_>]) -> Result<(), B
                 0.5.. => (&mut incoming.left, LEFT, vec![(leftmost_in, leftmost_out)]),
                 _ => {
                     let lanes = 0..arm.entering.len().min(target.leaving.len());
-                    (&mut incoming.straight, RIGHT, lanes.map(|k| (k, k)).collect())
+                    (
+                        &mut incoming.straight,
+                        RIGHT,
+                        lanes.map(|k| (k, k)).collect(),
+                    )
                 }
             };
             for (from, to) in pairs {
                 let turn = Path::between(arm.entry(from), target.exit(to), radius, spiral);
                 let turn = turn.ok_or(format!("no room to turn from arm {i} to arm {j}"))?;
                 let edge = |side: f64| {
-                    taper(side * arm.width / 2.0, side * target.width / 2.0, LineMarking::NoMarking)
+                    taper(
+                        side * arm.width / 2.0,
+                        side * target.width / 2.0,
+                        LineMarking::NoMarking,
+                    )
                 };
                 let lanes = [Lane::Along(Kind::Junction)];
-                map.road(&turn, (0.0, turn.length()), next, &[edge(-1.0), edge(1.0)], &lanes);
+                map.road(
+                    &turn,
+                    (0.0, turn.length()),
+                    next,
+                    &[edge(-1.0), edge(1.0)],
+                    &lanes,
+                );
                 list.push(next);
                 next += 1;
             }

@@ -66,7 +66,14 @@ impl Map {
     /// Adds the lanelets of a stretch of road between two arc lengths of `path`.
     ///
     /// `edges` go from right to left and enclose the `lanes`, which get the ids from `first` on.
-    pub fn road(&mut self, path: &Path, (from, to): (f64, f64), first: i64, edges: &[Edge], lanes: &[Lane]) {
+    pub fn road(
+        &mut self,
+        path: &Path,
+        (from, to): (f64, f64),
+        first: i64,
+        edges: &[Edge],
+        lanes: &[Lane],
+    ) {
         let stations = stations(path, from, to);
         let line = |edge: &Edge| Bound {
             points: stations
@@ -99,7 +106,10 @@ impl Map {
     /// Adds a crossing for people on foot, `length` metres along the road and to `half` on both sides of it.
     pub fn crossing(&mut self, id: i64, path: &Path, s: f64, half: f64, length: f64) {
         let right = path.pose(s, -half);
-        let start = Pose { heading: right.heading + PI / 2.0, ..right };
+        let start = Pose {
+            heading: right.heading + PI / 2.0,
+            ..right
+        };
         let across = Path::from(start).straight(2.0 * half);
         self.lane(id, &across, length, Kind::Crosswalk, LineMarking::Dashed);
     }
@@ -108,7 +118,11 @@ impl Map {
     pub fn sign(&mut self, id: i64, what: &[(&str, &str)], at: Point, lanelets: &[i64]) {
         let element = |(id, value): &(&str, &str)| SignElement {
             id: (*id).to_string(),
-            values: if value.is_empty() { vec![] } else { vec![(*value).to_string()] },
+            values: if value.is_empty() {
+                vec![]
+            } else {
+                vec![(*value).to_string()]
+            },
         };
         self.signs.push(Sign {
             id,
@@ -122,7 +136,14 @@ impl Map {
     }
 
     /// Puts up a traffic light that holds at the ends of some lanelets.
-    pub fn light(&mut self, id: i64, phases: &[(i64, SignalColor)], offset: i64, at: Point, lanelets: &[i64]) {
+    pub fn light(
+        &mut self,
+        id: i64,
+        phases: &[(i64, SignalColor)],
+        offset: i64,
+        at: Point,
+        lanelets: &[i64],
+    ) {
         let phase = |&(duration, color): &(i64, SignalColor)| LightPhase { duration, color };
         self.lights.push(TrafficLight {
             id,
@@ -162,7 +183,11 @@ impl Map {
 
     /// The network, with neighbours, successors and predecessors found by their borders.
     pub fn finish(self) -> LaneletNetwork {
-        let linked = self.lanelets.iter().map(|l| linked(l, &self.lanelets)).collect();
+        let linked = self
+            .lanelets
+            .iter()
+            .map(|l| linked(l, &self.lanelets))
+            .collect();
         LaneletNetwork::new(linked, self.signs, self.lights, self.intersections)
     }
 }
@@ -206,21 +231,31 @@ fn turned(mut bound: Bound) -> Bound {
 
 /// A lanelet with references to those of `all` that it touches.
 fn linked(lanelet: &Lanelet, all: &[Lanelet]) -> Lanelet {
-    let others = || all.iter().filter(|o| o.id != lanelet.id && driven(o) == driven(lanelet));
-    let adjacent = |mine: &Bound, same: fn(&Lanelet) -> &Bound, opposite: fn(&Lanelet) -> &Bound| {
-        let mut others = all.iter().filter(|o| o.id != lanelet.id);
-        others.find_map(|other| {
-            let along = same(other).points == mine.points;
-            let against = opposite(other).points.iter().rev().eq(&mine.points);
-            (along || against).then_some(Adjacent {
-                id: other.id,
-                same_direction: along,
-            })
-        })
+    let others = || {
+        all.iter()
+            .filter(|o| o.id != lanelet.id && driven(o) == driven(lanelet))
     };
+    let adjacent =
+        |mine: &Bound, same: fn(&Lanelet) -> &Bound, opposite: fn(&Lanelet) -> &Bound| {
+            let mut others = all.iter().filter(|o| o.id != lanelet.id);
+            others.find_map(|other| {
+                let along = same(other).points == mine.points;
+                let against = opposite(other).points.iter().rev().eq(&mine.points);
+                (along || against).then_some(Adjacent {
+                    id: other.id,
+                    same_direction: along,
+                })
+            })
+        };
     Lanelet {
-        successors: others().filter(|o| follows(lanelet, o)).map(|o| o.id).collect(),
-        predecessors: others().filter(|o| follows(o, lanelet)).map(|o| o.id).collect(),
+        successors: others()
+            .filter(|o| follows(lanelet, o))
+            .map(|o| o.id)
+            .collect(),
+        predecessors: others()
+            .filter(|o| follows(o, lanelet))
+            .map(|o| o.id)
+            .collect(),
         adjacent_left: adjacent(&lanelet.left, |o| &o.right, |o| &o.left),
         adjacent_right: adjacent(&lanelet.right, |o| &o.left, |o| &o.right),
         ..lanelet.clone()

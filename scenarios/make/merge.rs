@@ -30,28 +30,84 @@ pub fn story() -> Result<Story, Box<dyn Error>> {
     let lane = Lane::Along(Kind::Motorway);
     let right = |d: f64| [edge(d, Dashed), edge(d + 3.75, Solid)];
     let [middle, median] = right(3.75);
-    map.road(&road, (0.0, NOSE), 101, &[edge(0.0, BroadSolid), middle, median], &[lane, lane]);
-    let gaining = [edge(-3.75, BroadSolid), edge(0.0, BroadDashed), middle, median];
+    map.road(
+        &road,
+        (0.0, NOSE),
+        101,
+        &[edge(0.0, BroadSolid), middle, median],
+        &[lane, lane],
+    );
+    let gaining = [
+        edge(-3.75, BroadSolid),
+        edge(0.0, BroadDashed),
+        middle,
+        median,
+    ];
     let three = [Lane::Along(Kind::Ramp), lane, lane];
     map.road(&road, (NOSE, GONE - 70.0), 110, &gaining, &three);
     let closing = [taper(-3.75, -0.4, BroadSolid), gaining[1], middle, median];
     map.road(&road, (GONE - 70.0, GONE), 120, &closing, &three);
-    map.road(&road, (GONE, end), 131, &[edge(0.0, BroadSolid), middle, median], &[lane, lane]);
+    map.road(
+        &road,
+        (GONE, end),
+        131,
+        &[edge(0.0, BroadSolid), middle, median],
+        &[lane, lane],
+    );
     let oncoming = Lane::Against(Kind::Motorway);
-    let theirs = [edge(11.5, Solid), edge(15.25, Dashed), edge(19.0, BroadSolid), edge(21.5, NoMarking)];
-    map.road(&road, (0.0, end), 141, &theirs, &[oncoming, oncoming, Lane::Against(Kind::Shoulder)]);
+    let theirs = [
+        edge(11.5, Solid),
+        edge(15.25, Dashed),
+        edge(19.0, BroadSolid),
+        edge(21.5, NoMarking),
+    ];
+    map.road(
+        &road,
+        (0.0, end),
+        141,
+        &theirs,
+        &[oncoming, oncoming, Lane::Against(Kind::Shoulder)],
+    );
     map.lane(151, &ramp, 3.75, Kind::Ramp, Solid);
-    map.sign(201, &[("274", &limit(100.0))], road.point(NOSE - 25.0, 9.0), &[101, 102, 111, 112, 121, 122, 131, 132]);
-    map.sign(202, &[("274", &limit(60.0))], ramp.point(30.0, -3.2), &[151]);
-    map.sign(203, &[("274", &limit(120.0))], road.point(end - 25.0, 22.5), &[141, 142]);
-    map.sign(204, &[("205", "")], ramp.point(ramp.length() - 8.0, -3.2), &[151]);
+    map.sign(
+        201,
+        &[("274", &limit(100.0))],
+        road.point(NOSE - 25.0, 9.0),
+        &[101, 102, 111, 112, 121, 122, 131, 132],
+    );
+    map.sign(
+        202,
+        &[("274", &limit(60.0))],
+        ramp.point(30.0, -3.2),
+        &[151],
+    );
+    map.sign(
+        203,
+        &[("274", &limit(120.0))],
+        road.point(end - 25.0, 22.5),
+        &[141, 142],
+    );
+    map.sign(
+        204,
+        &[("205", "")],
+        ramp.point(ramp.length() - 8.0, -3.2),
+        &[151],
+    );
 
     let mut cast = Cast::until(115);
     let (near, far) = (1.875, 5.625);
     let on = |s, d, speed| Drive::along(&road, s, d, speed);
     cast.add(301, SEMITRAILER, &on(136.0, near, Speed::of(23.0)))?;
-    cast.add(302, ESTATE, &on(32.0, near, Speed::of(26.5).hold(4.0).to(24.5, 0.8)))?;
-    cast.add(303, CAR, &on(20.0, far, Speed::of(30.0).hold(2.0).to(29.0, 0.5)))?;
+    cast.add(
+        302,
+        ESTATE,
+        &on(32.0, near, Speed::of(26.5).hold(4.0).to(24.5, 0.8)),
+    )?;
+    cast.add(
+        303,
+        CAR,
+        &on(20.0, far, Speed::of(30.0).hold(2.0).to(29.0, 0.5)),
+    )?;
     cast.add(304, VAN, &on(112.0, far, Speed::of(28.0)))?;
     cast.add(305, MOTORCYCLE, &on(66.0, far + 0.4, Speed::of(29.0)))?;
     cast.add(306, CAR, &Drive::along(&ramp, 8.0, 0.0, Speed::of(11.0)))?;
@@ -67,7 +123,16 @@ pub fn story() -> Result<Story, Box<dyn Error>> {
     Ok(Story {
         name: "ZAM_Merge-1_1_T-1",
         title: "The ego merges from a loop ramp into a fair gap between a lorry and a car",
-        tags: &["interstate", "comfort", "lane_change", "merging_lanes", "multi_lane", "simulated", "slip_road", "speed_limit"],
+        tags: &[
+            "interstate",
+            "comfort",
+            "lane_change",
+            "merging_lanes",
+            "multi_lane",
+            "simulated",
+            "slip_road",
+            "speed_limit",
+        ],
         network: map.finish(),
         obstacles: cast.obstacles,
         ego: 1,

@@ -97,7 +97,9 @@ impl Path {
         let across = from.forward().perp(&to.forward());
         let before = apart.perp(&to.forward()) / across - tangent;
         let after = from.forward().perp(&apart) / across - tangent;
-        let path = Self::from(from).straight(before).bend(radius, angle, spiral);
+        let path = Self::from(from)
+            .straight(before)
+            .bend(radius, angle, spiral);
         (before >= 0.0 && after >= 0.0).then(|| path.straight(after))
     }
 

@@ -92,7 +92,10 @@ impl Story {
         let start = &ego[0];
         let mut initial = state(0, start);
         initial.more = vec![
-            (StateField::YawRate, Quantity::Exact(rounded(start.yaw_rate))),
+            (
+                StateField::YawRate,
+                Quantity::Exact(rounded(start.yaw_rate)),
+            ),
             // Nobody slides: motion is along the heading.
             (StateField::SlipAngle, Quantity::Exact(0.0)),
         ];
@@ -143,9 +146,16 @@ impl Story {
         let body = Footprint::new(Shape::rectangle(EGO.0, EGO.1))?;
         let found = self.obstacles.iter().find(|o| o.id == with);
         let other = found.ok_or(format!("{}: no obstacle {with}", self.name))?;
-        let shape = other.footprint.as_ref().ok_or("an obstacle without a body")?;
+        let shape = other
+            .footprint
+            .as_ref()
+            .ok_or("an obstacle without a body")?;
         Ok((0..).zip(ego).find_map(|(step, moment)| {
-            let now = if other.role == ObstacleRole::Static { 0 } else { step };
+            let now = if other.role == ObstacleRole::Static {
+                0
+            } else {
+                step
+            };
             let there = other.track().at(now)?.pose;
             let touch = body.at(moment.pose).distance(&shape.at(there)) == 0.0;
             touch.then_some(usize::try_from(step).ok()?)
@@ -166,9 +176,17 @@ fn recording(id: i64, moments: &[Moment]) -> Result<Vec<u8>, Box<dyn Error>> {
     ])?;
     for (step, moment) in moments.iter().enumerate() {
         let at = moment.pose.position;
-        let numbers = [at.x, at.y, moment.pose.heading, moment.velocity, moment.acceleration];
+        let numbers = [
+            at.x,
+            at.y,
+            moment.pose.heading,
+            moment.velocity,
+            moment.acceleration,
+        ];
         let numbers = numbers.map(|value| rounded(value).to_string());
-        let row = [id.to_string(), step.to_string()].into_iter().chain(numbers);
+        let row = [id.to_string(), step.to_string()]
+            .into_iter()
+            .chain(numbers);
         out.write_record(row)?;
     }
     Ok(out.into_inner()?)

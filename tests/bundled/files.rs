@@ -12,7 +12,10 @@ fn files_are_what_the_program_makes() {
         for (ending, bytes) in [("xml", &made.xml), ("ego_trajectory.csv", &made.csv)] {
             let file = format!("{}.{ending}", made.name);
             let there = std::fs::read(folder().join(&file)).unwrap();
-            assert!(there == *bytes, "{file} is stale: cargo run --example make-scenarios");
+            assert!(
+                there == *bytes,
+                "{file} is stale: cargo run --example make-scenarios"
+            );
         }
     }
 }
@@ -48,7 +51,11 @@ fn they_read_without_remarks_and_survive_being_written() {
         let written = commonroad::write(scenario).unwrap();
         let again = commonroad::read(&written, name).unwrap();
         assert_eq!(again, **scenario, "{name}");
-        assert!(case.made.xml.len() < 600_000, "{name}: {} bytes", case.made.xml.len());
+        assert!(
+            case.made.xml.len() < 600_000,
+            "{name}: {} bytes",
+            case.made.xml.len()
+        );
     }
 }
 
@@ -59,10 +66,23 @@ fn references_lead_somewhere() {
         let known = |id: &i64| network.lanelet(*id).is_some();
         for lanelet in &network.lanelets {
             let mut linked = lanelet.successors.iter().chain(&lanelet.predecessors);
-            assert!(linked.all(known), "{}: lanelet {}", case.made.name, lanelet.id);
-            assert_eq!(lanelet.left.points.len(), lanelet.right.points.len(), "lanelet {}", lanelet.id);
+            assert!(
+                linked.all(known),
+                "{}: lanelet {}",
+                case.made.name,
+                lanelet.id
+            );
+            assert_eq!(
+                lanelet.left.points.len(),
+                lanelet.right.points.len(),
+                "lanelet {}",
+                lanelet.id
+            );
         }
-        let limits = network.signs.iter().filter(|s| s.elements.iter().any(|e| e.id == "274"));
+        let limits = network
+            .signs
+            .iter()
+            .filter(|s| s.elements.iter().any(|e| e.id == "274"));
         assert!(limits.count() > 0, "{}: no speed limit", case.made.name);
         for goal in &case.scene.scenario.planning_problems[0].goals {
             assert!(!goal.lanelets().is_empty() && goal.lanelets().iter().all(known));
@@ -80,9 +100,15 @@ fn the_planning_problem_begins_where_the_recording_does() {
         let first = case.scene.ego.track.at(0).unwrap();
         let initial = &problem.initial;
         assert_eq!(initial.point(), Some(first.pose.position));
-        assert_eq!(initial.orientation, Some(Quantity::Exact(first.pose.heading)));
+        assert_eq!(
+            initial.orientation,
+            Some(Quantity::Exact(first.pose.heading))
+        );
         assert_eq!(initial.velocity, Some(Quantity::Exact(first.velocity)));
-        assert_eq!(initial.acceleration, Some(Quantity::Exact(first.acceleration)));
+        assert_eq!(
+            initial.acceleration,
+            Some(Quantity::Exact(first.acceleration))
+        );
         // Every value is in the recording; only headings at standstill are not taken from it.
         let derived = case.scene.ego.track.derived;
         assert_eq!((derived.velocities, derived.accelerations), (0, 0));

@@ -16,8 +16,14 @@ fn tracks(case: &Case) -> impl Iterator<Item = (String, ObstacleType, &Track)> {
     let name = case.made.name;
     let others = case.scene.scenario.obstacles.iter();
     let moving = others.filter(|o| o.role == ObstacleRole::Dynamic);
-    let ego = (format!("{name}, ego"), ObstacleType::Car, &case.scene.ego.track);
-    moving.map(move |o| (format!("{name}, {}", o.id), o.kind, o.track())).chain([ego])
+    let ego = (
+        format!("{name}, ego"),
+        ObstacleType::Car,
+        &case.scene.ego.track,
+    );
+    moving
+        .map(move |o| (format!("{name}, {}", o.id), o.kind, o.track()))
+        .chain([ego])
 }
 
 /// Complaints about the steps of every track, as pairs of neighbours.
@@ -29,7 +35,9 @@ fn over_steps(check: impl Fn(ObstacleType, &Motion, &Motion, f64) -> Option<Stri
             let motions: Vec<_> = track.iter().collect();
             assert!(motions.len() >= 40, "{who}: {} steps", motions.len());
             complaints.extend(motions.windows(2).filter_map(|pair| {
-                let [(step, a), (_, b)] = pair else { return None };
+                let [(step, a), (_, b)] = pair else {
+                    return None;
+                };
                 Some(format!("{who} at {step}: {}", check(kind, a, b, dt)?))
             }));
         }
@@ -76,7 +84,11 @@ fn nobody_exceeds_the_friction_circle() {
     over_steps(|kind, a, b, dt| {
         let yaw_rate = angle_between(a.pose.heading, b.pose.heading) / dt;
         let force = a.acceleration.hypot(a.velocity * yaw_rate);
-        let grip = if kind == ObstacleType::Pedestrian { 3.0 } else { GRIP };
+        let grip = if kind == ObstacleType::Pedestrian {
+            3.0
+        } else {
+            GRIP
+        };
         (force > grip).then(|| format!("{force} m/s²"))
     });
 }
@@ -111,7 +123,10 @@ fn everybody_is_on_a_lanelet_for_them() {
             let on_foot = kind == ObstacleType::Pedestrian;
             complaints.extend(track.iter().filter_map(|(step, motion)| {
                 let here = network.lanelets_at(&motion.pose.position);
-                let types = here.iter().filter_map(|id| network.lanelet(*id)).map(|l| &l.types);
+                let types = here
+                    .iter()
+                    .filter_map(|id| network.lanelet(*id))
+                    .map(|l| &l.types);
                 let walk = [LaneletType::Sidewalk, LaneletType::Crosswalk];
                 let fits = |types: &Vec<LaneletType>| walk.contains(&types[0]) == on_foot;
                 let on = types.clone().any(fits);

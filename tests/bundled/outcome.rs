@@ -28,7 +28,10 @@ fn outcomes_are_as_declared() {
             Outcome::Safe => distance.value > 1.0 && ttc > 1.5,
         };
         if !holds {
-            complaints.push(format!("{} is not {:?}: {headline:?}", case.made.name, case.made.outcome));
+            complaints.push(format!(
+                "{} is not {:?}: {headline:?}",
+                case.made.name, case.made.outcome
+            ));
         }
     }
     none(&complaints);
@@ -38,7 +41,12 @@ fn outcomes_are_as_declared() {
 fn a_collision_is_with_one_only() {
     for case in CASES.iter() {
         let series = series(case);
-        let touched = |id: &&i64| series.row("distance", **id).iter().any(|r| r.value() == Some(0.0));
+        let touched = |id: &&i64| {
+            series
+                .row("distance", **id)
+                .iter()
+                .any(|r| r.value() == Some(0.0))
+        };
         let touched: Vec<i64> = series.obstacles().iter().filter(touched).copied().collect();
         match case.made.outcome {
             Outcome::Collision(with) => assert_eq!(touched, [with], "{}", case.made.name),
@@ -52,7 +60,11 @@ fn the_others_keep_clear_of_each_other() {
     let mut complaints = Vec::new();
     for case in CASES.iter() {
         let all: Vec<Participant<'_>> = case.scene.participants().collect();
-        let steps = all.iter().map(|p| p.obstacle.track().steps().end).max().unwrap();
+        let steps = all
+            .iter()
+            .map(|p| p.obstacle.track().steps().end)
+            .max()
+            .unwrap();
         for (i, a) in all.iter().enumerate() {
             for b in &all[i + 1..] {
                 let nearest = (0..steps).filter_map(|step| {
@@ -75,7 +87,11 @@ fn the_others_keep_clear_of_each_other() {
 fn the_cast_is_varied_and_every_outcome_occurs() {
     for case in CASES.iter() {
         let count = case.scene.scenario.obstacles.len();
-        assert!((5..=12).contains(&count), "{}: {count} obstacles", case.made.name);
+        assert!(
+            (5..=12).contains(&count),
+            "{}: {count} obstacles",
+            case.made.name
+        );
     }
     let count = |f: fn(&Outcome) -> bool| CASES.iter().filter(|c| f(&c.made.outcome)).count();
     assert!(count(|o| matches!(o, Outcome::Collision(_))) >= 2);
