@@ -113,7 +113,7 @@ pub fn story() -> Result<Story, Box<dyn Error>> {
         ego: 1,
         drive: right(94.0, Speed::of(22.8).hold(5.1).to(0.0, 6.6)),
         last: 100,
-        goal: &[131],
+        goal: &[121, 131],
         outcome: Outcome::Collision(301),
     })
 }

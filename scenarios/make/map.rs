@@ -4,27 +4,14 @@ use std::f64::consts::PI;
 
 use nearmiss::geometry::{Point, Pose};
 use nearmiss::scenario::{
-    Adjacent, Bound, Intersection, Lanelet, LaneletNetwork, LaneletType, LightPhase, LineMarking,
-    RoadUser, Sign, SignElement, SignalColor, StopLine, TrafficDirection, TrafficLight,
+    Adjacent, Bound, Intersection, Lanelet, LaneletNetwork, LightPhase, LineMarking, Sign,
+    SignElement, SignalColor, StopLine, TrafficDirection, TrafficLight,
 };
 
+pub use super::lane::Kind;
+use super::lane::lanelet;
 use super::path::Path;
 use super::{place, rounded};
-
-/// What a lane is, which decides its types and users.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    Country,
-    Town,
-    Junction,
-    Motorway,
-    Ramp,
-    Shoulder,
-    Parking,
-    Bicycle,
-    Sidewalk,
-    Crosswalk,
-}
 
 /// A lane of a cross-section, by its direction against the path.
 #[derive(Debug, Clone, Copy)]
@@ -274,36 +261,4 @@ fn follows(before: &Lanelet, after: &Lanelet) -> bool {
         _ => false,
     };
     meet(&before.left, &after.left) && meet(&before.right, &after.right)
-}
-
-fn lanelet(id: i64, kind: Kind, left: Bound, right: Bound) -> Lanelet {
-    use LaneletType as T;
-    let wheels = [RoadUser::Vehicle, RoadUser::Bicycle];
-    let (types, one_way, both): (&[T], &[RoadUser], &[RoadUser]) = match kind {
-        Kind::Country => (&[T::Country], &wheels, &[]),
-        Kind::Town => (&[T::Urban], &wheels, &[]),
-        Kind::Junction => (&[T::Urban, T::Intersection], &wheels, &[]),
-        Kind::Motorway => (&[T::Interstate, T::MainCarriageWay], &wheels[..1], &[]),
-        Kind::Ramp => (&[T::Interstate, T::AccessRamp], &wheels[..1], &[]),
-        Kind::Shoulder => (&[T::Shoulder], &[RoadUser::PriorityVehicle], &[]),
-        Kind::Parking => (&[T::Parking], &wheels[..1], &[]),
-        Kind::Bicycle => (&[T::BicycleLane], &wheels[1..], &[]),
-        Kind::Sidewalk => (&[T::Sidewalk], &[], &[RoadUser::Pedestrian]),
-        Kind::Crosswalk => (&[T::Crosswalk], &[], &[RoadUser::Pedestrian]),
-    };
-    Lanelet {
-        id,
-        left,
-        right,
-        predecessors: Vec::new(),
-        successors: Vec::new(),
-        adjacent_left: None,
-        adjacent_right: None,
-        stop_line: None,
-        types: types.to_vec(),
-        users_one_way: one_way.to_vec(),
-        users_bidirectional: both.to_vec(),
-        signs: Vec::new(),
-        lights: Vec::new(),
-    }
 }

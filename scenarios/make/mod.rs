@@ -5,6 +5,7 @@
 mod cast;
 mod drive;
 mod junction;
+mod lane;
 mod map;
 mod path;
 mod story;

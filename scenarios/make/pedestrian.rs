@@ -96,12 +96,12 @@ pub fn story() -> Result<Story, Box<dyn Error>> {
     cast.add(
         304,
         BUS,
-        &against(zebra + 62.0, -1.7, Speed::of(10.0).hold(1.6).to(0.0, 1.35)),
+        &against(zebra + 64.5, -1.7, Speed::of(10.0).hold(1.6).to(0.0, 1.35)),
     )?;
     cast.add(
         305,
         TAXI,
-        &against(zebra + 88.0, -1.7, Speed::of(10.5).hold(1.9).to(0.0, 1.5)),
+        &against(zebra + 90.5, -1.7, Speed::of(10.5).hold(1.9).to(0.0, 1.5)),
     )?;
     cast.add(306, BICYCLE, &against(zebra - 18.0, -2.75, Speed::of(4.6)))?;
     cast.add(

@@ -25,7 +25,7 @@ fn the_bundle_is_the_folder() {
     let files: BTreeSet<String> = std::fs::read_dir(folder())
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .filter(|name| name != "make")
+        .filter(|name| name.ends_with(".xml") || name.ends_with(".csv"))
         .collect();
     let both = |name: &str| [format!("{name}.xml"), format!("{name}.ego_trajectory.csv")];
     let entries = bundled();
