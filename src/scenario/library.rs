@@ -43,8 +43,28 @@ pub enum LibraryError {
     Nothing(PathBuf),
 }
 
-/// The scenarios inside the program.
-const BUNDLED: &[(&str, &[u8], &[u8])] = &[];
+/// A bundled scenario: its name, its XML, its ego trajectory.
+macro_rules! bundle {
+    ($($name:literal),+ $(,)?) => {
+        &[$((
+            $name,
+            include_bytes!(concat!("../../scenarios/", $name, ".xml")),
+            include_bytes!(concat!("../../scenarios/", $name, ".ego_trajectory.csv")),
+        )),+]
+    };
+}
+
+/// The scenarios inside the program; `cargo run --example make-scenarios` writes them.
+const BUNDLED: &[(&str, &[u8], &[u8])] = bundle![
+    "ZAM_HardBraking-1_1_T-1",
+    "ZAM_CutIn-1_1_T-1",
+    "ZAM_RedLight-1_1_T-1",
+    "ZAM_Overtaking-1_1_T-1",
+    "ZAM_Pedestrian-1_1_T-1",
+    "ZAM_Merge-1_1_T-1",
+    "ZAM_RightTurn-1_1_T-1",
+    "ZAM_JamTail-1_1_T-1",
+];
 
 /// Names, XML and ego trajectory of the scenarios inside the program.
 #[must_use]

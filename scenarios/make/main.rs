@@ -1,0 +1,49 @@
+//! Writes the bundled scenarios: `cargo run --example make-scenarios`.
+//!
+//! The files land in `scenarios/` and are the same at every run. Each line of output says how near
+//! the ego comes to anybody, which is what to look at while changing a scenario.
+
+#[path = "mod.rs"]
+mod make;
+
+use std::error::Error;
+use std::path::Path;
+use std::sync::Arc;
+
+use nearmiss::metrics::{Headline, Nearest, Series, measure};
+use nearmiss::scenario::{Scene, commonroad, read_recording};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    for made in make::all()? {
+        let recording = format!("{}.ego_trajectory.csv", made.name);
+        std::fs::write(folder.join(format!("{}.xml", made.name)), &made.xml)?;
+        std::fs::write(folder.join(&recording), &made.csv)?;
+        println!("{}", line(&made, &recording)?);
+    }
+    Ok(())
+}
+
+fn line(made: &make::Made, recording: &str) -> Result<String, Box<dyn Error>> {
+    let scenario = commonroad::read(&made.xml, made.name)?;
+    let ego = read_recording(&made.csv, recording, &scenario)?;
+    let scene = Scene::new(Arc::new(scenario), ego);
+    let measures = ["distance", "ttc", "risk"].into_iter().filter_map(measure);
+    let headline = Headline::of(&Series::compute(&scene, measures.collect()));
+    let say = |nearest: Option<Nearest>, unit: &str| {
+        nearest.map_or("none".into(), |n| {
+            format!("{:.2} {unit} to {} at {}", n.value, n.obstacle, n.step)
+        })
+    };
+    Ok(format!(
+        "{} · {}\n    {:?}: {} obstacles, {} steps, distance {}, ttc {}, {} kB",
+        made.name,
+        made.title,
+        made.outcome,
+        scene.scenario.obstacles.len(),
+        scene.last_step(),
+        say(headline.distance, "m"),
+        say(headline.ttc, "s"),
+        made.xml.len() / 1000,
+    ))
+}

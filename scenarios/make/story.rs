@@ -1,0 +1,193 @@
+//! A scenario before it is a file: the road, everybody on it, the ego's drive, and how it is meant to end.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+
+use nearmiss::geometry::{Footprint, Shape};
+use nearmiss::scenario::{
+    ContentHash, Goal, Header, LaneletNetwork, Location, Obstacle, ObstacleRole, PlanningProblem,
+    Position, Quantity, Scenario, StateField, Steps, commonroad,
+};
+
+use super::cast::state;
+use super::drive::{DT, Drive, Moment};
+use super::rounded;
+
+/// How a scenario is meant to end for the ego as recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// It hits, or is hit by, this obstacle.
+    Collision(i64),
+    /// Nobody touches it, but only just.
+    NearMiss,
+    /// Nobody comes near.
+    Safe,
+}
+
+/// A scenario as it is told.
+#[derive(Debug)]
+pub struct Story {
+    /// The benchmark id.
+    pub name: &'static str,
+    /// What happens, in a line.
+    pub title: &'static str,
+    /// CommonRoad's tags, in the order of its list.
+    pub tags: &'static [&'static str],
+    /// The road.
+    pub network: LaneletNetwork,
+    /// Everybody else, recorded at all steps.
+    pub obstacles: Vec<Obstacle>,
+    /// Id of the planning problem.
+    pub ego: i64,
+    /// What the ego does.
+    pub drive: Drive,
+    /// Last time step.
+    pub last: usize,
+    /// Lanelets to arrive at.
+    pub goal: &'static [i64],
+    /// How it ends.
+    pub outcome: Outcome,
+}
+
+/// A scenario as files.
+#[derive(Debug)]
+pub struct Made {
+    /// The benchmark id, also the files' name.
+    pub name: &'static str,
+    /// What happens, in a line.
+    pub title: &'static str,
+    /// How it ends.
+    pub outcome: Outcome,
+    /// The scenario.
+    pub xml: Vec<u8>,
+    /// The ego's recording.
+    pub csv: Vec<u8>,
+}
+
+/// The ego's size, metres: what recordings stand for, as they do not carry it.
+const EGO: (f64, f64) = (4.508, 1.61);
+
+/// Every file is of this day; a program that writes today's date writes no file twice.
+const DATE: &str = "2026-11-20";
+
+/// Steps recorded after the first contact.
+const AFTERMATH: usize = 1;
+
+impl Story {
+    /// Computes the ego's motion and writes both files.
+    pub fn make(self) -> Result<Made, Box<dyn Error>> {
+        let mut ego = self.drive.moments(self.last);
+        if let Outcome::Collision(with) = self.outcome {
+            let contact = self.first_contact(&ego, with)?;
+            let contact = contact.ok_or(format!("{}: the ego does not touch {with}", self.name))?;
+            ego.truncate(contact + AFTERMATH + 1);
+        }
+        let csv = recording(self.ego, &ego)?;
+        let attributes = [
+            ("author", "nearmiss"),
+            ("affiliation", "nearmiss, bundled scenarios"),
+            ("source", self.title),
+            ("date", DATE),
+        ];
+        let start = &ego[0];
+        let mut initial = state(0, start);
+        initial.more = vec![
+            (
+                StateField::YawRate,
+                Quantity::Exact(rounded(start.yaw_rate)),
+            ),
+            // Nobody slides: motion is along the heading.
+            (StateField::SlipAngle, Quantity::Exact(0.0)),
+        ];
+        let steps = i64::try_from(self.last)?;
+        let problem = PlanningProblem {
+            id: self.ego,
+            initial,
+            goals: vec![Goal {
+                time: Steps {
+                    from: steps - 20,
+                    to: steps,
+                },
+                positions: vec![Position::Lanelets(self.goal.to_vec())],
+                orientation: None,
+                velocity: None,
+            }],
+        };
+        let xml = commonroad::write(&Scenario {
+            header: Header {
+                benchmark_id: self.name.to_string(),
+                version: "2020a".into(),
+                time_step_size: DT,
+                attributes: BTreeMap::from(attributes.map(|(k, v)| (k.into(), v.into()))),
+            },
+            // Nowhere on Earth: the numbers that CommonRoad writes for it.
+            location: Some(Location {
+                geo_name_id: Some(-999),
+                latitude: Some(999.0),
+                longitude: Some(999.0),
+            }),
+            tags: self.tags.iter().map(ToString::to_string).collect(),
+            network: self.network,
+            obstacles: self.obstacles,
+            planning_problems: vec![problem],
+            diagnostics: Vec::new(),
+            hash: ContentHash::of(b""),
+        })?;
+        Ok(Made {
+            name: self.name,
+            title: self.title,
+            outcome: self.outcome,
+            xml,
+            csv,
+        })
+    }
+
+    fn first_contact(&self, ego: &[Moment], with: i64) -> Result<Option<usize>, Box<dyn Error>> {
+        let body = Footprint::new(Shape::rectangle(EGO.0, EGO.1))?;
+        let found = self.obstacles.iter().find(|o| o.id == with);
+        let other = found.ok_or(format!("{}: no obstacle {with}", self.name))?;
+        let shape = other
+            .footprint
+            .as_ref()
+            .ok_or("an obstacle without a body")?;
+        Ok((0..).zip(ego).find_map(|(step, moment)| {
+            let now = if other.role == ObstacleRole::Static {
+                0
+            } else {
+                step
+            };
+            let there = other.track().at(now)?.pose;
+            let touch = body.at(moment.pose).distance(&shape.at(there)) == 0.0;
+            touch.then_some(usize::try_from(step).ok()?)
+        }))
+    }
+}
+
+fn recording(id: i64, moments: &[Moment]) -> Result<Vec<u8>, Box<dyn Error>> {
+    let mut out = csv::Writer::from_writer(Vec::new());
+    out.write_record([
+        "ego_id",
+        "timestep",
+        "x_position",
+        "y_position",
+        "orientation",
+        "velocity",
+        "acceleration",
+    ])?;
+    for (step, moment) in moments.iter().enumerate() {
+        let at = moment.pose.position;
+        let numbers = [
+            at.x,
+            at.y,
+            moment.pose.heading,
+            moment.velocity,
+            moment.acceleration,
+        ];
+        let numbers = numbers.map(|value| rounded(value).to_string());
+        let row = [id.to_string(), step.to_string()]
+            .into_iter()
+            .chain(numbers);
+        out.write_record(row)?;
+    }
+    Ok(out.into_inner()?)
+}
