@@ -22,5 +22,7 @@ pub mod scenario;
 pub mod store;
 /// Scenes in words.
 pub mod text;
+/// The workbench in the terminal.
+pub mod tui;
 /// What judges say, as structured data.
 pub mod verdict;

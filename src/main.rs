@@ -3,12 +3,13 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use nearmiss::cli;
+use nearmiss::{cli, tui};
 
 fn main() -> ExitCode {
     let arguments = cli::Arguments::parse();
     let outcome = match &arguments.command {
         Some(command) => cli::run(command),
+        None if cli::has_terminal() => tui::run(arguments.paths).map_err(cli::Failure::input),
         None => cli::without_terminal(&arguments.paths),
     };
     match outcome {

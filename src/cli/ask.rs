@@ -86,13 +86,18 @@ pub fn run(arguments: &Ask) -> Outcome {
 fn judge(arguments: &Ask, config: &Config) -> Result<Judge, Failure> {
     let mut providers = config.providers.clone();
     if let Some(url) = &arguments.base_url {
-        let Some((name, _)) = arguments.model.split_once('/').filter(|(name, _)| *name != "reference")
+        let Some((name, _)) = arguments
+            .model
+            .split_once('/')
+            .filter(|(name, _)| *name != "reference")
         else {
             return Err(Failure::input(
                 "--base-url needs --model provider/model, where any provider name will do, e.g. local/default",
             ));
         };
-        let entry = providers.entry(name).or_insert_with(|| toml::Table::new().into());
+        let entry = providers
+            .entry(name)
+            .or_insert_with(|| toml::Table::new().into());
         if let Some(table) = entry.as_table_mut() {
             table.insert("base_url".into(), url.clone().into());
             if let Some(variable) = &arguments.key_env {
@@ -115,9 +120,11 @@ fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failu
     if arguments.no_store {
         return Ok(None);
     }
-    Store::open(&folders.store()).map(|s| Some(Arc::new(s))).map_err(|error| {
-        Failure::input(format!("{error}; --no-store asks without keeping the run"))
-    })
+    Store::open(&folders.store())
+        .map(|s| Some(Arc::new(s)))
+        .map_err(|error| {
+            Failure::input(format!("{error}; --no-store asks without keeping the run"))
+        })
 }
 
 /// Streams the words of an answer to standard error, where a person is watching.
@@ -178,9 +185,16 @@ fn summary(answer: &Answer) -> String {
     match &answer.judged {
         Judged::Verdict(parsed) => {
             let verdict = &parsed.verdict;
-            text.push_str(&format!("\nverdict       {} ({})\n", verdict.word(), answer.model));
+            text.push_str(&format!(
+                "\nverdict       {} ({})\n",
+                verdict.word(),
+                answer.model
+            ));
             for o in &verdict.obstacles {
-                text.push_str(&format!("  risk {}      {}  {}\n", o.risk_score, o.id, o.reason));
+                text.push_str(&format!(
+                    "  risk {}      {}  {}\n",
+                    o.risk_score, o.id, o.reason
+                ));
             }
             text.push_str(&format!("justification {}\n", verdict.justification));
             if let How::Repaired(notes) = &parsed.how {

@@ -14,7 +14,12 @@ pub struct Completions {
 /// Runs `completions`.
 pub fn completions(arguments: &Completions) -> Outcome {
     let mut bytes = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Arguments::command(), "nearmiss", &mut bytes);
+    clap_complete::generate(
+        arguments.shell,
+        &mut Arguments::command(),
+        "nearmiss",
+        &mut bytes,
+    );
     output::text(&String::from_utf8_lossy(&bytes))
 }
 

@@ -35,8 +35,11 @@ pub fn run(arguments: &Inspect) -> Outcome {
 fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
     let network = &scenario.network;
     let header = &scenario.header;
-    let steps: Vec<i64> =
-        scenario.obstacles.iter().filter_map(|o| o.track().steps().last()).collect();
+    let steps: Vec<i64> = scenario
+        .obstacles
+        .iter()
+        .filter_map(|o| o.track().steps().last())
+        .collect();
     let last = steps.iter().copied().max().unwrap_or(0);
     let ego = match entry.recorded_ego(scenario) {
         Ok(Some(ego)) => {
@@ -48,9 +51,14 @@ fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
     };
     let mut kinds = std::collections::BTreeMap::<String, usize>::new();
     for obstacle in &scenario.obstacles {
-        *kinds.entry(format!("{} {}", obstacle.role, obstacle.kind)).or_default() += 1;
+        *kinds
+            .entry(format!("{} {}", obstacle.role, obstacle.kind))
+            .or_default() += 1;
     }
-    let kinds: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
+    let kinds: Vec<String> = kinds
+        .iter()
+        .map(|(kind, n)| format!("{n} {kind}"))
+        .collect();
     let mut text = format!(
         "{id}\n  file        {file}\n  hash        {hash}\n  format      CommonRoad {version}, {dt} s a step\n  \
          road        {lanelets} lanelets, {signs} signs, {lights} lights, {intersections} intersections\n  \
@@ -64,7 +72,11 @@ fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
         signs = network.signs.len(),
         lights = network.lights.len(),
         intersections = network.intersections.len(),
-        obstacles = if kinds.is_empty() { "none".into() } else { kinds.join(", ") },
+        obstacles = if kinds.is_empty() {
+            "none".into()
+        } else {
+            kinds.join(", ")
+        },
         duration = last as f64 * header.time_step_size,
         problems = scenario.planning_problems.len(),
     );
@@ -73,14 +85,21 @@ fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
     }
     for d in &scenario.diagnostics {
         let severity = format!("{:?}", d.severity).to_lowercase();
-        text.push_str(&format!("  {severity}: line {}: <{}>: {}\n", d.line, d.element, d.message));
+        text.push_str(&format!(
+            "  {severity}: line {}: <{}>: {}\n",
+            d.line, d.element, d.message
+        ));
     }
     Ok(output::visible(&text))
 }
 
 fn document(scenario: &Scenario) -> Value {
     let network = &scenario.network;
-    let ids = |ids: Vec<i64>| ids.into_iter().map(|id| json!({ "id": id })).collect::<Vec<_>>();
+    let ids = |ids: Vec<i64>| {
+        ids.into_iter()
+            .map(|id| json!({ "id": id }))
+            .collect::<Vec<_>>()
+    };
     json!({
         "benchmark_id": scenario.header.benchmark_id,
         "version": scenario.header.version,
@@ -107,9 +126,8 @@ fn points(points: &[Point]) -> Vec<[f64; 2]> {
 }
 
 fn lanelet(lanelet: &Lanelet) -> Value {
-    let adjacent = |a: Option<Adjacent>| {
-        a.map(|a| json!({ "id": a.id, "same_direction": a.same_direction }))
-    };
+    let adjacent =
+        |a: Option<Adjacent>| a.map(|a| json!({ "id": a.id, "same_direction": a.same_direction }));
     json!({
         "id": lanelet.id,
         "left_bound": points(&lanelet.left.points),
@@ -139,7 +157,12 @@ fn obstacle(obstacle: &Obstacle) -> Value {
 
 fn shape(shape: &Shape) -> Value {
     match shape {
-        Shape::Rectangle { length, width, center, orientation } => json!({
+        Shape::Rectangle {
+            length,
+            width,
+            center,
+            orientation,
+        } => json!({
             "kind": "rectangle", "length": length, "width": width,
             "center": [center.x, center.y], "orientation": orientation,
         }),

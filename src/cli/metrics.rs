@@ -40,7 +40,10 @@ pub fn run(arguments: &Metrics) -> Outcome {
     let out: Box<dyn Write> = match &arguments.output {
         None => Box::new(io::stdout().lock()),
         Some(path) => Box::new(std::fs::File::create_new(path).map_err(|e| {
-            Failure::input(format!("{}: {e}; choose another name or remove it first", path.display()))
+            Failure::input(format!(
+                "{}: {e}; choose another name or remove it first",
+                path.display()
+            ))
         })?),
     };
     let mut table = Table {
@@ -53,7 +56,9 @@ pub fn run(arguments: &Metrics) -> Outcome {
         for batch in entries.chunks(64) {
             let tables: Vec<_> = batch
                 .par_iter()
-                .map(|entry| scene(entry, arguments.ego).map(|s| rows(&entry.name, &s, arguments.format)))
+                .map(|entry| {
+                    scene(entry, arguments.ego).map(|s| rows(&entry.name, &s, arguments.format))
+                })
                 .collect();
             for rows in tables {
                 match rows {
@@ -71,7 +76,10 @@ pub fn run(arguments: &Metrics) -> Outcome {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::input(error)),
         _ if failed == entries.len() => Err(Failure::input("no scenario could be measured")),
         _ if failed > 0 => Err(Failure {
-            message: format!("{failed} of {} scenarios could not be measured", entries.len()),
+            message: format!(
+                "{failed} of {} scenarios could not be measured",
+                entries.len()
+            ),
             status: 1,
         }),
         _ => Ok(()),

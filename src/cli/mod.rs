@@ -10,7 +10,7 @@ mod output;
 mod prompt;
 mod verdicts;
 
-pub use verdicts::without_terminal;
+pub use verdicts::{has_terminal, without_terminal};
 
 use std::fmt::Display;
 use std::path::PathBuf;

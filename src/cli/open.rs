@@ -86,7 +86,9 @@ impl Span {
     pub fn options(&self, config: &Config) -> Result<Options, Failure> {
         let radius = self.radius.unwrap_or(config.radius);
         if !(radius.is_finite() && radius > 0.0) {
-            return Err(Failure::input("--radius must be a positive number of metres"));
+            return Err(Failure::input(
+                "--radius must be a positive number of metres",
+            ));
         }
         Ok(Options {
             radius,

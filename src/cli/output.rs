@@ -23,10 +23,5 @@ pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
 /// Text from outside with its control characters shown instead of obeyed.
 #[must_use]
 pub fn visible(text: &str) -> String {
-    let shown = |c: char| match c {
-        '\n' | '\t' => c,
-        c if c.is_control() => char::REPLACEMENT_CHARACTER,
-        c => c,
-    };
-    text.chars().map(shown).collect()
+    crate::text::visible(text).into_owned()
 }

@@ -69,7 +69,10 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
         return output::json(&question.messages());
     }
     let prompt = &question.prompt;
-    output::text(&format!("[system]\n{}\n\n[user]\n{}\n", prompt.system, prompt.user))?;
+    output::text(&format!(
+        "[system]\n{}\n\n[user]\n{}\n",
+        prompt.system, prompt.user
+    ))?;
     eprintln!(
         "{} ({}), about {} tokens",
         question.template,

@@ -10,6 +10,14 @@ use crate::judge::{self, judge};
 use crate::scenario::{Entry, Scene, Window, bundled, find};
 use crate::verdict::Task;
 
+/// Whether somebody is there to look at a screen and press keys.
+#[must_use]
+pub fn has_terminal() -> bool {
+    use std::io::IsTerminal;
+    let keys = || std::io::stdin().is_terminal() || std::fs::File::open("/dev/tty").is_ok();
+    std::io::stdout().is_terminal() && keys()
+}
+
 /// A table of the built-in judge's verdicts on the scenarios at `paths`, or on the bundled ones.
 ///
 /// # Errors
@@ -21,9 +29,15 @@ pub fn without_terminal(paths: &[PathBuf]) -> Outcome {
          The verdicts of the built-in judge, {}, on the collision task:",
         judge::MODEL
     );
-    let entries = if paths.is_empty() { bundled() } else { find(paths).map_err(Failure::input)? };
-    let lines: Vec<Result<String, Failure>> =
-        entries.par_iter().map(|e| scene(e, None).map(|s| line(e, &s))).collect();
+    let entries = if paths.is_empty() {
+        bundled()
+    } else {
+        find(paths).map_err(Failure::input)?
+    };
+    let lines: Vec<Result<String, Failure>> = entries
+        .par_iter()
+        .map(|e| scene(e, None).map(|s| line(e, &s)))
+        .collect();
     let mut failed = 0;
     for line in lines {
         match line {
@@ -36,7 +50,10 @@ pub fn without_terminal(paths: &[PathBuf]) -> Outcome {
     }
     if failed > 0 {
         return Err(Failure {
-            message: format!("{failed} of {} scenarios could not be judged", entries.len()),
+            message: format!(
+                "{failed} of {} scenarios could not be judged",
+                entries.len()
+            ),
             status: 1,
         });
     }
@@ -44,7 +61,16 @@ pub fn without_terminal(paths: &[PathBuf]) -> Outcome {
 }
 
 fn line(entry: &Entry, scene: &Scene) -> String {
-    let judgement = judge(scene, Task::Collision, &Window::ending_at(scene, i64::MAX, 1));
+    let judgement = judge(
+        scene,
+        Task::Collision,
+        &Window::ending_at(scene, i64::MAX, 1),
+    );
     let verdict = judgement.verdict;
-    format!("{:<28} {:<13} {}\n", entry.name, verdict.word(), verdict.justification)
+    format!(
+        "{:<28} {:<13} {}\n",
+        entry.name,
+        verdict.word(),
+        verdict.justification
+    )
 }

@@ -76,7 +76,9 @@ impl Config {
         };
         let config: Self = toml::from_str(&text).map_err(|error| ConfigError {
             file: file.clone(),
-            line: error.span().map(|s| 1 + text[..s.start.min(text.len())].matches('\n').count()),
+            line: error
+                .span()
+                .map(|s| 1 + text[..s.start.min(text.len())].matches('\n').count()),
             message: error.message().trim().replace('\n', " "),
         })?;
         if !(config.radius.is_finite() && config.radius > 0.0) || config.history == 0 {
@@ -104,7 +106,11 @@ mod tests {
         let error = Config::read(&path).unwrap_err();
         assert_eq!(error.line, Some(2));
         assert!(error.message.contains("radios"), "{error}");
-        std::fs::write(&path, "mouse = false\n[provider.lab]\nbase_url = \"http://x\"\n").unwrap();
+        std::fs::write(
+            &path,
+            "mouse = false\n[provider.lab]\nbase_url = \"http://x\"\n",
+        )
+        .unwrap();
         assert!(!Config::read(&path).unwrap().mouse);
     }
 }

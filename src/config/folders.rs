@@ -19,7 +19,11 @@ impl Folders {
     /// # Errors
     /// The home folder cannot be found.
     pub fn find() -> Result<Self, String> {
-        let given = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+        let given = |name: &str| {
+            std::env::var_os(name)
+                .filter(|v| !v.is_empty())
+                .map(PathBuf::from)
+        };
         let (config, data) = (given("NEARMISS_CONFIG"), given("NEARMISS_DATA"));
         if let (Some(config), Some(data)) = (&config, &data) {
             return Ok(Self {
@@ -88,6 +92,9 @@ mod tests {
         Folders::write(&path, "one").unwrap();
         Folders::write(&path, "two").unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "two");
-        assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        assert_eq!(
+            std::fs::read_dir(path.parent().unwrap()).unwrap().count(),
+            1
+        );
     }
 }

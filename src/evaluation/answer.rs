@@ -67,8 +67,13 @@ impl Answer {
     /// Whether the server named another model than the one asked for, in a way that is not just a date or a path.
     #[must_use]
     pub fn model_differs(&self) -> bool {
-        let asked = self.model.split_once('/').map_or(self.model.as_str(), |(_, name)| name);
-        self.model_returned.as_deref().is_some_and(|returned| returned != asked)
+        let asked = self
+            .model
+            .split_once('/')
+            .map_or(self.model.as_str(), |(_, name)| name);
+        self.model_returned
+            .as_deref()
+            .is_some_and(|returned| returned != asked)
     }
 
     /// How this is kept in the store.
@@ -77,7 +82,12 @@ impl Answer {
         let (state, verdict, reading, error) = match &self.judged {
             Judged::Verdict(parsed) => {
                 let reading = reading(&parsed.how);
-                (RunState::Answered, Some(parsed.verdict.clone()), Some(reading), None)
+                (
+                    RunState::Answered,
+                    Some(parsed.verdict.clone()),
+                    Some(reading),
+                    None,
+                )
             }
             Judged::Missing(Missing::NotInAnswer(why)) => {
                 (RunState::Answered, None, Some(why.clone()), None)
@@ -115,7 +125,11 @@ impl From<Run> for Answer {
         let ending = run.ending;
         let judged = match (ending.verdict, ending.state) {
             (Some(verdict), _) => {
-                let how = match ending.reading.as_deref().and_then(|r| r.strip_prefix(REPAIRED)) {
+                let how = match ending
+                    .reading
+                    .as_deref()
+                    .and_then(|r| r.strip_prefix(REPAIRED))
+                {
                     Some(notes) => How::Repaired(notes.split("; ").map(str::to_string).collect()),
                     None => How::Strict,
                 };

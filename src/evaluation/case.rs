@@ -270,7 +270,9 @@ impl Drop for Keeper {
     fn drop(&mut self) {
         if !self.ended {
             // Nobody is left to hear of an error here; the pieces are in the store in any case.
-            let _ = self.store.finish(self.run, &Ending::bare(RunState::Cancelled));
+            let _ = self
+                .store
+                .finish(self.run, &Ending::bare(RunState::Cancelled));
         }
     }
 }

@@ -103,7 +103,9 @@ pub fn prepare(
     let (file, source, hash) = match draft {
         Some((file, source)) => (file, source, prompts::hash(source)),
         None => {
-            shipped = library.find(task, frame).ok_or(CaseError::NoTemplate { task, frame })?;
+            shipped = library
+                .find(task, frame)
+                .ok_or(CaseError::NoTemplate { task, frame })?;
             (shipped.0, shipped.1.source.as_str(), shipped.1.hash.clone())
         }
     };

@@ -82,7 +82,8 @@ mod tests {
 
     #[test]
     fn a_concave_ring() {
-        let ring = [(0., 0.), (4., 0.), (4., 4.), (2., 1.), (0., 4.)].map(|(x, y)| Point::new(x, y));
+        let ring =
+            [(0., 0.), (4., 0.), (4., 4.), (2., 1.), (0., 4.)].map(|(x, y)| Point::new(x, y));
         assert!(contains(&ring, &Point::new(0.5, 2.0)));
         assert!(!contains(&ring, &Point::new(2.0, 2.0)), "in the notch");
         assert!(!contains(&[], &Point::new(0.0, 0.0)));

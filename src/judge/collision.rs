@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::Judgement;
-use super::reasoning::{moment, name, risk, situation, value};
+use super::reasoning::{metres, moment, name, risk, situation, value};
 use crate::metrics::Encounter;
 use crate::scenario::{Participant, Scene};
 use crate::verdict::{ObstacleRisk, Task, Verdict};
@@ -21,8 +21,10 @@ struct History<'a> {
 const MOST_LISTED: usize = 5;
 
 pub(super) fn judge(scene: &Scene) -> Judgement {
-    let mut histories: Vec<_> =
-        scene.participants().filter_map(|p| history(scene, p)).collect();
+    let mut histories: Vec<_> = scene
+        .participants()
+        .filter_map(|p| history(scene, p))
+        .collect();
     histories.sort_by(|a, b| {
         let key = |h: &History<'_>| (h.contact.unwrap_or(i64::MAX), h.risk);
         key(a).cmp(&key(b)).then(a.nearest.total_cmp(&b.nearest))
@@ -35,7 +37,7 @@ pub(super) fn judge(scene: &Scene) -> Judgement {
         "Exact bodies of real size, {} to {}; the ego is {}.\n\n",
         moment(scene, scene.steps().start),
         moment(scene, scene.last_step()),
-        scene.ego.source,
+        scene.ego.source.short(),
     );
     for h in &histories {
         let _ = writeln!(reasoning, "- {}", line(scene, h));
@@ -47,10 +49,16 @@ pub(super) fn judge(scene: &Scene) -> Judgement {
             moment(scene, hit.contact.unwrap_or_default()),
         ),
         (None, Some(nearest)) => format!(
-            "No body overlaps the ego's at any recorded step; the smallest distance is {:.2} m to {} at {}.",
-            histories.iter().map(|h| h.nearest).fold(nearest.nearest, f64::min),
+            "No body overlaps the ego's at any recorded step; the smallest distance is {} to {} at {}.",
+            histories
+                .iter()
+                .map(|h| h.nearest)
+                .fold(nearest.nearest, f64::min),
             name(&by_distance(&histories).map_or(nearest.participant, |h| h.participant)),
-            moment(scene, by_distance(&histories).map_or(nearest.nearest_step, |h| h.nearest_step)),
+            moment(
+                scene,
+                by_distance(&histories).map_or(nearest.nearest_step, |h| h.nearest_step)
+            ),
         ),
         (None, None) => "Nobody else is ever there.".to_string(),
     };
@@ -68,7 +76,9 @@ pub(super) fn judge(scene: &Scene) -> Judgement {
 }
 
 fn by_distance<'a, 'b>(histories: &'b [History<'a>]) -> Option<&'b History<'a>> {
-    histories.iter().min_by(|a, b| a.nearest.total_cmp(&b.nearest))
+    histories
+        .iter()
+        .min_by(|a, b| a.nearest.total_cmp(&b.nearest))
 }
 
 fn history<'a>(scene: &'a Scene, participant: Participant<'a>) -> Option<History<'a>> {
@@ -103,7 +113,11 @@ fn entry(scene: &Scene, h: &History<'_>) -> ObstacleRisk {
         risk_score: h.risk,
         reason: match h.contact {
             Some(step) => format!("contact at {}", moment(scene, step)),
-            None => format!("nearest {:.2} m at {}", h.nearest, moment(scene, h.nearest_step)),
+            None => format!(
+                "nearest {} at {}",
+                metres(h.nearest),
+                moment(scene, h.nearest_step)
+            ),
         },
     }
 }
@@ -115,7 +129,15 @@ fn line(scene: &Scene, h: &History<'_>) -> String {
         .map(|e| situation(&e))
         .unwrap_or_default();
     match h.contact {
-        Some(step) => format!("**{who}** touches the ego at {}: {before}. Risk {}.", moment(scene, step), risk(h.risk)),
-        None => format!("{who}: nearest at {}: {before}. Lowest risk {}.", moment(scene, at), risk(h.risk)),
+        Some(step) => format!(
+            "{who} touches the ego at {}: {before}. Risk {}.",
+            moment(scene, step),
+            risk(h.risk)
+        ),
+        None => format!(
+            "{who}: nearest at {}: {before}. Lowest risk {}.",
+            moment(scene, at),
+            risk(h.risk)
+        ),
     }
 }

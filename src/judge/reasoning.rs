@@ -13,23 +13,39 @@ pub(super) fn moment(scene: &Scene, step: i64) -> String {
     format!("step {step} ({:.1} s)", scene.time_of(step))
 }
 
+/// A distance; to the millimetre where centimetres would read as contact.
+pub(super) fn metres(distance: f64) -> String {
+    if distance > 0.0 && distance < 0.1 {
+        format!("{distance:.3} m")
+    } else {
+        format!("{distance:.2} m")
+    }
+}
+
+/// With two decimals; what rounds to nothing has no sign.
+fn number(value: f64) -> String {
+    format!("{:.2}", (value * 100.0).round() / 100.0 + 0.0)
+}
+
 /// Where the other is, how far, and how fast it comes, in half a sentence.
 pub(super) fn situation(encounter: &Encounter<'_>) -> String {
     let relation = encounter.relation();
     format!(
-        "{}, distance {:.2} m, gaps {:.2} m along and {:.2} m across, relative velocity {:.2} m/s along and {:.2} m/s across",
+        "{}, distance {}, gaps {} m along and {} m across, relative velocity {} m/s along and {} m/s across",
         relation.direction.name().to_lowercase(),
-        encounter.distance(),
-        relation.gap_long,
-        relation.gap_lat,
-        relation.velocity.x,
-        relation.velocity.y,
+        metres(encounter.distance()),
+        number(relation.gap_long),
+        number(relation.gap_lat),
+        number(relation.velocity.x),
+        number(relation.velocity.y),
     )
 }
 
 /// `1 (extreme)`.
 pub(super) fn risk(score: u8) -> String {
-    let name = RISK_LEVELS.level(score).map_or("", |level| level.name.as_str());
+    let name = RISK_LEVELS
+        .level(score)
+        .map_or("", |level| level.name.as_str());
     format!("{score} ({name})")
 }
 

@@ -36,7 +36,11 @@ pub(super) fn judge(scene: &Scene, window: &Window) -> Judgement {
             Some(time) => format!("predicted contact in {time:.2} s"),
             None => "no contact predicted".to_string(),
         };
-        let line = format!("{who}: {when}; {}. Risk {}.", situation(&encounter), risk(score));
+        let line = format!(
+            "{who}: {when}; {}. Risk {}.",
+            situation(&encounter),
+            risk(score)
+        );
         let entry = ObstacleRisk {
             id: participant.obstacle.id,
             risk_score: score,
@@ -46,9 +50,14 @@ pub(super) fn judge(scene: &Scene, window: &Window) -> Judgement {
     }
     found.sort_by(|a, b| {
         let time = |t: Option<f64>| t.unwrap_or(f64::MAX);
-        a.0.risk_score.cmp(&b.0.risk_score).then(time(a.1).total_cmp(&time(b.1)))
+        a.0.risk_score
+            .cmp(&b.0.risk_score)
+            .then(time(a.1).total_cmp(&time(b.1)))
     });
-    let critical: Vec<_> = found.iter().filter(|f| f.1.is_some_and(|t| t <= HORIZON)).collect();
+    let critical: Vec<_> = found
+        .iter()
+        .filter(|f| f.1.is_some_and(|t| t <= HORIZON))
+        .collect();
     let listed = critical.len().max(MOST_LISTED);
     let justification = match critical.first() {
         Some((entry, time, _)) => format!(
@@ -66,7 +75,7 @@ pub(super) fn judge(scene: &Scene, window: &Window) -> Judgement {
         "Present: {}; the ego is {}. Prediction: constant velocity and heading, real bodies, horizon {HORIZON:.1} s. \
          Nothing after the present is used.\n\n",
         moment(scene, now),
-        scene.ego.source,
+        scene.ego.source.short(),
     );
     for (_, _, line) in found.iter().take(listed) {
         let _ = writeln!(reasoning, "- {line}");

@@ -30,7 +30,9 @@ pub enum RegistryError {
     #[error("`{0}` is not a model id; write provider/model, e.g. openai/gpt-4o")]
     NotAnId(String),
     /// No provider has this name.
-    #[error("no provider `{name}`; there are {known}; add [provider.{name}] with base_url to config.toml, or pass --base-url")]
+    #[error(
+        "no provider `{name}`; there are {known}; add [provider.{name}] with base_url to config.toml, or pass --base-url"
+    )]
     NoProvider {
         /// The name asked for.
         name: String,
@@ -72,12 +74,14 @@ impl Registry {
         let mut providers: BTreeMap<String, Provider> =
             toml::from_str(include_str!("providers.toml")).unwrap_or_default();
         for (name, value) in users {
-            let user: Provider = value.clone().try_into().map_err(|e: toml::de::Error| {
-                RegistryError::Entry {
-                    name: name.clone(),
-                    message: e.message().to_string(),
-                }
-            })?;
+            let user: Provider =
+                value
+                    .clone()
+                    .try_into()
+                    .map_err(|e: toml::de::Error| RegistryError::Entry {
+                        name: name.clone(),
+                        message: e.message().to_string(),
+                    })?;
             if let Some(format) = &user.response_format {
                 response_format(format).map_err(|message| RegistryError::Entry {
                     name: name.clone(),
@@ -115,7 +119,11 @@ impl Registry {
                 known: known.join(", "),
             });
         };
-        let url = provider.base_url_env.as_deref().and_then(&env).filter(|v| !v.is_empty());
+        let url = provider
+            .base_url_env
+            .as_deref()
+            .and_then(&env)
+            .filter(|v| !v.is_empty());
         let Some(url) = url.or(provider.base_url.clone()) else {
             return Err(RegistryError::Entry {
                 name: name.to_string(),
@@ -124,7 +132,11 @@ impl Registry {
         };
         let mut endpoint = Endpoint::new(name, url);
         endpoint.key_source.clone_from(&provider.key_env);
-        endpoint.key = provider.key_env.as_deref().and_then(&env).map(SecretString::from);
+        endpoint.key = provider
+            .key_env
+            .as_deref()
+            .and_then(&env)
+            .map(SecretString::from);
         let format = provider.response_format.as_deref().unwrap_or("off");
         endpoint.response_format = response_format(format).unwrap_or(ResponseFormat::Off);
         Ok((endpoint, model.to_string()))
@@ -187,20 +199,36 @@ mod tests {
 
     #[test]
     fn ids_become_endpoints() {
-        let registry = registry("[lab]\nbase_url = \"http://127.0.0.1:9\"\nkey_env = \"K\"").unwrap();
+        let registry =
+            registry("[lab]\nbase_url = \"http://127.0.0.1:9\"\nkey_env = \"K\"").unwrap();
         let (endpoint, model) = registry.resolve("lab/a/b", |_| None).unwrap();
-        assert_eq!((endpoint.base_url.as_str(), model.as_str()), ("http://127.0.0.1:9", "a/b"));
-        assert!(matches!(registry.resolve("gpt-4o", |_| None), Err(RegistryError::NotAnId(_))));
-        assert!(matches!(registry.resolve("x/y", |_| None), Err(RegistryError::NoProvider { .. })));
-        let (endpoint, _) =
-            registry.resolve("openai/a", |n| (n == "OPENAI_BASE_URL").then(|| "http://b".into())).unwrap();
+        assert_eq!(
+            (endpoint.base_url.as_str(), model.as_str()),
+            ("http://127.0.0.1:9", "a/b")
+        );
+        assert!(matches!(
+            registry.resolve("gpt-4o", |_| None),
+            Err(RegistryError::NotAnId(_))
+        ));
+        assert!(matches!(
+            registry.resolve("x/y", |_| None),
+            Err(RegistryError::NoProvider { .. })
+        ));
+        let (endpoint, _) = registry
+            .resolve("openai/a", |n| {
+                (n == "OPENAI_BASE_URL").then(|| "http://b".into())
+            })
+            .unwrap();
         assert_eq!(endpoint.base_url, "http://b");
     }
 
     #[test]
     fn wrong_entries_are_named() {
         let error = registry("[lab]\nurl = \"x\"").unwrap_err().to_string();
-        assert!(error.contains("[provider.lab]") && error.contains("url"), "{error}");
+        assert!(
+            error.contains("[provider.lab]") && error.contains("url"),
+            "{error}"
+        );
         assert!(registry("[lab]\nresponse_format = \"xml\"").is_err());
     }
 }

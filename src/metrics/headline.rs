@@ -54,7 +54,8 @@ fn nearest(series: &Series, measure: &str) -> Option<Nearest> {
                 }
             };
             // Earlier wins among equals, whoever comes first in the file.
-            let better = best.is_none_or(|b| value < b.value || (value == b.value && step < b.step));
+            let better =
+                best.is_none_or(|b| value < b.value || (value == b.value && step < b.step));
             if better {
                 best = Some(Nearest {
                     value,

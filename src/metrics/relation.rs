@@ -145,7 +145,11 @@ fn close(encounter: &Encounter<'_>) -> Direction {
     let center = encounter.ego.pose.to_local(&encounter.other.pose.position);
     let (length, width) = encounter.ego_body.shape().size();
     if center.x.abs() * width > center.y.abs() * length {
-        if center.x > 0.0 { Direction::Front } else { Direction::Behind }
+        if center.x > 0.0 {
+            Direction::Front
+        } else {
+            Direction::Behind
+        }
     } else if center.y > 0.0 {
         Direction::Left
     } else {
@@ -190,7 +194,10 @@ pub(super) mod tests {
         for (x, y, direction, long, lat) in cases {
             let r = with(here, motion(x, y, 0.0, 4.0), |e| e.relation());
             assert_eq!(r.direction, direction);
-            assert!((r.gap_long - long).abs() < 1e-9 && (r.gap_lat - lat).abs() < 1e-9, "{r:?}");
+            assert!(
+                (r.gap_long - long).abs() < 1e-9 && (r.gap_lat - lat).abs() < 1e-9,
+                "{r:?}"
+            );
         }
     }
 
@@ -215,10 +222,14 @@ pub(super) mod tests {
 
     #[test]
     fn times_to_close() {
-        let r = with(motion(0., 0., 0., 10.), motion(14., 0., 0., 5.), |e| e.relation());
+        let r = with(motion(0., 0., 0., 10.), motion(14., 0., 0., 5.), |e| {
+            e.relation()
+        });
         assert!((r.time_long().unwrap() - 2.0).abs() < 1e-9);
         assert_eq!(r.time_lat(), None);
-        let away = with(motion(0., 0., 0., 5.), motion(14., 0., 0., 10.), |e| e.relation());
+        let away = with(motion(0., 0., 0., 5.), motion(14., 0., 0., 10.), |e| {
+            e.relation()
+        });
         assert_eq!(away.time_long(), None);
     }
 }

@@ -58,7 +58,10 @@ impl RiskTable {
     }
 
     fn score(&self, value: f64, bound: fn(&RiskLevel) -> Option<f64>) -> u8 {
-        let found = self.levels.iter().find(|l| bound(l).is_none_or(|b| value <= b));
+        let found = self
+            .levels
+            .iter()
+            .find(|l| bound(l).is_none_or(|b| value <= b));
         found.map_or(5, |l| l.score)
     }
 
@@ -78,7 +81,10 @@ impl RiskTable {
             self.of_distance(relation.gap_long.abs()),
             self.of_distance(relation.gap_lat.abs()),
         );
-        let time = mix(self.of_time(relation.time_long()), self.of_time(relation.time_lat()));
+        let time = mix(
+            self.of_time(relation.time_long()),
+            self.of_time(relation.time_lat()),
+        );
         // Without contact the score is never that of a collision.
         ((f64::midpoint(distance, time)).round() as u8).max(1)
     }

@@ -34,8 +34,15 @@ mod tests {
         assert!(follow.value().is_some_and(|t| (t - 2.0).abs() < 1e-6));
         let up = std::f64::consts::FRAC_PI_2;
         // Both reach the crossing at the same time; the fronts meet before the centres do.
-        let cross = with(motion(-20., 0., 0., 10.), motion(0., -20., up, 10.), compute);
-        assert!(cross.value().is_some_and(|t| t > 1.5 && t < 2.0), "{cross:?}");
+        let cross = with(
+            motion(-20., 0., 0., 10.),
+            motion(0., -20., up, 10.),
+            compute,
+        );
+        assert!(
+            cross.value().is_some_and(|t| t > 1.5 && t < 2.0),
+            "{cross:?}"
+        );
         let past = with(motion(0., 0., 0., 10.), motion(14., 5., 0., 5.), compute);
         assert_eq!(past, Reading::None(NoValue::NoContact));
     }

@@ -15,13 +15,34 @@ pub struct Shipped {
 }
 
 const SHIPPED: &[Shipped] = &[
-    Shipped { file: "_answer-collision.md", source: include_str!("../../prompts/_answer-collision.md") },
-    Shipped { file: "_answer-safety.md", source: include_str!("../../prompts/_answer-safety.md") },
-    Shipped { file: "_risk.md", source: include_str!("../../prompts/_risk.md") },
-    Shipped { file: "collision-cartesian.md", source: include_str!("../../prompts/collision-cartesian.md") },
-    Shipped { file: "collision-ego.md", source: include_str!("../../prompts/collision-ego.md") },
-    Shipped { file: "safety-cartesian.md", source: include_str!("../../prompts/safety-cartesian.md") },
-    Shipped { file: "safety-ego.md", source: include_str!("../../prompts/safety-ego.md") },
+    Shipped {
+        file: "_answer-collision.md",
+        source: include_str!("../../prompts/_answer-collision.md"),
+    },
+    Shipped {
+        file: "_answer-safety.md",
+        source: include_str!("../../prompts/_answer-safety.md"),
+    },
+    Shipped {
+        file: "_risk.md",
+        source: include_str!("../../prompts/_risk.md"),
+    },
+    Shipped {
+        file: "collision-cartesian.md",
+        source: include_str!("../../prompts/collision-cartesian.md"),
+    },
+    Shipped {
+        file: "collision-ego.md",
+        source: include_str!("../../prompts/collision-ego.md"),
+    },
+    Shipped {
+        file: "safety-cartesian.md",
+        source: include_str!("../../prompts/safety-cartesian.md"),
+    },
+    Shipped {
+        file: "safety-ego.md",
+        source: include_str!("../../prompts/safety-ego.md"),
+    },
 ];
 
 /// Where a template comes from.
@@ -76,7 +97,8 @@ impl Library {
             let read = std::fs::read_to_string(&path).map_err(|e| e.to_string());
             let put = read.and_then(|source| {
                 let name = name.unwrap_or_default();
-                self.put(&name, &source, Origin::User(path.clone())).map_err(|e| e.to_string())
+                self.put(&name, &source, Origin::User(path.clone()))
+                    .map_err(|e| e.to_string())
             });
             if let Err(message) = put {
                 self.problems.push(Problem { path, message });
@@ -88,7 +110,8 @@ impl Library {
         if file.starts_with('_') {
             self.fragments.insert(file.to_string(), source.to_string());
         } else {
-            self.templates.insert(file.to_string(), (Template::read(source)?, origin));
+            self.templates
+                .insert(file.to_string(), (Template::read(source)?, origin));
         }
         Ok(())
     }
@@ -106,7 +129,9 @@ impl Library {
     /// The template in a file.
     #[must_use]
     pub fn file(&self, file: &str) -> Option<(&Template, &Origin)> {
-        self.templates.get(file).map(|(template, origin)| (template, origin))
+        self.templates
+            .get(file)
+            .map(|(template, origin)| (template, origin))
     }
 
     /// The shipped text of a file.
@@ -117,7 +142,9 @@ impl Library {
 
     /// Files and templates, by file name.
     pub fn templates(&self) -> impl Iterator<Item = (&str, &Template, &Origin)> {
-        self.templates.iter().map(|(file, (template, origin))| (file.as_str(), template, origin))
+        self.templates
+            .iter()
+            .map(|(file, (template, origin))| (file.as_str(), template, origin))
     }
 
     /// The fragments that templates include, by file name.
@@ -135,7 +162,10 @@ mod tests {
     #[test]
     fn every_shipped_file_is_read_and_every_file_is_shipped() {
         let library = Library::load(None);
-        assert_eq!(library.templates().count() + library.fragments().len(), SHIPPED.len());
+        assert_eq!(
+            library.templates().count() + library.fragments().len(),
+            SHIPPED.len()
+        );
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("prompts");
         let mut files: Vec<String> = std::fs::read_dir(folder)
             .unwrap()
@@ -148,11 +178,16 @@ mod tests {
     #[test]
     fn the_users_file_overrides_and_a_broken_one_does_not() {
         let folder = tempfile::tempdir().unwrap();
-        let mine = Library::shipped("collision-ego.md").unwrap().replace("version = \"1\"", "version = \"mine\"");
+        let mine = Library::shipped("collision-ego.md")
+            .unwrap()
+            .replace("version = \"1\"", "version = \"mine\"");
         std::fs::write(folder.path().join("collision-ego.md"), mine).unwrap();
         std::fs::write(folder.path().join("safety-ego.md"), "no front matter").unwrap();
         let library = Library::load(Some(folder.path()));
-        assert_eq!(library.find("collision", "ego").unwrap().1.front.version, "mine");
+        assert_eq!(
+            library.find("collision", "ego").unwrap().1.front.version,
+            "mine"
+        );
         assert_eq!(library.find("safety", "ego").unwrap().1.front.version, "1");
         assert_eq!(library.problems.len(), 1);
     }

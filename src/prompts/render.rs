@@ -48,19 +48,24 @@ pub fn render(
         environment.add_template(name, text).map_err(|e| fail(&e))?;
     }
     let body = body_in_place(source);
-    let template = environment.template_from_named_str(file, &body).map_err(|e| fail(&e))?;
-    let mut filled =
-        template.render_captured(Serde(values)).map_err(|e| fail(&e))?;
+    let template = environment
+        .template_from_named_str(file, &body)
+        .map_err(|e| fail(&e))?;
+    let mut filled = template
+        .render_captured(Serde(values))
+        .map_err(|e| fail(&e))?;
     let mut block = |name: &str| {
         let rendered = filled.with_state_mut(|state| state.render_block(name));
-        rendered.map(|text| text.trim().to_string()).map_err(|error| match error.kind() {
-            ErrorKind::UnknownBlock => RenderError {
-                file: file.to_string(),
-                line: None,
-                message: format!("there is no `{{% block {name} %}}` in it"),
-            },
-            _ => fail(&error),
-        })
+        rendered
+            .map(|text| text.trim().to_string())
+            .map_err(|error| match error.kind() {
+                ErrorKind::UnknownBlock => RenderError {
+                    file: file.to_string(),
+                    line: None,
+                    message: format!("there is no `{{% block {name} %}}` in it"),
+                },
+                _ => fail(&error),
+            })
     };
     Ok(Prompt {
         system: block("system")?,
@@ -106,13 +111,21 @@ mod tests {
     #[test]
     fn blocks_become_messages() {
         let prompt = fill("+++\n+++\n{% block system %}a {% include \"_f.md\" %}{% endblock %}\n{% block user %} {{ x }} {% endblock %}").unwrap();
-        assert_eq!((prompt.system.as_str(), prompt.user.as_str()), ("a fragment <1>", "<1>"));
+        assert_eq!(
+            (prompt.system.as_str(), prompt.user.as_str()),
+            ("a fragment <1>", "<1>")
+        );
     }
 
     #[test]
     fn errors_name_the_line_of_the_file() {
-        let error = fill("+++\nname = 1\n+++\n{% block system %}{% endblock %}\n{{ nothing }}").unwrap_err();
-        assert_eq!((error.file.as_str(), error.line), ("t.md", Some(5)), "{error}");
+        let error = fill("+++\nname = 1\n+++\n{% block system %}{% endblock %}\n{{ nothing }}")
+            .unwrap_err();
+        assert_eq!(
+            (error.file.as_str(), error.line),
+            ("t.md", Some(5)),
+            "{error}"
+        );
         let error = fill("+++\n+++\n{% block system %}").unwrap_err();
         assert!(error.line.is_some(), "{error}");
         let error = fill("+++\n+++\n{% block system %}a{% endblock %}").unwrap_err();

@@ -48,8 +48,19 @@ impl Techniques {
 impl std::fmt::Display for Techniques {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let names = [(self.cp, "cp"), (self.cot, "cot"), (self.icl, "icl")];
-        let on: Vec<&str> = names.iter().filter(|(on, _)| *on).map(|(_, name)| *name).collect();
-        f.write_str(if on.is_empty() { "base".to_string() } else { on.join("+") }.as_str())
+        let on: Vec<&str> = names
+            .iter()
+            .filter(|(on, _)| *on)
+            .map(|(_, name)| *name)
+            .collect();
+        f.write_str(
+            if on.is_empty() {
+                "base".to_string()
+            } else {
+                on.join("+")
+            }
+            .as_str(),
+        )
     }
 }
 
@@ -60,8 +71,14 @@ mod tests {
     #[test]
     fn words_and_back() {
         assert_eq!(Techniques::parse("all"), Ok(Techniques::ALL));
-        assert_eq!(Techniques::parse("cp, icl").map(|t| t.to_string()), Ok("cp+icl".into()));
-        assert_eq!(Techniques::parse("base").map(|t| t.to_string()), Ok("base".into()));
+        assert_eq!(
+            Techniques::parse("cp, icl").map(|t| t.to_string()),
+            Ok("cp+icl".into())
+        );
+        assert_eq!(
+            Techniques::parse("base").map(|t| t.to_string()),
+            Ok("base".into())
+        );
         assert!(Techniques::parse("cpp").is_err());
     }
 }

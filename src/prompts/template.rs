@@ -34,7 +34,9 @@ pub struct Template {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TemplateError {
     /// The file does not begin with front matter.
-    #[error("line 1: a template begins with `+++`, a TOML table with name, version, task and frame, and `+++`")]
+    #[error(
+        "line 1: a template begins with `+++`, a TOML table with name, version, task and frame, and `+++`"
+    )]
     NoFrontMatter,
     /// The front matter is not what is needed.
     #[error("line {line}: {message}")]
@@ -56,7 +58,9 @@ impl Template {
     pub fn read(source: &str) -> Result<Self, TemplateError> {
         let (front, _) = split(source).ok_or(TemplateError::NoFrontMatter)?;
         let front = toml::from_str(front).map_err(|error| {
-            let before = error.span().map_or("", |span| &front[..span.start.min(front.len())]);
+            let before = error
+                .span()
+                .map_or("", |span| &front[..span.start.min(front.len())]);
             TemplateError::FrontMatter {
                 line: 2 + before.matches('\n').count(),
                 message: error.message().to_string(),
@@ -72,9 +76,10 @@ impl Template {
 
 /// Front matter and body of a file.
 pub(super) fn split(source: &str) -> Option<(&str, &str)> {
-    let rest = source.strip_prefix(FENCE)?.strip_prefix("\r\n").or_else(|| {
-        source.strip_prefix(FENCE)?.strip_prefix('\n')
-    })?;
+    let rest = source
+        .strip_prefix(FENCE)?
+        .strip_prefix("\r\n")
+        .or_else(|| source.strip_prefix(FENCE)?.strip_prefix('\n'))?;
     let end = rest.find("\n+++")?;
     let body = &rest[end + 1 + FENCE.len()..];
     Some((&rest[..end + 1], body.strip_prefix('\r').unwrap_or(body)))
@@ -96,14 +101,18 @@ pub(super) fn body_in_place(source: &str) -> String {
 /// SHA-256 of a template's text, hexadecimal.
 #[must_use]
 pub fn hash(source: &str) -> String {
-    Sha256::digest(source.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
+    Sha256::digest(source.as_bytes())
+        .iter()
+        .map(|b| format!("{b:02x}"))
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const GOOD: &str = "+++\nname = \"a\"\nversion = \"1\"\ntask = \"t\"\nframe = \"f\"\n+++\nbody {{ x }}\n";
+    const GOOD: &str =
+        "+++\nname = \"a\"\nversion = \"1\"\ntask = \"t\"\nframe = \"f\"\n+++\nbody {{ x }}\n";
 
     #[test]
     fn front_matter_and_lines() {

@@ -15,6 +15,20 @@ pub enum EgoSource {
     Obstacle(i64),
 }
 
+impl EgoSource {
+    /// In a few words: of a path only the file's name.
+    #[must_use]
+    pub fn short(&self) -> String {
+        match self {
+            Self::Recording(name) => {
+                let file = Path::new(name).file_name().map(|f| f.to_string_lossy());
+                format!("recorded in {}", file.unwrap_or_default())
+            }
+            Self::Obstacle(_) => self.to_string(),
+        }
+    }
+}
+
 impl std::fmt::Display for EgoSource {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -36,7 +50,9 @@ pub enum EgoError {
         source: std::io::Error,
     },
     /// A column that is needed is not in the header.
-    #[error("{file}: line 1 has no column `{column}`; an ego trajectory has at least timestep, x_position and y_position")]
+    #[error(
+        "{file}: line 1 has no column `{column}`; an ego trajectory has at least timestep, x_position and y_position"
+    )]
     Column {
         /// Which file.
         file: String,
@@ -98,14 +114,20 @@ pub fn find_recording(path: &Path) -> Option<PathBuf> {
             _ => "output_validation",
         };
         if let Some(root) = parent.parent() {
-            candidates.push(root.join("Results").join(results).join(name).join(RECORDING));
+            candidates.push(
+                root.join("Results")
+                    .join(results)
+                    .join(name)
+                    .join(RECORDING),
+            );
         }
         candidates.push(parent.join("Metrices").join(name).join(RECORDING));
     }
-    candidates
-        .into_iter()
-        .find(|c| c.is_file())
-        .or_else(|| alone(folder).then(|| folder.join(RECORDING)).filter(|c| c.is_file()))
+    candidates.into_iter().find(|c| c.is_file()).or_else(|| {
+        alone(folder)
+            .then(|| folder.join(RECORDING))
+            .filter(|c| c.is_file())
+    })
 }
 
 /// Whether a folder holds exactly one XML file.
@@ -128,13 +150,27 @@ pub fn read_recording(bytes: &[u8], file: &str, scenario: &Scenario) -> Result<E
         file: named(),
         message: e.to_string(),
     };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
     let header = reader.headers().map_err(csv_error)?.clone();
     let column = |name: &'static str| header.iter().position(|h| h == name);
-    let needed = |name| column(name).ok_or(EgoError::Column { file: named(), column: name });
-    let (step, x, y) = (needed("timestep")?, needed("x_position")?, needed("y_position")?);
-    let (heading, velocity, acceleration) =
-        (column("orientation"), column("velocity"), column("acceleration"));
+    let needed = |name| {
+        column(name).ok_or(EgoError::Column {
+            file: named(),
+            column: name,
+        })
+    };
+    let (step, x, y) = (
+        needed("timestep")?,
+        needed("x_position")?,
+        needed("y_position")?,
+    );
+    let (heading, velocity, acceleration) = (
+        column("orientation"),
+        column("velocity"),
+        column("acceleration"),
+    );
     let id_column = column("ego_id");
 
     let mut samples = Vec::new();
@@ -144,12 +180,15 @@ pub fn read_recording(bytes: &[u8], file: &str, scenario: &Scenario) -> Result<E
         let line = row.position().map_or(0, csv::Position::line);
         let number = |place: usize, column: &'static str| {
             let text = row.get(place).unwrap_or("");
-            text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| EgoError::Value {
-                file: named(),
-                line,
-                column,
-                value: text.chars().take(40).collect(),
-            })
+            text.parse::<f64>()
+                .ok()
+                .filter(|v| v.is_finite())
+                .ok_or_else(|| EgoError::Value {
+                    file: named(),
+                    line,
+                    column,
+                    value: text.chars().take(40).collect(),
+                })
         };
         let optional = |place: Option<usize>, column: &'static str| {
             let given = place.filter(|&p| row.get(p).is_some_and(|t| !t.is_empty()));
@@ -173,7 +212,9 @@ pub fn read_recording(bytes: &[u8], file: &str, scenario: &Scenario) -> Result<E
         .iter()
         .find(|p| Some(p.id) == id)
         .or(scenario.planning_problems.first());
-    let resting = problem.and_then(|p| p.initial.orientation).map(|q| q.middle());
+    let resting = problem
+        .and_then(|p| p.initial.orientation)
+        .map(|q| q.middle());
     let recorded = samples.clone();
     forget_headings_at_standstill(&mut samples);
     let footprint = Footprint::new(Shape::rectangle(EGO_LENGTH, EGO_WIDTH))

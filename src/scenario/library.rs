@@ -39,7 +39,9 @@ pub enum LibraryError {
         source: std::io::Error,
     },
     /// There is no scenario below a path.
-    #[error("{0}: no CommonRoad scenario (a .xml file with a <commonRoad> root) in this folder or below")]
+    #[error(
+        "{0}: no CommonRoad scenario (a .xml file with a <commonRoad> root) in this folder or below"
+    )]
     Nothing(PathBuf),
 }
 
@@ -84,7 +86,8 @@ impl Entry {
     #[must_use]
     pub fn of_file(path: &Path) -> Self {
         let text = |s: Option<&std::ffi::OsStr>| {
-            s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
+            s.map(|s| s.to_string_lossy().into_owned())
+                .unwrap_or_default()
         };
         Self {
             name: text(path.file_stem()),
@@ -96,7 +99,9 @@ impl Entry {
     /// The entry that a command-line argument means: a file, or the name of a bundled scenario.
     #[must_use]
     pub fn of_argument(argument: &Path) -> Self {
-        let named = bundled().into_iter().find(|e| Path::new(&e.name) == argument);
+        let named = bundled()
+            .into_iter()
+            .find(|e| Path::new(&e.name) == argument);
         match named {
             Some(entry) if !argument.exists() => entry,
             _ => Self::of_file(argument),
@@ -192,7 +197,9 @@ fn search(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> std::io::Res
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         if path.is_dir() {
-            let hidden = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
+            let hidden = path
+                .file_name()
+                .is_some_and(|n| n.to_string_lossy().starts_with('.'));
             if depth < DEEPEST && !hidden {
                 // A folder that may not be entered hides its scenarios, not its neighbours'.
                 let _ = search(&path, depth + 1, found);

@@ -178,7 +178,11 @@ impl LaneletNetwork {
         lights: Vec<TrafficLight>,
         intersections: Vec<Intersection>,
     ) -> Self {
-        let index = lanelets.iter().enumerate().map(|(i, l)| (l.id, i)).collect();
+        let index = lanelets
+            .iter()
+            .enumerate()
+            .map(|(i, l)| (l.id, i))
+            .collect();
         let bounds = lanelets
             .iter()
             .map(|l| {

@@ -89,16 +89,27 @@ impl Scene {
     /// There is no such obstacle, or it has no body or does not move.
     pub fn with_obstacle_as_ego(scenario: Arc<Scenario>, id: i64) -> Result<Self, SceneError> {
         let Some(obstacle) = scenario.obstacle(id) else {
-            let mut known: Vec<String> =
-                scenario.obstacles.iter().take(12).map(|o| o.id.to_string()).collect();
+            let mut known: Vec<String> = scenario
+                .obstacles
+                .iter()
+                .take(12)
+                .map(|o| o.id.to_string())
+                .collect();
             if scenario.obstacles.len() > known.len() {
                 known.push("…".into());
             }
-            let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+            let known = if known.is_empty() {
+                "none".into()
+            } else {
+                known.join(", ")
+            };
             return Err(SceneError::NoSuchObstacle { id, known });
         };
         let refuse = |why| SceneError::NotAnEgo { id, why };
-        let footprint = obstacle.footprint.clone().ok_or(refuse("it has no shape"))?;
+        let footprint = obstacle
+            .footprint
+            .clone()
+            .ok_or(refuse("it has no shape"))?;
         if obstacle.role != ObstacleRole::Dynamic || obstacle.track().iter().count() < 2 {
             return Err(refuse("it has no trajectory"));
         }

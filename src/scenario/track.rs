@@ -130,7 +130,9 @@ impl Track {
     /// Steps and motions that are recorded, in order.
     pub fn iter(&self) -> impl Iterator<Item = (i64, &Motion)> {
         let steps = self.first..;
-        steps.zip(&self.motions).filter_map(|(s, m)| Some((s, m.as_ref()?)))
+        steps
+            .zip(&self.motions)
+            .filter_map(|(s, m)| Some((s, m.as_ref()?)))
     }
 }
 
@@ -218,7 +220,11 @@ mod tests {
 
     #[test]
     fn fills_what_is_missing() {
-        let samples = vec![sample(3, 0.0, None), sample(4, 1.0, None), sample(5, 3.0, None)];
+        let samples = vec![
+            sample(3, 0.0, None),
+            sample(4, 1.0, None),
+            sample(5, 3.0, None),
+        ];
         let track = Track::new(samples, 0.1, None);
         assert_eq!(track.steps(), 3..6);
         assert_eq!(track.derived.headings, 3);
@@ -235,7 +241,11 @@ mod tests {
         samples[1].heading = Some(1.5);
         forget_headings_at_standstill(&mut samples);
         let track = Track::new(samples, 0.1, None);
-        assert!(track.at(3).is_some_and(|m| (m.pose.heading - 1.5).abs() < 1e-12));
+        assert!(
+            track
+                .at(3)
+                .is_some_and(|m| (m.pose.heading - 1.5).abs() < 1e-12)
+        );
     }
 
     #[test]
@@ -243,12 +253,20 @@ mod tests {
         let mut samples: Vec<_> = (0..3).map(|i| sample(i, 0.0, Some(0.0))).collect();
         forget_headings_at_standstill(&mut samples);
         let track = Track::new(samples, 0.1, Some(2.0));
-        assert!(track.at(0).is_some_and(|m| (m.pose.heading - 2.0).abs() < 1e-12));
+        assert!(
+            track
+                .at(0)
+                .is_some_and(|m| (m.pose.heading - 2.0).abs() < 1e-12)
+        );
     }
 
     #[test]
     fn gaps_stay_gaps_and_absurd_times_are_dropped() {
-        let samples = vec![sample(0, 0.0, None), sample(2, 2.0, None), sample(i64::MAX, 9.0, None)];
+        let samples = vec![
+            sample(0, 0.0, None),
+            sample(2, 2.0, None),
+            sample(i64::MAX, 9.0, None),
+        ];
         let track = Track::new(samples, 0.1, None);
         assert!(track.at(1).is_none() && track.at(2).is_some());
         assert_eq!(track.iter().count(), 2);

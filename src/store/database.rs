@@ -30,7 +30,9 @@ pub enum StoreError {
     #[error("the store of runs: {0}")]
     Database(#[from] rusqlite::Error),
     /// The file was written by a newer program.
-    #[error("the store of runs has version {found}, this program knows {known}; use a newer nearmiss, or set NEARMISS_DATA to another folder")]
+    #[error(
+        "the store of runs has version {found}, this program knows {known}; use a newer nearmiss, or set NEARMISS_DATA to another folder"
+    )]
     Newer {
         /// Version of the file.
         found: i64,
@@ -94,7 +96,9 @@ impl Store {
 
     fn lock(&self) -> MutexGuard<'_, Connection> {
         // A panic elsewhere leaves SQLite itself sound: its transactions roll back.
-        self.connection.lock().unwrap_or_else(PoisonError::into_inner)
+        self.connection
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Writes down that a judge is about to be asked.
@@ -149,7 +153,11 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn finish(&self, run: RunId, ending: &Ending) -> Result<(), StoreError> {
-        let verdict = ending.verdict.as_ref().map(serde_json::to_string).transpose()?;
+        let verdict = ending
+            .verdict
+            .as_ref()
+            .map(serde_json::to_string)
+            .transpose()?;
         let mut connection = self.lock();
         connection.pragma_update(None, "synchronous", "full")?;
         let transaction = connection.transaction()?;
@@ -220,13 +228,18 @@ impl Store {
 
 /// The texts of the pieces that have not been put together: answer and reasoning.
 fn pieces(connection: &Connection, run: RunId) -> Result<(String, String), rusqlite::Error> {
-    let mut statement =
-        connection.prepare_cached("SELECT reasoning, text FROM pieces WHERE run = ?1 ORDER BY id")?;
+    let mut statement = connection
+        .prepare_cached("SELECT reasoning, text FROM pieces WHERE run = ?1 ORDER BY id")?;
     let mut rows = statement.query([run.0])?;
     let (mut answer, mut reasoning) = (String::new(), String::new());
     while let Some(row) = rows.next()? {
         let text: String = row.get(1)?;
-        if row.get(0)? { &mut reasoning } else { &mut answer }.push_str(&text);
+        if row.get(0)? {
+            &mut reasoning
+        } else {
+            &mut answer
+        }
+        .push_str(&text);
     }
     Ok((answer, reasoning))
 }
@@ -282,7 +295,9 @@ fn read(row: &Row<'_>) -> Result<Run, rusqlite::Error> {
 }
 
 fn now_ms() -> i64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let since = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default();
     i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
 }
 
@@ -319,7 +334,10 @@ mod tests {
         store.append(id, Piece::Answer("a")).unwrap();
         store.append(id, Piece::Answer("b")).unwrap();
         let running = store.run(id).unwrap().unwrap();
-        assert_eq!((running.answer.as_str(), running.ending.state), ("ab", RunState::Running));
+        assert_eq!(
+            (running.answer.as_str(), running.ending.state),
+            ("ab", RunState::Running)
+        );
         let ending = Ending {
             verdict: Some(Verdict {
                 task: Task::Collision,
@@ -331,7 +349,10 @@ mod tests {
         };
         store.finish(id, &ending).unwrap();
         let done = store.run(id).unwrap().unwrap();
-        assert_eq!((done.answer.as_str(), done.reasoning.as_str()), ("ab", "think "));
+        assert_eq!(
+            (done.answer.as_str(), done.reasoning.as_str()),
+            ("ab", "think ")
+        );
         assert_eq!(done.ending, ending);
         assert_eq!(done.question, question());
         assert_eq!(store.of_scenario("h", Task::Collision, 5).unwrap().len(), 1);
@@ -346,6 +367,9 @@ mod tests {
         let id = a.begin(&question()).unwrap();
         assert!(b.run(id).unwrap().is_some());
         a.lock().pragma_update(None, "user_version", 99).unwrap();
-        assert!(matches!(Store::open(&path), Err(StoreError::Newer { found: 99, .. })));
+        assert!(matches!(
+            Store::open(&path),
+            Err(StoreError::Newer { found: 99, .. })
+        ));
     }
 }

@@ -11,10 +11,20 @@ pub(super) fn describe(scene: &Scene, window: &Window, options: &Options) -> Str
         text.push('\n');
         text.push_str(&heading(scene, step));
         if let Some(ego) = scene.ego.track.at(step) {
-            let _ = writeln!(text, "  ego {}: {}", scene.ego.id, state(scene, ego, options));
+            let _ = writeln!(
+                text,
+                "  ego {}: {}",
+                scene.ego.id,
+                state(scene, ego, options)
+            );
         }
         for (participant, motion) in options.near(scene, step) {
-            let _ = writeln!(text, "  {}: {}", name(&participant), state(scene, motion, options));
+            let _ = writeln!(
+                text,
+                "  {}: {}",
+                name(&participant),
+                state(scene, motion, options)
+            );
         }
     }
     text

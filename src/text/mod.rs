@@ -3,10 +3,12 @@
 mod cartesian;
 mod ego_centric;
 mod options;
+mod visible;
 
 use crate::scenario::{Scene, Window};
 
 pub use options::Options;
+pub use visible::visible;
 
 /// From where a scene is described.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

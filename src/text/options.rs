@@ -44,7 +44,9 @@ impl Options {
         };
         let distance = |m: &Motion| (m.pose.position - ego.pose.position).norm();
         let present = scene.participants().filter_map(|p| Some((p, p.at(step)?)));
-        let mut near: Vec<_> = present.filter(|(_, m)| distance(m) <= self.radius).collect();
+        let mut near: Vec<_> = present
+            .filter(|(_, m)| distance(m) <= self.radius)
+            .collect();
         near.sort_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
         near
     }
@@ -52,7 +54,11 @@ impl Options {
     /// A line with the sizes of the ego and everyone who comes near during the window.
     pub(super) fn sizes(&self, scene: &Scene, window: &Window) -> String {
         let size = |length: f64, width: f64| {
-            format!("{} m long and {} m wide", self.number(length), self.number(width))
+            format!(
+                "{} m long and {} m wide",
+                self.number(length),
+                self.number(width)
+            )
         };
         let (length, width) = scene.ego.footprint.shape().size();
         let mut line = format!("Sizes: the ego is {}", size(length, width));
@@ -94,7 +100,11 @@ pub(super) fn lanelets(scene: &Scene, motion: &Motion) -> String {
 fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
-    if zero { text.trim_start_matches('-').to_string() } else { text }
+    if zero {
+        text.trim_start_matches('-').to_string()
+    } else {
+        text
+    }
 }
 
 #[cfg(test)]

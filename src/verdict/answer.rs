@@ -73,7 +73,11 @@ fn require_all(value: &mut serde_json::Value) {
     match value {
         serde_json::Value::Object(map) => {
             if let Some(properties) = map.get("properties").and_then(|p| p.as_object()) {
-                let names = properties.keys().cloned().map(serde_json::Value::String).collect();
+                let names = properties
+                    .keys()
+                    .cloned()
+                    .map(serde_json::Value::String)
+                    .collect();
                 map.insert("required".into(), serde_json::Value::Array(names));
             }
             map.values_mut().for_each(require_all);

@@ -59,7 +59,9 @@ mod tests {
             justification: "because".into(),
         };
         let text = serde_json::to_string(&verdict).unwrap();
-        assert!(text.starts_with(r#"{"task":"safety","safety_critical":true,"obstacles":[{"id":7,"#));
+        assert!(
+            text.starts_with(r#"{"task":"safety","safety_critical":true,"obstacles":[{"id":7,"#)
+        );
         assert_eq!(serde_json::from_str::<Verdict>(&text).unwrap(), verdict);
     }
 }

@@ -48,7 +48,10 @@ pub fn parse(task: Task, answer: &str) -> Result<Parsed, NoVerdict> {
         return Err(NoVerdict::Empty);
     }
     let (objects, open) = objects(answer);
-    let read = objects.iter().rev().find_map(|object| interpret(task, object));
+    let read = objects
+        .iter()
+        .rev()
+        .find_map(|object| interpret(task, object));
     match read {
         Some(parsed) => Ok(parsed),
         None if open => Err(NoVerdict::CutOff),
@@ -118,7 +121,11 @@ fn strict<T: serde::de::DeserializeOwned + Into<Verdict>>(
 ) -> Option<Verdict> {
     let answer: T = serde_json::from_value(Value::Object(object.clone())).ok()?;
     let verdict: Verdict = answer.into();
-    verdict.obstacles.iter().all(|o| o.risk_score <= 5).then_some(verdict)
+    verdict
+        .obstacles
+        .iter()
+        .all(|o| o.risk_score <= 5)
+        .then_some(verdict)
 }
 
 /// Yes or no, from the key asked for or from keys that mean it.
@@ -134,8 +141,15 @@ fn decision(task: Task, object: &Map<String, Value>, notes: &mut Vec<String>) ->
         }
     }
     // The paper's safety prompt asks only for obstacles; naming one is a yes.
-    let groups = ["collisionobstacle", "extremeriskobstacle", "predictedcollisionobstacle"];
-    let present: Vec<&Value> = groups.iter().filter_map(|group| find(object, group)).collect();
+    let groups = [
+        "collisionobstacle",
+        "extremeriskobstacle",
+        "predictedcollisionobstacle",
+    ];
+    let present: Vec<&Value> = groups
+        .iter()
+        .filter_map(|group| find(object, group))
+        .collect();
     (task == Task::Safety && !present.is_empty()).then(|| {
         notes.push("the decision was read from the obstacles named".into());
         present.into_iter().any(|value| !entries(value).is_empty())
@@ -154,7 +168,9 @@ fn obstacles(object: &Map<String, Value>, notes: &mut Vec<String>) -> Vec<Obstac
     for (group, usual) in groups {
         for (id, score, reason) in find(object, group).map(entries).unwrap_or_default() {
             let Some(risk_score) = score.filter(|s| *s <= 5).or(usual) else {
-                notes.push(format!("obstacle {id} has no score from 0 to 5 and was left out"));
+                notes.push(format!(
+                    "obstacle {id} has no score from 0 to 5 and was left out"
+                ));
                 continue;
             };
             if group != "obstacles" {
@@ -177,14 +193,25 @@ fn entries(value: &Value) -> Vec<(i64, Option<u8>, String)> {
     match value {
         Value::Array(items) => items.iter().flat_map(entries).collect(),
         Value::Object(map) => {
-            let id = ["id", "obstacleid"].iter().find_map(|k| find(map, k)).map(entries);
-            let score = ["riskscore", "overallriskscore", "score"].iter().find_map(|k| find(map, k));
+            let id = ["id", "obstacleid"]
+                .iter()
+                .find_map(|k| find(map, k))
+                .map(entries);
+            let score = ["riskscore", "overallriskscore", "score"]
+                .iter()
+                .find_map(|k| find(map, k));
             let score = score.and_then(whole).and_then(|s| u8::try_from(s).ok());
-            let reason = find(map, "reason").and_then(Value::as_str).unwrap_or_default();
+            let reason = find(map, "reason")
+                .and_then(Value::as_str)
+                .unwrap_or_default();
             let ids = id.unwrap_or_default().into_iter();
-            ids.map(|(id, ..)| (id, score, reason.to_string())).collect()
+            ids.map(|(id, ..)| (id, score, reason.to_string()))
+                .collect()
         }
-        other => whole(other).map(|id| (id, None, String::new())).into_iter().collect(),
+        other => whole(other)
+            .map(|id| (id, None, String::new()))
+            .into_iter()
+            .collect(),
     }
 }
 
@@ -271,7 +298,10 @@ mod tests {
     #[test]
     fn answers_without_a_verdict() {
         assert_eq!(parse(Task::Collision, "  "), Err(NoVerdict::Empty));
-        assert_eq!(parse(Task::Collision, "It is safe."), Err(NoVerdict::NoJson));
+        assert_eq!(
+            parse(Task::Collision, "It is safe."),
+            Err(NoVerdict::NoJson)
+        );
         assert_eq!(
             parse(Task::Collision, "```json\n{\"collision\": tr"),
             Err(NoVerdict::CutOff)

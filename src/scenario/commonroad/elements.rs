@@ -58,7 +58,11 @@ pub(super) fn word<'a, T: Copy + std::fmt::Display>(
     xml.note(
         Severity::Warning,
         element,
-        format!("`{}` is not a known <{}>; taken as {fallback}", short(&text), element.name),
+        format!(
+            "`{}` is not a known <{}>; taken as {fallback}",
+            short(&text),
+            element.name
+        ),
     );
     Ok(fallback)
 }
@@ -77,7 +81,10 @@ pub(super) fn truth<'a>(
             xml.note(
                 Severity::Warning,
                 element,
-                format!("`{}` is neither true nor false; taken as {fallback}", short(&text)),
+                format!(
+                    "`{}` is neither true nor false; taken as {fallback}",
+                    short(&text)
+                ),
             );
             Ok(fallback)
         }
@@ -92,7 +99,11 @@ pub(super) fn shape<'a>(
     let mut shapes = shapes(xml, 0)?;
     match shapes.len() {
         0 => {
-            xml.note(Severity::Warning, element, "no shape in it; it covers nothing".into());
+            xml.note(
+                Severity::Warning,
+                element,
+                "no shape in it; it covers nothing".into(),
+            );
             Ok(None)
         }
         1 => Ok(shapes.pop()),
@@ -109,7 +120,8 @@ pub(super) fn footprint<'a>(
         return Ok(None);
     };
     let made = Footprint::new(shape);
-    made.map(Some).map_err(|e| xml.fail_in(element, e.to_string()))
+    made.map(Some)
+        .map_err(|e| xml.fail_in(element, e.to_string()))
 }
 
 fn shapes(xml: &mut Xml<'_>, depth: usize) -> Result<Vec<Shape>, ReadError> {
@@ -140,7 +152,9 @@ pub(super) fn one_shape<'a>(
         }
         _ => return Ok(None),
     };
-    shape.check().map_err(|e| xml.fail_in(child, e.to_string()))?;
+    shape
+        .check()
+        .map_err(|e| xml.fail_in(child, e.to_string()))?;
     Ok(Some(shape))
 }
 

@@ -22,7 +22,14 @@ pub(super) fn obstacle<'a>(
     let mut prediction = Prediction::None;
     while let Some(child) = xml.next()? {
         match child.name {
-            "role" => role = Some(word(xml, child, ObstacleRole::parse, ObstacleRole::Dynamic)?),
+            "role" => {
+                role = Some(word(
+                    xml,
+                    child,
+                    ObstacleRole::parse,
+                    ObstacleRole::Dynamic,
+                )?)
+            }
             "type" => kind = word(xml, child, ObstacleType::parse, ObstacleType::Unknown)?,
             "shape" => body = footprint(xml, child)?,
             "initialState" => initial = Some(state(xml, child, true)?),
@@ -32,12 +39,20 @@ pub(super) fn obstacle<'a>(
         }
     }
     let role = role.unwrap_or_else(|| {
-        xml.note(Severity::Warning, element, "no role; taken as dynamic".into());
+        xml.note(
+            Severity::Warning,
+            element,
+            "no role; taken as dynamic".into(),
+        );
         ObstacleRole::Dynamic
     });
     let bodily = matches!(role, ObstacleRole::Static | ObstacleRole::Dynamic);
     if bodily && body.is_none() {
-        xml.note(Severity::Warning, element, "no shape; it is not measured".into());
+        xml.note(
+            Severity::Warning,
+            element,
+            "no shape; it is not measured".into(),
+        );
     }
     if bodily && initial.is_none() {
         xml.note(Severity::Warning, element, "no initial state".into());
@@ -67,10 +82,7 @@ fn occupancies(xml: &mut Xml<'_>) -> Result<Vec<Occupancy>, ReadError> {
     Ok(found)
 }
 
-fn occupancy<'a>(
-    xml: &mut Xml<'a>,
-    element: Element<'a>,
-) -> Result<Option<Occupancy>, ReadError> {
+fn occupancy<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Option<Occupancy>, ReadError> {
     let (mut time, mut region) = (None, None);
     while let Some(child) = xml.next()? {
         match child.name {
@@ -81,7 +93,11 @@ fn occupancy<'a>(
     }
     let both = time.zip(region);
     if both.is_none() {
-        xml.note(Severity::Warning, element, "without time or shape; left out".into());
+        xml.note(
+            Severity::Warning,
+            element,
+            "without time or shape; left out".into(),
+        );
     }
     Ok(both.map(|(time, region)| Occupancy { time, region }))
 }

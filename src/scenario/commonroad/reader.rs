@@ -71,7 +71,8 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
             }
         };
         if let Some(id) = id.filter(|id| !ids.insert(*id)) {
-            let message = format!("id {id} is used twice; the first one is meant where it is referred to");
+            let message =
+                format!("id {id} is used twice; the first one is meant where it is referred to");
             xml.note(Severity::Warning, child, message);
         }
     }
@@ -100,8 +101,10 @@ fn role_of(name: &str) -> Option<Option<ObstacleRole>> {
 }
 
 fn header<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<Header, ReadError> {
-    let mut attributes: BTreeMap<String, String> =
-        xml.attributes(root).map(|(key, value)| (key.to_string(), value.into_owned())).collect();
+    let mut attributes: BTreeMap<String, String> = xml
+        .attributes(root)
+        .map(|(key, value)| (key.to_string(), value.into_owned()))
+        .collect();
     let mut take = |name: &str| attributes.remove(name);
     let (id, version) = (take("benchmarkID"), take("commonRoadVersion"));
     let step = take("timeStepSize");
@@ -111,14 +114,19 @@ fn header<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<Header, ReadError>
     let time_step_size = match step.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => value,
         _ => {
-            let message =
-                format!("timeStepSize=\"{}\" is not a positive number of seconds", short(&step));
+            let message = format!(
+                "timeStepSize=\"{}\" is not a positive number of seconds",
+                short(&step)
+            );
             return Err(xml.fail(root.at, message));
         }
     };
     let version = version.unwrap_or_default();
     if !matches!(version.as_str(), "2020a" | "2018b") {
-        let message = format!("version `{}` is not 2020a or 2018b; read as 2020a", short(&version));
+        let message = format!(
+            "version `{}` is not 2020a or 2018b; read as 2020a",
+            short(&version)
+        );
         xml.note(Severity::Warning, root, message);
     }
     if id.is_none() {
@@ -142,7 +150,11 @@ fn read_location(xml: &mut Xml<'_>) -> Result<Location, ReadError> {
             // Not needed by anything yet that looks at a scenario.
             "geoTransformation" | "environment" => {
                 xml.skip()?;
-                xml.note(Severity::Note, child, format!("<{}> is not kept", child.name));
+                xml.note(
+                    Severity::Note,
+                    child,
+                    format!("<{}> is not kept", child.name),
+                );
             }
             _ => xml.skip_unknown(child)?,
         }

@@ -39,10 +39,14 @@ pub(super) fn lanelet<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Lan
             "adjacentRight" => lanelet.adjacent_right = Some(adjacent(xml, child)?),
             "stopLine" => lanelet.stop_line = Some(stop_line(xml)?),
             "laneletType" => {
-                lanelet.types.push(word(xml, child, LaneletType::parse, LaneletType::Unknown)?);
+                lanelet
+                    .types
+                    .push(word(xml, child, LaneletType::parse, LaneletType::Unknown)?);
             }
             "userOneWay" => {
-                lanelet.users_one_way.push(word(xml, child, RoadUser::parse, RoadUser::Vehicle)?);
+                lanelet
+                    .users_one_way
+                    .push(word(xml, child, RoadUser::parse, RoadUser::Vehicle)?);
             }
             "userBidirectional" => {
                 let user = word(xml, child, RoadUser::parse, RoadUser::Vehicle)?;
@@ -136,7 +140,9 @@ pub(super) fn sign<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Sign, 
         id: xml.id_attribute(element, "id")?,
         elements: Vec::new(),
         position: None,
-        is_virtual: xml.attribute(element, "virtual").is_some_and(|v| v == "true"),
+        is_virtual: xml
+            .attribute(element, "virtual")
+            .is_some_and(|v| v == "true"),
     };
     while let Some(child) = xml.next()? {
         match child.name {
@@ -157,7 +163,11 @@ pub(super) fn sign<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Sign, 
         }
     }
     if sign.elements.is_empty() {
-        xml.note(Severity::Note, element, "a traffic sign that says nothing".into());
+        xml.note(
+            Severity::Note,
+            element,
+            "a traffic sign that says nothing".into(),
+        );
     }
     Ok(sign)
 }
@@ -248,7 +258,11 @@ pub(super) fn intersection<'a>(
         }
     }
     if intersection.incomings.is_empty() {
-        xml.note(Severity::Note, element, "an intersection without roads".into());
+        xml.note(
+            Severity::Note,
+            element,
+            "an intersection without roads".into(),
+        );
     }
     Ok(intersection)
 }

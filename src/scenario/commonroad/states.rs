@@ -36,7 +36,11 @@ pub(super) fn state<'a>(
     state.time = match time {
         Some(time) => time,
         None if initial => {
-            xml.note(Severity::Warning, element, "no <time>; taken as step 0".into());
+            xml.note(
+                Severity::Warning,
+                element,
+                "no <time>; taken as step 0".into(),
+            );
             Steps::exact(0)
         }
         None => return Err(xml.fail_in(element, "a state needs <time>".into())),
@@ -55,7 +59,10 @@ pub(super) fn steps<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Steps
         None => return Err(xml.fail_in(element, "no time step in it".into())),
     };
     if steps.from.abs() > LATEST || steps.to.abs() > LATEST {
-        return Err(xml.fail_in(element, format!("time step {} is out of all reason", steps.to)));
+        return Err(xml.fail_in(
+            element,
+            format!("time step {} is out of all reason", steps.to),
+        ));
     }
     Ok(steps)
 }
@@ -77,14 +84,22 @@ pub(super) fn quantity<'a>(
     match (exact, from, to) {
         (Some(value), ..) => Ok(Some(Quantity::Exact(value))),
         (None, Some(from), Some(to)) if from <= to => Ok(Some(Quantity::Interval(from, to))),
-        (None, Some(from), Some(to)) => {
-            Err(xml.fail_in(element, format!("the interval from {from} to {to} is empty")))
-        }
+        (None, Some(from), Some(to)) => Err(xml.fail_in(
+            element,
+            format!("the interval from {from} to {to} is empty"),
+        )),
         (None, None, None) => {
-            xml.note(Severity::Warning, element, "it is empty and was left out".into());
+            xml.note(
+                Severity::Warning,
+                element,
+                "it is empty and was left out".into(),
+            );
             Ok(None)
         }
-        _ => Err(xml.fail_in(element, "an interval needs both its start and its end".into())),
+        _ => Err(xml.fail_in(
+            element,
+            "an interval needs both its start and its end".into(),
+        )),
     }
 }
 
@@ -110,7 +125,11 @@ pub(super) fn position<'a>(
         (None, 2.., _) => Some(Position::Region(Shape::Group(shapes))),
         (None, 0, false) => Some(Position::Lanelets(lanelets)),
         (None, 0, true) => {
-            xml.note(Severity::Warning, element, "an empty position was left out".into());
+            xml.note(
+                Severity::Warning,
+                element,
+                "an empty position was left out".into(),
+            );
             None
         }
     })

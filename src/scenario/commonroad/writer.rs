@@ -29,11 +29,19 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
         ("benchmarkID", header.benchmark_id.clone()),
         ("timeStepSize", number(header.time_step_size)),
     ];
-    root.extend(header.attributes.iter().map(|(k, v)| (k.as_str(), v.clone())));
+    root.extend(
+        header
+            .attributes
+            .iter()
+            .map(|(k, v)| (k.as_str(), v.clone())),
+    );
     out.element("commonRoad", &root, |out| {
         if let Some(location) = &scenario.location {
             out.element("location", &[], |out| {
-                out.leaf("geoNameId", &location.geo_name_id.unwrap_or(-999).to_string())?;
+                out.leaf(
+                    "geoNameId",
+                    &location.geo_name_id.unwrap_or(-999).to_string(),
+                )?;
                 out.leaf("gpsLatitude", &number(location.latitude.unwrap_or(999.0)))?;
                 out.leaf("gpsLongitude", &number(location.longitude.unwrap_or(999.0)))
             })?;
@@ -45,7 +53,10 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
         network.lanelets.iter().try_for_each(|l| lanelet(out, l))?;
         network.signs.iter().try_for_each(|s| sign(out, s))?;
         network.lights.iter().try_for_each(|l| light(out, l))?;
-        network.intersections.iter().try_for_each(|i| intersection(out, i))?;
+        network
+            .intersections
+            .iter()
+            .try_for_each(|i| intersection(out, i))?;
         for role in ObstacleRole::ALL {
             let of_role = scenario.obstacles.iter().filter(|o| o.role == *role);
             of_role.into_iter().try_for_each(|o| obstacle(out, o))?;
@@ -100,14 +111,19 @@ impl Out {
     }
 
     fn references(&mut self, name: &str, ids: &[i64]) -> Result<(), WriteError> {
-        ids.iter().try_for_each(|id| self.empty(name, &[("ref", id.to_string())]))
+        ids.iter()
+            .try_for_each(|id| self.empty(name, &[("ref", id.to_string())]))
     }
 }
 
 /// The shortest text that reads back as the same number; plain decimals, as the schema wants them.
 fn number(value: f64) -> String {
     let text = value.to_string();
-    if text.contains('.') { text } else { format!("{text}.0") }
+    if text.contains('.') {
+        text
+    } else {
+        format!("{text}.0")
+    }
 }
 
 fn id(id: i64) -> [(&'static str, String); 1] {
@@ -141,10 +157,17 @@ fn lanelet(out: &mut Out, lanelet: &Lanelet) -> Result<(), WriteError> {
                 out.references("trafficLightRef", &line.lights)
             })?;
         }
-        lanelet.types.iter().try_for_each(|t| out.leaf("laneletType", t.name()))?;
-        lanelet.users_one_way.iter().try_for_each(|u| out.leaf("userOneWay", u.name()))?;
+        lanelet
+            .types
+            .iter()
+            .try_for_each(|t| out.leaf("laneletType", t.name()))?;
+        lanelet
+            .users_one_way
+            .iter()
+            .try_for_each(|u| out.leaf("userOneWay", u.name()))?;
         let both = &lanelet.users_bidirectional;
-        both.iter().try_for_each(|u| out.leaf("userBidirectional", u.name()))?;
+        both.iter()
+            .try_for_each(|u| out.leaf("userBidirectional", u.name()))?;
         out.references("trafficSignRef", &lanelet.signs)?;
         out.references("trafficLightRef", &lanelet.lights)
     })
@@ -163,8 +186,15 @@ fn adjacent(out: &mut Out, name: &str, adjacent: Option<Adjacent>) -> Result<(),
     let Some(adjacent) = adjacent else {
         return Ok(());
     };
-    let direction = if adjacent.same_direction { "same" } else { "opposite" };
-    let attributes = [("ref", adjacent.id.to_string()), ("drivingDir", direction.to_string())];
+    let direction = if adjacent.same_direction {
+        "same"
+    } else {
+        "opposite"
+    };
+    let attributes = [
+        ("ref", adjacent.id.to_string()),
+        ("drivingDir", direction.to_string()),
+    ];
     out.empty(name, &attributes)
 }
 
@@ -173,7 +203,10 @@ fn sign(out: &mut Out, sign: &Sign) -> Result<(), WriteError> {
         for element in &sign.elements {
             out.element("trafficSignElement", &[], |out| {
                 out.leaf("trafficSignID", &element.id)?;
-                element.values.iter().try_for_each(|v| out.leaf("additionalValue", v))
+                element
+                    .values
+                    .iter()
+                    .try_for_each(|v| out.leaf("additionalValue", v))
             })?;
         }
         place(out, sign.position.as_ref())?;
@@ -182,7 +215,9 @@ fn sign(out: &mut Out, sign: &Sign) -> Result<(), WriteError> {
 }
 
 fn place(out: &mut Out, position: Option<&Point>) -> Result<(), WriteError> {
-    position.map_or(Ok(()), |at| out.element("position", &[], |out| point(out, at, None)))
+    position.map_or(Ok(()), |at| {
+        out.element("position", &[], |out| point(out, at, None))
+    })
 }
 
 fn light(out: &mut Out, light: &TrafficLight) -> Result<(), WriteError> {
@@ -212,7 +247,8 @@ fn intersection(out: &mut Out, intersection: &Intersection) -> Result<(), WriteE
                 out.references("successorsRight", &road.right)?;
                 out.references("successorsStraight", &road.straight)?;
                 out.references("successorsLeft", &road.left)?;
-                road.is_left_of.map_or(Ok(()), |id| out.references("isLeftOf", &[id]))
+                road.is_left_of
+                    .map_or(Ok(()), |id| out.references("isLeftOf", &[id]))
             })?;
         }
         if intersection.crossings.is_empty() {
@@ -296,14 +332,19 @@ fn state(out: &mut Out, name: &str, state: &State) -> Result<(), WriteError> {
         time(out, state.time)?;
         quantity(out, StateField::Velocity, state.velocity)?;
         quantity(out, StateField::Acceleration, state.acceleration)?;
-        state.more.iter().try_for_each(|(field, value)| quantity(out, *field, Some(*value)))
+        state
+            .more
+            .iter()
+            .try_for_each(|(field, value)| quantity(out, *field, Some(*value)))
     })
 }
 
 fn goal(out: &mut Out, goal: &Goal) -> Result<(), WriteError> {
     out.element("goalState", &[], |out| {
         time(out, goal.time)?;
-        goal.positions.iter().try_for_each(|p| position(out, Some(p)))?;
+        goal.positions
+            .iter()
+            .try_for_each(|p| position(out, Some(p)))?;
         quantity(out, StateField::Orientation, goal.orientation)?;
         quantity(out, StateField::Velocity, goal.velocity)
     })

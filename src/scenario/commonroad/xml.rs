@@ -25,11 +25,19 @@ pub struct ReadError {
 }
 
 fn place(line: usize, column: usize) -> String {
-    if line == 0 { String::new() } else { format!(":{line}:{column}") }
+    if line == 0 {
+        String::new()
+    } else {
+        format!(":{line}:{column}")
+    }
 }
 
 fn inside(element: &str) -> String {
-    if element.is_empty() { String::new() } else { format!(": in <{element}>") }
+    if element.is_empty() {
+        String::new()
+    } else {
+        format!(": in <{element}>")
+    }
 }
 
 impl ReadError {
@@ -78,7 +86,8 @@ impl<'a> Xml<'a> {
                 line: 1 + before.iter().filter(|&&b| b == b'\n').count(),
                 column: 1 + before.iter().rev().take_while(|&&b| b != b'\n').count(),
                 element: String::new(),
-                message: "bytes that are not UTF-8; CommonRoad files are UTF-8, save it as such".into(),
+                message: "bytes that are not UTF-8; CommonRoad files are UTF-8, save it as such"
+                    .into(),
             }
         })?;
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -164,7 +173,11 @@ impl<'a> Xml<'a> {
                         Some(c) => Cow::Owned(c.to_string()),
                         None => {
                             let at = self.reader.buffer_position() as usize;
-                            return Err(self.fail(at, "an entity that XML does not define; entities are not expanded".into()));
+                            return Err(self.fail(
+                                at,
+                                "an entity that XML does not define; entities are not expanded"
+                                    .into(),
+                            ));
                         }
                     }
                 }
@@ -206,7 +219,9 @@ impl<'a> Xml<'a> {
 
     /// The value of an attribute, unescaped.
     pub fn attribute(&self, element: Element<'a>, name: &str) -> Option<Cow<'a, str>> {
-        self.attributes(element).find(|(key, _)| *key == name).map(|(_, value)| value)
+        self.attributes(element)
+            .find(|(key, _)| *key == name)
+            .map(|(_, value)| value)
     }
 
     /// All attributes that can be read.
@@ -214,7 +229,9 @@ impl<'a> Xml<'a> {
         &self,
         element: Element<'a>,
     ) -> impl Iterator<Item = (&'a str, Cow<'a, str>)> + use<'a> {
-        let found = Attributes::new(element.attributes, 0).with_checks(false).clone();
+        let found = Attributes::new(element.attributes, 0)
+            .with_checks(false)
+            .clone();
         found.flatten().map(|a| {
             let value = a
                 .normalized_value(quick_xml::XmlVersion::Implicit1_0)
@@ -232,7 +249,10 @@ impl<'a> Xml<'a> {
             ));
         };
         parse_id(&value).ok_or_else(|| {
-            self.fail(element.at, format!("{name}=\"{}\" is not a whole number", short(&value)))
+            self.fail(
+                element.at,
+                format!("{name}=\"{}\" is not a whole number", short(&value)),
+            )
         })
     }
 
@@ -241,7 +261,10 @@ impl<'a> Xml<'a> {
         let text = self.text()?;
         match text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
-            Ok(_) => Err(self.fail_in(element, format!("`{}` is not a finite number", short(&text)))),
+            Ok(_) => Err(self.fail_in(
+                element,
+                format!("`{}` is not a finite number", short(&text)),
+            )),
             Err(_) if text.is_empty() => {
                 Err(self.fail_in(element, "it is empty, a number is expected".into()))
             }
@@ -302,7 +325,10 @@ impl<'a> Xml<'a> {
         self.note(
             Severity::Note,
             element,
-            format!("<{}> is not known here and was left out", short(element.name)),
+            format!(
+                "<{}> is not known here and was left out",
+                short(element.name)
+            ),
         );
         Ok(())
     }

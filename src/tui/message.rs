@@ -1,0 +1,94 @@
+//! What reaches `update`, and what it asks for in return: both are data.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use ratatui::layout::Position;
+
+use super::keymap::Key;
+use super::model::{Facts, Opened};
+use crate::evaluation::{Answer, Event, Question};
+use crate::prompts::Library;
+use crate::scenario::Entry;
+use crate::verdict::Task;
+
+/// Something happened.
+#[derive(Debug)]
+pub enum Msg {
+    /// A key was pressed.
+    Key(Key),
+    /// Text was pasted.
+    Paste(String),
+    /// The mouse did something.
+    Mouse(Mouse),
+    /// The terminal has this many columns and rows now.
+    Resize(u16, u16),
+    /// Time passed; sent only while something moves.
+    Passed(Duration),
+    /// The scenarios were found, or why not.
+    Found(Result<Vec<Entry>, String>),
+    /// The facts of a scenario, by its place in the list.
+    Surveyed(usize, Result<Facts, String>),
+    /// A scenario was opened.
+    Opened(OpenId, Result<Box<Opened>, String>),
+    /// A piece of an answer.
+    Asked(AskId, Event),
+    /// An answer is complete, or the store refused.
+    Answered(AskId, Result<Box<Answer>, String>),
+    /// Earlier answers on a scenario (by its hash) and task.
+    Stored(String, Task, Vec<Answer>),
+    /// A template file was written or removed: its name, and the library as it is now.
+    Saved(String, Result<Library, String>),
+    /// The program is asked to end.
+    Terminate,
+}
+
+/// Numbers the openings; a message of an old one is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct OpenId(pub u64);
+
+/// Numbers the questions asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct AskId(pub u64);
+
+/// What a mouse does, and where.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mouse {
+    /// The left button went down.
+    Press(Position),
+    /// It moved with the left button down.
+    Drag(Position),
+    /// The wheel turned up.
+    WheelUp(Position),
+    /// The wheel turned down.
+    WheelDown(Position),
+}
+
+/// Something to be done outside the model.
+#[derive(Debug)]
+pub enum Effect {
+    /// Find the scenarios at these paths; the bundled ones for none.
+    Find(Vec<PathBuf>),
+    /// Work out the facts of these scenarios, by their places in the list.
+    Survey(Vec<(usize, Entry)>),
+    /// Open a scenario, with its recorded ego or an obstacle as ego.
+    Open(OpenId, Entry, Option<i64>),
+    /// Load earlier answers on a scenario (by its hash) and task.
+    LoadStored(String, Task),
+    /// Ask a model.
+    Ask(AskId, Box<Question>, String),
+    /// Cancel a question.
+    Abort(AskId),
+    /// Write a template of the user's.
+    SaveTemplate(String, String),
+    /// Remove a template of the user's.
+    RemoveTemplate(String),
+    /// Put text into the clipboard.
+    Copy(String),
+    /// Use the mouse, or not.
+    UseMouse(bool),
+    /// Go back to the shell for a while.
+    Suspend,
+    /// End the program.
+    Quit,
+}

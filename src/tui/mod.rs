@@ -1,0 +1,20 @@
+//! The workbench in the terminal.
+
+mod action;
+mod clock;
+mod keymap;
+mod layout;
+mod message;
+mod model;
+mod overlays;
+mod run;
+mod tasks;
+mod terminal;
+#[cfg(test)]
+mod tests;
+mod theme;
+mod update;
+mod views;
+mod widgets;
+
+pub use run::{Ended, run};

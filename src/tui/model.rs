@@ -1,0 +1,320 @@
+//! Everything that the workbench knows; changed by `update` alone, read by the views.
+
+mod answers;
+mod camera;
+mod drawn;
+mod list;
+mod opened;
+mod prompt;
+
+use std::path::PathBuf;
+
+pub use answers::{Answers, Column, Progress, Shown};
+pub use camera::Camera;
+pub use drawn::{Drawn, Extent, MapDrawn};
+pub use list::{Facts, List};
+pub use opened::{Opened, series};
+pub use prompt::{PromptPane, PromptView};
+
+use super::action::Scope;
+use super::clock::Clock;
+use super::message::{AskId, OpenId};
+use super::theme::Theme;
+use crate::config::Config;
+use crate::evaluation::{Case, prepare};
+use crate::judge::{self, judge};
+use crate::llm::Offer;
+use crate::prompts::{Library, Techniques};
+use crate::scenario::{Scene, Window};
+use crate::text::{Frame, Options};
+use crate::verdict::Task;
+
+/// The panes of the main screen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Pane {
+    /// The list of scenarios.
+    Scenarios,
+    /// The map from above.
+    Map,
+    /// Danger over time.
+    Timeline,
+    /// The prompt.
+    Prompt,
+    /// Verdicts side by side.
+    Verdict,
+    /// The reasoning of one answer.
+    Reasoning,
+    /// Risk over time.
+    Risk,
+}
+
+impl Pane {
+    /// Every pane that can have the keys, in the order of Tab.
+    pub const ALL: [Self; 6] = [
+        Self::Scenarios,
+        Self::Map,
+        Self::Prompt,
+        Self::Verdict,
+        Self::Reasoning,
+        Self::Risk,
+    ];
+
+    /// Whose keys it takes.
+    #[must_use]
+    pub fn scope(self) -> Scope {
+        match self {
+            Self::Scenarios => Scope::Scenarios,
+            Self::Map => Scope::Map,
+            Self::Prompt | Self::Reasoning | Self::Verdict => Scope::Text,
+            Self::Timeline | Self::Risk => Scope::Global,
+        }
+    }
+}
+
+/// What lies over the main screen and takes the keys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Overlay {
+    /// All keys; scrolled by so many lines.
+    Help {
+        /// Lines scrolled.
+        scroll: usize,
+    },
+    /// Actions by name.
+    Palette(Picker),
+    /// Models; the chosen one is asked at once if `ask`.
+    Models {
+        /// What is typed and selected.
+        picker: Picker,
+        /// Whether the chosen one is asked at once.
+        ask: bool,
+    },
+}
+
+/// A line to type into and a selection below it.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Picker {
+    /// What is typed.
+    pub text: String,
+    /// The selected line.
+    pub selected: usize,
+}
+
+/// A message that stays readable for a while.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Toast {
+    /// What it says.
+    pub text: String,
+    /// Whether something is wrong.
+    pub bad: bool,
+    /// Seconds it still stays; errors stay until a key is pressed.
+    pub left: f64,
+}
+
+/// Everything that the workbench knows.
+#[derive(Debug)]
+pub struct Model {
+    /// Columns and rows of the terminal.
+    pub size: (u16, u16),
+    /// Where the scenarios come from; empty for the bundled ones.
+    pub paths: Vec<PathBuf>,
+    /// The list of scenarios.
+    pub list: List,
+    /// The opened scenario.
+    pub opened: Option<Box<Opened>>,
+    /// The opening that is under way.
+    pub opening: Option<OpenId>,
+    /// Why the selected scenario is not open.
+    pub open_error: Option<String>,
+    /// The current time step.
+    pub clock: Clock,
+    /// The pane that has the keys.
+    pub focus: Pane,
+    /// Whether the pane that has the keys is shown alone.
+    pub zoomed: bool,
+    /// How the map is seen.
+    pub camera: Camera,
+    /// The picked obstacle.
+    pub picked: Option<i64>,
+    /// What is asked.
+    pub task: Task,
+    /// From where the scene is described.
+    pub frame: Frame,
+    /// How it is asked.
+    pub techniques: Techniques,
+    /// The prompt.
+    pub prompt: PromptPane,
+    /// Templates.
+    pub library: Library,
+    /// The answers.
+    pub answers: Answers,
+    /// The model that is asked.
+    pub model: String,
+    /// Models that can be chosen.
+    pub offers: Vec<Offer>,
+    /// What lies over the main screen, the top last.
+    pub overlays: Vec<Overlay>,
+    /// Messages.
+    pub toasts: Vec<Toast>,
+    /// Colours.
+    pub theme: Theme,
+    /// Settings.
+    pub config: Config,
+    /// Whether the mouse is used.
+    pub mouse: bool,
+    /// Where things were drawn last: what the mouse and the page keys need.
+    pub drawn: Drawn,
+    next_id: u64,
+}
+
+impl Model {
+    /// A workbench at its start.
+    #[must_use]
+    pub fn new(
+        paths: Vec<PathBuf>,
+        config: Config,
+        theme: Theme,
+        library: Library,
+        offers: Vec<Offer>,
+    ) -> Self {
+        Self {
+            size: (0, 0),
+            paths,
+            list: List::default(),
+            opened: None,
+            opening: None,
+            open_error: None,
+            clock: Clock::new(0..1, 0.1),
+            focus: Pane::Scenarios,
+            zoomed: false,
+            camera: Camera::default(),
+            picked: None,
+            task: Task::Collision,
+            frame: Frame::Ego,
+            techniques: Techniques::ALL,
+            prompt: PromptPane::default(),
+            library,
+            answers: Answers::default(),
+            model: config
+                .model
+                .clone()
+                .unwrap_or_else(|| judge::MODEL.to_string()),
+            offers,
+            overlays: Vec::new(),
+            toasts: Vec::new(),
+            theme,
+            mouse: config.mouse,
+            config,
+            drawn: Drawn::default(),
+            next_id: 0,
+        }
+    }
+
+    /// A number that was not used before.
+    pub fn new_id(&mut self) -> u64 {
+        self.next_id += 1;
+        self.next_id
+    }
+
+    /// The opened scene, if it has an ego.
+    #[must_use]
+    pub fn scene(&self) -> Option<&Scene> {
+        self.opened.as_ref()?.scene.as_deref()
+    }
+
+    /// The window that is asked about: for the collision task the end of the recording, for the safety
+    /// task the past of the current step.
+    #[must_use]
+    pub fn window(&self) -> Option<Window> {
+        let scene = self.scene()?;
+        let last = match self.task {
+            Task::Collision => scene.last_step(),
+            Task::Safety => self.clock.step(),
+        };
+        Some(Window::ending_at(scene, last, self.config.history))
+    }
+
+    /// Works out again what depends on the scene, the window, the template and the switches:
+    /// the prompt and the built-in judge's verdict.
+    pub fn refresh(&mut self) {
+        let (Some(opened), Some(window)) = (&self.opened, self.window()) else {
+            self.prompt.question = None;
+            self.answers.reference = None;
+            return;
+        };
+        let Some(scene) = opened.scene.clone() else {
+            return;
+        };
+        self.answers.reference = match self.task {
+            Task::Collision => opened.collision.clone(),
+            Task::Safety => Some(judge(&scene, Task::Safety, &window)),
+        };
+        let case = Case {
+            name: opened.name.clone(),
+            scene,
+            task: self.task,
+            frame: self.frame,
+            techniques: self.techniques,
+            window,
+            options: Options {
+                radius: self.config.radius,
+                ..Options::default()
+            },
+        };
+        self.prompt.load(&self.library, self.task, self.frame);
+        let draft = self.prompt.draft();
+        let prepared = prepare(
+            case.clone(),
+            &self.library,
+            draft.as_ref().map(|(f, s)| (f.as_str(), s.as_str())),
+        );
+        match prepared {
+            Ok(question) => {
+                self.prompt.error = None;
+                self.prompt.accept(draft);
+                self.prompt.question = Some(question);
+            }
+            Err(error) => {
+                self.prompt.error = Some(error.to_string());
+                // The last template that could be filled stays in use.
+                let good = self.prompt.good();
+                let again = prepare(
+                    case,
+                    &self.library,
+                    good.as_ref().map(|(f, s)| (f.as_str(), s.as_str())),
+                );
+                self.prompt.question = again.ok();
+            }
+        }
+    }
+
+    /// Says something.
+    pub fn say(&mut self, text: impl Into<String>) {
+        self.toasts.push(Toast {
+            text: text.into(),
+            bad: false,
+            left: 4.0,
+        });
+    }
+
+    /// Says that something is wrong.
+    pub fn complain(&mut self, text: impl Into<String>) {
+        self.toasts.push(Toast {
+            text: text.into(),
+            bad: true,
+            left: f64::INFINITY,
+        });
+    }
+
+    /// Whether time has to pass: something plays, or a message fades.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.clock.playing
+            || self.toasts.iter().any(|t| t.left.is_finite())
+            || self.answers.is_running()
+    }
+
+    /// The question with this number, if it is still shown.
+    pub fn column_mut(&mut self, ask: AskId) -> Option<&mut Column> {
+        self.answers.columns.iter_mut().find(|c| c.ask == Some(ask))
+    }
+}

@@ -1,0 +1,156 @@
+//! The answers that are compared, one column each, beside the built-in judge.
+
+use crate::evaluation::Answer;
+use crate::judge::Judgement;
+use crate::tui::message::AskId;
+
+/// Answers side by side.
+#[derive(Debug, Default)]
+pub struct Answers {
+    /// Answers of models, the oldest first.
+    pub columns: Vec<Column>,
+    /// What the built-in judge says.
+    pub reference: Option<Judgement>,
+    /// The question the built-in judge is answering for the store.
+    pub asking_reference: Option<AskId>,
+    /// Milliseconds the built-in judge took when it was last asked.
+    pub reference_ms: Option<u64>,
+    /// Whose reasoning is shown.
+    pub shown: Shown,
+    /// How far its text is scrolled; nothing while the end is followed.
+    pub scroll: Option<usize>,
+}
+
+/// Whose reasoning is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shown {
+    /// The built-in judge's.
+    #[default]
+    Reference,
+    /// That of a column.
+    Column(usize),
+}
+
+/// One answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// The question it answers; nothing for one from the store.
+    pub ask: Option<AskId>,
+    /// The model asked, `provider/model`.
+    pub model: String,
+    /// How it was asked, in short.
+    pub how: String,
+    /// Reasoning so far.
+    pub reasoning: String,
+    /// Answer so far.
+    pub text: String,
+    /// Where it stands.
+    pub progress: Progress,
+}
+
+/// Where an answer stands.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Progress {
+    /// The question is on its way, for so many seconds.
+    Waiting(f64),
+    /// The next try follows; why.
+    Retrying(String),
+    /// It arrives, for so many seconds.
+    Arriving(f64),
+    /// It is here.
+    Done(Box<Answer>),
+    /// It could not be kept or asked; why.
+    Broken(String),
+}
+
+/// Columns that fit beside each other.
+const MOST_COLUMNS: usize = 3;
+
+impl Answers {
+    /// Adds a column and shows it; the oldest that is not running makes room.
+    pub fn add(&mut self, column: Column) {
+        while self.columns.len() >= MOST_COLUMNS {
+            let Some(old) = self.columns.iter().position(|c| !c.is_running()) else {
+                break;
+            };
+            self.columns.remove(old);
+        }
+        self.columns.push(column);
+        self.show(Shown::Column(self.columns.len() - 1));
+    }
+
+    /// Shows the reasoning of an answer, from its beginning, or at its end while it arrives.
+    pub fn show(&mut self, shown: Shown) {
+        self.shown = shown;
+        let running = self.column().is_some_and(Column::is_running);
+        self.scroll = if running { None } else { Some(0) };
+    }
+
+    /// The shown column.
+    #[must_use]
+    pub fn column(&self) -> Option<&Column> {
+        match self.shown {
+            Shown::Reference => None,
+            Shown::Column(i) => self.columns.get(i),
+        }
+    }
+
+    /// Shows the next answer, or the one before; the built-in judge is the last.
+    pub fn cycle(&mut self, forward: bool) {
+        let count = self.columns.len() + 1;
+        let now = match self.shown {
+            Shown::Column(i) => i,
+            Shown::Reference => count - 1,
+        };
+        let next = if forward {
+            (now + 1) % count
+        } else {
+            (now + count - 1) % count
+        };
+        self.show(if next == count - 1 {
+            Shown::Reference
+        } else {
+            Shown::Column(next)
+        });
+    }
+
+    /// Whether an answer is on its way.
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        self.columns.iter().any(Column::is_running)
+    }
+}
+
+impl Column {
+    /// Whether it is on its way.
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        matches!(
+            self.progress,
+            Progress::Waiting(_) | Progress::Retrying(_) | Progress::Arriving(_)
+        )
+    }
+
+    /// The answer, once it is here.
+    #[must_use]
+    pub fn answer(&self) -> Option<&Answer> {
+        match &self.progress {
+            Progress::Done(answer) => Some(answer),
+            _ => None,
+        }
+    }
+}
+
+impl From<Answer> for Column {
+    /// An answer from the store.
+    fn from(answer: Answer) -> Self {
+        Self {
+            ask: None,
+            model: answer.model.clone(),
+            how: String::new(),
+            reasoning: answer.reasoning.clone(),
+            text: answer.text.clone(),
+            progress: Progress::Done(Box::new(answer)),
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Where things were drawn last. Drawing writes it, the mouse and the page keys read it.
+
+use std::cell::RefCell;
+
+use ratatui::layout::{Position, Rect};
+
+use super::Pane;
+use crate::geometry::Point;
+
+/// What the last frame looked like.
+#[derive(Debug, Default)]
+pub struct Drawn {
+    panes: RefCell<Vec<(Pane, Rect)>>,
+    texts: RefCell<Vec<(Pane, Extent)>>,
+    map: RefCell<Option<MapDrawn>>,
+    scales: RefCell<Vec<Rect>>,
+}
+
+/// Lines of a text, and how many of them the pane shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Extent {
+    /// All lines.
+    pub lines: usize,
+    /// Lines shown at once.
+    pub rows: usize,
+    /// First line shown.
+    pub top: usize,
+}
+
+/// The map as it was drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapDrawn {
+    /// The cells of the map.
+    pub area: Rect,
+    /// The view's frame: forward is up.
+    pub frame: crate::geometry::Pose,
+    /// Metres a cell is wide; it is twice as high.
+    pub cell: f64,
+}
+
+impl Drawn {
+    /// Begins a new frame.
+    pub fn clear(&self) {
+        self.panes.borrow_mut().clear();
+        self.texts.borrow_mut().clear();
+        *self.map.borrow_mut() = None;
+        self.scales.borrow_mut().clear();
+    }
+
+    /// A pane is here.
+    pub fn pane(&self, pane: Pane, area: Rect) {
+        self.panes.borrow_mut().push((pane, area));
+    }
+
+    /// A pane's text has this extent.
+    pub fn text(&self, pane: Pane, extent: Extent) {
+        self.texts.borrow_mut().push((pane, extent));
+    }
+
+    /// The map is here.
+    pub fn map(&self, map: MapDrawn) {
+        *self.map.borrow_mut() = Some(map);
+    }
+
+    /// Time runs across these cells, first to last step.
+    pub fn time_scale(&self, area: Rect) {
+        self.scales.borrow_mut().push(area);
+    }
+
+    /// First column and width of the time scale inside a pane; the whole pane where it has none.
+    #[must_use]
+    pub fn scale(&self, pane: Rect) -> (u16, u16) {
+        let scales = self.scales.borrow();
+        let inside = scales.iter().find(|s| s.intersects(pane));
+        inside.map_or((pane.x, pane.width), |s| (s.x, s.width))
+    }
+
+    /// The pane at a position of the screen, with its area.
+    #[must_use]
+    pub fn pane_at(&self, at: Position) -> Option<(Pane, Rect)> {
+        self.panes
+            .borrow()
+            .iter()
+            .find(|(_, area)| area.contains(at))
+            .copied()
+    }
+
+    /// The extent of a pane's text.
+    #[must_use]
+    pub fn extent(&self, pane: Pane) -> Extent {
+        let texts = self.texts.borrow();
+        texts
+            .iter()
+            .find(|(p, _)| *p == pane)
+            .map(|(_, e)| *e)
+            .unwrap_or_default()
+    }
+
+    /// The point of the world under a position of the screen.
+    #[must_use]
+    pub fn point_at(&self, at: Position) -> Option<(Point, f64)> {
+        let map = (*self.map.borrow()).filter(|m| m.area.contains(at))?;
+        let right = f64::from(at.x - map.area.x) + 0.5 - f64::from(map.area.width) / 2.0;
+        let down = f64::from(at.y - map.area.y) + 0.5 - f64::from(map.area.height) / 2.0;
+        let local = Point::new(-down * 2.0 * map.cell, -right * map.cell);
+        Some((map.frame.to_world(&local), map.cell))
+    }
+
+    /// Columns and rows of the map.
+    #[must_use]
+    pub fn map_size(&self) -> (u16, u16) {
+        self.map
+            .borrow()
+            .map_or((60, 25), |m| (m.area.width, m.area.height))
+    }
+}

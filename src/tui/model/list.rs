@@ -1,0 +1,120 @@
+//! The list of scenarios: filtered as one types, with the facts that are known so far.
+
+use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
+use nucleo_matcher::{Config, Matcher, Utf32Str};
+
+use crate::metrics::Headline;
+use crate::scenario::Entry;
+
+/// The scenarios.
+#[derive(Debug, Default)]
+pub struct List {
+    /// All of them.
+    pub rows: Vec<Row>,
+    /// Whether they have been looked for.
+    pub found: bool,
+    /// Places of those that the filter lets through, the best match first.
+    pub visible: Vec<usize>,
+    /// The selected one, as a place in `visible`.
+    pub selected: usize,
+    /// The filter.
+    pub filter: String,
+    /// The opened one, as a place in `rows`.
+    pub opened: Option<usize>,
+    /// Whether the filter is being typed.
+    pub filtering: bool,
+}
+
+/// A scenario in the list.
+#[derive(Debug)]
+pub struct Row {
+    /// The scenario.
+    pub entry: Entry,
+    /// What is known of it, once it is.
+    pub facts: Option<Result<Facts, String>>,
+}
+
+/// What is worth knowing before a scenario is opened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Facts {
+    /// How many obstacles it has.
+    pub obstacles: usize,
+    /// The most dangerous values, if there is an ego.
+    pub headline: Option<Headline>,
+}
+
+impl List {
+    /// The list of these scenarios.
+    pub fn fill(&mut self, entries: Vec<Entry>) {
+        self.rows = entries
+            .into_iter()
+            .map(|entry| Row { entry, facts: None })
+            .collect();
+        self.found = true;
+        self.apply_filter();
+    }
+
+    /// The selected scenario's place in `rows`.
+    #[must_use]
+    pub fn current(&self) -> Option<usize> {
+        self.visible.get(self.selected).copied()
+    }
+
+    /// Moves the selection; it stops at the ends.
+    pub fn move_by(&mut self, lines: isize) {
+        let last = self.visible.len().saturating_sub(1);
+        self.selected = self.selected.saturating_add_signed(lines).min(last);
+    }
+
+    /// Changes the filter; the selected scenario stays selected if it passes.
+    pub fn set_filter(&mut self, filter: String) {
+        self.filter = filter;
+        self.apply_filter();
+    }
+
+    fn apply_filter(&mut self) {
+        let selected = self.current();
+        let mut matcher = Matcher::new(Config::DEFAULT.match_paths());
+        let pattern = Pattern::parse(&self.filter, CaseMatching::Smart, Normalization::Smart);
+        let mut buffer = Vec::new();
+        let mut scored: Vec<(u32, usize)> = Vec::new();
+        for (place, row) in self.rows.iter().enumerate() {
+            let text = format!("{} {}", row.entry.name, row.entry.group);
+            if let Some(score) = pattern.score(Utf32Str::new(&text, &mut buffer), &mut matcher) {
+                scored.push((score, place));
+            }
+        }
+        if !self.filter.is_empty() {
+            scored.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
+        }
+        self.visible = scored.into_iter().map(|(_, place)| place).collect();
+        let kept = selected.and_then(|s| self.visible.iter().position(|&v| v == s));
+        self.selected = kept.filter(|_| self.filter.is_empty()).unwrap_or(0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn filters_fuzzily_and_keeps_the_selection() {
+        let mut list = List::default();
+        let names = [
+            "a/DEU_Bremen-1_10_T-1.xml",
+            "a/USA_Peach-4_8_T-1.xml",
+            "b/DEU_Bonn-1_1_T-1.xml",
+        ];
+        list.fill(names.iter().map(|n| Entry::of_file(Path::new(n))).collect());
+        list.move_by(2);
+        assert_eq!(list.current(), Some(2));
+        list.set_filter("brem".into());
+        assert_eq!(list.visible, [0]);
+        list.set_filter(String::new());
+        assert_eq!(list.visible.len(), 3);
+        list.set_filter("nothing like it".into());
+        assert_eq!(list.current(), None);
+    }
+}

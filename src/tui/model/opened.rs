@@ -1,0 +1,115 @@
+//! An opened scenario, with everything about it that takes a while to work out.
+
+use std::sync::Arc;
+
+use crate::judge::{Judgement, judge};
+use crate::metrics::{Headline, MEASURES, Measure, Series};
+use crate::scenario::{Entry, Scenario, Scene, Window};
+use crate::verdict::Task;
+
+/// An opened scenario.
+#[derive(Debug)]
+pub struct Opened {
+    /// Its name.
+    pub name: String,
+    /// The scenario.
+    pub scenario: Arc<Scenario>,
+    /// The scenario with its ego, if it has one.
+    pub scene: Option<Arc<Scene>>,
+    /// Why there is no ego.
+    pub no_ego: Option<String>,
+    /// Distance, time to collision and risk over all steps.
+    pub series: Option<Series>,
+    /// The most dangerous values.
+    pub headline: Option<Headline>,
+    /// The built-in judge on the collision task.
+    pub collision: Option<Judgement>,
+    /// Obstacles, the most dangerous first.
+    pub ranking: Vec<i64>,
+}
+
+/// The measures that the workbench shows.
+pub const MAP_MEASURES: [&str; 3] = ["distance", "ttc", "risk"];
+
+impl Opened {
+    /// Reads a scenario and works everything out; `ego` is an obstacle to take as the ego.
+    ///
+    /// # Errors
+    /// It cannot be read, or the obstacle cannot be the ego.
+    pub fn read(entry: &Entry, ego: Option<i64>) -> Result<Self, String> {
+        let scenario = entry.read().map_err(|e| e.to_string())?;
+        let (scene, no_ego) = match ego {
+            Some(id) => {
+                let scene = Scene::with_obstacle_as_ego(scenario.clone(), id);
+                (Some(scene.map_err(|e| e.to_string())?), None)
+            }
+            None => match entry.recorded_ego(&scenario) {
+                Ok(Some(ego)) => (Some(Scene::new(scenario.clone(), ego)), None),
+                Ok(None) => (None, Some("no recorded ego beside it".to_string())),
+                Err(error) => (None, Some(error.to_string())),
+            },
+        };
+        let scene = scene.map(Arc::new);
+        let series = scene.as_deref().map(series);
+        let headline = series.as_ref().map(Headline::of);
+        let collision = scene.as_deref().map(|scene| {
+            judge(
+                scene,
+                Task::Collision,
+                &Window::ending_at(scene, i64::MAX, 1),
+            )
+        });
+        Ok(Self {
+            name: entry.name.clone(),
+            ranking: series.as_ref().map(ranking).unwrap_or_default(),
+            scenario,
+            scene,
+            no_ego,
+            series,
+            headline,
+            collision,
+        })
+    }
+
+    /// The steps to show: those of the ego, or of all obstacles where there is none.
+    #[must_use]
+    pub fn steps(&self) -> std::ops::Range<i64> {
+        if let Some(scene) = &self.scene {
+            return scene.steps();
+        }
+        let tracks = self.scenario.obstacles.iter().map(|o| o.track().steps());
+        let whole = tracks
+            .filter(|s| !s.is_empty())
+            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end));
+        whole.unwrap_or(0..1)
+    }
+}
+
+/// The shown measures of a scene.
+#[must_use]
+pub fn series(scene: &Scene) -> Series {
+    let wanted = |m: &&'static Measure| MAP_MEASURES.contains(&m.id);
+    Series::compute(scene, MEASURES.iter().filter(wanted).collect())
+}
+
+/// Obstacles by their lowest risk, then their smallest distance.
+fn ranking(series: &Series) -> Vec<i64> {
+    let lowest = |measure: &str, id: i64| {
+        let values = series.row(measure, id).iter().filter_map(|r| r.value());
+        values.fold(f64::MAX, f64::min)
+    };
+    let mut ranked: Vec<(i64, f64, f64)> = series
+        .obstacles()
+        .iter()
+        .map(|&id| (id, lowest("risk", id), lowest("distance", id)))
+        .filter(|(_, risk, _)| *risk < f64::MAX)
+        .collect();
+    ranked.sort_by(|a, b| {
+        let contact = |d: f64| d > 0.0;
+        (contact(a.2), a.1)
+            .partial_cmp(&(contact(b.2), b.1))
+            .unwrap_or(std::cmp::Ordering::Equal)
+            .then(a.2.total_cmp(&b.2))
+    });
+    ranked.into_iter().map(|(id, ..)| id).collect()
+}

@@ -1,0 +1,90 @@
+//! A line to type into and what matches below: the palette and the list of models.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use crate::judge;
+use crate::tui::keymap;
+use crate::tui::model::{Model, Picker};
+use crate::tui::update::{models_shown, palette_shown};
+use crate::tui::widgets::words::{fit, pad};
+
+pub fn palette(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
+    let inner = super::window(frame, screen, model, "actions", (84, 22));
+    let rows = palette_shown(picker).into_iter().map(|entry| {
+        let keys: Vec<String> = keymap::keys(entry).map(|k| k.to_string()).collect();
+        (
+            format!("{} {}", pad(entry.id, 18), entry.doc),
+            keys.join(" "),
+        )
+    });
+    draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
+}
+
+pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker, ask: bool) {
+    let title = if ask { "ask another model" } else { "model" };
+    let inner = super::window(frame, screen, model, title, (76, 18));
+    let rows = models_shown(model, picker).into_iter().map(|id| {
+        let offer = model.offers.iter().find(|o| o.id == id);
+        let note = match offer.map(|o| &o.key) {
+            _ if id == judge::MODEL => "built in, no network".to_string(),
+            Some(Some((name, true))) => format!("key in {name}"),
+            Some(Some((name, false))) => format!("no key in {name}"),
+            Some(None) => "no key needed".to_string(),
+            None => "as typed".to_string(),
+        };
+        (id, note)
+    });
+    let rows: Vec<_> = rows.collect();
+    draw(frame, inner, model, picker, &rows);
+    let hint = "any provider/model can be typed; providers are set in config.toml";
+    let row = Rect {
+        y: inner.bottom().saturating_sub(1),
+        height: 1,
+        ..inner
+    };
+    frame.render_widget(Line::styled(hint, Style::new().fg(model.theme.dim)), row);
+}
+
+fn draw(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    picker: &Picker,
+    rows: &[(String, String)],
+) {
+    let theme = &model.theme;
+    let width = usize::from(area.width);
+    let typed = format!("> {}▏", fit(&picker.text, width.saturating_sub(4)));
+    let height = usize::from(area.height).saturating_sub(3);
+    let top = (picker.selected + 1).saturating_sub(height);
+    let mut lines = vec![
+        Line::styled(typed, Style::new().fg(theme.accent)),
+        Line::default(),
+    ];
+    for (i, (left, right)) in rows.iter().enumerate().skip(top).take(height) {
+        let right = fit(right, width / 2);
+        let left = pad(left, width.saturating_sub(right.chars().count() + 3));
+        let sign = if i == picker.selected { "▸ " } else { "  " };
+        let line = Line::from(vec![
+            Span::raw(sign),
+            Span::raw(left),
+            Span::styled(format!("{right} "), Style::new().fg(theme.dim)),
+        ]);
+        lines.push(if i == picker.selected {
+            line.style(theme.selected())
+        } else {
+            line
+        });
+    }
+    if rows.is_empty() {
+        lines.push(Line::styled(
+            "  nothing matches",
+            Style::new().fg(theme.dim),
+        ));
+    }
+    frame.render_widget(Paragraph::new(lines), area);
+}

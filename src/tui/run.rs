@@ -1,0 +1,257 @@
+//! The loop: drain all messages, draw once if something changed, at most sixty times a second, else sleep.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+
+use super::message::{Effect, Msg};
+use super::model::Model;
+use super::tasks::{Remaining, Tasks};
+use super::terminal::{Events, Screen, give_back_on_panic};
+use super::theme::{Depth, Theme};
+use super::update::{start, update};
+use super::{views, widgets};
+use crate::config::{Config, Folders};
+use crate::llm::Registry;
+use crate::prompts::Library;
+use crate::store::Store;
+
+/// Why the workbench ended.
+pub type Ended = Result<(), String>;
+
+/// Least time between two frames.
+const FRAME: Duration = Duration::from_micros(16_667);
+
+/// Runs the workbench on the scenarios at `paths`, or on the bundled ones.
+///
+/// # Errors
+/// The terminal cannot be taken, or went away.
+pub fn run(paths: Vec<PathBuf>) -> Ended {
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .map_err(|e| e.to_string())?;
+    let ended = runtime.block_on(workbench(paths));
+    // Files that are still being read do not keep the program from ending.
+    runtime.shutdown_background();
+    ended
+}
+
+async fn workbench(paths: Vec<PathBuf>) -> Ended {
+    give_back_on_panic();
+    let folders = Folders::find()?;
+    let (mut model, registry) = prepare(paths, &folders);
+    let mut screen = Screen::take(model.mouse).map_err(|e| format!("the terminal: {e}"))?;
+    model.size = screen.size().map_err(|e| e.to_string())?;
+    screen
+        .draw(|frame| views::draw(frame, &model))
+        .map_err(|e| e.to_string())?;
+    std::thread::spawn(widgets::highlight::load);
+
+    let store = match Store::open(&folders.store()) {
+        Ok(store) => Some(Arc::new(store)),
+        Err(error) => {
+            model.complain(format!("runs are not kept: {error}"));
+            None
+        }
+    };
+    let (sender, receiver) = unbounded_channel();
+    let tasks = Tasks::new(sender, folders, registry, &model.config, store);
+    let mut looping = Loop {
+        model,
+        screen,
+        tasks,
+        receiver,
+    };
+    let effects = start(&looping.model);
+    if looping.perform(effects).map_err(|e| e.to_string())? {
+        return Ok(());
+    }
+    looping
+        .until_quit()
+        .await
+        .map_err(|e| format!("the terminal: {e}"))
+}
+
+/// The model at the start; what is wrong with the user's files is said, and the defaults are used.
+fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
+    let mut complaints = Vec::new();
+    let config = Config::read(&folders.config_file()).unwrap_or_else(|error| {
+        complaints.push(error.to_string());
+        Config::default()
+    });
+    let registry = Registry::new(&config.providers).unwrap_or_else(|error| {
+        complaints.push(error.to_string());
+        Registry::new(&toml::Table::new()).unwrap_or_default()
+    });
+    let name = config.theme.as_deref().unwrap_or("dark");
+    let theme = Theme::load(name, &folders.themes()).unwrap_or_else(|error| {
+        complaints.push(error);
+        Theme::default_theme()
+    });
+    let env = |name: &str| std::env::var(name).ok();
+    let theme = theme.at_depth(Depth::of_environment(env));
+    let library = Library::load(Some(&folders.prompts()));
+    for problem in &library.problems {
+        complaints.push(format!("{}: {}", problem.path.display(), problem.message));
+    }
+    let offers = registry.offers(env);
+    let mut model = Model::new(paths, config, theme, library, offers);
+    for complaint in complaints {
+        model.complain(complaint);
+    }
+    (model, registry)
+}
+
+struct Loop {
+    model: Model,
+    screen: Screen,
+    tasks: Tasks,
+    receiver: UnboundedReceiver<Msg>,
+}
+
+impl Loop {
+    async fn until_quit(&mut self) -> std::io::Result<()> {
+        let mut events = Events::listen();
+        let mut ending = Ending::listen()?;
+        let mut passed = Instant::now();
+        let mut drawn = Instant::now();
+        let mut changed = true;
+        loop {
+            let wait = match (changed, self.model.moves()) {
+                (true, _) => Some(FRAME.saturating_sub(drawn.elapsed())),
+                (false, true) => Some(FRAME * 2),
+                (false, false) => None,
+            };
+            let first = tokio::select! {
+                event = events.next() => match event {
+                    Some(event) => Some(event?),
+                    None => return Ok(()),
+                },
+                msg = self.receiver.recv() => msg,
+                () = ending.wait() => Some(Msg::Terminate),
+                () = sleep(wait) => None,
+            };
+            let mut msgs: Vec<Msg> = first.into_iter().collect();
+            while let Ok(msg) = self.receiver.try_recv() {
+                msgs.push(msg);
+            }
+            let elapsed = passed.elapsed();
+            passed = Instant::now();
+            // What rested until now did not age.
+            if self.model.moves() && elapsed < Duration::from_secs(1) {
+                msgs.push(Msg::Passed(elapsed));
+            }
+            for msg in msgs {
+                changed = true;
+                let suspends = self.apply(msg)?;
+                match suspends {
+                    Step::Quit => return Ok(()),
+                    Step::Suspend => {
+                        // The event stream would read the shell's keys.
+                        drop(events);
+                        self.screen.suspend()?;
+                        events = Events::listen();
+                        self.model.size = self.screen.size()?;
+                    }
+                    Step::On => {}
+                }
+            }
+            if changed && drawn.elapsed() >= FRAME {
+                self.screen.draw(|frame| views::draw(frame, &self.model))?;
+                drawn = Instant::now();
+                changed = false;
+            }
+        }
+    }
+
+    fn apply(&mut self, msg: Msg) -> std::io::Result<Step> {
+        #[cfg(debug_assertions)]
+        panic_if_asked(&msg);
+        let effects = update(&mut self.model, msg);
+        let mut step = Step::On;
+        for effect in effects {
+            match self.tasks.perform(effect) {
+                None => {}
+                Some(Remaining::Copy(text)) => self.screen.copy(&text)?,
+                Some(Remaining::UseMouse(on)) => self.screen.use_mouse(on)?,
+                Some(Remaining::Suspend) => step = Step::Suspend,
+                Some(Remaining::Quit) => return Ok(Step::Quit),
+            }
+        }
+        Ok(step)
+    }
+
+    /// Performs the effects of the start; says whether the program ends at once.
+    fn perform(&mut self, effects: Vec<Effect>) -> std::io::Result<bool> {
+        let mut quit = false;
+        for effect in effects {
+            quit |= matches!(self.tasks.perform(effect), Some(Remaining::Quit));
+        }
+        Ok(quit)
+    }
+}
+
+enum Step {
+    On,
+    Suspend,
+    Quit,
+}
+
+async fn sleep(wait: Option<Duration>) {
+    match wait {
+        Some(wait) => tokio::time::sleep(wait).await,
+        None => std::future::pending().await,
+    }
+}
+
+/// The signals that ask the program to end.
+struct Ending {
+    #[cfg(unix)]
+    terminate: tokio::signal::unix::Signal,
+    #[cfg(unix)]
+    hang_up: tokio::signal::unix::Signal,
+}
+
+impl Ending {
+    #[cfg(unix)]
+    fn listen() -> std::io::Result<Self> {
+        use tokio::signal::unix::{SignalKind, signal};
+        Ok(Self {
+            terminate: signal(SignalKind::terminate())?,
+            hang_up: signal(SignalKind::hangup())?,
+        })
+    }
+
+    #[cfg(unix)]
+    async fn wait(&mut self) {
+        tokio::select! {
+            _ = self.terminate.recv() => {}
+            _ = self.hang_up.recv() => {}
+        }
+    }
+
+    #[cfg(not(unix))]
+    fn listen() -> std::io::Result<Self> {
+        Ok(Self {})
+    }
+
+    #[cfg(not(unix))]
+    async fn wait(&mut self) {
+        std::future::pending().await
+    }
+}
+
+/// Lets a test see that a panic gives the terminal back.
+#[cfg(debug_assertions)]
+fn panic_if_asked(msg: &Msg) {
+    use super::keymap::{Code, Key};
+    let asked = matches!(msg, Msg::Key(key) if *key == Key::plain(Code::Function(12)));
+    assert!(
+        !(asked && std::env::var_os("NEARMISS_TEST_PANIC").is_some()),
+        "a test asked for this panic"
+    );
+}

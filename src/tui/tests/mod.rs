@@ -1,0 +1,1 @@
+//! Tests of the whole workbench without a terminal: messages in, model and frames out.

@@ -1,0 +1,354 @@
+//! What each action does.
+
+use super::super::action::{Action, Scope};
+use super::super::message::Effect;
+use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
+use super::{answers, editing, open, open_current};
+use crate::geometry::Pose;
+use crate::verdict::Task;
+
+/// Does it.
+pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
+    use Action::*;
+    match action {
+        Quit => return vec![Effect::Quit],
+        Cancel => return cancel(model),
+        Suspend => return vec![Effect::Suspend],
+        Mouse => {
+            model.mouse = !model.mouse;
+            let words = if model.mouse {
+                "mouse on"
+            } else {
+                "mouse left to the terminal"
+            };
+            model.say(words);
+            return vec![Effect::UseMouse(model.mouse)];
+        }
+        Help => model.overlays.push(Overlay::Help { scroll: 0 }),
+        Palette => model.overlays.push(Overlay::Palette(Picker::default())),
+        ChooseModel => choose_model(model, false),
+        Compare => choose_model(model, true),
+        NextPane => focus_next(model, 1),
+        PreviousPane => focus_next(model, Pane::ALL.len() - 1),
+        Zoom => model.zoomed = !model.zoomed,
+        Filter => {
+            model.focus = Pane::Scenarios;
+            model.list.filtering = true;
+        }
+        Choose => return open_current(model),
+        Up | Down | PageUp | PageDown | Top | Bottom => return moved(model, action),
+        StepForward | StepBack | JumpForward | JumpBack | FirstStep | LastStep | Play | Faster
+        | Slower | NearestStep | CollisionStep => clock(model, action),
+        ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
+            map(model, action);
+        }
+        NextObstacle => pick(model, 1),
+        PreviousObstacle => pick(model, -1),
+        TakeAsEgo => return take_as_ego(model),
+        RecordedEgo => return reopen(model, None),
+        ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl => {
+            return toggle(model, action);
+        }
+        PromptView => {
+            model.prompt.view = model.prompt.view.next();
+            model.prompt.scroll = 0;
+        }
+        Edit => editing::begin(model),
+        ResetTemplate => return editing::reset(model),
+        Run => return answers::ask(model),
+        NextAnswer => model.answers.cycle(true),
+        PreviousAnswer => model.answers.cycle(false),
+        CloseAnswer => return answers::close(model),
+        Copy => return copy(model),
+    }
+    Vec::new()
+}
+
+/// Ctrl-C: what runs is cancelled first, then what is open is closed, then the program ends.
+pub fn interrupt(model: &mut Model) -> Vec<Effect> {
+    let aborted = answers::abort_all(model);
+    if !aborted.is_empty() {
+        return aborted;
+    }
+    if model.prompt.editing || !model.overlays.is_empty() || model.list.filtering {
+        return cancel(model);
+    }
+    vec![Effect::Quit]
+}
+
+/// Esc: the innermost thing that is open is closed.
+pub fn cancel(model: &mut Model) -> Vec<Effect> {
+    if model.overlays.pop().is_some() {
+        return Vec::new();
+    }
+    if model.prompt.editing {
+        editing::end(model);
+        return Vec::new();
+    }
+    if model.list.filtering {
+        model.list.filtering = false;
+        return Vec::new();
+    }
+    if model.zoomed {
+        model.zoomed = false;
+        return Vec::new();
+    }
+    let aborted = answers::abort_all(model);
+    if aborted.is_empty() && !model.list.filter.is_empty() {
+        model.list.set_filter(String::new());
+    }
+    aborted
+}
+
+fn choose_model(model: &mut Model, ask: bool) {
+    model.overlays.push(Overlay::Models {
+        picker: Picker::default(),
+        ask,
+    });
+}
+
+fn focus_next(model: &mut Model, by: usize) {
+    let now = Pane::ALL
+        .iter()
+        .position(|p| *p == model.focus)
+        .unwrap_or(0);
+    model.focus = Pane::ALL[(now + by) % Pane::ALL.len()];
+}
+
+fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
+    if model.focus.scope() == Scope::Scenarios || model.list.filtering {
+        let page = model.drawn.extent(Pane::Scenarios).rows.max(2) - 1;
+        let page = isize::try_from(page).unwrap_or(1);
+        model.list.move_by(match action {
+            Action::Up => -1,
+            Action::Down => 1,
+            Action::PageUp => -page,
+            Action::PageDown => page,
+            Action::Top => isize::MIN,
+            _ => isize::MAX,
+        });
+        return open_current(model);
+    }
+    let pane = model.focus;
+    scroll(model, pane, action);
+    Vec::new()
+}
+
+/// Scrolls a pane's text.
+pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
+    let extent = model.drawn.extent(pane);
+    let last = extent.lines.saturating_sub(extent.rows);
+    let page = extent.rows.saturating_sub(1).max(1);
+    let top = match action {
+        Action::Up => extent.top.saturating_sub(1),
+        Action::Down => extent.top + 1,
+        Action::PageUp => extent.top.saturating_sub(page),
+        Action::PageDown => extent.top + page,
+        Action::Top => 0,
+        _ => last,
+    }
+    .min(last);
+    match pane {
+        Pane::Prompt => model.prompt.scroll = top,
+        Pane::Reasoning | Pane::Verdict => {
+            // At the end of a text that still arrives, the end is followed again.
+            let running = model
+                .answers
+                .column()
+                .is_some_and(super::Column::is_running);
+            let follow = running && top == last;
+            model.answers.scroll = if follow { None } else { Some(top) };
+        }
+        _ => {}
+    }
+}
+
+fn clock(model: &mut Model, action: Action) {
+    let before = model.clock.step();
+    match action {
+        Action::StepForward => model.clock.advance(1),
+        Action::StepBack => model.clock.advance(-1),
+        Action::JumpForward => model.clock.advance(10),
+        Action::JumpBack => model.clock.advance(-10),
+        Action::FirstStep => model.clock.go(i64::MIN),
+        Action::LastStep => model.clock.go(i64::MAX),
+        Action::Play => model.clock.toggle(),
+        Action::Faster => model.clock.change_speed(true),
+        Action::Slower => model.clock.change_speed(false),
+        Action::NearestStep => go_to_nearest(model, |h| h.distance),
+        _ => go_to_worst(model),
+    }
+    if !matches!(action, Action::Play | Action::Faster | Action::Slower) {
+        model.clock.playing = false;
+    }
+    if model.clock.step() != before {
+        stepped(model);
+    }
+}
+
+fn go_to_nearest(
+    model: &mut Model,
+    which: impl Fn(&crate::metrics::Headline) -> Option<crate::metrics::Nearest>,
+) {
+    let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
+    match headline.and_then(which) {
+        Some(nearest) => {
+            model.clock.go(nearest.step);
+            model.picked = Some(nearest.obstacle);
+        }
+        None => model.say("there is nobody near at any step"),
+    }
+}
+
+fn go_to_worst(model: &mut Model) {
+    let contact = model
+        .opened
+        .as_ref()
+        .and_then(|o| o.headline.as_ref())
+        .is_some_and(|h| h.collides());
+    if contact {
+        go_to_nearest(model, |h| h.distance);
+    } else {
+        go_to_nearest(model, |h| h.risk);
+    }
+}
+
+/// The clock moved: what depends on the step is worked out again.
+pub fn stepped(model: &mut Model) {
+    if model.task == Task::Safety {
+        model.refresh();
+    }
+}
+
+fn ego_pose(model: &Model) -> Option<Pose> {
+    model
+        .scene()?
+        .ego
+        .track
+        .at(model.clock.step())
+        .map(|m| m.pose)
+}
+
+fn map(model: &mut Model, action: Action) {
+    let ego = ego_pose(model);
+    let part = 6.0;
+    match action {
+        Action::ZoomIn => model.camera.zoom(0.8),
+        Action::ZoomOut => model.camera.zoom(1.25),
+        Action::PanLeft => model.camera.pan(-part, 0.0, ego),
+        Action::PanRight => model.camera.pan(part, 0.0, ego),
+        Action::PanUp => model.camera.pan(0.0, part / 2.0, ego),
+        Action::PanDown => model.camera.pan(0.0, -part / 2.0, ego),
+        Action::Follow => {
+            // Letting go keeps the view where it is.
+            model.camera.center = model.camera.frame(ego).position;
+            model.camera.follow = !model.camera.follow;
+        }
+        Action::EgoUp => model.camera.ego_up = !model.camera.ego_up,
+        _ => {
+            let bounds = model
+                .opened
+                .as_ref()
+                .and_then(|o| o.scenario.network.bounds());
+            if let Some(bounds) = bounds {
+                let size = model.drawn.map_size();
+                model.camera.fit(&bounds, size);
+            }
+        }
+    }
+}
+
+fn pick(model: &mut Model, by: isize) {
+    let Some(opened) = &model.opened else { return };
+    let order: Vec<i64> = if opened.ranking.is_empty() {
+        opened.scenario.obstacles.iter().map(|o| o.id).collect()
+    } else {
+        opened.ranking.clone()
+    };
+    if order.is_empty() {
+        return model.say("there are no obstacles");
+    }
+    let now = model
+        .picked
+        .and_then(|id| order.iter().position(|&o| o == id));
+    let next = match now {
+        Some(place) => (place.cast_signed() + by)
+            .rem_euclid(order.len().cast_signed())
+            .unsigned_abs(),
+        None => 0,
+    };
+    model.picked = Some(order[next]);
+}
+
+fn take_as_ego(model: &mut Model) -> Vec<Effect> {
+    match model.picked {
+        Some(id) => reopen(model, Some(id)),
+        None => {
+            model.say("pick an obstacle first, with o or the mouse");
+            Vec::new()
+        }
+    }
+}
+
+fn reopen(model: &mut Model, ego: Option<i64>) -> Vec<Effect> {
+    match model.list.opened {
+        Some(place) => open(model, place, ego),
+        None => Vec::new(),
+    }
+}
+
+fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
+    let mut effects = Vec::new();
+    match action {
+        Action::ToggleTask => {
+            model.task = match model.task {
+                Task::Collision => Task::Safety,
+                Task::Safety => Task::Collision,
+            };
+            // Answers to another question do not compare.
+            effects.extend(answers::abort_all(model));
+            model.answers.columns.clear();
+            model.answers.show(super::Shown::Reference);
+            if let Some(opened) = &model.opened {
+                effects.push(Effect::LoadStored(
+                    opened.scenario.hash.to_string(),
+                    model.task,
+                ));
+            }
+        }
+        Action::ToggleFrame => {
+            use crate::text::Frame;
+            model.frame = match model.frame {
+                Frame::Ego => Frame::Cartesian,
+                Frame::Cartesian => Frame::Ego,
+            };
+        }
+        Action::ToggleCp => model.techniques.cp = !model.techniques.cp,
+        Action::ToggleCot => model.techniques.cot = !model.techniques.cot,
+        _ => model.techniques.icl = !model.techniques.icl,
+    }
+    model.refresh();
+    effects
+}
+
+fn copy(model: &mut Model) -> Vec<Effect> {
+    let question = model.prompt.question.as_ref();
+    let text = match model.focus {
+        Pane::Prompt => match model.prompt.view {
+            PromptView::Template => Some(model.prompt.text()),
+            PromptView::Description => question.map(|q| q.description.clone()),
+            PromptView::Rendered => {
+                question.map(|q| format!("{}\n\n{}", q.prompt.system, q.prompt.user))
+            }
+        },
+        Pane::Scenarios => model.opened.as_ref().map(|o| o.name.clone()),
+        _ => answers::shown_text(model),
+    };
+    match text {
+        Some(text) => {
+            model.say(format!("{} characters copied", text.chars().count()));
+            vec![Effect::Copy(text)]
+        }
+        None => Vec::new(),
+    }
+}

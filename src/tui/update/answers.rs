@@ -1,0 +1,176 @@
+//! Asking, and what arrives.
+
+use super::super::message::{AskId, Effect};
+use super::super::model::{Column, Model, Progress, Shown};
+use crate::evaluation::{Answer, Event, Judged};
+use crate::judge;
+
+/// Asks the chosen model the question as it stands.
+pub fn ask(model: &mut Model) -> Vec<Effect> {
+    if let Some(error) = &model.prompt.error {
+        let text = format!("the template cannot be used: {error}");
+        model.complain(text);
+        return Vec::new();
+    }
+    let Some(question) = model.prompt.question.clone() else {
+        let why = model.opened.as_ref().and_then(|o| o.no_ego.clone());
+        let why = why.unwrap_or_else(|| "no scenario is open".into());
+        model.say(format!(
+            "nothing to ask: {why}; pick an obstacle with o and take it as ego with E"
+        ));
+        return Vec::new();
+    };
+    let id = AskId(model.new_id());
+    let asked = model.model.clone();
+    if asked == judge::MODEL {
+        model.answers.asking_reference = Some(id);
+        model.answers.show(Shown::Reference);
+    } else {
+        let column = Column {
+            ask: Some(id),
+            model: asked.clone(),
+            how: format!(
+                "{} · {}",
+                question.case.frame.name(),
+                question.case.techniques
+            ),
+            reasoning: String::new(),
+            text: String::new(),
+            progress: Progress::Waiting(0.0),
+        };
+        model.answers.add(column);
+    }
+    vec![Effect::Ask(id, Box::new(question), asked)]
+}
+
+/// A piece of an answer.
+pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
+    let Some(column) = model.column_mut(ask) else {
+        return Vec::new();
+    };
+    match event {
+        Event::Kept(_) => {}
+        Event::Answering(_) => column.progress = Progress::Arriving(seconds(column)),
+        Event::Reasoning(text) => {
+            column.progress = Progress::Arriving(seconds(column));
+            column.reasoning.push_str(&text);
+        }
+        Event::Text(text) => {
+            column.progress = Progress::Arriving(seconds(column));
+            column.text.push_str(&text);
+        }
+        Event::Retrying { attempt, wait, why } => {
+            let wait = wait.as_secs_f64();
+            column.progress = Progress::Retrying(format!("{why}; try {attempt} in {wait:.0} s"));
+        }
+    }
+    Vec::new()
+}
+
+fn seconds(column: &Column) -> f64 {
+    match column.progress {
+        Progress::Waiting(s) | Progress::Arriving(s) => s,
+        _ => 0.0,
+    }
+}
+
+/// Time passes for what is on its way.
+pub fn pass(model: &mut Model, seconds: f64) {
+    for column in &mut model.answers.columns {
+        if let Progress::Waiting(s) | Progress::Arriving(s) = &mut column.progress {
+            *s += seconds;
+        }
+    }
+}
+
+/// An answer is complete.
+pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, String>) -> Vec<Effect> {
+    if model.answers.asking_reference == Some(ask) {
+        model.answers.asking_reference = None;
+        match result {
+            Ok(answer) => {
+                model.answers.reference_ms = answer.consumed.duration_ms;
+                let run = answer
+                    .run
+                    .map_or("not kept".into(), |r| format!("kept as run {r}"));
+                let word = answer
+                    .verdict()
+                    .map_or("no verdict", crate::verdict::Verdict::word);
+                model.say(format!("{}: {word}, {run}", judge::MODEL));
+            }
+            Err(error) => model.complain(error),
+        }
+        return Vec::new();
+    }
+    let Some(column) = model.column_mut(ask) else {
+        return Vec::new();
+    };
+    match result {
+        Ok(answer) => {
+            let failed = match &answer.judged {
+                Judged::Missing(missing) => Some(format!("{}: {missing}", answer.model)),
+                Judged::Verdict(_) => None,
+            };
+            column.progress = Progress::Done(answer);
+            if let Some(text) = failed {
+                model.complain(text);
+            }
+        }
+        Err(error) => {
+            column.progress = Progress::Broken(error.clone());
+            model.complain(error);
+        }
+    }
+    Vec::new()
+}
+
+/// Cancels everything that is on its way.
+pub fn abort_all(model: &mut Model) -> Vec<Effect> {
+    let mut effects = Vec::new();
+    for column in &mut model.answers.columns {
+        if column.is_running() {
+            column.progress = Progress::Broken("cancelled; what had arrived is kept".into());
+            effects.extend(column.ask.map(Effect::Abort));
+        }
+    }
+    if !effects.is_empty() {
+        model.say("cancelled");
+    }
+    effects
+}
+
+/// Takes the shown answer off the comparison.
+pub fn close(model: &mut Model) -> Vec<Effect> {
+    let Shown::Column(place) = model.answers.shown else {
+        model.say("the built-in judge stays");
+        return Vec::new();
+    };
+    if place >= model.answers.columns.len() {
+        return Vec::new();
+    }
+    let column = model.answers.columns.remove(place);
+    let last = model.answers.columns.len();
+    model.answers.show(if last == 0 {
+        Shown::Reference
+    } else {
+        Shown::Column(place.min(last - 1))
+    });
+    if column.is_running() {
+        column.ask.map(Effect::Abort).into_iter().collect()
+    } else {
+        Vec::new()
+    }
+}
+
+/// The text of the shown answer.
+pub fn shown_text(model: &Model) -> Option<String> {
+    match model.answers.column() {
+        Some(column) if column.reasoning.is_empty() => Some(column.text.clone()),
+        Some(column) => Some(format!("{}\n\n{}", column.reasoning, column.text)),
+        None => model
+            .answers
+            .reference
+            .as_ref()
+            .map(|r| r.reasoning.clone()),
+    }
+}

@@ -1,0 +1,232 @@
+//! `update`: what a message changes, and what has to be done because of it. No input, no output, no clock.
+
+mod actions;
+mod answers;
+mod editing;
+mod overlays;
+mod pointer;
+
+use super::action::Action;
+use super::keymap::{self, Code, Key};
+use super::message::{Effect, Msg, OpenId};
+use super::model::{Model, Opened, Shown};
+use crate::evaluation::Answer;
+use crate::geometry::Bounds;
+use crate::tui::model::Column;
+
+pub use overlays::{models_shown, palette_shown};
+
+/// What has to be done when the program starts.
+#[must_use]
+pub fn start(model: &Model) -> Vec<Effect> {
+    vec![Effect::Find(model.paths.clone())]
+}
+
+/// Takes one message.
+pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
+    match msg {
+        Msg::Key(key) => on_key(model, key),
+        Msg::Paste(text) => editing::paste(model, &text),
+        Msg::Mouse(mouse) => pointer::on_mouse(model, mouse),
+        Msg::Resize(columns, rows) => {
+            model.size = (columns, rows);
+            Vec::new()
+        }
+        Msg::Passed(elapsed) => passed(model, elapsed),
+        Msg::Found(found) => found_scenarios(model, found),
+        Msg::Surveyed(place, facts) => {
+            if let Some(row) = model.list.rows.get_mut(place) {
+                row.facts = Some(facts);
+            }
+            Vec::new()
+        }
+        Msg::Opened(id, result) => opened(model, id, result),
+        Msg::Asked(ask, event) => answers::arrived(model, ask, event),
+        Msg::Answered(ask, result) => answers::answered(model, ask, result),
+        Msg::Stored(hash, task, stored) => {
+            let current = model.opened.as_ref().map(|o| o.scenario.hash.to_string());
+            if current.as_deref() == Some(&hash) && task == model.task {
+                show_stored(model, stored);
+            }
+            Vec::new()
+        }
+        Msg::Saved(file, result) => editing::saved(model, &file, result),
+        Msg::Terminate => vec![Effect::Quit],
+    }
+}
+
+fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
+    // Errors stay until somebody was there to read them.
+    model.toasts.retain(|t| !t.bad);
+    if key
+        == (Key {
+            ctrl: true,
+            ..Key::plain(Code::Char('c'))
+        })
+    {
+        return actions::interrupt(model);
+    }
+    if !model.overlays.is_empty() {
+        return overlays::on_key(model, key);
+    }
+    if model.prompt.editing {
+        return editing::on_key(model, key);
+    }
+    if model.list.filtering {
+        return filter_key(model, key);
+    }
+    match keymap::action(key, model.focus.scope()) {
+        Some(action) => actions::perform(model, action),
+        None => Vec::new(),
+    }
+}
+
+fn filter_key(model: &mut Model, key: Key) -> Vec<Effect> {
+    let mut filter = model.list.filter.clone();
+    match (key.code, key.writes()) {
+        (Code::Esc, _) => {
+            model.list.filtering = false;
+            filter.clear();
+        }
+        (Code::Enter | Code::Tab, _) => model.list.filtering = false,
+        (Code::Backspace, _) => {
+            filter.pop();
+        }
+        (Code::Up, _) => return actions::perform(model, Action::Up),
+        (Code::Down, _) => return actions::perform(model, Action::Down),
+        (_, Some(c)) => filter.push(c),
+        _ => return Vec::new(),
+    }
+    if filter == model.list.filter {
+        return Vec::new();
+    }
+    model.list.set_filter(filter);
+    open_current(model)
+}
+
+fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
+    let seconds = elapsed.as_secs_f64();
+    for toast in &mut model.toasts {
+        toast.left -= seconds;
+    }
+    model.toasts.retain(|t| t.left > 0.0);
+    answers::pass(model, seconds);
+    if model.clock.pass(elapsed) {
+        actions::stepped(model);
+    }
+    Vec::new()
+}
+
+fn found_scenarios(
+    model: &mut Model,
+    found: Result<Vec<crate::scenario::Entry>, String>,
+) -> Vec<Effect> {
+    match found {
+        Ok(entries) => {
+            let survey = entries.iter().cloned().enumerate().collect();
+            model.list.fill(entries);
+            let mut effects = open_current(model);
+            effects.push(Effect::Survey(survey));
+            effects
+        }
+        Err(message) => {
+            model.list.found = true;
+            model.complain(message.clone());
+            model.open_error = Some(message);
+            Vec::new()
+        }
+    }
+}
+
+/// Opens the selected scenario, if another one is open.
+pub(super) fn open_current(model: &mut Model) -> Vec<Effect> {
+    match model.list.current() {
+        Some(place) if model.list.opened != Some(place) => open(model, place, None),
+        _ => Vec::new(),
+    }
+}
+
+/// Opens a scenario of the list.
+pub(super) fn open(model: &mut Model, place: usize, ego: Option<i64>) -> Vec<Effect> {
+    let id = OpenId(model.new_id());
+    model.opening = Some(id);
+    model.list.opened = Some(place);
+    let entry = model.list.rows[place].entry.clone();
+    vec![Effect::Open(id, entry, ego)]
+}
+
+fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) -> Vec<Effect> {
+    if model.opening != Some(id) {
+        return Vec::new();
+    }
+    model.opening = None;
+    let mut effects = answers::abort_all(model);
+    model.answers.columns.clear();
+    model.answers.reference_ms = None;
+    model.answers.show(Shown::Reference);
+    model.picked = None;
+    model.prompt.scroll = 0;
+    match result {
+        Ok(opened) => {
+            model.open_error = None;
+            let speed = model.clock.speed();
+            model.clock =
+                super::clock::Clock::new(opened.steps(), opened.scenario.dt()).at_speed(speed);
+            frame_map(model, &opened);
+            model.picked = opened
+                .headline
+                .as_ref()
+                .and_then(|h| h.risk)
+                .map(|n| n.obstacle);
+            effects.push(Effect::LoadStored(
+                opened.scenario.hash.to_string(),
+                model.task,
+            ));
+            model.opened = Some(opened);
+        }
+        Err(message) => {
+            model.opened = None;
+            model.open_error = Some(message);
+        }
+    }
+    model.refresh();
+    effects
+}
+
+/// Points the map at the ego, or at everything where there is none.
+fn frame_map(model: &mut Model, opened: &Opened) {
+    if opened.scene.is_some() {
+        model.camera.follow = true;
+        return;
+    }
+    let positions: Vec<_> = opened
+        .scenario
+        .obstacles
+        .iter()
+        .flat_map(|o| o.track().iter().map(|(_, m)| m.pose.position))
+        .collect();
+    let bounds = Bounds::of(&positions).or_else(|| opened.scenario.network.bounds());
+    if let Some(bounds) = bounds {
+        let size = model.drawn.map_size();
+        model.camera.fit(&bounds, size);
+    }
+}
+
+/// Shows earlier answers, the newest of each model, unless something newer is there.
+fn show_stored(model: &mut Model, stored: Vec<Answer>) {
+    if !model.answers.columns.is_empty() {
+        return;
+    }
+    let mut seen = Vec::new();
+    for answer in stored {
+        if answer.model != crate::judge::MODEL && !seen.contains(&answer.model) && seen.len() < 2 {
+            seen.push(answer.model.clone());
+            model.answers.columns.insert(0, Column::from(answer));
+        }
+    }
+    if !model.answers.columns.is_empty() {
+        model
+            .answers
+            .show(Shown::Column(model.answers.columns.len() - 1));
+    }
+}

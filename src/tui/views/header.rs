@@ -1,0 +1,50 @@
+//! The line at the top: what is open, and how it would be asked.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+
+use crate::scenario::EgoSource;
+use crate::tui::model::Model;
+use crate::tui::widgets::words::fit;
+
+pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    let asked = format!(
+        "{} · {} · {} · {} ",
+        model.task.name(),
+        model.frame.name(),
+        model.techniques,
+        fit(&model.model, 40)
+    );
+    let room = usize::from(area.width).saturating_sub(asked.chars().count() + 12);
+    let mut line = Line::from(vec![Span::styled(" nearmiss ", bold)]);
+    if let Some(opened) = &model.opened {
+        let ego = match opened.scene.as_ref().map(|s| &s.ego.source) {
+            Some(EgoSource::Recording(_)) => "ego recorded".to_string(),
+            Some(EgoSource::Obstacle(id)) => format!("obstacle {id} as ego"),
+            None => "no ego".to_string(),
+        };
+        let name = fit(&opened.name, room);
+        let rest = room.saturating_sub(name.chars().count());
+        let facts = format!(" · {} obstacles · {ego}", opened.scenario.obstacles.len());
+        line.push_span(Span::styled(
+            name,
+            theme.base().add_modifier(Modifier::BOLD),
+        ));
+        line.push_span(Span::styled(fit(&facts, rest), dim));
+    }
+    frame.render_widget(line, area);
+    let width = u16::try_from(asked.chars().count())
+        .unwrap_or(0)
+        .min(area.width);
+    let right = Rect {
+        x: area.right() - width,
+        width,
+        ..area
+    };
+    frame.render_widget(Span::styled(asked, Style::new().fg(theme.title)), right);
+}

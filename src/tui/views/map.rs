@@ -1,0 +1,217 @@
+//! The map from above: lanes, then trails, then obstacles, then the ego, labels on top.
+
+mod labels;
+mod road;
+mod vehicles;
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::canvas::{Canvas, Context, Line as Stroke};
+use ratatui::widgets::{Paragraph, Wrap};
+
+use unicode_width::UnicodeWidthStr;
+
+use crate::geometry::{Bounds, Point, Pose};
+use crate::tui::model::{MapDrawn, Model, Opened, Pane};
+use crate::tui::widgets::frame;
+
+/// From the world to the canvas: x to the right, y up, in metres from the middle.
+struct Projection {
+    frame: Pose,
+    /// Half of what is seen, metres.
+    half: (f64, f64),
+    /// Metres from one dot to the next.
+    dot: f64,
+}
+
+impl Projection {
+    fn at(&self, p: &Point) -> (f64, f64) {
+        let local = self.frame.to_local(p);
+        (-local.y, local.x)
+    }
+
+    /// Whether something within `bounds` may be seen.
+    fn sees(&self, bounds: &Bounds) -> bool {
+        let (x, y) = self.at(&bounds.center());
+        let reach = (bounds.max - bounds.min).norm() / 2.0;
+        x.abs() <= self.half.0 + reach && y.abs() <= self.half.1 + reach
+    }
+
+    fn sees_point(&self, p: &Point) -> bool {
+        let (x, y) = self.at(p);
+        x.abs() <= self.half.0 && y.abs() <= self.half.1
+    }
+}
+
+/// Draws an open line.
+fn stroke(
+    ctx: &mut Context<'_>,
+    view: &Projection,
+    points: &[Point],
+    color: ratatui::style::Color,
+) {
+    for pair in points.windows(2) {
+        let ((x1, y1), (x2, y2)) = (view.at(&pair[0]), view.at(&pair[1]));
+        ctx.draw(&Stroke {
+            x1,
+            y1,
+            x2,
+            y2,
+            color,
+        });
+    }
+}
+
+pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let camera = &model.camera;
+    let across = camera.cell * f64::from(area.width.saturating_sub(2));
+    let mut title = Line::from(format!("map · {across:.0} m"));
+    let mode = match (camera.follow, camera.ego_up) {
+        (true, true) => " · follows ego, ego up",
+        (true, false) => " · follows ego",
+        (false, true) => " · ego up",
+        (false, false) => "",
+    };
+    title.push_span(Span::styled(mode, Style::new().fg(model.theme.dim)));
+    let inner = frame::pane(f, area, model, Pane::Map, title);
+    let Some(opened) = &model.opened else {
+        return nothing(f, inner, model);
+    };
+    if inner.width < 4 || inner.height < 2 {
+        return;
+    }
+    let step = model.clock.step();
+    let ego = opened
+        .scene
+        .as_ref()
+        .and_then(|s| s.ego.track.at(step))
+        .map(|m| m.pose);
+    let cell = camera.cell;
+    let half = (
+        cell * f64::from(inner.width) / 2.0,
+        cell * f64::from(inner.height),
+    );
+    let view = Projection {
+        frame: camera.frame(ego),
+        half,
+        dot: cell / 2.0,
+    };
+    model.drawn.map(MapDrawn {
+        area: inner,
+        frame: view.frame,
+        cell,
+    });
+    let canvas = Canvas::default()
+        .marker(Marker::Braille)
+        .x_bounds([-half.0, half.0])
+        .y_bounds([-half.1, half.1])
+        .paint(|ctx| paint(ctx, model, opened, &view, step));
+    f.render_widget(canvas, inner);
+    bottom_line(f, inner, model, opened, step, cell);
+}
+
+fn paint(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projection, step: i64) {
+    road::draw(ctx, model, opened, view);
+    ctx.layer();
+    vehicles::trails(ctx, model, opened, view, step);
+    ctx.layer();
+    vehicles::obstacles(ctx, model, opened, view, step);
+    ctx.layer();
+    vehicles::ego(ctx, model, opened, view, step);
+    labels::draw(ctx, model, opened, view, step);
+}
+
+fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let words = match (&model.open_error, model.opening.is_some()) {
+        (Some(error), _) => crate::text::visible(error).into_owned(),
+        (None, true) => "opening…".into(),
+        (None, false) => "no scenario is open".into(),
+    };
+    let color = if model.open_error.is_some() {
+        model.theme.danger
+    } else {
+        model.theme.dim
+    };
+    let words = Paragraph::new(words)
+        .wrap(Wrap { trim: true })
+        .style(Style::new().fg(color));
+    f.render_widget(words, area);
+}
+
+/// A round length at the lower left, the picked obstacle in words at the lower right.
+fn bottom_line(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    opened: &Opened,
+    step: i64,
+    cell: f64,
+) {
+    let row = Rect {
+        y: area.bottom() - 1,
+        height: 1,
+        ..area
+    };
+    let mut left = usize::from(area.width);
+    if let Some(bar) = scale_bar(area, cell) {
+        let width = bar.width();
+        left = left.saturating_sub(width + 2);
+        let style = Style::new().fg(model.theme.dim);
+        f.render_widget(Span::styled(bar, style), row);
+    }
+    let words = picked_in_words(model, opened, step, left);
+    let width = u16::try_from(words.width()).unwrap_or(0).min(row.width);
+    let at = Rect {
+        x: row.right() - width,
+        width,
+        ..row
+    };
+    f.render_widget(Span::styled(words, Style::new().fg(model.theme.picked)), at);
+}
+
+fn scale_bar(area: Rect, cell: f64) -> Option<String> {
+    let most = f64::from(area.width) * 0.25;
+    let lengths = [
+        1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0,
+    ];
+    let length = lengths.into_iter().rev().find(|l| l / cell <= most)?;
+    let columns = (length / cell).round().max(2.0) as usize;
+    Some(format!(
+        "├{}┤ {length:.0} m",
+        "─".repeat(columns.saturating_sub(2))
+    ))
+}
+
+/// As much as there is room for, the most telling first.
+fn picked_in_words(model: &Model, opened: &Opened, step: i64, room: usize) -> String {
+    let picked = model.picked.and_then(|id| opened.scenario.obstacle(id));
+    let Some(obstacle) = picked else {
+        return String::new();
+    };
+    let value = |measure| {
+        let series = opened.series.as_ref()?;
+        series.at(measure, obstacle.id, step).value()
+    };
+    let parts = [
+        Some(format!("{} {}", obstacle.kind, obstacle.id)),
+        value("distance").map(|d| format!("{d:.2} m away")),
+        value("ttc").map(|t| format!("TTC {t:.1} s")),
+        obstacle
+            .track()
+            .at(step)
+            .map(|m| format!("{:.1} m/s", m.velocity)),
+    ];
+    let mut text = String::new();
+    for part in parts.into_iter().flatten() {
+        let separator = if text.is_empty() { "" } else { " · " };
+        if text.width() + separator.width() + part.width() > room {
+            break;
+        }
+        text.push_str(separator);
+        text.push_str(&part);
+    }
+    text
+}

@@ -1,0 +1,44 @@
+//! The views: one pane a file. They read the model and draw; they change nothing.
+
+mod footer;
+mod header;
+mod map;
+mod prompt;
+mod reasoning;
+mod risk;
+mod scenarios;
+mod timeline;
+mod toasts;
+mod too_small;
+mod verdict;
+
+use ratatui::Frame;
+
+use super::layout;
+use super::model::{Model, Pane};
+use super::overlays;
+
+/// Draws everything.
+pub fn draw(frame: &mut Frame<'_>, model: &Model) {
+    model.drawn.clear();
+    let screen = frame.area();
+    let Some(parts) = layout::split(screen, model) else {
+        too_small::draw(frame, model);
+        return;
+    };
+    header::draw(frame, parts.header, model);
+    for (pane, area) in parts.panes {
+        match pane {
+            Pane::Scenarios => scenarios::draw(frame, area, model),
+            Pane::Map => map::draw(frame, area, model),
+            Pane::Timeline => timeline::draw(frame, area, model),
+            Pane::Prompt => prompt::draw(frame, area, model),
+            Pane::Verdict => verdict::draw(frame, area, model),
+            Pane::Reasoning => reasoning::draw(frame, area, model),
+            Pane::Risk => risk::draw(frame, area, model),
+        }
+    }
+    footer::draw(frame, parts.footer, model);
+    toasts::draw(frame, screen, model);
+    overlays::draw(frame, screen, model);
+}

@@ -1,0 +1,116 @@
+//! The reasoning and the answer of one judge, as they arrive.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Text};
+
+use crate::evaluation::Judged;
+use crate::tui::model::{Column, Model, Pane, Progress};
+use crate::tui::widgets::highlight::markdown;
+use crate::tui::widgets::words::fit;
+use crate::tui::widgets::{frame, scroll};
+
+pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let theme = &model.theme;
+    let (title, text) = match model.answers.column() {
+        None => ("reasoning · built in".to_string(), reference(model)),
+        Some(column) => {
+            let name = fit(&column.model, usize::from(area.width).saturating_sub(28));
+            (
+                format!("reasoning · {name} · {}", state(column)),
+                answer(model, column),
+            )
+        }
+    };
+    let inner = frame::pane(f, area, model, Pane::Reasoning, Line::from(title));
+    let extent = scroll::text(f, inner, model, Pane::Reasoning, text, model.answers.scroll);
+    let below = extent.lines.saturating_sub(extent.top + extent.rows);
+    let running = model.answers.column().is_some_and(Column::is_running);
+    if running && model.answers.scroll.is_some() && below > 0 {
+        let words = format!(" {below} new lines below, G follows ");
+        let line = Line::styled(
+            words,
+            Style::new()
+                .fg(theme.accent)
+                .add_modifier(Modifier::REVERSED),
+        );
+        let row = Rect {
+            y: inner.bottom().saturating_sub(1),
+            height: 1,
+            ..inner
+        };
+        f.render_widget(line.right_aligned(), row);
+    }
+}
+
+fn reference(model: &Model) -> Text<'static> {
+    match &model.answers.reference {
+        Some(judgement) => markdown(&judgement.reasoning, &model.theme),
+        None => {
+            let words = model
+                .open_error
+                .clone()
+                .unwrap_or_else(|| "nothing to judge yet".into());
+            markdown(&words, &model.theme)
+        }
+    }
+}
+
+fn state(column: &Column) -> String {
+    match &column.progress {
+        Progress::Waiting(seconds) => format!("waiting {seconds:.0} s"),
+        Progress::Retrying(_) => "trying again".into(),
+        Progress::Arriving(seconds) => format!("arriving {seconds:.0} s"),
+        Progress::Done(answer) => match &answer.judged {
+            Judged::Verdict(parsed) => parsed.verdict.word().into(),
+            Judged::Missing(_) => "no verdict".into(),
+        },
+        Progress::Broken(_) => "no verdict".into(),
+    }
+}
+
+fn answer(model: &Model, column: &Column) -> Text<'static> {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let mut text = Text::default();
+    if !column.how.is_empty() {
+        text.push_line(Line::styled(column.how.clone(), dim));
+        text.push_line("");
+    }
+    if !column.reasoning.is_empty() {
+        text.extend(markdown(&column.reasoning, theme));
+        text.push_line("");
+        text.push_line(Line::styled("── answer ──", dim));
+    }
+    if !column.text.is_empty() {
+        text.extend(markdown(&column.text, theme));
+    }
+    let bad = Style::new().fg(theme.danger);
+    match &column.progress {
+        Progress::Done(answer) => {
+            if let Judged::Missing(missing) = &answer.judged {
+                text.push_line("");
+                text.extend(Text::styled(
+                    crate::text::visible(&missing.to_string()).into_owned(),
+                    bad,
+                ));
+            }
+        }
+        Progress::Retrying(why) => {
+            text.extend(Text::styled(
+                crate::text::visible(why).into_owned(),
+                Style::new().fg(theme.warning),
+            ));
+        }
+        Progress::Broken(why) => {
+            text.push_line("");
+            text.extend(Text::styled(crate::text::visible(why).into_owned(), bad));
+        }
+        Progress::Waiting(_) if column.text.is_empty() && column.reasoning.is_empty() => {
+            text.push_line(Line::styled("the question is on its way…", dim));
+        }
+        Progress::Waiting(_) | Progress::Arriving(_) => {}
+    }
+    text
+}

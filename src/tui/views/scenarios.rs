@@ -1,0 +1,100 @@
+//! The list of scenarios, with the lowest risk and a mark for collisions.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use crate::tui::model::{Extent, Facts, Model, Pane};
+use crate::tui::widgets::frame;
+use crate::tui::widgets::words::{fit, pad};
+
+pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let list = &model.list;
+    let count = if list.filter.is_empty() {
+        format!("scenarios {}", list.rows.len())
+    } else {
+        format!("scenarios {}/{}", list.visible.len(), list.rows.len())
+    };
+    let mut inner = frame::pane(f, area, model, Pane::Scenarios, Line::from(count));
+    if list.filtering || !list.filter.is_empty() {
+        let cursor = if list.filtering { "▏" } else { "" };
+        let text = format!(
+            "/{}{cursor}",
+            fit(&list.filter, usize::from(inner.width).saturating_sub(2))
+        );
+        let style = Style::new().fg(model.theme.accent);
+        f.render_widget(Line::styled(text, style), Rect { height: 1, ..inner });
+        inner.y += 1;
+        inner.height = inner.height.saturating_sub(1);
+    }
+    let rows = usize::from(inner.height);
+    let top = list
+        .selected
+        .saturating_sub(rows / 2)
+        .min(list.visible.len().saturating_sub(rows));
+    model.drawn.text(
+        Pane::Scenarios,
+        Extent {
+            lines: list.visible.len(),
+            rows,
+            top,
+        },
+    );
+    if let Some(words) = nothing(model) {
+        let text = Paragraph::new(words).wrap(ratatui::widgets::Wrap { trim: true });
+        f.render_widget(text.style(Style::new().fg(model.theme.dim)), inner);
+        return;
+    }
+    let width = usize::from(inner.width);
+    let shown = list.visible.iter().enumerate().skip(top).take(rows);
+    let lines = shown.map(|(i, &place)| {
+        let row = &list.rows[place];
+        let chosen = i == list.selected;
+        let (badge, color) = badge(model, row.facts.as_ref());
+        let name = pad(&row.entry.name, width.saturating_sub(5));
+        let sign = if chosen { "▸ " } else { "  " };
+        let mut line = Line::from(vec![Span::raw(sign), Span::raw(name), Span::raw(" ")]);
+        line = line.style(if chosen {
+            model.theme.selected()
+        } else {
+            model.theme.base()
+        });
+        let style = Style::new().fg(color).add_modifier(Modifier::BOLD);
+        line.push_span(Span::styled(badge, style));
+        line
+    });
+    f.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
+}
+
+fn nothing(model: &Model) -> Option<&'static str> {
+    let list = &model.list;
+    if !list.found {
+        Some("looking for scenarios…")
+    } else if list.rows.is_empty() {
+        Some("no scenarios")
+    } else if list.visible.is_empty() {
+        Some("the filter lets nothing through; Esc clears it")
+    } else {
+        None
+    }
+}
+
+/// The lowest risk score, and a mark: X for a collision, - without ego, ! for a file that cannot be read.
+fn badge(model: &Model, facts: Option<&Result<Facts, String>>) -> (String, ratatui::style::Color) {
+    let theme = &model.theme;
+    match facts {
+        None => ("·".into(), theme.dim),
+        Some(Err(_)) => ("!".into(), theme.danger),
+        Some(Ok(Facts { headline: None, .. })) => ("-".into(), theme.dim),
+        Some(Ok(Facts {
+            headline: Some(headline),
+            ..
+        })) => match headline.risk {
+            None => ("-".into(), theme.dim),
+            Some(risk) if headline.collides() => (format!("{}X", risk.value), theme.danger),
+            Some(risk) => (format!("{}", risk.value), theme.risk(risk.value)),
+        },
+    }
+}

@@ -1,0 +1,28 @@
+//! What is shown where the workbench does not fit.
+
+use ratatui::Frame;
+use ratatui::layout::{Alignment, Constraint, Flex, Layout};
+use ratatui::text::{Line, Text};
+use ratatui::widgets::{Paragraph, Wrap};
+
+use crate::tui::layout::SMALLEST;
+use crate::tui::model::Model;
+
+pub fn draw(frame: &mut Frame<'_>, model: &Model) {
+    let area = frame.area();
+    let text = Text::from(vec![
+        Line::from("nearmiss needs more room"),
+        Line::from(format!(
+            "at least {}×{}, here are {}×{}",
+            SMALLEST.0, SMALLEST.1, area.width, area.height
+        )),
+        Line::from("make the terminal larger, or press q"),
+    ]);
+    let [middle] = Layout::vertical([Constraint::Length(4)])
+        .flex(Flex::Center)
+        .areas(area);
+    let words = Paragraph::new(text)
+        .alignment(Alignment::Center)
+        .wrap(Wrap { trim: true });
+    frame.render_widget(words.style(model.theme.base()), middle);
+}

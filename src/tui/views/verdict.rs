@@ -1,0 +1,249 @@
+//! Verdicts side by side, the built-in judge's last; what differs from it is marked.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span, Text};
+use unicode_width::UnicodeWidthStr;
+
+use crate::evaluation::{Answer, Judged};
+use crate::judge;
+use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown};
+use crate::tui::widgets::words::{duration, fit, pad, thousands};
+use crate::tui::widgets::{frame, scroll};
+use crate::verdict::{How, Verdict};
+
+/// Columns of the names of the rows.
+const LABEL: usize = 10;
+
+pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let mut title = Line::from(format!("verdict · {}", model.task.name()));
+    if !model.answers.columns.is_empty() {
+        let hint = " · [ ] shows another answer";
+        title.push_span(Span::styled(hint, Style::new().fg(model.theme.dim)));
+    }
+    let inner = frame::pane(f, area, model, Pane::Verdict, title);
+    let answers = &model.answers;
+    let Some(reference) = &answers.reference else {
+        let dim = Style::new().fg(model.theme.dim);
+        let why = model
+            .open_error
+            .as_deref()
+            .or(model.opened.as_ref().and_then(|o| o.no_ego.as_deref()));
+        let words = why.unwrap_or("no scenario is open");
+        let text = Text::styled(crate::text::visible(words).into_owned(), dim);
+        scroll::text(f, inner, model, Pane::Verdict, text, Some(0));
+        return;
+    };
+    let count = answers.columns.len() + 1;
+    let width = (usize::from(inner.width).saturating_sub(LABEL + 1) / count).max(8);
+    let mut table = Table {
+        model,
+        width,
+        lines: vec![Line::default(); 6],
+    };
+    table.labels();
+    for (i, column) in answers.columns.iter().enumerate() {
+        table.column(
+            column,
+            &reference.verdict,
+            answers.shown == Shown::Column(i),
+        );
+    }
+    table.reference(answers, &reference.verdict);
+    let mut text = Text::from(table.lines);
+    text.push_line("");
+    text.extend(comment(model, reference));
+    scroll::text(f, inner, model, Pane::Verdict, text, Some(0));
+}
+
+struct Table<'a> {
+    model: &'a Model,
+    width: usize,
+    lines: Vec<Line<'static>>,
+}
+
+impl Table<'_> {
+    fn labels(&mut self) {
+        let names = ["", self.model.task.key(), "who", "risk", "tokens", "time"];
+        for (line, name) in self.lines.iter_mut().zip(names) {
+            let name = name.replace("safety_critical", "critical");
+            line.push_span(Span::styled(
+                pad(&name, LABEL),
+                Style::new().fg(self.model.theme.dim),
+            ));
+        }
+    }
+
+    fn cell(&mut self, row: usize, text: &str, style: Style) {
+        let cell = format!("{} ", pad(text, self.width.saturating_sub(1)));
+        self.lines[row].push_span(Span::styled(cell, style));
+    }
+
+    fn head(&mut self, name: &str, shown: bool) {
+        let theme = &self.model.theme;
+        let name = fit(name, self.width.saturating_sub(1));
+        let rest = " ".repeat(self.width.saturating_sub(name.width()));
+        let style = if shown {
+            theme
+                .base()
+                .add_modifier(Modifier::BOLD | Modifier::UNDERLINED)
+        } else {
+            Style::new().fg(theme.title)
+        };
+        self.lines[0].push_span(Span::styled(name, style));
+        self.lines[0].push_span(Span::raw(rest));
+    }
+
+    fn reference(&mut self, answers: &Answers, verdict: &Verdict) {
+        self.head("built in", answers.shown == Shown::Reference);
+        let base = self.model.theme.base();
+        let color = if verdict.dangerous {
+            self.model.theme.danger
+        } else {
+            self.model.theme.safe
+        };
+        self.cell(
+            1,
+            yes(verdict.dangerous),
+            Style::new().fg(color).add_modifier(Modifier::BOLD),
+        );
+        let worst = verdict.worst();
+        self.cell(2, &worst.map_or("–".into(), |w| w.id.to_string()), base);
+        self.cell(
+            3,
+            &worst.map_or("–".into(), |w| w.risk_score.to_string()),
+            base,
+        );
+        self.cell(4, "–", base);
+        self.cell(5, &answers.reference_ms.map_or("–".into(), duration), base);
+    }
+
+    fn column(&mut self, column: &Column, truth: &Verdict, shown: bool) {
+        let theme = &self.model.theme;
+        let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
+        let short = column
+            .model
+            .split_once('/')
+            .map_or(column.model.as_str(), |(_, m)| m);
+        self.head(short, shown);
+        let waiting = match &column.progress {
+            Progress::Done(answer) => return self.answer(answer, truth),
+            Progress::Waiting(_) => "waiting…",
+            Progress::Retrying(_) => "trying again…",
+            Progress::Arriving(_) => "arriving…",
+            Progress::Broken(_) => "no answer",
+        };
+        self.cell(1, waiting, dim);
+        for row in 2..5 {
+            self.cell(row, "", base);
+        }
+        let time = match column.progress {
+            Progress::Waiting(s) | Progress::Arriving(s) => format!("{s:.0} s"),
+            _ => String::new(),
+        };
+        self.cell(5, &time, base);
+    }
+
+    fn answer(&mut self, answer: &Answer, truth: &Verdict) {
+        let theme = &self.model.theme;
+        let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
+        let mark = |text: String, same: bool| {
+            let color = if same { theme.safe } else { theme.danger };
+            let sign = if same { "=" } else { "≠" };
+            (
+                format!("{text} {sign}"),
+                Style::new().fg(color).add_modifier(Modifier::BOLD),
+            )
+        };
+        match answer.verdict() {
+            Some(verdict) => {
+                let (text, style) = mark(
+                    yes(verdict.dangerous).into(),
+                    verdict.dangerous == truth.dangerous,
+                );
+                self.cell(1, &text, style);
+                let who = verdict.worst().map(|w| w.id);
+                let same = !truth.dangerous || who == truth.worst().map(|w| w.id);
+                let (text, style) = match who {
+                    Some(id) if truth.dangerous => mark(id.to_string(), same),
+                    Some(id) => (id.to_string(), base),
+                    None => ("–".into(), base),
+                };
+                self.cell(2, &text, style);
+                let score = verdict.worst().map(|w| w.risk_score);
+                self.cell(3, &score.map_or("–".into(), |s| s.to_string()), base);
+            }
+            None => {
+                let warning = Style::new().fg(theme.warning).add_modifier(Modifier::BOLD);
+                self.cell(1, "no verdict", warning);
+                self.cell(2, "–", base);
+                self.cell(3, "–", base);
+            }
+        }
+        let consumed = &answer.consumed;
+        let tokens = match (consumed.input_tokens, consumed.output_tokens) {
+            (Some(i), Some(o)) => format!("{}+{}", thousands(i), thousands(o)),
+            _ => "unknown".into(),
+        };
+        self.cell(4, &tokens, dim);
+        self.cell(5, &consumed.duration_ms.map_or("–".into(), duration), dim);
+    }
+}
+
+fn yes(dangerous: bool) -> &'static str {
+    if dangerous { "yes" } else { "no" }
+}
+
+/// What the shown answer says, and what is to be known about it.
+fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
+    let theme = &model.theme;
+    let warning = Style::new().fg(theme.warning);
+    let words = |s: &str| crate::text::visible(s).into_owned();
+    let mut text = Text::default();
+    match model.answers.column() {
+        None => {
+            text.extend(Text::styled(
+                words(&reference.verdict.justification),
+                theme.base(),
+            ));
+            if model.answers.columns.is_empty() {
+                let hint = "m chooses a language model, r asks it, c adds another one to compare";
+                text.push_line("");
+                text.push_line(Line::styled(hint, Style::new().fg(theme.dim)));
+            }
+        }
+        Some(column) => match column.answer() {
+            Some(answer) => {
+                if answer.model_differs() {
+                    let returned = answer.model_returned.as_deref().unwrap_or_default();
+                    text.push_line(Line::styled(
+                        words(&format!("answered by {returned}")),
+                        warning,
+                    ));
+                }
+                match &answer.judged {
+                    Judged::Verdict(parsed) => {
+                        if let How::Repaired(notes) = &parsed.how {
+                            let notes = format!("repaired: {}", notes.join("; "));
+                            text.push_line(Line::styled(words(&notes), warning));
+                        }
+                        text.extend(Text::styled(
+                            words(&parsed.verdict.justification),
+                            theme.base(),
+                        ));
+                    }
+                    Judged::Missing(missing) => {
+                        text.push_line(Line::styled(words(&missing.to_string()), warning));
+                    }
+                }
+            }
+            None => {
+                if let Progress::Broken(why) | Progress::Retrying(why) = &column.progress {
+                    text.push_line(Line::styled(words(why), warning));
+                }
+            }
+        },
+    }
+    text
+}

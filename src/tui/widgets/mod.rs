@@ -1,0 +1,7 @@
+//! Pieces that several views are made of.
+
+pub mod fill;
+pub mod frame;
+pub mod highlight;
+pub mod scroll;
+pub mod words;

@@ -1,0 +1,81 @@
+//! Words in lines: what comes from outside is made visible, what is too long is cut.
+
+use unicode_segmentation::UnicodeSegmentation;
+use unicode_width::UnicodeWidthStr;
+
+use crate::text::visible;
+
+/// `text` on one line, safe to show, cut to `width` columns with an ellipsis.
+#[must_use]
+pub fn fit(text: &str, width: usize) -> String {
+    let text = visible(text).replace(['\n', '\t'], " ");
+    if text.width() <= width {
+        return text;
+    }
+    let mut cut = String::new();
+    for grapheme in text.graphemes(true) {
+        if cut.width() + grapheme.width() + 1 > width {
+            break;
+        }
+        cut.push_str(grapheme);
+    }
+    if width > 0 {
+        cut.push('…');
+    }
+    cut
+}
+
+/// `text` filled with spaces to `width` columns, cut where it is longer.
+#[must_use]
+pub fn pad(text: &str, width: usize) -> String {
+    let mut text = fit(text, width);
+    let missing = width.saturating_sub(text.width());
+    text.extend(std::iter::repeat_n(' ', missing));
+    text
+}
+
+/// A whole number with spaces between thousands.
+#[must_use]
+pub fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Milliseconds in the unit that people would use.
+#[must_use]
+pub fn duration(ms: u64) -> String {
+    match ms {
+        0 => "<1 ms".into(),
+        1..=999 => format!("{ms} ms"),
+        1_000..=99_999 => format!("{:.1} s", ms as f64 / 1e3),
+        _ => format!("{:.1} min", ms as f64 / 6e4),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cuts_between_characters() {
+        assert_eq!(fit("abcdef", 4), "abc…");
+        assert_eq!(fit("日本語", 4), "日…");
+        assert_eq!(fit("a\u{1b}[m\nb", 9), "a␛[m b");
+        assert_eq!(pad("ab", 4), "ab  ");
+        assert_eq!(fit("abc", 0), "");
+    }
+
+    #[test]
+    fn numbers() {
+        assert_eq!(thousands(1_834_002), "1,834,002");
+        assert_eq!(thousands(12), "12");
+        assert_eq!(duration(6_120), "6.1 s");
+    }
+}
