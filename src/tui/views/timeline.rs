@@ -97,7 +97,7 @@ fn strip(
         };
         let mut style = Style::new().fg(color);
         if column == cursor {
-            style = style.add_modifier(Modifier::REVERSED);
+            style = style.bg(theme.selection).add_modifier(Modifier::UNDERLINED);
         }
         line.push_span(Span::styled(sign.to_string(), style));
     }

@@ -16,30 +16,23 @@ const MOST: usize = 7;
 struct Label {
     text: String,
     style: Style,
-    at: (f64, f64),
+    /// Around the vehicle.
+    body: Area,
 }
 
 pub fn draw(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projection, step: i64) {
     let theme = &model.theme;
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
-    let (mut labels, mut keep_free) = (Vec::new(), Vec::new());
-    if let Some(ego) = opened
-        .scene
-        .as_ref()
-        .and_then(|s| Some((s, s.ego.track.at(step)?)))
+    let mut labels = Vec::new();
+    if let Some(scene) = &opened.scene
+        && let Some(motion) = scene.ego.track.at(step)
+        && let Some(body) = Area::of(view, &scene.ego.footprint, motion)
     {
         labels.push(Label {
             text: "ego".into(),
             style: bold(theme.ego),
-            at: view.at(&ego.1.pose.position),
+            body,
         });
-    }
-    if let Some((scene, motion)) = opened
-        .scene
-        .as_ref()
-        .and_then(|s| Some((s, s.ego.track.at(step)?)))
-    {
-        keep_free.extend(Area::of(view, &scene.ego.footprint, motion));
     }
     for id in wanted(model, opened, step) {
         let Some(obstacle) = opened.scenario.obstacle(id) else {
@@ -57,10 +50,10 @@ pub fn draw(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projec
                 .as_ref()
                 .and_then(|s| s.at(measure, id, step).value())
         };
-        if model.picked == Some(id) || value("risk").is_some_and(|risk| risk <= 1.0) {
-            let body = obstacle.footprint.as_ref();
-            keep_free.extend(body.and_then(|body| Area::of(view, body, m)));
-        }
+        let outline = obstacle.footprint.as_ref();
+        let Some(body) = outline.and_then(|outline| Area::of(view, outline, m)) else {
+            continue;
+        };
         let (text, style) = match (value("distance"), value("risk")) {
             (Some(0.0), _) => (format!("X {id} contact"), bold(theme.danger)),
             (_, Some(risk)) if risk <= 1.0 => (format!("! {id}"), bold(theme.danger)),
@@ -68,13 +61,9 @@ pub fn draw(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projec
             (_, Some(risk)) if risk <= 2.0 => (id.to_string(), Style::new().fg(theme.warning)),
             _ => (id.to_string(), Style::new().fg(theme.dim)),
         };
-        labels.push(Label {
-            text,
-            style,
-            at: view.at(&m.pose.position),
-        });
+        labels.push(Label { text, style, body });
     }
-    place(ctx, view, labels, keep_free);
+    place(ctx, view, labels);
 }
 
 /// The picked obstacle, then those nearest to the ego at this step.
@@ -101,28 +90,32 @@ fn wanted(model: &Model, opened: &Opened, step: i64) -> Vec<i64> {
     picked.chain(others.take(MOST)).collect()
 }
 
-/// Writes the labels beside their vehicles, where they cover neither each other nor what is dangerous.
-fn place(ctx: &mut Context<'_>, view: &Projection, labels: Vec<Label>, keep_free: Vec<Area>) {
+/// Writes the labels beside their vehicles, where they cover neither each other nor the vehicles they name.
+fn place(ctx: &mut Context<'_>, view: &Projection, labels: Vec<Label>) {
     let (column, row) = (2.0 * view.dot, 4.0 * view.dot);
-    let mut taken = keep_free;
+    let mut taken: Vec<Area> = labels.iter().map(|label| label.body).collect();
     for label in labels {
         let width = label.text.chars().count() as f64 * column;
-        let (right, left) = (2.0 * column, -width - 2.0 * column);
+        let (right, left) = (label.body.x.1 + column, label.body.x.0 - column - width);
+        let (middle, over, under) = (
+            f64::midpoint(label.body.y.0, label.body.y.1),
+            label.body.y.1 + 0.6 * row,
+            label.body.y.0 - 0.6 * row,
+        );
+        let centered = f64::midpoint(label.body.x.0, label.body.x.1) - width / 2.0;
         let spots = [
-            (right, row),
-            (right, -row),
-            (left, row),
-            (left, -row),
-            (right + 2.0 * column, 2.0 * row),
-            (right + 2.0 * column, -2.0 * row),
-            (left - 2.0 * column, 2.0 * row),
+            (right, middle),
+            (left, middle),
+            (centered, over),
+            (centered, under),
+            (right, over),
+            (right, under),
+            (left, over),
+            (left, under),
         ];
-        let areas = spots.iter().map(|(dx, dy)| {
-            let (x, y) = (label.at.0 + dx, label.at.1 + dy);
-            Area {
-                x: (x, x + width),
-                y: (y - row / 2.0, y + row / 2.0),
-            }
+        let areas = spots.map(|(x, y)| Area {
+            x: (x, x + width),
+            y: (y - 0.45 * row, y + 0.45 * row),
         });
         let free = areas.into_iter().find(|area| {
             let inside = area.x.0 > -view.half.0
@@ -143,6 +136,7 @@ fn place(ctx: &mut Context<'_>, view: &Projection, labels: Vec<Label>, keep_free
 }
 
 /// A box on the canvas.
+#[derive(Clone, Copy)]
 struct Area {
     x: (f64, f64),
     y: (f64, f64),
