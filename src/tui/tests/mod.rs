@@ -1,1 +1,8 @@
 //! Tests of the whole workbench without a terminal: messages in, model and frames out.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod answers;
+mod bench;
+mod frames;
+mod looking;
+mod prompt;

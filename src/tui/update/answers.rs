@@ -111,6 +111,9 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
                 Judged::Missing(missing) => Some(format!("{}: {missing}", answer.model)),
                 Judged::Verdict(_) => None,
             };
+            // The whole answer counts, whatever was shown of it so far.
+            column.text.clone_from(&answer.text);
+            column.reasoning.clone_from(&answer.reasoning);
             column.progress = Progress::Done(answer);
             if let Some(text) = failed {
                 model.complain(text);

@@ -25,7 +25,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     if let Some(opened) = &model.opened {
         let ego = match opened.scene.as_ref().map(|s| &s.ego.source) {
             Some(EgoSource::Recording(_)) => "ego recorded".to_string(),
-            Some(EgoSource::Obstacle(id)) => format!("obstacle {id} as ego"),
+            Some(EgoSource::Obstacle(id)) => format!("{id} as ego"),
             None => "no ego".to_string(),
         };
         let name = fit(&opened.name, room);

@@ -1,0 +1,146 @@
+//! A workbench whose effects are done at once, where they need no network.
+
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+use crate::config::Config;
+use crate::evaluation::{Answer, Judged, Missing};
+use crate::prompts::Library;
+use crate::scenario::bundled;
+use crate::store::Consumed;
+use crate::tui::keymap::Key;
+use crate::tui::message::{AskId, Effect, Msg};
+use crate::tui::model::{Model, Opened};
+use crate::tui::theme::Theme;
+use crate::tui::update::update;
+use crate::tui::views;
+use crate::verdict::{How, ObstacleRisk, Parsed, Task, Verdict};
+
+pub struct Bench {
+    pub model: Model,
+    /// What was asked for and not done.
+    pub effects: Vec<Effect>,
+}
+
+impl Bench {
+    /// The bundled scenarios, with the first one open.
+    pub fn bundled() -> Self {
+        let mut bench = Self::empty();
+        bench.send(Msg::Found(Ok(bundled())));
+        bench
+    }
+
+    pub fn empty() -> Self {
+        let library = Library::load(None);
+        let offers = vec![crate::llm::Offer {
+            id: "lab/small".into(),
+            key: None,
+        }];
+        Self {
+            model: Model::new(
+                Vec::new(),
+                Config::default(),
+                Theme::default_theme(),
+                library,
+                offers,
+            ),
+            effects: Vec::new(),
+        }
+    }
+
+    /// Sends a message; scenarios that it asks for are opened at once.
+    pub fn send(&mut self, msg: Msg) {
+        for effect in update(&mut self.model, msg) {
+            if let Effect::Open(id, entry, ego) = effect {
+                self.send(Msg::Opened(id, Opened::read(&entry, ego).map(Box::new)));
+            } else {
+                self.effects.push(effect);
+            }
+        }
+    }
+
+    /// Presses keys by their names, separated by spaces.
+    pub fn press(&mut self, keys: &str) {
+        for name in keys.split(' ').filter(|n| !n.is_empty()) {
+            self.send(Msg::Key(
+                Key::parse(name).unwrap_or_else(|| panic!("no key `{name}`")),
+            ));
+        }
+    }
+
+    /// Types a text, character by character.
+    pub fn type_text(&mut self, text: &str) {
+        for c in text.chars() {
+            let name = if c == ' ' {
+                "space".to_string()
+            } else {
+                c.to_string()
+            };
+            self.press(&name);
+        }
+    }
+
+    /// The id of the last question asked, and its model.
+    pub fn asked(&self) -> (AskId, String) {
+        let asks = self.effects.iter().filter_map(|e| match e {
+            Effect::Ask(id, _, model) => Some((*id, model.clone())),
+            _ => None,
+        });
+        asks.last().expect("something was asked")
+    }
+
+    /// The screen as text.
+    pub fn frame(&self, columns: u16, rows: u16) -> String {
+        let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
+        terminal
+            .draw(|frame| views::draw(frame, &self.model))
+            .unwrap();
+        let buffer = terminal.backend().buffer();
+        let line = |y| {
+            let cells = (0..columns).map(|x| buffer[(x, y)].symbol());
+            cells.collect::<String>().trim_end().to_string()
+        };
+        (0..rows).map(line).collect::<Vec<_>>().join("\n")
+    }
+}
+
+/// An answer of `model` that says `dangerous` and names an obstacle.
+pub fn answer(model: &str, dangerous: bool, obstacle: i64) -> Answer {
+    let verdict = Verdict {
+        task: Task::Collision,
+        dangerous,
+        obstacles: vec![ObstacleRisk {
+            id: obstacle,
+            risk_score: if dangerous { 0 } else { 3 },
+            reason: "r".into(),
+        }],
+        justification: format!("{model} says so"),
+    };
+    Answer {
+        run: None,
+        model: model.into(),
+        model_returned: None,
+        judged: Judged::Verdict(Parsed {
+            verdict,
+            how: How::Strict,
+        }),
+        text: "the answer".into(),
+        reasoning: "the reasoning".into(),
+        consumed: Consumed {
+            input_tokens: Some(2000),
+            output_tokens: Some(100),
+            duration_ms: Some(6100),
+            ..Consumed::default()
+        },
+        finish: Some("stop".into()),
+    }
+}
+
+/// An answer without a verdict.
+pub fn no_verdict(model: &str, text: &str) -> Answer {
+    Answer {
+        judged: Judged::Missing(Missing::NotInAnswer("no JSON object in the answer".into())),
+        text: text.into(),
+        ..answer(model, false, 1)
+    }
+}

@@ -1,0 +1,83 @@
+//! Whole frames, and every size.
+
+use super::bench::{Bench, answer};
+use crate::tui::message::Msg;
+use crate::tui::model::Pane;
+
+/// The first scenario at its contact, with two answers to compare.
+fn compared() -> Bench {
+    let mut bench = Bench::bundled();
+    bench.press("x");
+    for (model, dangerous, who) in [("lab/small", false, 302), ("lab/large", true, 301)] {
+        bench.model.model = model.into();
+        bench.press("r");
+        let (id, _) = bench.asked();
+        bench.send(Msg::Answered(
+            id,
+            Ok(Box::new(answer(model, dangerous, who))),
+        ));
+    }
+    bench.model.toasts.clear();
+    bench
+}
+
+#[test]
+fn at_80_by_24() {
+    insta::assert_snapshot!(compared().frame(80, 24));
+}
+
+#[test]
+fn at_80_by_24_with_the_map() {
+    let mut bench = compared();
+    bench.model.focus = Pane::Map;
+    insta::assert_snapshot!(bench.frame(80, 24));
+}
+
+#[test]
+fn at_120_by_40() {
+    insta::assert_snapshot!(compared().frame(120, 40));
+}
+
+#[test]
+fn at_200_by_60() {
+    insta::assert_snapshot!(compared().frame(200, 60));
+}
+
+#[test]
+fn models_to_choose_from() {
+    let mut bench = Bench::bundled();
+    bench.press("m");
+    insta::assert_snapshot!(bench.frame(100, 30));
+}
+
+#[test]
+fn too_small_is_said() {
+    for (columns, rows) in [(79, 24), (80, 23), (30, 8)] {
+        assert!(
+            compared().frame(columns, rows).contains("needs more room"),
+            "{columns}×{rows}"
+        );
+    }
+}
+
+#[test]
+fn no_size_is_too_much_or_too_little() {
+    let mut bench = compared();
+    let overlays = ["", "?", "m", ":", "e"];
+    for keys in overlays {
+        bench.press(keys);
+        for columns in [1, 2, 10, 79, 80, 81, 109, 110, 160, 300] {
+            for rows in [1, 2, 5, 23, 24, 25, 31, 32, 90] {
+                bench.frame(columns, rows);
+            }
+        }
+        bench.press("esc");
+    }
+    for pane in Pane::ALL {
+        bench.model.focus = pane;
+        bench.model.zoomed = true;
+        for size in [(80, 24), (120, 40), (200, 60)] {
+            bench.frame(size.0, size.1);
+        }
+    }
+}

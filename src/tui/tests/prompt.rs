@@ -1,0 +1,147 @@
+//! The prompt: switches, the editor, drafts that are right and drafts that are not.
+
+use super::bench::Bench;
+use crate::prompts::Library;
+use crate::tui::message::{Effect, Msg};
+use crate::tui::model::PromptView;
+
+fn rendered(bench: &Bench) -> String {
+    let prompt = &bench.model.prompt.question.as_ref().unwrap().prompt;
+    format!("{}\n{}", prompt.system, prompt.user)
+}
+
+#[test]
+fn switches_change_the_prompt() {
+    let mut bench = Bench::bundled();
+    let all = rendered(&bench);
+    assert!(
+        all.contains("How to grade risk")
+            && all.contains("Examples")
+            && all.contains("step by step")
+    );
+    bench.press("1 2 3");
+    let base = rendered(&bench);
+    assert!(!base.contains("How to grade risk") && !base.contains("## Examples"));
+    assert!(!base.contains("Work step by step"));
+    bench.press("f");
+    assert!(rendered(&bench).contains("coordinates of the map"));
+    assert!(
+        bench
+            .frame(120, 40)
+            .contains("collision · cartesian · base")
+    );
+}
+
+#[test]
+fn v_shows_template_and_description() {
+    let mut bench = Bench::bundled();
+    bench.press("v");
+    assert_eq!(bench.model.prompt.view, PromptView::Template);
+    assert!(bench.frame(120, 40).contains("name = \"collision-ego\""));
+    bench.press("v");
+    assert!(bench.frame(120, 40).contains("Sizes: the ego is"));
+}
+
+#[test]
+fn the_prompt_follows_every_key_and_the_draft_is_what_is_asked() {
+    let mut bench = Bench::bundled();
+    bench.press("e");
+    assert!(bench.frame(120, 40).contains("save as yours"));
+    // Down to the first line of the system message.
+    bench.press("down down down down down down down down");
+    bench.type_text("Dear model! ");
+    assert!(
+        rendered(&bench).starts_with("Dear model! You are an expert"),
+        "{}",
+        &rendered(&bench)[..60]
+    );
+    bench.press("esc r");
+    assert!(bench.model.prompt.is_draft());
+    let question = bench.effects.iter().find_map(|e| match e {
+        Effect::Ask(_, question, _) => Some(question),
+        _ => None,
+    });
+    assert!(question.unwrap().prompt.system.starts_with("Dear model!"));
+}
+
+#[test]
+fn a_broken_template_is_named_and_the_last_good_one_stays() {
+    let mut bench = Bench::bundled();
+    let before = rendered(&bench);
+    bench.press("e down down down down down down down down");
+    bench.type_text("{{ oops ");
+    let error = bench.model.prompt.error.clone().unwrap();
+    assert!(error.contains("collision-ego.md:9"), "{error}");
+    // The first brace alone could still be filled.
+    assert!(rendered(&bench) == format!("{{{before}"));
+    assert!(
+        bench
+            .frame(120, 40)
+            .contains("last template that could be filled")
+    );
+    bench.press("ctrl-s");
+    assert!(
+        bench
+            .effects
+            .iter()
+            .all(|e| !matches!(e, Effect::SaveTemplate(..)))
+    );
+    bench.press("esc r");
+    assert!(
+        bench.effects.iter().all(|e| !matches!(e, Effect::Ask(..))),
+        "a broken template is not sent"
+    );
+    assert!(bench.model.toasts.last().unwrap().bad);
+}
+
+#[test]
+fn saving_writes_the_users_copy_and_reset_removes_it() {
+    let mut bench = Bench::bundled();
+    bench.press("e down down down down down down down down");
+    bench.type_text("Mine. ");
+    bench.press("ctrl-s");
+    let saved = bench.effects.iter().find_map(|e| match e {
+        Effect::SaveTemplate(file, text) => Some((file.clone(), text.clone())),
+        _ => None,
+    });
+    let (file, text) = saved.unwrap();
+    assert!(file == "collision-ego.md" && text.contains("Mine. You are an expert"));
+
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join(&file), &text).unwrap();
+    bench.send(Msg::Saved(file, Ok(Library::load(Some(folder.path())))));
+    assert!(!bench.model.prompt.is_draft());
+    bench.press("esc :");
+    bench.type_text("reset-template");
+    bench.press("enter");
+    assert!(
+        bench
+            .effects
+            .iter()
+            .any(|e| matches!(e, Effect::RemoveTemplate(_)))
+    );
+    bench.send(Msg::Saved(
+        "collision-ego.md".into(),
+        Ok(Library::load(None)),
+    ));
+    assert!(!rendered(&bench).contains("Mine."));
+}
+
+#[test]
+fn drafts_of_other_templates_are_kept() {
+    let mut bench = Bench::bundled();
+    bench.press("e down down down down down down down down");
+    bench.type_text("Draft. ");
+    bench.press("esc f");
+    assert!(!rendered(&bench).contains("Draft."));
+    bench.press("f");
+    assert!(rendered(&bench).contains("Draft."));
+}
+
+#[test]
+fn pasted_text_goes_into_the_editor_at_once() {
+    let mut bench = Bench::bundled();
+    bench.press("e down down down down down down down down");
+    bench.send(Msg::Paste("two\r\nlines ".into()));
+    assert!(bench.model.prompt.text().contains("two\nlines"));
+}

@@ -1,0 +1,200 @@
+//! The program in a real pseudo-terminal: open, step, ask, see the verdict, resize, quit, and a panic.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::io::{Read, Write};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, native_pty_system};
+
+/// Longer than any machine takes for one step.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+fn cells(count: u16) -> std::num::NonZero<u16> {
+    std::num::NonZero::new(count).unwrap()
+}
+
+struct Session {
+    child: Box<dyn Child + Send + Sync>,
+    master: Box<dyn MasterPty + Send>,
+    keys: Box<dyn Write + Send>,
+    output: Receiver<Vec<u8>>,
+    screen: vt100::Parser,
+    raw: Vec<u8>,
+    _folders: tempfile::TempDir,
+}
+
+impl Session {
+    fn start(columns: u16, rows: u16, panics: bool) -> Self {
+        let size = PtySize {
+            rows,
+            cols: columns,
+            pixel_width: 0,
+            pixel_height: 0,
+        };
+        let pair = native_pty_system().openpty(size).unwrap();
+        let folders = tempfile::tempdir().unwrap();
+        let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_nearmiss"));
+        command.env("NEARMISS_CONFIG", folders.path().join("config"));
+        command.env("NEARMISS_DATA", folders.path().join("data"));
+        command.env("TERM", "xterm-256color");
+        command.env_remove("NO_COLOR");
+        // The program works from any folder.
+        command.cwd(folders.path());
+        if panics {
+            command.env("NEARMISS_TEST_PANIC", "1");
+        }
+        let child = pair.slave.spawn_command(command).unwrap();
+        drop(pair.slave);
+        let mut reader = pair.master.try_clone_reader().unwrap();
+        let (sender, output) = channel();
+        std::thread::spawn(move || {
+            let mut buffer = [0; 4096];
+            while let Ok(count) = reader.read(&mut buffer) {
+                if count == 0 || sender.send(buffer[..count].to_vec()).is_err() {
+                    break;
+                }
+            }
+        });
+        Self {
+            child,
+            keys: pair.master.take_writer().unwrap(),
+            master: pair.master,
+            output,
+            screen: vt100::Parser::new(cells(rows), cells(columns), 0),
+            raw: Vec::new(),
+            _folders: folders,
+        }
+    }
+
+    fn press(&mut self, keys: &str) {
+        self.keys.write_all(keys.as_bytes()).unwrap();
+        self.keys.flush().unwrap();
+    }
+
+    fn receive(&mut self, wait: Duration) {
+        if let Ok(bytes) = self.output.recv_timeout(wait) {
+            self.screen.process(&bytes);
+            self.raw.extend(bytes);
+        }
+    }
+
+    fn see(&mut self, what: &str) {
+        let end = Instant::now() + PATIENCE;
+        while !self.screen.screen().contents().contains(what) {
+            let left = end.saturating_duration_since(Instant::now());
+            assert!(
+                !left.is_zero(),
+                "`{what}` is not on the screen:\n{}",
+                self.screen.screen().contents()
+            );
+            self.receive(left.min(Duration::from_millis(200)));
+        }
+    }
+
+    fn resize(&mut self, columns: u16, rows: u16) {
+        let size = PtySize {
+            rows,
+            cols: columns,
+            pixel_width: 0,
+            pixel_height: 0,
+        };
+        self.screen
+            .screen_mut()
+            .set_size(cells(rows), cells(columns));
+        self.master.resize(size).unwrap();
+    }
+
+    /// Waits for the end; gives the exit status.
+    fn end(&mut self) -> u32 {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            self.receive(Duration::from_millis(50));
+            if let Some(status) = self.child.try_wait().unwrap() {
+                for _ in 0..20 {
+                    self.receive(Duration::from_millis(20));
+                }
+                return status.exit_code();
+            }
+            assert!(Instant::now() < end, "it does not end");
+        }
+    }
+
+    fn is_restored(&self) {
+        let screen = self.screen.screen();
+        assert!(!screen.alternate_screen(), "the main screen is back");
+        assert!(!screen.hide_cursor(), "the cursor is back");
+        assert!(!screen.bracketed_paste(), "pasting is plain again");
+        let mouse = screen.mouse_protocol_mode();
+        assert!(
+            matches!(mouse, vt100::MouseProtocolMode::None),
+            "the mouse is given back"
+        );
+    }
+}
+
+#[test]
+fn a_session_from_the_first_frame_to_the_shell() {
+    let mut session = Session::start(120, 40, false);
+    session.see("ZAM_HardBraking-1_1_T-1");
+    session.see("The body of car 301 overlaps");
+    assert!(session.screen.screen().alternate_screen());
+    session.press("\x1b[C\x1b[C\x1b[C");
+    session.see("step 3/60");
+    session.press("x");
+    session.see("X 301 contact");
+    session.press("r");
+    session.see("kept as run 1");
+    session.press("t");
+    session.see("verdict · safety");
+    session.press("/merge\r");
+    session.see("ZAM_Merge-1_1_T-1 · 8 obstacles");
+    session.resize(80, 24);
+    session.see("1/8");
+    session.resize(60, 20);
+    session.see("nearmiss needs more room");
+    session.resize(160, 45);
+    session.see("reasoning · built in");
+    session.press("q");
+    assert_eq!(session.end(), 0);
+    session.is_restored();
+}
+
+#[test]
+fn a_panic_gives_the_terminal_back_and_says_why() {
+    let mut session = Session::start(100, 30, true);
+    session.see("scenarios 8");
+    // F12
+    session.press("\x1b[24~");
+    assert_ne!(session.end(), 0);
+    session.is_restored();
+    session.see("a test asked for this panic");
+}
+
+#[test]
+fn a_signal_ends_it_in_good_order() {
+    let mut session = Session::start(100, 30, false);
+    session.see("scenarios 8");
+    let id = session.child.process_id().unwrap();
+    let killed = std::process::Command::new("kill")
+        .arg(id.to_string())
+        .status()
+        .unwrap();
+    assert!(killed.success());
+    assert_eq!(session.end(), 0);
+    session.is_restored();
+}
+
+#[test]
+fn without_colour_the_selection_is_still_seen() {
+    let mut session = Session::start(100, 30, false);
+    session.see("scenarios 8");
+    session.press("q");
+    session.end();
+    let raw = String::from_utf8_lossy(&session.raw).into_owned();
+    assert!(
+        raw.contains("\x1b[?2026h"),
+        "frames are synchronized updates"
+    );
+}
