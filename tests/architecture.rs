@@ -27,7 +27,10 @@ fn none(complaints: &[String]) {
 fn imports_follow_the_design() {
     let files = rules::files(&root().join("src"));
     assert!(files.len() > 50, "the source was not found");
-    let named: usize = files.iter().map(|(p, t)| source::read(p, t).named.len()).sum();
+    let named: usize = files
+        .iter()
+        .map(|(p, t)| source::read(p, t).named.len())
+        .sum();
     assert!(named > 500, "the checker sees only {named} paths");
     none(&rules::check(&files));
 }
@@ -36,7 +39,11 @@ fn imports_follow_the_design() {
 fn every_file_says_first_what_it_is_for() {
     let files = rules::files(&root().join("src"));
     let silent = files.iter().filter(|(_, text)| !text.starts_with("//! "));
-    none(&silent.map(|(path, _)| format!("{}: no `//!` in line 1", path.display())).collect::<Vec<_>>());
+    none(
+        &silent
+            .map(|(path, _)| format!("{}: no `//!` in line 1", path.display()))
+            .collect::<Vec<_>>(),
+    );
 }
 
 #[test]
@@ -49,12 +56,18 @@ fn no_file_is_too_long() {
     });
     let mut complaints: Vec<_> = too_long.collect();
     for (long, _) in LONG {
-        let length = files.iter().find(|(p, _)| p == Path::new(long)).map(|(_, t)| t.lines().count());
+        let length = files
+            .iter()
+            .find(|(p, _)| p == Path::new(long))
+            .map(|(_, t)| t.lines().count());
         if length.is_none_or(|lines| lines <= MOST_LINES) {
             complaints.push(format!("{long} needs no exception any more"));
         }
     }
-    let main = files.iter().find(|(path, _)| path == Path::new("main.rs")).unwrap();
+    let main = files
+        .iter()
+        .find(|(path, _)| path == Path::new("main.rs"))
+        .unwrap();
     if main.1.lines().count() > 40 {
         complaints.push("main.rs: more than 40 lines".into());
     }

@@ -29,9 +29,15 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         "text" => &["metrics", "scenario", "geometry"],
         "judge" => &["metrics", "scenario", "geometry", "verdict"],
         "simulation" => &["planner", "metrics", "scenario", "geometry"],
-        "generation" => {
-            &["simulation", "planner", "text", "metrics", "verdict", "scenario", "geometry"]
-        }
+        "generation" => &[
+            "simulation",
+            "planner",
+            "text",
+            "metrics",
+            "verdict",
+            "scenario",
+            "geometry",
+        ],
         "store" => &["verdict"],
         "evaluation" => &DOMAIN,
         "cli" | "tui" => {
@@ -57,9 +63,24 @@ const HOMES: [(&str, &[&str]); 7] = [
 /// What the parts of the terminal may import of each other; parts that are not here are free.
 /// Views read the tables of actions and keys because footer, help and palette are made from them.
 const TUI_ALLOWED: [(&str, &[&str]); 4] = [
-    ("views", &["model", "theme", "widgets", "views", "overlays", "layout", "action", "keymap", "clock"]),
-    ("overlays", &["model", "theme", "widgets", "views", "overlays", "layout", "action", "keymap", "clock"]),
-    ("update", &["model", "action", "message", "keymap", "effects", "update", "clock"]),
+    (
+        "views",
+        &[
+            "model", "theme", "widgets", "views", "overlays", "layout", "action", "keymap", "clock",
+        ],
+    ),
+    (
+        "overlays",
+        &[
+            "model", "theme", "widgets", "views", "overlays", "layout", "action", "keymap", "clock",
+        ],
+    ),
+    (
+        "update",
+        &[
+            "model", "action", "message", "keymap", "effects", "update", "clock",
+        ],
+    ),
     ("tasks", &["message", "effects", "tasks"]),
 ];
 
@@ -67,8 +88,16 @@ const TUI_ALLOWED: [(&str, &[&str]); 4] = [
 const TUI_ENDS: [&str; 5] = ["views", "overlays", "update", "tasks", "terminal"];
 
 /// How a program writes to a terminal.
-const WRITING: [&str; 8] =
-    ["stdout", "stderr", "print!", "println!", "eprint!", "eprintln!", "execute!", "queue!"];
+const WRITING: [&str; 8] = [
+    "stdout",
+    "stderr",
+    "print!",
+    "println!",
+    "eprint!",
+    "eprintln!",
+    "execute!",
+    "queue!",
+];
 
 /// Everything that is wrong with one file, a line each.
 pub fn complaints(path: &Path, source: &Source) -> Vec<String> {
@@ -128,8 +157,15 @@ fn outside(file: &str, path: &[String]) -> Option<String> {
         name = "crossterm";
     }
     let (start, homes) = HOMES.iter().find(|(start, _)| name.starts_with(start))?;
-    let at_home = homes.iter().any(|home| file == *home || home.ends_with('/') && file.starts_with(home));
-    (!at_home).then(|| format!("`{name}`, but {start} is used in {} only", homes.join(" and ")))
+    let at_home = homes
+        .iter()
+        .any(|home| file == *home || home.ends_with('/') && file.starts_with(home));
+    (!at_home).then(|| {
+        format!(
+            "`{name}`, but {start} is used in {} only",
+            homes.join(" and ")
+        )
+    })
 }
 
 /// Every source file below `folder`, relative to it, with its text.
@@ -153,8 +189,14 @@ pub fn files(folder: &Path) -> Vec<(PathBuf, String)> {
 
 /// Everything that is wrong with a set of files.
 pub fn check(files: &[(PathBuf, String)]) -> Vec<String> {
-    let sources: Vec<_> = files.iter().map(|(path, text)| (path, source::read(path, text))).collect();
-    let for_tests: Vec<_> = sources.iter().flat_map(|(_, s)| s.test_files.clone()).collect();
+    let sources: Vec<_> = files
+        .iter()
+        .map(|(path, text)| (path, source::read(path, text)))
+        .collect();
+    let for_tests: Vec<_> = sources
+        .iter()
+        .flat_map(|(_, s)| s.test_files.clone())
+        .collect();
     sources
         .iter()
         .filter(|(path, _)| !for_tests.contains(*path))

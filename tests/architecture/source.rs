@@ -158,7 +158,10 @@ fn tokens(text: &str) -> Tokens {
             }
         };
         found.extend(token.map(|t| (line, t)));
-        line += chars[begin..at.min(chars.len())].iter().filter(|c| **c == '\n').count();
+        line += chars[begin..at.min(chars.len())]
+            .iter()
+            .filter(|c| **c == '\n')
+            .count();
     }
     found
 }
@@ -179,7 +182,10 @@ fn without_tests(tokens: Tokens, path: &Path, test_files: &mut Vec<PathBuf>) -> 
     let mut at = 0;
     while at < tokens.len() {
         let begins = |parts: &[&str], at: usize| {
-            parts.iter().enumerate().all(|(i, part)| is(tokens.get(at + i), part))
+            parts
+                .iter()
+                .enumerate()
+                .all(|(i, part)| is(tokens.get(at + i), part))
         };
         if begins(&["#", "!", "[", "cfg", "(", "test", ")"], at) {
             return kept;
@@ -254,12 +260,14 @@ fn closing(tokens: &Tokens, open: usize) -> usize {
 
 /// The modules a file declares: paths may begin with their names.
 fn children(tokens: &Tokens) -> Vec<String> {
-    let pairs = tokens.windows(3).filter_map(|w| match (&w[0].1, &w[1].1, &w[2].1) {
-        (Token::Word(word), Token::Word(name), Token::Mark(';' | '{')) if word == "mod" => {
-            Some(name.clone())
-        }
-        _ => None,
-    });
+    let pairs = tokens
+        .windows(3)
+        .filter_map(|w| match (&w[0].1, &w[1].1, &w[2].1) {
+            (Token::Word(word), Token::Word(name), Token::Mark(';' | '{')) if word == "mod" => {
+                Some(name.clone())
+            }
+            _ => None,
+        });
     pairs.collect()
 }
 
@@ -282,7 +290,11 @@ impl Walk<'_> {
                 Token::Mark('{') => self.depth += 1,
                 Token::Mark('}') => {
                     self.depth = self.depth.saturating_sub(1);
-                    if self.inline.last().is_some_and(|(depth, _)| *depth == self.depth) {
+                    if self
+                        .inline
+                        .last()
+                        .is_some_and(|(depth, _)| *depth == self.depth)
+                    {
                         self.inline.pop();
                     }
                 }
@@ -332,7 +344,11 @@ impl Walk<'_> {
             path.push(word.clone());
             self.at += 1;
             if path.len() > 1 {
-                let mark = if is(self.tokens.get(self.at), "!") { "!" } else { "" };
+                let mark = if is(self.tokens.get(self.at), "!") {
+                    "!"
+                } else {
+                    ""
+                };
                 self.source.words.push((*line, format!("{word}{mark}")));
             }
             let more = matches!(self.tokens.get(self.at + 2), Some((_, Token::Word(_))));
