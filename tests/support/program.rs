@@ -117,7 +117,7 @@ impl Home {
         let Ok(mut statement) = connection.prepare(query) else {
             return Vec::new();
         };
-        let names: Vec<String> = statement.column_names().into_iter().map(str::to_string).collect();
+        let names: Vec<String> = statement.column_names().map(str::to_string).collect();
         let rows = statement.query_map([], |row| {
             let mut values = std::collections::BTreeMap::new();
             for (at, name) in names.iter().enumerate() {
