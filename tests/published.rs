@@ -25,7 +25,8 @@ struct Published {
 }
 
 /// Annotations that are wrong, and who it is in truth: the bodies overlap someone else's.
-const WRONGLY_ANNOTATED: [(&str, i64); 2] = [("DEU_Bonn-38_4_T-1", 30233), ("ESP_Vigo-99_21_T-1", 3515)];
+const WRONGLY_ANNOTATED: [(&str, i64); 2] =
+    [("DEU_Bonn-38_4_T-1", 30233), ("ESP_Vigo-99_21_T-1", 3515)];
 
 fn folder() -> Option<PathBuf> {
     let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
@@ -40,17 +41,25 @@ fn folder() -> Option<PathBuf> {
 fn published() -> Option<&'static [Published]> {
     static ALL: OnceLock<Vec<Published>> = OnceLock::new();
     let Some(folder) = folder() else {
-        skipped("the published scenarios are not here; NEARMISS_SHARED can name the folder that holds data/");
+        skipped(
+            "the published scenarios are not here; NEARMISS_SHARED can name the folder that holds data/",
+        );
         return None;
     };
     let read = || {
         let open = |entry: Entry| {
             let scenario = entry.read().unwrap_or_else(|error| panic!("{error}"));
-            let ego = entry.recorded_ego(&scenario).unwrap_or_else(|error| panic!("{error}"));
+            let ego = entry
+                .recorded_ego(&scenario)
+                .unwrap_or_else(|error| panic!("{error}"));
             let ego = ego.unwrap_or_else(|| panic!("{}: no ego", entry.name));
             let collides = entry.group == "collision_scenarios";
             let scene = Scene::new(Arc::clone(&scenario), ego);
-            Published { entry, scene, collides }
+            Published {
+                entry,
+                scene,
+                collides,
+            }
         };
         find(&[folder]).unwrap().into_iter().map(open).collect()
     };
@@ -62,15 +71,22 @@ fn verdict(scene: &Scene, task: Task, window: Window) -> Verdict {
 }
 
 fn collision(scene: &Scene) -> Verdict {
-    verdict(scene, Task::Collision, Window::ending_at(scene, i64::MAX, 10))
+    verdict(
+        scene,
+        Task::Collision,
+        Window::ending_at(scene, i64::MAX, 10),
+    )
 }
 
 /// The obstacle that collides, as annotated, by scenario.
 fn annotations() -> BTreeMap<String, i64> {
-    let path = folder().unwrap().join("Results/LLM/Scenario_Collision/ego/annotations.csv");
+    let path = folder()
+        .unwrap()
+        .join("Results/LLM/Scenario_Collision/ego/annotations.csv");
     let mut reader = csv::Reader::from_path(path).unwrap();
     let rows = reader.records().map(Result::unwrap);
-    rows.map(|row| (row[0].to_string(), row[1].parse().unwrap())).collect()
+    rows.map(|row| (row[0].to_string(), row[1].parse().unwrap()))
+        .collect()
 }
 
 #[test]
@@ -94,10 +110,18 @@ fn the_bodies_collide_where_the_authors_say_so() {
     let (mut hits, mut false_alarms) = (Vec::new(), Vec::new());
     for p in all {
         if collision(&p.scene).dangerous {
-            if p.collides { &mut hits } else { &mut false_alarms }.push(p.entry.name.as_str());
+            if p.collides {
+                &mut hits
+            } else {
+                &mut false_alarms
+            }
+            .push(p.entry.name.as_str());
         }
     }
-    println!("collisions: {} of 30; false alarms: {false_alarms:?}", hits.len());
+    println!(
+        "collisions: {} of 30; false alarms: {false_alarms:?}",
+        hits.len()
+    );
     assert!(hits.len() >= 29, "{hits:?}");
     assert!(false_alarms.is_empty(), "{false_alarms:?}");
 }
@@ -129,7 +153,11 @@ fn danger_is_seen_at_the_windows_of_the_paper() {
     for p in all {
         let steps = p.scene.steps();
         // Ten steps that end two steps before the last one, or the first ten.
-        let last = if p.collides { steps.end - 1 - 2 } else { steps.start + 9 };
+        let last = if p.collides {
+            steps.end - 1 - 2
+        } else {
+            steps.start + 9
+        };
         let window = Window::ending_at(&p.scene, last, 10);
         assert_eq!(window.steps().count(), 10);
         let dangerous = verdict(&p.scene, Task::Safety, window).dangerous;
@@ -143,8 +171,13 @@ fn danger_is_seen_at_the_windows_of_the_paper() {
     let precision = f64::from(hits) / (f64::from(hits) + alarms.len() as f64);
     let recall = f64::from(hits) / (f64::from(hits) + missed.len() as f64);
     let f1 = 2.0 * precision * recall / (precision + recall);
-    println!("safety: precision {precision:.3}, recall {recall:.3}, F1 {f1:.3}; missed {missed:?}, false alarms {alarms:?}");
-    assert!(f1 >= 0.9, "F1 {f1:.3}; missed {missed:?}, false alarms {alarms:?}");
+    println!(
+        "safety: precision {precision:.3}, recall {recall:.3}, F1 {f1:.3}; missed {missed:?}, false alarms {alarms:?}"
+    );
+    assert!(
+        f1 >= 0.9,
+        "F1 {f1:.3}; missed {missed:?}, false alarms {alarms:?}"
+    );
 }
 
 #[test]
@@ -158,11 +191,20 @@ fn the_heading_of_a_standing_ego_is_held() {
             let moved = (after.pose.position - before.pose.position).norm();
             if moved < 0.005 {
                 standing += 1;
-                let turn = (after.pose.heading - before.pose.heading).rem_euclid(std::f64::consts::TAU);
+                let turn =
+                    (after.pose.heading - before.pose.heading).rem_euclid(std::f64::consts::TAU);
                 let turn = turn.min(std::f64::consts::TAU - turn);
-                assert!(turn <= 0.1, "{} step {step}: {turn:.2} rad at {:.1} mm", p.entry.name, moved * 1e3);
+                assert!(
+                    turn <= 0.1,
+                    "{} step {step}: {turn:.2} rad at {:.1} mm",
+                    p.entry.name,
+                    moved * 1e3
+                );
             }
         }
     }
-    assert!(standing > 20, "only {standing} steps at standstill were seen");
+    assert!(
+        standing > 20,
+        "only {standing} steps at standstill were seen"
+    );
 }

@@ -163,6 +163,7 @@ fn the_parts_of_the_terminal_keep_apart() {
             "fn f() { crate::tui::terminal::bell() }",
         ),
         ("tui/update.rs", "use super::tasks::Tasks;"),
+        ("tui/model/list.rs", "use crate::tui::run::turn;"),
         ("tui/tasks/ask.rs", "use super::super::update;"),
         ("tui/tasks.rs", "use super::model::Model;"),
         ("tui/model/list.rs", "use crate::tui::views::list;"),
@@ -195,6 +196,10 @@ fn the_parts_of_the_terminal_keep_apart() {
         (
             "tui/tasks/ask.rs",
             "use super::super::message::Msg; use crate::evaluation::run;",
+        ),
+        (
+            "tui/run.rs",
+            "use super::{tasks::Tasks, terminal::Screen, update::update, views};",
         ),
         (
             "tui/mod.rs",

@@ -84,8 +84,11 @@ const TUI_ALLOWED: [(&str, &[&str]); 4] = [
     ("tasks", &["message", "effects", "tasks"]),
 ];
 
-/// What nobody else in the terminal may import: the root module alone puts the parts together.
-const TUI_ENDS: [&str; 5] = ["views", "overlays", "update", "tasks", "terminal"];
+/// What nobody else in the terminal may import: the root module and the loop put the parts together.
+const TUI_ENDS: [&str; 6] = ["views", "overlays", "update", "tasks", "terminal", "run"];
+
+/// The loop: like the root module, it puts the parts together.
+const TUI_LOOP: &str = "run";
 
 /// How a program writes to a terminal.
 const WRITING: [&str; 8] = [
@@ -139,7 +142,7 @@ fn inside(from: &[String], to: &[String]) -> Option<String> {
     let Some(wanted) = to.get(1).map(String::as_str) else {
         return Some("name the part of the terminal that is meant, not `tui` itself".into());
     };
-    if part == wanted {
+    if part == wanted || part == TUI_LOOP {
         return None;
     }
     let allowed = TUI_ALLOWED.iter().find(|(name, _)| *name == part);

@@ -15,10 +15,15 @@ const EVIL: &str = "\u{1b}]0;owned\u{7}\u{1b}[2J\u{9b}31m";
 
 #[track_caller]
 fn harmless(text: &str) {
-    let bad = text.char_indices().find(|(_, c)| c.is_control() && !matches!(c, '\n' | '\t'));
+    let bad = text
+        .char_indices()
+        .find(|(_, c)| c.is_control() && !matches!(c, '\n' | '\t'));
     if let Some((at, c)) = bad {
         let around: String = text[..at].chars().rev().take(60).collect();
-        panic!("{c:?} comes behind {:?}", around.chars().rev().collect::<String>());
+        panic!(
+            "{c:?} comes behind {:?}",
+            around.chars().rev().collect::<String>()
+        );
     }
 }
 
@@ -49,7 +54,10 @@ async fn control_characters_of_a_model_are_shown() {
         }
     }
     let kept = home.runs()[1]["answer"].clone().unwrap();
-    assert!(kept.contains(EVIL), "the store keeps what was said, byte for byte");
+    assert!(
+        kept.contains(EVIL),
+        "the store keeps what was said, byte for byte"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -72,7 +80,10 @@ fn control_characters_of_a_file_are_shown() {
     home.write("named.ego_trajectory.csv", bundled_ego(CUT_IN));
     home.write("value.xml", good.replacen("<x>", &format!("<x>{EVIL}"), 1));
     home.write("element.xml", format!("<{EVIL}/>"));
-    home.write("kind.xml", good.replacen("<type>", &format!("<type>{EVIL}"), 1));
+    home.write(
+        "kind.xml",
+        good.replacen("<type>", &format!("<type>{EVIL}"), 1),
+    );
     for file in ["named.xml", "value.xml", "element.xml", "kind.xml"] {
         for arguments in [
             &["inspect", file][..],
@@ -118,12 +129,18 @@ fn a_reader_that_closes_the_pipe_is_no_panic() {
     arguments.extend(&all);
     let mut child = home.start(&arguments);
     let mut line = String::new();
-    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    BufReader::new(child.stdout.take().unwrap())
+        .read_line(&mut line)
+        .unwrap();
     assert!(line.starts_with("scenario,"));
     Ended::of(&child.wait_with_output().unwrap()).status(0);
-    for arguments in
-        [&["inspect", CUT_IN, "--json"][..], &["ask", CUT_IN], &["man"], &["describe", CUT_IN], &[]]
-    {
+    for arguments in [
+        &["inspect", CUT_IN, "--json"][..],
+        &["ask", CUT_IN],
+        &["man"],
+        &["describe", CUT_IN],
+        &[],
+    ] {
         let mut child = home.start(arguments);
         drop(child.stdout.take());
         Ended::of(&child.wait_with_output().unwrap()).status(0);
@@ -133,11 +150,17 @@ fn a_reader_that_closes_the_pipe_is_no_panic() {
 #[test]
 fn nobody_listening_to_errors_is_no_panic() {
     let home = Home::new();
-    for (arguments, status) in
-        [(&["inspect", "nowhere.xml"][..], 2), (&[], 0), (&["prompt", CUT_IN], 0), (&["metrics", "nowhere"], 2)]
-    {
+    for (arguments, status) in [
+        (&["inspect", "nowhere.xml"][..], 2),
+        (&[], 0),
+        (&["prompt", CUT_IN], 0),
+        (&["metrics", "nowhere"], 2),
+    ] {
         let mut command = home.command();
-        command.args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
+        command
+            .args(arguments)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
         drop(child.stderr.take());
         assert_eq!(child.wait().unwrap().code(), Some(status), "{arguments:?}");

@@ -53,13 +53,17 @@ impl Home {
         command.current_dir(self.files()).stdin(Stdio::null());
         for (name, _) in std::env::vars_os() {
             let text = name.to_string_lossy().to_uppercase();
-            if ["_API_KEY", "_PROXY", "_BASE_URL"].iter().any(|end| text.ends_with(end))
+            if ["_API_KEY", "_PROXY", "_BASE_URL"]
+                .iter()
+                .any(|end| text.ends_with(end))
                 || text.starts_with("NEARMISS")
             {
                 command.env_remove(&name);
             }
         }
-        command.env("NEARMISS_CONFIG", self.config()).env("NEARMISS_DATA", self.data());
+        command
+            .env("NEARMISS_CONFIG", self.config())
+            .env("NEARMISS_DATA", self.data());
         command
     }
 
@@ -78,7 +82,10 @@ impl Home {
     /// Starts the program with its output in pipes.
     pub fn start(&self, arguments: &[&str]) -> Child {
         let mut command = self.command();
-        command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
         command.spawn().unwrap()
     }
 
@@ -113,7 +120,9 @@ impl Home {
         ) else {
             return Vec::new();
         };
-        connection.busy_timeout(std::time::Duration::from_secs(5)).unwrap();
+        connection
+            .busy_timeout(std::time::Duration::from_secs(5))
+            .unwrap();
         let Ok(mut statement) = connection.prepare(query) else {
             return Vec::new();
         };
@@ -152,7 +161,11 @@ impl Ended {
     #[track_caller]
     pub fn status(self, status: i32) -> Self {
         if self.status != Some(status) {
-            let Self { status: got, stdout, stderr } = &self;
+            let Self {
+                status: got,
+                stdout,
+                stderr,
+            } = &self;
             panic!("status {got:?} instead of {status}\nstdout: {stdout}\nstderr: {stderr}");
         }
         self
@@ -162,7 +175,11 @@ impl Ended {
     #[track_caller]
     pub fn says(self, words: &[&str]) -> Self {
         for word in words {
-            assert!(self.stderr.contains(word), "`{word}` is not in: {}", self.stderr);
+            assert!(
+                self.stderr.contains(word),
+                "`{word}` is not in: {}",
+                self.stderr
+            );
         }
         self
     }
@@ -170,7 +187,12 @@ impl Ended {
     /// Standard output as one JSON document.
     #[track_caller]
     pub fn json(&self) -> serde_json::Value {
-        assert_eq!(self.stdout.matches('\n').count(), 1, "one line: {}", self.stdout);
+        assert_eq!(
+            self.stdout.matches('\n').count(),
+            1,
+            "one line: {}",
+            self.stdout
+        );
         serde_json::from_str(&self.stdout).expect("standard output is JSON")
     }
 }
