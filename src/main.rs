@@ -15,7 +15,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("nearmiss: {}", failure.message);
+            failure.say();
             ExitCode::from(failure.status)
         }
     }

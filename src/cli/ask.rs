@@ -150,6 +150,7 @@ impl Words {
                 write!(err, "{}", output::visible(&text)).and_then(|()| err.flush())
             }
             Event::Retrying { attempt, wait, why } => {
+                let why = output::visible(&why);
                 writeln!(err, "{why}; try {attempt} in {:.0} s", wait.as_secs_f64())
             }
             Event::Kept(_) | Event::Answering(_) => Ok(()),

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use super::open::scene;
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, output};
 use crate::metrics::{Encounter, MEASURES, Reading};
 use crate::scenario::{Scene, find};
 
@@ -65,7 +65,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
                     Ok(rows) => table.out.write_all(rows.as_bytes())?,
                     Err(failure) => {
                         failed += 1;
-                        eprintln!("nearmiss: {}", failure.message);
+                        failure.say();
                     }
                 }
             }
@@ -109,6 +109,7 @@ impl<W: Write> Table<W> {
 
 /// The rows of one scene; an empty cell (CSV) or a reason (JSON) stands where there is no value.
 fn rows(name: &str, scene: &Scene, format: Format) -> String {
+    let name = output::visible(name);
     let mut text = String::new();
     let mut writer = csv::Writer::from_writer(Vec::new());
     let participants: Vec<_> = scene.participants().collect();

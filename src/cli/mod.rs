@@ -65,6 +65,11 @@ impl Failure {
             status: 2,
         }
     }
+
+    /// Says on standard error what went wrong.
+    pub fn say(&self) {
+        output::say(&format!("nearmiss: {}", self.message));
+    }
 }
 
 /// Runs a headless command.

@@ -13,11 +13,30 @@ pub fn text(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// Says one line on standard error, with the control characters of file names and messages shown instead of obeyed.
+pub fn say(words: &str) {
+    // Nothing can be done about a standard error that is gone.
+    let _ = writeln!(io::stderr().lock(), "{}", visible(words));
+}
+
 /// Writes one JSON document on one line.
 pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
-    let mut line = serde_json::to_string(value).map_err(Failure::input)?;
+    let mut line = escaped(&serde_json::to_string(value).map_err(Failure::input)?);
     line.push('\n');
     text(&line)
+}
+
+/// JSON must escape only the control characters below U+0020; terminals obey those from U+007F on as well.
+fn escaped(json: &str) -> String {
+    let mut text = String::with_capacity(json.len());
+    for c in json.chars() {
+        if c.is_control() {
+            text.push_str(&format!("\\u{:04x}", u32::from(c)));
+        } else {
+            text.push(c);
+        }
+    }
+    text
 }
 
 /// Text from outside with its control characters shown instead of obeyed.

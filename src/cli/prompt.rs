@@ -32,11 +32,11 @@ impl Asked {
         let (entry, scene) = self.which.open()?;
         let library = Library::load(Some(&folders.prompts()));
         for problem in &library.problems {
-            eprintln!(
+            output::say(&format!(
                 "nearmiss: {}: {}; the shipped template is used instead",
                 problem.path.display(),
                 problem.message
-            );
+            ));
         }
         let case = Case {
             name: entry.name,
@@ -69,15 +69,13 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
         return output::json(&question.messages());
     }
     let prompt = &question.prompt;
-    output::text(&format!(
-        "[system]\n{}\n\n[user]\n{}\n",
-        prompt.system, prompt.user
-    ))?;
-    eprintln!(
+    let text = format!("[system]\n{}\n\n[user]\n{}\n", prompt.system, prompt.user);
+    output::text(&output::visible(&text))?;
+    output::say(&format!(
         "{} ({}), about {} tokens",
         question.template,
         &question.template_hash[..12],
         question.tokens()
-    );
+    ));
     Ok(())
 }

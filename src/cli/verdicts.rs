@@ -23,12 +23,12 @@ pub fn has_terminal() -> bool {
 /// # Errors
 /// No scenario can be found or judged.
 pub fn without_terminal(paths: &[PathBuf]) -> Outcome {
-    eprintln!(
+    output::say(&format!(
         "nearmiss: there is no terminal here, so the workbench cannot open. These commands work without one: \
          inspect, metrics, describe, prompt, ask (see `nearmiss --help`).\n\
          The verdicts of the built-in judge, {}, on the collision task:",
         judge::MODEL
-    );
+    ));
     let entries = if paths.is_empty() {
         bundled()
     } else {
@@ -44,7 +44,7 @@ pub fn without_terminal(paths: &[PathBuf]) -> Outcome {
             Ok(line) => output::text(&line)?,
             Err(failure) => {
                 failed += 1;
-                eprintln!("nearmiss: {}", failure.message);
+                failure.say();
             }
         }
     }
@@ -67,10 +67,11 @@ fn line(entry: &Entry, scene: &Scene) -> String {
         &Window::ending_at(scene, i64::MAX, 1),
     );
     let verdict = judgement.verdict;
-    format!(
+    let text = format!(
         "{:<28} {:<13} {}\n",
         entry.name,
         verdict.word(),
         verdict.justification
-    )
+    );
+    output::visible(&text)
 }

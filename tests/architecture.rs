@@ -1,0 +1,81 @@
+//! The module map of the design holds in the source: imports, homes of outside crates, sizes, first lines.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "architecture/fixtures.rs"]
+mod fixtures;
+#[path = "architecture/rules.rs"]
+mod rules;
+#[path = "architecture/source.rs"]
+mod source;
+
+use std::path::Path;
+
+/// Files over 400 lines, each with the reason why it is not cut.
+const LONG: &[(&str, &str)] = &[];
+
+const MOST_LINES: usize = 400;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn none(complaints: &[String]) {
+    assert!(complaints.is_empty(), "\n{}\n", complaints.join("\n"));
+}
+
+#[test]
+fn imports_follow_the_design() {
+    let files = rules::files(&root().join("src"));
+    assert!(files.len() > 50, "the source was not found");
+    let named: usize = files
+        .iter()
+        .map(|(p, t)| source::read(p, t).named.len())
+        .sum();
+    assert!(named > 500, "the checker sees only {named} paths");
+    none(&rules::check(&files));
+}
+
+#[test]
+fn every_file_says_first_what_it_is_for() {
+    let files = rules::files(&root().join("src"));
+    let silent = files.iter().filter(|(_, text)| !text.starts_with("//! "));
+    none(
+        &silent
+            .map(|(path, _)| format!("{}: no `//!` in line 1", path.display()))
+            .collect::<Vec<_>>(),
+    );
+}
+
+#[test]
+fn no_file_is_too_long() {
+    let files = rules::files(&root().join("src"));
+    let excused = |path: &Path| LONG.iter().any(|(long, _)| Path::new(long) == path);
+    let too_long = files.iter().filter_map(|(path, text)| {
+        let lines = text.lines().count();
+        (lines > MOST_LINES && !excused(path)).then(|| format!("{}: {lines} lines", path.display()))
+    });
+    let mut complaints: Vec<_> = too_long.collect();
+    for (long, _) in LONG {
+        let length = files
+            .iter()
+            .find(|(p, _)| p == Path::new(long))
+            .map(|(_, t)| t.lines().count());
+        if length.is_none_or(|lines| lines <= MOST_LINES) {
+            complaints.push(format!("{long} needs no exception any more"));
+        }
+    }
+    let main = files
+        .iter()
+        .find(|(path, _)| path == Path::new("main.rs"))
+        .unwrap();
+    if main.1.lines().count() > 40 {
+        complaints.push("main.rs: more than 40 lines".into());
+    }
+    none(&complaints);
+}
+
+#[test]
+fn every_dependency_says_what_it_is_for() {
+    let manifest = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    none(&fixtures::without_purpose(&manifest));
+}

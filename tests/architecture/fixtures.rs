@@ -1,0 +1,259 @@
+//! The checker itself: small files with forbidden and allowed imports, so that it is known to be able to fail.
+
+use std::path::{Path, PathBuf};
+
+use super::rules;
+use super::source::{self, Target};
+
+/// Dependency lines of a manifest that carry no comment.
+pub fn without_purpose(manifest: &str) -> Vec<String> {
+    let mut dependencies = false;
+    let mut found = Vec::new();
+    for (number, line) in manifest.lines().enumerate() {
+        let line = line.trim();
+        if line.starts_with('[') {
+            dependencies = line.trim_end_matches(']').ends_with("dependencies");
+        } else if dependencies
+            && line.contains('=')
+            && !line.starts_with('#')
+            && !line.contains(" # ")
+        {
+            found.push(format!(
+                "Cargo.toml:{}: no comment says what it is for: {line}",
+                number + 1
+            ));
+        }
+    }
+    found
+}
+
+fn check(path: &str, text: &str) -> Vec<String> {
+    rules::check(&[(PathBuf::from(path), text.to_string())])
+}
+
+fn refused(path: &str, text: &str) {
+    assert!(!check(path, text).is_empty(), "{path} may not say: {text}");
+}
+
+fn accepted(path: &str, text: &str) {
+    assert_eq!(check(path, text), [""; 0], "{path} may say: {text}");
+}
+
+#[test]
+fn forbidden_arrows_between_modules_are_found() {
+    for (path, text) in [
+        ("geometry/pose.rs", "use crate::scenario::Scene;"),
+        ("llm/client.rs", "use crate::config::Config;"),
+        ("scenario/mod.rs", "fn f() { crate::metrics::g() }"),
+        (
+            "scenario/mod.rs",
+            "use crate::{geometry::Point, metrics::{risk::{Risk}, Series}};",
+        ),
+        ("metrics/risk.rs", "use super::super::text::Frame;"),
+        (
+            "metrics/risk.rs",
+            "mod deep { fn f() -> super::super::super::judge::Judgement {} }",
+        ),
+        ("store/run.rs", "pub use crate::judge as j;"),
+        ("judge/mod.rs", "use crate::store::*;"),
+        ("evaluation/case.rs", "use crate::cli::Failure;"),
+        ("evaluation/case.rs", "use crate::config::Config;"),
+        ("cli/mod.rs", "use crate::tui;"),
+        ("tui/mod.rs", "use crate::cli::Failure;"),
+        ("simulation/mod.rs", "use crate::generation::Attack;"),
+        ("surprise/mod.rs", "use crate::geometry::Point;"),
+        ("main.rs", "use nearmiss::geometry::Point;"),
+        (
+            "text/mod.rs",
+            "#[cfg(test)] mod tests { use crate::llm::Chunk; } use crate::llm::Chunk;",
+        ),
+        (
+            "text/mod.rs",
+            "#[cfg(test)] use crate::llm::{Chunk}; use crate::llm::Chunk;",
+        ),
+        (
+            "text/mod.rs",
+            "const C: char = '\"'; use crate::llm::Chunk; const D: char = '\"';",
+        ),
+    ] {
+        refused(path, text);
+    }
+}
+
+#[test]
+fn allowed_arrows_are_left_alone() {
+    for (path, text) in [
+        ("scenario/mod.rs", "use crate::geometry::{self, Point};"),
+        (
+            "metrics/risk.rs",
+            "use super::relation::Relation; use crate::scenario::Scene;",
+        ),
+        ("judge/mod.rs", "use crate::verdict::Verdict;"),
+        (
+            "evaluation/case.rs",
+            "use crate::{llm::Chunk, store::Store, judge};",
+        ),
+        (
+            "cli/ask.rs",
+            "use super::{Failure, output}; use crate::evaluation; use crate::config::Config;",
+        ),
+        (
+            "main.rs",
+            "use nearmiss::cli; fn main() { nearmiss::tui::run() }",
+        ),
+        (
+            "geometry/pose.rs",
+            "// use crate::llm::Chunk;\n/* crate::llm /* crate::cli */ */",
+        ),
+        (
+            "geometry/pose.rs",
+            "const S: &str = \"use crate::llm::Chunk;\"; const R: &str = r#\"crate::llm\"#;",
+        ),
+        (
+            "geometry/pose.rs",
+            "#[cfg(test)]\n#[allow(x)]\nmod tests { use crate::llm::Chunk; }",
+        ),
+        ("geometry/pose.rs", "fn f<'a>(x: &'a str) -> &'a str { x }"),
+    ] {
+        accepted(path, text);
+    }
+}
+
+#[test]
+fn outside_crates_stay_at_home() {
+    for (path, text) in [
+        ("cli/mod.rs", "use ratatui::text::Line;"),
+        ("cli/mod.rs", "fn f() { crossterm::terminal::size(); }"),
+        ("tui/views/map.rs", "use crossterm::event::Event;"),
+        ("tui/views/map.rs", "use ratatui::crossterm::event::Event;"),
+        ("evaluation/case.rs", "use reqwest::Url;"),
+        ("scenario/library.rs", "use quick_xml::Reader;"),
+        ("evaluation/case.rs", "fn f(c: &rusqlite::Connection) {}"),
+        ("text/mod.rs", "use minijinja::Environment;"),
+        ("metrics/distance.rs", "use parry2d_f64::query;"),
+    ] {
+        refused(path, text);
+    }
+    for (path, text) in [
+        ("tui/views/map.rs", "use ratatui::text::Line;"),
+        ("tui/keymap.rs", "use crossterm::event::KeyEvent;"),
+        ("tui/terminal.rs", "use ratatui::crossterm::execute;"),
+        ("llm/client.rs", "use reqwest::Url;"),
+        ("scenario/commonroad/xml.rs", "use quick_xml::Reader;"),
+        ("geometry/convert.rs", "use parry2d_f64::math::Pose;"),
+    ] {
+        accepted(path, text);
+    }
+}
+
+#[test]
+fn the_parts_of_the_terminal_keep_apart() {
+    for (path, text) in [
+        ("tui/views/map.rs", "use super::super::update::update;"),
+        ("tui/views/map.rs", "use super::super::terminal::Guard;"),
+        ("tui/views/map.rs", "use crate::tui::tasks::Tasks;"),
+        ("tui/views/map.rs", "use super::super::Pane;"),
+        (
+            "tui/views/mod.rs",
+            "use super::{model::Model, tasks::Tasks};",
+        ),
+        ("tui/update/actions.rs", "use super::super::views::map;"),
+        (
+            "tui/update/actions.rs",
+            "fn f() { crate::tui::terminal::bell() }",
+        ),
+        ("tui/update.rs", "use super::tasks::Tasks;"),
+        ("tui/model/list.rs", "use crate::tui::run::turn;"),
+        ("tui/tasks/ask.rs", "use super::super::update;"),
+        ("tui/tasks.rs", "use super::model::Model;"),
+        ("tui/model/list.rs", "use crate::tui::views::list;"),
+        ("tui/widgets/plot.rs", "use super::super::views::risk;"),
+        ("tui/views/map.rs", "fn f() { println!(\"x\"); }"),
+        (
+            "tui/update/mod.rs",
+            "use std::io; fn f() { io::stdout().flush(); }",
+        ),
+        (
+            "tui/mod.rs",
+            "use std::io::{Write, stderr}; fn f() { stderr().lock(); }",
+        ),
+    ] {
+        refused(path, text);
+    }
+    for (path, text) in [
+        (
+            "tui/views/map.rs",
+            "use super::super::{model::Model, theme::Theme}; use crate::judge::judge;",
+        ),
+        (
+            "tui/views/map.rs",
+            "use super::widgets; use super::list; use crate::tui::widgets::plot;",
+        ),
+        (
+            "tui/update/actions.rs",
+            "use super::super::{action::Action, message::Effect}; use super::open;",
+        ),
+        (
+            "tui/tasks/ask.rs",
+            "use super::super::message::Msg; use crate::evaluation::run;",
+        ),
+        (
+            "tui/run.rs",
+            "use super::{tasks::Tasks, terminal::Screen, update::update, views};",
+        ),
+        (
+            "tui/mod.rs",
+            "mod tasks; mod views; use tasks::Tasks; fn f() { views::draw() }",
+        ),
+        ("tui/terminal.rs", "fn f() { std::io::stdout(); }"),
+        (
+            "tui/tasks/ask.rs",
+            "fn f(c: &mut Command) { c.stdout(Stdio::null()); }",
+        ),
+    ] {
+        accepted(path, text);
+    }
+}
+
+#[test]
+fn files_for_tests_are_not_checked() {
+    let file = |path: &str, text: &str| (PathBuf::from(path), text.to_string());
+    let tests = file("llm/chat_tests.rs", "use crate::cli::Failure;");
+    let named = file(
+        "llm/chat.rs",
+        "#[cfg(test)]\n#[path = \"chat_tests.rs\"]\nmod tests;",
+    );
+    assert!(rules::check(&[named, tests.clone()]).is_empty());
+    assert!(!rules::check(&[tests]).is_empty());
+    let plain = file("llm/chat.rs", "#[cfg(test)] mod tests;");
+    assert!(
+        rules::check(&[plain, file("llm/chat/tests.rs", "use crate::cli::Failure;")]).is_empty()
+    );
+}
+
+#[test]
+fn paths_are_read_as_the_language_means_them() {
+    let text = "mod child;\nuse crate::{a::{self, b::C as D}, e::*};\nfn f() { child::g::<u8>(); x.y::<u8>() }";
+    let source = source::read(Path::new("top/mod.rs"), text);
+    let inside = |path: &str| Target::Inside(path.split("::").map(str::to_string).collect());
+    let found: Vec<_> = source
+        .named
+        .iter()
+        .map(|n| (n.line, n.target.clone()))
+        .collect();
+    assert_eq!(
+        found,
+        [
+            (2, inside("a")),
+            (2, inside("a::b::C")),
+            (2, inside("e::*")),
+            (3, inside("top::child::g"))
+        ]
+    );
+}
+
+#[test]
+fn a_dependency_without_a_purpose_is_found() {
+    let manifest = "[package]\nname = \"x\"\n[dependencies]\n# group\na = \"1\" # for this\nb = \"1\"\n[dev-dependencies]\nc = { version = \"1\" }\n[lints]\nd = 1\n";
+    assert_eq!(without_purpose(manifest).len(), 2);
+}

@@ -1,0 +1,208 @@
+//! Who may import whom: the arrows the design allows, and nothing else.
+
+use std::path::{Path, PathBuf};
+
+use super::source::{self, Source, Target};
+
+/// The modules of the domain; evaluation, the command line and the terminal may use them all.
+const DOMAIN: [&str; 12] = [
+    "geometry",
+    "scenario",
+    "metrics",
+    "text",
+    "prompts",
+    "llm",
+    "verdict",
+    "judge",
+    "planner",
+    "simulation",
+    "generation",
+    "store",
+];
+
+/// Top-level modules and what each may import beside itself; a module that is not here fails.
+fn may_import(module: &str) -> Option<Vec<&'static str>> {
+    let few: &[&'static str] = match module {
+        "geometry" | "prompts" | "llm" | "verdict" | "config" => &[],
+        "scenario" => &["geometry"],
+        "metrics" | "planner" => &["scenario", "geometry"],
+        "text" => &["metrics", "scenario", "geometry"],
+        "judge" => &["metrics", "scenario", "geometry", "verdict"],
+        "simulation" => &["planner", "metrics", "scenario", "geometry"],
+        "generation" => &[
+            "simulation",
+            "planner",
+            "text",
+            "metrics",
+            "verdict",
+            "scenario",
+            "geometry",
+        ],
+        "store" => &["verdict"],
+        "evaluation" => &DOMAIN,
+        "cli" | "tui" => {
+            return Some([&DOMAIN[..], &["evaluation", "config"]].concat());
+        }
+        "main" => &["cli", "tui"],
+        _ => return None,
+    };
+    Some(few.to_vec())
+}
+
+/// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
+const HOMES: [(&str, &[&str]); 7] = [
+    ("ratatui", &["tui/"]),
+    ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
+    ("reqwest", &["llm/"]),
+    ("quick_xml", &["scenario/commonroad/"]),
+    ("rusqlite", &["store/"]),
+    ("minijinja", &["prompts/"]),
+    ("parry", &["geometry/"]),
+];
+
+/// What the parts of the terminal may import of each other; parts that are not here are free.
+/// Views read the tables of actions and keys because footer, help and palette are made from them.
+const TUI_ALLOWED: [(&str, &[&str]); 4] = [
+    (
+        "views",
+        &[
+            "model", "theme", "widgets", "views", "overlays", "layout", "action", "keymap", "clock",
+        ],
+    ),
+    (
+        "overlays",
+        &[
+            "model", "theme", "widgets", "views", "overlays", "layout", "action", "keymap", "clock",
+        ],
+    ),
+    (
+        "update",
+        &[
+            "model", "action", "message", "keymap", "effects", "update", "clock",
+        ],
+    ),
+    ("tasks", &["message", "effects", "tasks"]),
+];
+
+/// What nobody else in the terminal may import: the root module and the loop put the parts together.
+const TUI_ENDS: [&str; 6] = ["views", "overlays", "update", "tasks", "terminal", "run"];
+
+/// The loop: like the root module, it puts the parts together.
+const TUI_LOOP: &str = "run";
+
+/// How a program writes to a terminal.
+const WRITING: [&str; 8] = [
+    "stdout",
+    "stderr",
+    "print!",
+    "println!",
+    "eprint!",
+    "eprintln!",
+    "execute!",
+    "queue!",
+];
+
+/// Everything that is wrong with one file, a line each.
+pub fn complaints(path: &Path, source: &Source) -> Vec<String> {
+    let file = path.to_string_lossy().replace('\\', "/");
+    let module = source::module_of(path);
+    let mut found = Vec::new();
+    for named in &source.named {
+        let why = match &named.target {
+            Target::Inside(target) => inside(&module, target),
+            Target::Outside(target) => outside(&file, target),
+        };
+        found.extend(why.map(|why| format!("src/{file}:{}: {why}", named.line)));
+    }
+    if file.starts_with("tui/") && file != "tui/terminal.rs" {
+        for (line, word) in &source.words {
+            if WRITING.contains(&word.as_str()) {
+                found.push(format!(
+                    "src/{file}:{line}: `{word}`, but only tui/terminal.rs writes to the terminal"
+                ));
+            }
+        }
+    }
+    found
+}
+
+fn inside(from: &[String], to: &[String]) -> Option<String> {
+    let (own, other) = (from.first()?, to.first()?);
+    if own != other {
+        let Some(allowed) = may_import(own) else {
+            return Some(format!("module `{own}` is in no rule of the design"));
+        };
+        return (!allowed.contains(&other.as_str()))
+            .then(|| format!("`{own}` must not import `{}`", to.join("::")));
+    }
+    if own != "tui" {
+        return None;
+    }
+    let part = from.get(1)?.as_str();
+    let Some(wanted) = to.get(1).map(String::as_str) else {
+        return Some("name the part of the terminal that is meant, not `tui` itself".into());
+    };
+    if part == wanted || part == TUI_LOOP {
+        return None;
+    }
+    let allowed = TUI_ALLOWED.iter().find(|(name, _)| *name == part);
+    let fine = match allowed {
+        Some((_, allowed)) => allowed.contains(&wanted),
+        None => !TUI_ENDS.contains(&wanted),
+    };
+    (!fine).then(|| format!("`tui::{part}` must not import `{}`", to.join("::")))
+}
+
+fn outside(file: &str, path: &[String]) -> Option<String> {
+    let mut name = path.first()?.as_str();
+    // The same crate under another roof.
+    if name == "ratatui" && path.get(1).is_some_and(|s| s == "crossterm") {
+        name = "crossterm";
+    }
+    let (start, homes) = HOMES.iter().find(|(start, _)| name.starts_with(start))?;
+    let at_home = homes
+        .iter()
+        .any(|home| file == *home || home.ends_with('/') && file.starts_with(home));
+    (!at_home).then(|| {
+        format!(
+            "`{name}`, but {start} is used in {} only",
+            homes.join(" and ")
+        )
+    })
+}
+
+/// Every source file below `folder`, relative to it, with its text.
+pub fn files(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|x| x == "rs") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                found.push((path.strip_prefix(folder).unwrap().to_path_buf(), text));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Everything that is wrong with a set of files.
+pub fn check(files: &[(PathBuf, String)]) -> Vec<String> {
+    let sources: Vec<_> = files
+        .iter()
+        .map(|(path, text)| (path, source::read(path, text)))
+        .collect();
+    let for_tests: Vec<_> = sources
+        .iter()
+        .flat_map(|(_, s)| s.test_files.clone())
+        .collect();
+    sources
+        .iter()
+        .filter(|(path, _)| !for_tests.contains(*path))
+        .flat_map(|(path, source)| complaints(path, source))
+        .collect()
+}

@@ -1,0 +1,42 @@
+//! The headless commands, through the program itself.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "cli/ask.rs"]
+mod ask;
+#[path = "cli/hostile.rs"]
+mod hostile;
+#[path = "cli/interrupted.rs"]
+mod interrupted;
+#[path = "cli/prompts.rs"]
+mod prompts;
+#[path = "cli/reading.rs"]
+mod reading;
+#[path = "cli/remote.rs"]
+mod remote;
+mod support;
+
+/// The bundled scenarios and whether the ego collides in them.
+const BUNDLED: [(&str, bool); 8] = [
+    ("ZAM_HardBraking-1_1_T-1", true),
+    ("ZAM_CutIn-1_1_T-1", false),
+    ("ZAM_RedLight-1_1_T-1", true),
+    ("ZAM_Overtaking-1_1_T-1", false),
+    ("ZAM_Pedestrian-1_1_T-1", false),
+    ("ZAM_Merge-1_1_T-1", false),
+    ("ZAM_RightTurn-1_1_T-1", false),
+    ("ZAM_JamTail-1_1_T-1", false),
+];
+
+const CUT_IN: &str = "ZAM_CutIn-1_1_T-1";
+
+/// The text of a bundled scenario's file.
+fn bundled_xml(name: &str) -> String {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    std::fs::read_to_string(folder.join(format!("{name}.xml"))).unwrap()
+}
+
+/// Its recorded ego.
+fn bundled_ego(name: &str) -> String {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    std::fs::read_to_string(folder.join(format!("{name}.ego_trajectory.csv"))).unwrap()
+}

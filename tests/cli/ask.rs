@@ -1,0 +1,120 @@
+//! `ask` with the built-in judge.
+
+use super::support::program::Home;
+use super::{BUNDLED, CUT_IN};
+
+#[test]
+fn the_verdict_is_one_json_document_of_a_fixed_form() {
+    let home = Home::new();
+    for (name, collides) in BUNDLED {
+        let document = home.run(&["ask", name, "--json"]).status(0).json();
+        let keys: Vec<_> = document.as_object().unwrap().keys().collect();
+        assert_eq!(
+            keys,
+            ["task", "collision", "obstacles", "justification", "model"]
+        );
+        assert_eq!(document["task"], "collision");
+        assert_eq!(document["collision"], collides, "{name}");
+        assert_eq!(document["model"], "reference/geometry");
+        assert!(
+            document["justification"]
+                .as_str()
+                .is_some_and(|text| text.len() > 20)
+        );
+        let obstacles = document["obstacles"].as_array().unwrap();
+        assert!(!obstacles.is_empty());
+        for obstacle in obstacles {
+            let keys: Vec<_> = obstacle.as_object().unwrap().keys().collect();
+            assert_eq!(keys, ["id", "risk_score", "reason"]);
+            assert!(
+                obstacle["risk_score"]
+                    .as_u64()
+                    .is_some_and(|risk| risk <= 5)
+            );
+        }
+        assert_eq!(obstacles[0]["risk_score"] == 0, collides, "{name}");
+    }
+    assert_eq!(home.runs().len(), BUNDLED.len());
+}
+
+#[test]
+fn the_safety_task_has_its_own_key() {
+    let home = Home::new();
+    let arguments = [
+        "ask",
+        "ZAM_HardBraking-1_1_T-1",
+        "--task",
+        "safety",
+        "--json",
+    ];
+    let document = home.run(&arguments).status(0).json();
+    let keys: Vec<_> = document.as_object().unwrap().keys().collect();
+    assert_eq!(
+        keys,
+        [
+            "task",
+            "safety_critical",
+            "obstacles",
+            "justification",
+            "model"
+        ]
+    );
+}
+
+#[test]
+fn people_get_words_and_the_label_of_the_judge() {
+    let home = Home::new();
+    let text = home.run(&["ask", "ZAM_RedLight-1_1_T-1"]).status(0).stdout;
+    for word in [
+        "verdict       collision (reference/geometry)",
+        "risk 0",
+        "justification",
+        "run ",
+    ] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    let text = home.run(&["ask", CUT_IN]).status(0).stdout;
+    assert!(text.contains("no collision (reference/geometry)"), "{text}");
+}
+
+#[test]
+fn the_same_question_has_the_same_answer() {
+    let home = Home::new();
+    let first = home.run(&["ask", CUT_IN, "--json"]).status(0).stdout;
+    assert_eq!(first, home.run(&["ask", CUT_IN, "--json"]).status(0).stdout);
+}
+
+#[test]
+fn a_run_is_kept_unless_told_otherwise() {
+    let home = Home::new();
+    home.run(&["ask", CUT_IN, "--no-store"]).status(0);
+    assert!(!home.data().join("runs.sqlite").exists());
+    home.run(&["ask", CUT_IN]).status(0);
+    let runs = home.runs();
+    assert_eq!(runs.len(), 1);
+    let column = |name: &str| runs[0][name].as_deref();
+    assert_eq!(column("scenario"), Some(CUT_IN));
+    assert_eq!(column("model"), Some("reference/geometry"));
+    assert_eq!(column("endpoint"), Some("built in"));
+    assert_eq!(column("state"), Some("answered"));
+    assert!(
+        column("verdict")
+            .unwrap()
+            .starts_with("{\"task\":\"collision\"")
+    );
+}
+
+#[test]
+fn a_store_that_cannot_be_used_stops_before_anything_is_asked() {
+    let home = Home::new();
+    home.write(
+        home.data().join("runs.sqlite"),
+        "this is no database, but it is long enough to be read as one",
+    );
+    let ended = home
+        .run(&["ask", CUT_IN])
+        .status(2)
+        .says(&["store", "--no-store"]);
+    assert_eq!(ended.stdout, "");
+    home.run(&["ask", CUT_IN, "--no-store"]).status(0);
+}
