@@ -26,7 +26,7 @@ struct Session {
 }
 
 impl Session {
-    fn start(columns: u16, rows: u16, panics: bool) -> Self {
+    fn start(columns: u16, rows: u16, environment: &[(&str, &str)]) -> Self {
         let size = PtySize {
             rows,
             cols: columns,
@@ -42,8 +42,8 @@ impl Session {
         command.env_remove("NO_COLOR");
         // The program works from any folder.
         command.cwd(folders.path());
-        if panics {
-            command.env("NEARMISS_TEST_PANIC", "1");
+        for (name, value) in environment {
+            command.env(name, value);
         }
         let child = pair.slave.spawn_command(command).unwrap();
         drop(pair.slave);
@@ -136,7 +136,7 @@ impl Session {
 
 #[test]
 fn a_session_from_the_first_frame_to_the_shell() {
-    let mut session = Session::start(120, 40, false);
+    let mut session = Session::start(120, 40, &[]);
     session.see("ZAM_HardBraking-1_1_T-1");
     session.see("The body of car 301 overlaps");
     assert!(session.screen.screen().alternate_screen());
@@ -163,7 +163,7 @@ fn a_session_from_the_first_frame_to_the_shell() {
 
 #[test]
 fn a_panic_gives_the_terminal_back_and_says_why() {
-    let mut session = Session::start(100, 30, true);
+    let mut session = Session::start(100, 30, &[("NEARMISS_TEST_PANIC", "1")]);
     session.see("scenarios 8");
     // F12
     session.press("\x1b[24~");
@@ -174,7 +174,7 @@ fn a_panic_gives_the_terminal_back_and_says_why() {
 
 #[test]
 fn a_signal_ends_it_in_good_order() {
-    let mut session = Session::start(100, 30, false);
+    let mut session = Session::start(100, 30, &[]);
     session.see("scenarios 8");
     let id = session.child.process_id().unwrap();
     let killed = std::process::Command::new("kill")
@@ -188,13 +188,29 @@ fn a_signal_ends_it_in_good_order() {
 
 #[test]
 fn without_colour_the_selection_is_still_seen() {
-    let mut session = Session::start(100, 30, false);
+    let mut session = Session::start(100, 30, &[("NO_COLOR", "1")]);
     session.see("scenarios 8");
     session.press("q");
     session.end();
     let raw = String::from_utf8_lossy(&session.raw).into_owned();
     assert!(
-        raw.contains("\x1b[?2026h"),
-        "frames are synchronized updates"
+        !raw.contains("\x1b[38;") && !raw.contains("\x1b[48;"),
+        "no colours"
+    );
+    assert!(raw.contains("\x1b[7m"), "the selection is reversed");
+}
+
+#[test]
+fn frames_are_synchronized_updates() {
+    let mut session = Session::start(100, 30, &[("COLORTERM", "truecolor")]);
+    session.see("scenarios 8");
+    session.press("q");
+    session.end();
+    let raw = String::from_utf8_lossy(&session.raw).into_owned();
+    let count = |sequence: &str| raw.matches(sequence).count();
+    assert!(count("\x1b[?2026h") > 0 && count("\x1b[?2026h") <= count("\x1b[?2026l"));
+    assert!(
+        raw.contains("\x1b[38;2;"),
+        "true colours where the terminal has them"
     );
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::keymap::Key;
-use super::model::{Facts, Opened};
+use super::loaded::{Facts, Opened};
 use crate::evaluation::{Answer, Event, Question};
 use crate::prompts::Library;
 use crate::scenario::Entry;

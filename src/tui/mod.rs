@@ -4,6 +4,7 @@ mod action;
 mod clock;
 mod keymap;
 mod layout;
+mod loaded;
 mod message;
 mod model;
 mod overlays;

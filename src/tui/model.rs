@@ -4,7 +4,7 @@ mod answers;
 mod camera;
 mod drawn;
 mod list;
-mod opened;
+mod picker;
 mod prompt;
 
 use std::path::PathBuf;
@@ -12,12 +12,13 @@ use std::path::PathBuf;
 pub use answers::{Answers, Column, Progress, Shown};
 pub use camera::Camera;
 pub use drawn::{Drawn, Extent, MapDrawn};
-pub use list::{Facts, List};
-pub use opened::{Opened, series};
+pub use list::List;
+pub use picker::{Picker, models_shown, palette_shown};
 pub use prompt::{PromptPane, PromptView};
 
 use super::action::Scope;
 use super::clock::Clock;
+use super::loaded::Opened;
 use super::message::{AskId, OpenId};
 use super::theme::Theme;
 use crate::config::Config;
@@ -88,15 +89,6 @@ pub enum Overlay {
         /// Whether the chosen one is asked at once.
         ask: bool,
     },
-}
-
-/// A line to type into and a selection below it.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Picker {
-    /// What is typed.
-    pub text: String,
-    /// The selected line.
-    pub selected: usize,
 }
 
 /// A message that stays readable for a while.

@@ -8,14 +8,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
+use super::loaded::{Facts, Opened};
 use super::message::{AskId, Effect, Msg, OpenId};
-use super::model::{Facts, Opened, series};
 use crate::config::{Config, Folders};
 use crate::evaluation::{self, Answer, Judge, Question};
 use crate::llm::{Client, Parameters, Registry};
-use crate::metrics::Headline;
 use crate::prompts::Library;
-use crate::scenario::{Entry, Scene, bundled, find};
+use crate::scenario::{Entry, bundled, find};
 use crate::store::Store;
 use crate::verdict::Task;
 
@@ -119,7 +118,9 @@ impl Tasks {
         tokio::task::spawn_blocking(move || {
             for (place, entry) in entries {
                 if current.load(Ordering::SeqCst) != mine
-                    || sender.send(Msg::Surveyed(place, facts(&entry))).is_err()
+                    || sender
+                        .send(Msg::Surveyed(place, Facts::read(&entry)))
+                        .is_err()
                 {
                     return;
                 }
@@ -185,15 +186,4 @@ fn found(paths: Vec<PathBuf>) -> Result<Vec<Entry>, String> {
 
 fn open(id: OpenId, entry: &Entry, ego: Option<i64>) -> Msg {
     Msg::Opened(id, Opened::read(entry, ego).map(Box::new))
-}
-
-fn facts(entry: &Entry) -> Result<Facts, String> {
-    let scenario = entry.read().map_err(|e| e.to_string())?;
-    let ego = entry.recorded_ego(&scenario).map_err(|e| e.to_string())?;
-    let obstacles = scenario.obstacles.len();
-    let headline = ego.map(|ego| Headline::of(&series(&Scene::new(scenario, ego))));
-    Ok(Facts {
-        obstacles,
-        headline,
-    })
 }

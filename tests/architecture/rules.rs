@@ -81,7 +81,7 @@ const TUI_ALLOWED: [(&str, &[&str]); 4] = [
             "model", "action", "message", "keymap", "effects", "update", "clock",
         ],
     ),
-    ("tasks", &["message", "effects", "tasks"]),
+    ("tasks", &["loaded", "message", "effects", "tasks"]),
 ];
 
 /// What nobody else in the terminal may import: the root module and the loop put the parts together.

@@ -3,8 +3,8 @@
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
 
-use crate::metrics::Headline;
 use crate::scenario::Entry;
+use crate::tui::loaded::Facts;
 
 /// The scenarios.
 #[derive(Debug, Default)]
@@ -32,15 +32,6 @@ pub struct Row {
     pub entry: Entry,
     /// What is known of it, once it is.
     pub facts: Option<Result<Facts, String>>,
-}
-
-/// What is worth knowing before a scenario is opened.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Facts {
-    /// How many obstacles it has.
-    pub obstacles: usize,
-    /// The most dangerous values, if there is an ego.
-    pub headline: Option<Headline>,
 }
 
 impl List {

@@ -8,8 +8,7 @@ use ratatui::widgets::Paragraph;
 
 use crate::judge;
 use crate::tui::keymap;
-use crate::tui::model::{Model, Picker};
-use crate::tui::update::{models_shown, palette_shown};
+use crate::tui::model::{Model, Picker, models_shown, palette_shown};
 use crate::tui::widgets::words::{fit, pad};
 
 pub fn palette(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {

@@ -8,13 +8,12 @@ mod pointer;
 
 use super::action::Action;
 use super::keymap::{self, Code, Key};
+use super::loaded::Opened;
 use super::message::{Effect, Msg, OpenId};
-use super::model::{Model, Opened, Shown};
+use super::model::{Model, Shown};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
 use crate::tui::model::Column;
-
-pub use overlays::{models_shown, palette_shown};
 
 /// What has to be done when the program starts.
 #[must_use]

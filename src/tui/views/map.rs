@@ -15,7 +15,8 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::geometry::{Bounds, Point, Pose};
-use crate::tui::model::{MapDrawn, Model, Opened, Pane};
+use crate::tui::loaded::Opened;
+use crate::tui::model::{MapDrawn, Model, Pane};
 use crate::tui::widgets::frame;
 
 /// From the world to the canvas: x to the right, y up, in metres from the middle.

@@ -6,7 +6,8 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use crate::tui::model::{Extent, Facts, Model, Pane};
+use crate::tui::loaded::Facts;
+use crate::tui::model::{Extent, Model, Pane};
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::{fit, pad};
 

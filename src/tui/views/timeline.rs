@@ -7,7 +7,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use crate::metrics::Series;
-use crate::tui::model::{Model, Opened, Pane};
+use crate::tui::loaded::Opened;
+use crate::tui::model::{Model, Pane};
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::pad;
 

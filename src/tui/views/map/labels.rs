@@ -8,7 +8,8 @@ use super::Projection;
 use super::vehicles::motion;
 use crate::geometry::Footprint;
 use crate::scenario::Motion;
-use crate::tui::model::{Model, Opened};
+use crate::tui::loaded::Opened;
+use crate::tui::model::Model;
 
 /// Obstacles named at once, beside the picked one.
 const MOST: usize = 7;

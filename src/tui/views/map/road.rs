@@ -6,7 +6,8 @@ use ratatui::widgets::canvas::{Context, Points};
 use super::{Projection, stroke};
 use crate::geometry::{Point, Polyline};
 use crate::scenario::{Bound, LaneletType, LineMarking};
-use crate::tui::model::{Model, Opened};
+use crate::tui::loaded::Opened;
+use crate::tui::model::Model;
 
 /// Dash and gap of a dashed line, metres.
 const DASH: f64 = 3.0;

@@ -6,7 +6,8 @@ use ratatui::widgets::canvas::Context;
 use super::{Projection, stroke};
 use crate::geometry::{Bounds, Footprint, Point};
 use crate::scenario::{Motion, Obstacle, ObstacleRole};
-use crate::tui::model::{Model, Opened};
+use crate::tui::loaded::Opened;
+use crate::tui::model::Model;
 use crate::tui::widgets::fill::Fill;
 
 /// Seconds of the past that obstacles leave behind.

@@ -1,4 +1,4 @@
-//! An opened scenario, with everything about it that takes a while to work out.
+//! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
 
 use std::sync::Arc;
 
@@ -6,6 +6,30 @@ use crate::judge::{Judgement, judge};
 use crate::metrics::{Headline, MEASURES, Measure, Series};
 use crate::scenario::{Entry, Scenario, Scene, Window};
 use crate::verdict::Task;
+
+/// What is worth knowing before a scenario is opened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Facts {
+    /// How many obstacles it has.
+    pub obstacles: usize,
+    /// The most dangerous values, if there is an ego.
+    pub headline: Option<Headline>,
+}
+
+impl Facts {
+    /// Reads a scenario and works them out.
+    ///
+    /// # Errors
+    /// It or its ego cannot be read.
+    pub fn read(entry: &Entry) -> Result<Self, String> {
+        let scenario = entry.read().map_err(|e| e.to_string())?;
+        let ego = entry.recorded_ego(&scenario).map_err(|e| e.to_string())?;
+        Ok(Self {
+            obstacles: scenario.obstacles.len(),
+            headline: ego.map(|ego| Headline::of(&series(&Scene::new(scenario, ego)))),
+        })
+    }
+}
 
 /// An opened scenario.
 #[derive(Debug)]
@@ -29,7 +53,7 @@ pub struct Opened {
 }
 
 /// The measures that the workbench shows.
-pub const MAP_MEASURES: [&str; 3] = ["distance", "ttc", "risk"];
+const SHOWN: [&str; 3] = ["distance", "ttc", "risk"];
 
 impl Opened {
     /// Reads a scenario and works everything out; `ego` is an obstacle to take as the ego.
@@ -86,9 +110,8 @@ impl Opened {
 }
 
 /// The shown measures of a scene.
-#[must_use]
-pub fn series(scene: &Scene) -> Series {
-    let wanted = |m: &&'static Measure| MAP_MEASURES.contains(&m.id);
+fn series(scene: &Scene) -> Series {
+    let wanted = |m: &&'static Measure| SHOWN.contains(&m.id);
     Series::compute(scene, MEASURES.iter().filter(wanted).collect())
 }
 
