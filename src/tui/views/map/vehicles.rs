@@ -14,6 +14,8 @@ use crate::tui::widgets::fill::Fill;
 const TRAIL: f64 = 2.0;
 /// Seconds ahead that the velocity line shows.
 const AHEAD: f64 = 0.5;
+/// Slower than this, m/s, a line inside the body shows the heading instead.
+const STANDING: f64 = 0.3;
 /// A body of fewer dots than this is filled, as its outline would be a blot.
 const OUTLINE: f64 = 9.0;
 
@@ -37,6 +39,9 @@ pub fn trails(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Proj
         if Bounds::of(&past).is_some_and(|b| view.sees(&b)) {
             stroke(ctx, view, &past, theme.trail);
         }
+        if let (Some(body), Some(motion)) = (&obstacle.footprint, track.at(step)) {
+            velocity(ctx, view, body, motion, theme.static_obstacle);
+        }
     }
     if let Some(scene) = &opened.scene {
         let track = &scene.ego.track;
@@ -54,6 +59,9 @@ pub fn trails(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Proj
             coords: &coords,
             color: theme.ego_trail,
         });
+        if let Some(motion) = track.at(step) {
+            velocity(ctx, view, &scene.ego.footprint, motion, theme.ego);
+        }
     }
 }
 
@@ -85,6 +93,27 @@ pub fn obstacles(
             _ => theme.obstacle,
         };
         draw_body(ctx, view, body, motion, color, importance >= 2);
+    }
+}
+
+/// A line from the front, as long as the way of the next half second; under the bodies it crosses.
+fn velocity(
+    ctx: &mut Context<'_>,
+    view: &Projection,
+    body: &Footprint,
+    motion: &Motion,
+    color: Color,
+) {
+    if motion.velocity.abs() > STANDING && view.sees_point(&motion.pose.position) {
+        let (length, _) = body.shape().size();
+        let front = motion.pose.forward() * (length / 2.0).copysign(motion.velocity);
+        let nose = motion.pose.position + front;
+        stroke(
+            ctx,
+            view,
+            &[nose, nose + motion.velocity_vector() * AHEAD],
+            color,
+        );
     }
 }
 
@@ -140,15 +169,8 @@ fn draw_body(
         closed.extend(ring.first());
         stroke(ctx, view, &closed, color);
     }
-    let nose = motion.pose.position + motion.pose.forward() * (length / 2.0);
-    if motion.velocity.abs() > 0.3 {
-        stroke(
-            ctx,
-            view,
-            &[nose, nose + motion.velocity_vector() * AHEAD],
-            color,
-        );
-    } else {
+    if motion.velocity.abs() <= STANDING {
+        let nose = motion.pose.position + motion.pose.forward() * (length / 2.0);
         stroke(ctx, view, &[motion.pose.position, nose], color);
     }
 }
