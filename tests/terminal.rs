@@ -27,6 +27,15 @@ struct Session {
 
 impl Session {
     fn start(columns: u16, rows: u16, environment: &[(&str, &str)]) -> Self {
+        Self::start_with(columns, rows, environment, &[])
+    }
+
+    fn start_with(
+        columns: u16,
+        rows: u16,
+        environment: &[(&str, &str)],
+        arguments: &[&str],
+    ) -> Self {
         let size = PtySize {
             rows,
             cols: columns,
@@ -36,6 +45,7 @@ impl Session {
         let pair = native_pty_system().openpty(size).unwrap();
         let folders = tempfile::tempdir().unwrap();
         let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_nearmiss"));
+        command.args(arguments);
         command.env("NEARMISS_CONFIG", folders.path().join("config"));
         command.env("NEARMISS_DATA", folders.path().join("data"));
         command.env("TERM", "xterm-256color");
@@ -213,4 +223,48 @@ fn frames_are_synchronized_updates() {
         raw.contains("\x1b[38;2;"),
         "true colours where the terminal has them"
     );
+}
+
+#[test]
+fn a_path_that_is_not_there_is_said_on_the_shell() {
+    let mut session = Session::start_with(100, 30, &[], &["no/such/folder"]);
+    assert_eq!(session.end(), 2);
+    session.see("nearmiss: no/such/folder");
+    assert!(
+        !String::from_utf8_lossy(&session.raw).contains("?1049h"),
+        "the workbench does not open"
+    );
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn ctrl_z_gives_the_terminal_back_until_it_is_continued() {
+    let mut session = Session::start(100, 30, &[]);
+    session.see("scenarios 8");
+    let id = session.child.process_id().unwrap();
+    session.press("\x1a");
+    let end = Instant::now() + PATIENCE;
+    let stopped = || {
+        std::fs::read_to_string(format!("/proc/{id}/stat"))
+            .unwrap()
+            .contains(") T ")
+    };
+    while !stopped() {
+        assert!(Instant::now() < end, "it does not stop");
+        session.receive(Duration::from_millis(20));
+    }
+    while session.screen.screen().alternate_screen() {
+        assert!(Instant::now() < end, "the main screen does not come back");
+        session.receive(Duration::from_millis(20));
+    }
+    session.is_restored();
+    let continued = std::process::Command::new("kill")
+        .args(["-CONT", &id.to_string()])
+        .status();
+    assert!(continued.unwrap().success());
+    session.see("scenarios 8");
+    session.press("\x1b[C");
+    session.see("step 1/60");
+    session.press("q");
+    assert_eq!(session.end(), 0);
 }

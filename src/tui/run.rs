@@ -16,6 +16,7 @@ use super::{views, widgets};
 use crate::config::{Config, Folders};
 use crate::llm::Registry;
 use crate::prompts::Library;
+use crate::scenario::{Entry, Place};
 use crate::store::Store;
 
 /// Why the workbench ended.
@@ -27,8 +28,15 @@ const FRAME: Duration = Duration::from_micros(16_667);
 /// Runs the workbench on the scenarios at `paths`, or on the bundled ones.
 ///
 /// # Errors
-/// The terminal cannot be taken, or went away.
+/// A path is not there; the terminal cannot be taken, or went away.
 pub fn run(paths: Vec<PathBuf>) -> Ended {
+    // Better said on the shell, where the mistake was made.
+    for path in &paths {
+        if let Place::File(file) = Entry::of_argument(path).place {
+            file.metadata()
+                .map_err(|error| format!("{}: {error}", file.display()))?;
+        }
+    }
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()
@@ -156,6 +164,7 @@ impl Loop {
                         self.screen.suspend()?;
                         events = Events::listen();
                         self.model.size = self.screen.size()?;
+                        changed = true;
                     }
                     Step::On => {}
                 }

@@ -83,11 +83,11 @@ impl Bench {
 
     /// The id of the last question asked, and its model.
     pub fn asked(&self) -> (AskId, String) {
-        let asks = self.effects.iter().filter_map(|e| match e {
+        let mut asks = self.effects.iter().filter_map(|e| match e {
             Effect::Ask(id, _, model) => Some((*id, model.clone())),
             _ => None,
         });
-        asks.last().expect("something was asked")
+        asks.next_back().expect("something was asked")
     }
 
     /// The screen as text.

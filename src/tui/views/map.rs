@@ -199,7 +199,7 @@ fn picked_in_words(model: &Model, opened: &Opened, step: i64, room: usize) -> St
     let parts = [
         Some(format!("{} {}", obstacle.kind, obstacle.id)),
         value("distance").map(|d| format!("{d:.2} m away")),
-        value("ttc").map(|t| format!("TTC {t:.1} s")),
+        value("ttc").map(|t| format!("TTC {t:.2} s")),
         obstacle
             .track()
             .at(step)
