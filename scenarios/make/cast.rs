@@ -4,7 +4,7 @@ use std::error::Error;
 
 use nearmiss::geometry::{Footprint, Pose, Shape};
 use nearmiss::scenario::{
-    Obstacle, ObstacleRole, ObstacleType, Position, Prediction, Quantity, State, Steps,
+    Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Position, Prediction, Quantity, State, Steps,
 };
 
 use super::drive::{DT, Drive, Moment};
@@ -92,7 +92,18 @@ impl Cast {
         };
         let footprint = Some(Footprint::new(shape)?);
         self.obstacles
-            .push(Obstacle::new(id, role, kind, footprint, initial, later, DT));
+            .push(Obstacle::new(
+                ObstacleParts {
+                    id,
+                    role,
+                    kind,
+                    footprint,
+                    initial,
+                    prediction: later,
+                    signals: Vec::new(),
+                },
+                DT,
+            ));
         Ok(())
     }
 }

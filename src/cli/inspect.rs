@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::{Failure, Outcome, output};
 use crate::geometry::{Point, Shape};
 use crate::scenario::{
-    Adjacent, Entry, Goal, Lanelet, Obstacle, Prediction, Quantity, Scenario, State,
+    Adjacent, Entry, Goal, Lanelet, Obstacle, Prediction, Quantity, Scenario, State, benchmark_id,
 };
 
 /// Arguments of `inspect`.
@@ -101,7 +101,7 @@ fn document(scenario: &Scenario) -> Value {
             .collect::<Vec<_>>()
     };
     json!({
-        "benchmark_id": scenario.header.benchmark_id,
+        "benchmark_id": benchmark_id::normalized(&scenario.header.benchmark_id),
         "version": scenario.header.version,
         "time_step_size": scenario.header.time_step_size,
         "attributes": scenario.header.attributes,
@@ -114,7 +114,7 @@ fn document(scenario: &Scenario) -> Value {
         "obstacles": scenario.obstacles.iter().map(obstacle).collect::<Vec<_>>(),
         "planning_problems": scenario.planning_problems.iter().map(|p| json!({
             "id": p.id,
-            "initial": state(&p.initial),
+            "initial": initial_state(&p.initial),
             "goals": p.goals.iter().map(goal).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "diagnostics": scenario.diagnostics,
@@ -145,12 +145,15 @@ fn obstacle(obstacle: &Obstacle) -> Value {
         Prediction::Occupancies(occupancies) => occupancies.len(),
         _ => 0,
     };
+    let first = obstacle.initial.iter().map(initial_state);
+    let later = obstacle.states().skip(first.len()).map(state);
+    let states: Vec<Value> = first.chain(later).collect();
     json!({
         "id": obstacle.id,
         "role": obstacle.role.name(),
         "type": obstacle.kind.name(),
         "shape": obstacle.footprint.as_ref().map(|f| shape(f.shape())),
-        "states": obstacle.states().map(state).collect::<Vec<_>>(),
+        "states": states,
         "occupancies": occupancies,
     })
 }
@@ -197,6 +200,17 @@ fn state(state: &State) -> Value {
     put("acceleration", state.acceleration.map(quantity));
     for (field, v) in &state.more {
         put(field.name(), Some(quantity(*v)));
+    }
+    value
+}
+
+/// An initial state; what it does not say is 0, as the format has it for initial states.
+fn initial_state(initial: &State) -> Value {
+    let mut value = state(initial);
+    for name in ["orientation", "velocity"] {
+        if value[name].is_null() {
+            value[name] = json!(0.0);
+        }
     }
     value
 }

@@ -1,5 +1,6 @@
 //! Scenarios: the road, who is on it, and what is planned, as read from files and never changed afterwards.
 
+pub mod benchmark_id;
 pub mod commonroad;
 mod ego;
 mod identity;
@@ -19,14 +20,14 @@ pub use ego::{EgoError, EgoSource, find_recording, read_recording};
 pub use identity::ContentHash;
 pub use library::{Entry, LibraryError, Place, bundled, find};
 pub use names::{
-    LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, SignalColor, StateField,
+    LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, Signal, SignalColor, StateField,
     TrafficDirection,
 };
 pub use network::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletNetwork, LightPhase, Sign,
     SignElement, StopLine, TrafficLight,
 };
-pub use obstacle::{Obstacle, Occupancy, Prediction};
+pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
 pub use planning::{Goal, PlanningProblem};
 pub use quantity::{Position, Quantity, State, Steps};
 pub use scene::{Ego, Participant, Scene, SceneError};
@@ -76,6 +77,38 @@ pub struct Location {
     pub latitude: Option<f64>,
     /// Degrees east.
     pub longitude: Option<f64>,
+    /// How the map's coordinates lie on the Earth.
+    pub transformation: Option<GeoTransformation>,
+    /// Time of day, weather, and whether it is under the ground.
+    pub environment: Option<Environment>,
+}
+
+/// How a map's coordinates lie on the Earth.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct GeoTransformation {
+    /// Projection, as a PROJ string or a code.
+    pub reference: Option<String>,
+    /// Shift along x, metres.
+    pub x: Option<f64>,
+    /// Shift along y, metres.
+    pub y: Option<f64>,
+    /// Turn about z, radians.
+    pub rotation: Option<f64>,
+    /// Scale.
+    pub scaling: Option<f64>,
+}
+
+/// The surroundings of a scenario, in the words of the file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Environment {
+    /// Clock time, `hh:mm:ss`.
+    pub time: Option<String>,
+    /// Day, night, and so on.
+    pub time_of_day: Option<String>,
+    /// Weather.
+    pub weather: Option<String>,
+    /// Whether it is under the ground.
+    pub underground: Option<String>,
 }
 
 /// Something that reading had to assume or skip.

@@ -92,6 +92,15 @@ names! {
 }
 
 names! {
+    /// What a vehicle can signal.
+    Signal {
+        Horn = "horn", IndicatorLeft = "indicatorLeft", IndicatorRight = "indicatorRight",
+        BrakingLights = "brakingLights", HazardWarningLights = "hazardWarningLights",
+        FlashingBlueLights = "flashingBlueLights",
+    }
+}
+
+names! {
     /// The directions a traffic light is for.
     TrafficDirection {
         Right = "right", Straight = "straight", Left = "left", LeftStraight = "leftStraight",

@@ -1,6 +1,6 @@
 //! Everyone and everything on the road but the ego.
 
-use super::{ObstacleRole, ObstacleType, Sample, State, Steps, Track};
+use super::{ObstacleRole, ObstacleType, Sample, Signal, State, Steps, Track};
 use crate::geometry::{Footprint, Shape};
 
 /// Another participant, or a thing in the way.
@@ -18,7 +18,37 @@ pub struct Obstacle {
     pub initial: Option<State>,
     /// What it does afterwards.
     pub prediction: Prediction,
+    /// What it signals, in order of time; the first may belong to the initial state.
+    pub signals: Vec<SignalState>,
     track: Track,
+}
+
+/// Everything that a file says about an obstacle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObstacleParts {
+    /// Unique in the scenario.
+    pub id: i64,
+    /// Whether it moves, stands, or is only feared.
+    pub role: ObstacleRole,
+    /// What it is.
+    pub kind: ObstacleType,
+    /// The region it covers, in its own frame.
+    pub footprint: Option<Footprint>,
+    /// Its first state.
+    pub initial: Option<State>,
+    /// What it does afterwards.
+    pub prediction: Prediction,
+    /// What it signals.
+    pub signals: Vec<SignalState>,
+}
+
+/// What an obstacle signals at a time; what is not said is not known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SignalState {
+    /// When.
+    pub time: Steps,
+    /// The signals that are said, on or off, in the file's order.
+    pub signals: Vec<(Signal, bool)>,
 }
 
 /// What an obstacle does after its first state.
@@ -44,28 +74,21 @@ pub struct Occupancy {
 impl Obstacle {
     /// An obstacle, with its motion worked out for time steps of `dt` seconds.
     #[must_use]
-    pub fn new(
-        id: i64,
-        role: ObstacleRole,
-        kind: ObstacleType,
-        footprint: Option<Footprint>,
-        initial: Option<State>,
-        prediction: Prediction,
-        dt: f64,
-    ) -> Self {
-        let later: &[State] = match &prediction {
+    pub fn new(parts: ObstacleParts, dt: f64) -> Self {
+        let later: &[State] = match &parts.prediction {
             Prediction::Trajectory(states) => states,
             _ => &[],
         };
-        let samples = initial.iter().chain(later).filter_map(sample).collect();
+        let samples = parts.initial.iter().chain(later).filter_map(sample);
         Self {
-            track: Track::new(samples, dt, None),
-            id,
-            role,
-            kind,
-            footprint,
-            initial,
-            prediction,
+            track: Track::new(samples.collect(), dt, None),
+            id: parts.id,
+            role: parts.role,
+            kind: parts.kind,
+            footprint: parts.footprint,
+            initial: parts.initial,
+            prediction: parts.prediction,
+            signals: parts.signals,
         }
     }
 

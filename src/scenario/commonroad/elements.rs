@@ -31,6 +31,7 @@ pub(super) fn point<'a>(
 pub(super) fn reference<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<i64, ReadError> {
     let id = xml.id_attribute(element, "ref")?;
     xml.skip()?;
+    xml.refer(element, id);
     Ok(id)
 }
 

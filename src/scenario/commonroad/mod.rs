@@ -1,10 +1,13 @@
 //! CommonRoad files: XML in and out, with line numbers for everything that is wrong.
 
 mod elements;
+mod location;
 mod obstacles;
 mod planning;
 mod reader;
+mod references;
 mod road;
+mod speed_limits;
 mod states;
 mod writer;
 mod xml;

@@ -1,11 +1,11 @@
 //! Obstacles: static, dynamic, phantom and environment.
 
-use super::elements::{footprint, shape, word};
+use super::elements::{footprint, shape, truth, word};
 use super::states::{state, steps};
 use super::xml::{Element, ReadError, Xml};
 use crate::geometry::Footprint;
 use crate::scenario::{
-    Obstacle, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity, State,
+    Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity, Signal, SignalState, State,
 };
 
 /// An obstacle; `role` is what its element's name says, `None` for the 2018b element with a `<role>`.
@@ -20,6 +20,7 @@ pub(super) fn obstacle<'a>(
     let mut body: Option<Footprint> = None;
     let mut initial: Option<State> = None;
     let mut prediction = Prediction::None;
+    let mut signals = Vec::new();
     while let Some(child) = xml.next()? {
         match child.name {
             "role" => {
@@ -32,6 +33,15 @@ pub(super) fn obstacle<'a>(
             }
             "type" => kind = word(xml, child, ObstacleType::parse, ObstacleType::Unknown)?,
             "shape" => body = footprint(xml, child)?,
+            "initialSignalState" => signals.extend(signal_state(xml, child)?),
+            "signalSeries" => {
+                while let Some(part) = xml.next()? {
+                    match part.name {
+                        "signalState" => signals.extend(signal_state(xml, part)?),
+                        _ => xml.skip_unknown(part)?,
+                    }
+                }
+            }
             "initialState" => initial = Some(state(xml, child, true)?),
             "trajectory" => prediction = Prediction::Trajectory(trajectory(xml)?),
             "occupancySet" => prediction = Prediction::Occupancies(occupancies(xml)?),
@@ -57,7 +67,35 @@ pub(super) fn obstacle<'a>(
     if bodily && initial.is_none() {
         xml.note(Severity::Warning, element, "no initial state".into());
     }
-    Ok(Obstacle::new(id, role, kind, body, initial, prediction, dt))
+    let parts = ObstacleParts {
+        id,
+        role,
+        kind,
+        footprint: body,
+        initial,
+        prediction,
+        signals,
+    };
+    Ok(Obstacle::new(parts, dt))
+}
+
+fn signal_state<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+) -> Result<Option<SignalState>, ReadError> {
+    let (mut time, mut signals) = (None, Vec::new());
+    while let Some(child) = xml.next()? {
+        match (child.name, Signal::parse(child.name)) {
+            ("time", _) => time = Some(steps(xml, child)?),
+            (_, Some(signal)) => signals.push((signal, truth(xml, child, false)?)),
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    if time.is_none() {
+        let message = "a signal state without time was left out".into();
+        xml.note(Severity::Warning, element, message);
+    }
+    Ok(time.map(|time| SignalState { time, signals }))
 }
 
 fn trajectory(xml: &mut Xml<'_>) -> Result<Vec<State>, ReadError> {

@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, HashSet};
 
 use super::xml::{Element, ReadError, Xml, short};
-use super::{obstacles, planning, road};
+use super::{location, obstacles, planning, references, road, speed_limits};
 use crate::scenario::{
-    ContentHash, Header, LaneletNetwork, Location, ObstacleRole, Scenario, Severity,
+    ContentHash, Header, LaneletNetwork, ObstacleRole, Scenario, Severity, benchmark_id,
 };
 
 pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
@@ -21,9 +21,15 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
         );
         return Err(xml.fail(root.at, message));
     }
-    let header = header(&mut xml, root)?;
+    let mut header = header(&mut xml, root)?;
+    // Version 2018b keeps the tags in one attribute.
+    let header_tags: Vec<String> = header
+        .attributes
+        .remove("tags")
+        .map(|tags| tags.split_whitespace().map(str::to_string).collect())
+        .unwrap_or_default();
     let dt = header.time_step_size;
-    let (mut location, mut tags) = (None, Vec::new());
+    let (mut place, mut tags) = (None, header_tags);
     let (mut lanelets, mut signs, mut lights) = (Vec::new(), Vec::new(), Vec::new());
     let (mut intersections, mut all, mut problems) = (Vec::new(), Vec::new(), Vec::new());
     let mut ids = HashSet::new();
@@ -55,7 +61,7 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
                 problems.last().map(|p| p.id)
             }
             "location" => {
-                location = Some(read_location(&mut xml)?);
+                place = Some(location::location(&mut xml)?);
                 None
             }
             "scenarioTags" => {
@@ -76,11 +82,17 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
             xml.note(Severity::Warning, child, message);
         }
     }
+    if header.version == "2018b" {
+        let used = ids.into_iter().max().unwrap_or(0);
+        signs.extend(speed_limits::signs(&mut xml, &mut lanelets, used));
+    }
+    let network = LaneletNetwork::new(lanelets, signs, lights, intersections);
+    references::check(&mut xml, &network);
     Ok(Scenario {
         header,
-        location,
+        location: place,
         tags,
-        network: LaneletNetwork::new(lanelets, signs, lights, intersections),
+        network,
         obstacles: all,
         planning_problems: problems,
         diagnostics: xml.into_diagnostics(),
@@ -129,8 +141,13 @@ fn header<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<Header, ReadError>
         );
         xml.note(Severity::Warning, root, message);
     }
-    if id.is_none() {
-        xml.note(Severity::Warning, root, "no benchmarkID".into());
+    match &id {
+        None => xml.note(Severity::Warning, root, "no benchmarkID".into()),
+        Some(id) if !benchmark_id::is_valid(id) => {
+            let message = format!("benchmarkID `{}` does not follow the rule for such ids", short(id));
+            xml.note(Severity::Note, root, message);
+        }
+        Some(_) => {}
     }
     Ok(Header {
         benchmark_id: id.unwrap_or_default(),
@@ -138,26 +155,4 @@ fn header<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<Header, ReadError>
         time_step_size,
         attributes,
     })
-}
-
-fn read_location(xml: &mut Xml<'_>) -> Result<Location, ReadError> {
-    let mut location = Location::default();
-    while let Some(child) = xml.next()? {
-        match child.name {
-            "geoNameId" => location.geo_name_id = Some(xml.whole(child)?),
-            "gpsLatitude" => location.latitude = Some(xml.number(child)?),
-            "gpsLongitude" => location.longitude = Some(xml.number(child)?),
-            // Not needed by anything yet that looks at a scenario.
-            "geoTransformation" | "environment" => {
-                xml.skip()?;
-                xml.note(
-                    Severity::Note,
-                    child,
-                    format!("<{}> is not kept", child.name),
-                );
-            }
-            _ => xml.skip_unknown(child)?,
-        }
-    }
-    Ok(location)
 }

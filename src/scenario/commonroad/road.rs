@@ -54,6 +54,10 @@ pub(super) fn lanelet<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Lan
             }
             "trafficSignRef" => push_reference(xml, child, &mut lanelet.signs)?,
             "trafficLightRef" => push_reference(xml, child, &mut lanelet.lights)?,
+            "speedLimit" => {
+                let limit = xml.number(child)?;
+                xml.limit_speed(lanelet.id, limit, child);
+            }
             _ => xml.skip_unknown(child)?,
         }
     }
@@ -106,6 +110,7 @@ fn adjacent<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Adjacent, Rea
         }
     };
     xml.skip()?;
+    xml.refer(element, id);
     Ok(Adjacent { id, same_direction })
 }
 

@@ -70,6 +70,10 @@ pub(super) struct Xml<'a> {
     diagnostics: Vec<Diagnostic>,
     suppressed: usize,
     counted: (usize, usize),
+    /// References met so far, to be checked when everything is known.
+    references: Vec<(Element<'a>, i64)>,
+    /// Speed limits of version 2018b, by lanelet.
+    speed_limits: Vec<(i64, f64, Element<'a>)>,
 }
 
 /// More diagnostics than this say nothing new.
@@ -101,6 +105,8 @@ impl<'a> Xml<'a> {
             diagnostics: Vec::new(),
             suppressed: 0,
             counted: (0, 1),
+            references: Vec::new(),
+            speed_limits: Vec::new(),
         })
     }
 
@@ -280,6 +286,37 @@ impl<'a> Xml<'a> {
         } else {
             Err(self.fail_in(element, format!("`{value}` is not a whole number")))
         }
+    }
+
+    /// The text of the innermost open element as a finite number; nothing, with a diagnostic, where it is none.
+    pub fn optional_number(&mut self, element: Element<'a>) -> Result<Option<f64>, ReadError> {
+        let text = self.text()?;
+        let value = text.parse::<f64>().ok().filter(|v| v.is_finite());
+        if value.is_none() {
+            let message = format!("`{}` is not a number and was left out", short(&text));
+            self.note(Severity::Warning, element, message);
+        }
+        Ok(value)
+    }
+
+    /// Remembers a reference, to be checked at the end.
+    pub fn refer(&mut self, element: Element<'a>, id: i64) {
+        self.references.push((element, id));
+    }
+
+    /// The references met so far.
+    pub fn take_references(&mut self) -> Vec<(Element<'a>, i64)> {
+        std::mem::take(&mut self.references)
+    }
+
+    /// Remembers a speed limit of a lanelet, m/s.
+    pub fn limit_speed(&mut self, lanelet: i64, limit: f64, element: Element<'a>) {
+        self.speed_limits.push((lanelet, limit, element));
+    }
+
+    /// The speed limits met so far, in the file's order.
+    pub fn take_speed_limits(&mut self) -> Vec<(i64, f64, Element<'a>)> {
+        std::mem::take(&mut self.speed_limits)
     }
 
     /// An error at a byte offset, inside the open elements.

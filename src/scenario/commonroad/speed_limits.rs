@@ -1,0 +1,38 @@
+//! Speed limits of version 2018b: numbers on lanelets there, signs beside them since.
+
+use super::xml::{Element, Xml};
+use crate::scenario::{Lanelet, Severity, Sign, SignElement};
+
+/// The German number of the sign for a maximum speed, which the reference reader takes in most countries.
+const MAXIMUM_SPEED: &str = "274";
+
+/// How far beyond the ids in use the reference reader numbers the signs it makes up.
+const BEYOND: i64 = 10_000;
+
+/// Makes a sign for every lanelet with a speed limit, numbered as the reference reader does it.
+///
+/// `used` is the largest id in the file.
+pub(super) fn signs<'a>(xml: &mut Xml<'a>, lanelets: &mut [Lanelet], used: i64) -> Vec<Sign> {
+    let limits: Vec<(i64, f64, Element<'a>)> = xml.take_speed_limits();
+    let mut signs = Vec::with_capacity(limits.len());
+    let mut last = used;
+    for (id, limit, element) in limits {
+        let Some(lanelet) = lanelets.iter_mut().find(|l| l.id == id) else {
+            continue;
+        };
+        last = last.saturating_add(1 + BEYOND);
+        lanelet.signs.push(last);
+        signs.push(Sign {
+            id: last,
+            elements: vec![SignElement {
+                id: MAXIMUM_SPEED.into(),
+                values: vec![limit.to_string()],
+            }],
+            position: lanelet.right.points.first().copied(),
+            is_virtual: true,
+        });
+        let message = format!("speed limit {limit} m/s taken as sign {last}");
+        xml.note(Severity::Note, element, message);
+    }
+    signs
+}
