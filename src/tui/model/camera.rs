@@ -35,10 +35,9 @@ impl Camera {
         self.cell = (self.cell * factor).clamp(NEAREST, FARTHEST);
     }
 
-    /// Zooms out until so many metres fit into the smaller side of the pane.
-    pub fn show_at_least(&mut self, metres: f64, (columns, rows): (u16, u16)) {
-        let side = f64::from(columns.min(2 * rows).max(1));
-        self.cell = self.cell.max(metres / side);
+    /// Zooms out until so many metres fit into the width of the pane.
+    pub fn show_at_least(&mut self, metres: f64, columns: u16) {
+        self.cell = self.cell.max(metres / f64::from(columns.max(1)));
     }
 
     /// Moves the view by cells, to the right and up; the ego is not followed any longer.

@@ -218,9 +218,8 @@ const NEIGHBOURHOOD: f64 = 45.0;
 fn frame_map(model: &mut Model, opened: &Opened) {
     if opened.scene.is_some() {
         model.camera.follow = true;
-        model
-            .camera
-            .show_at_least(NEIGHBOURHOOD, model.drawn.map_size());
+        let (columns, _) = model.drawn.map_size();
+        model.camera.show_at_least(NEIGHBOURHOOD, columns);
         return;
     }
     let positions: Vec<_> = opened
