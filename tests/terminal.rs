@@ -165,7 +165,7 @@ fn a_session_from_the_first_frame_to_the_shell() {
     session.resize(60, 20);
     session.see("nearmiss needs more room");
     session.resize(160, 45);
-    session.see("reasoning · built in");
+    session.see("reasoning · built-in");
     session.press("q");
     assert_eq!(session.end(), 0);
     session.is_restored();

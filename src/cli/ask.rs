@@ -29,11 +29,11 @@ pub struct Ask {
     /// Environment variable with the key for --base-url [default: the provider's].
     #[arg(long, value_name = "NAME", requires = "base_url")]
     key_env: Option<String>,
-    /// Sampling temperature [default: the server's].
-    #[arg(long)]
+    /// Sampling temperature, 0 to 2 [default: the server's].
+    #[arg(long, allow_negative_numbers = true, value_parser = temperature)]
     temperature: Option<f64>,
     /// Most tokens of the answer [default: the server's].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     max_tokens: Option<u32>,
     /// Seed of the sampling, where the server has one.
     #[arg(long)]
@@ -44,6 +44,15 @@ pub struct Ask {
     /// Do not keep the run in the store.
     #[arg(long)]
     no_store: bool,
+}
+
+fn temperature(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "a number is needed".to_string())?;
+    if (0.0..=2.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err("it must lie between 0 and 2".into())
+    }
 }
 
 /// Runs `ask`.
@@ -74,6 +83,12 @@ pub fn run(arguments: &Ask) -> Outcome {
     } else {
         output::text(&summary(&answer))?;
     }
+    let unknown = answer.unknown_obstacles(&question.case.scene.scenario);
+    if !unknown.is_empty() {
+        output::say(&format!(
+            "nearmiss: the verdict names obstacles that the scenario does not have: {unknown:?}"
+        ));
+    }
     match &answer.judged {
         Judged::Verdict(_) => Ok(()),
         Judged::Missing(missing) => Err(Failure {
@@ -101,6 +116,11 @@ fn judge(arguments: &Ask, config: &Config) -> Result<Judge, Failure> {
         if let Some(table) = entry.as_table_mut() {
             table.insert("base_url".into(), url.clone().into());
             if let Some(variable) = &arguments.key_env {
+                if std::env::var_os(variable).is_none_or(|value| value.is_empty()) {
+                    return Err(Failure::input(format!(
+                        "--key-env {variable}: it is not set in the environment"
+                    )));
+                }
                 table.insert("key_env".into(), variable.clone().into());
             }
         }
@@ -202,7 +222,7 @@ fn summary(answer: &Answer) -> String {
                 text.push_str(&format!("repaired      {}\n", notes.join("; ")));
             }
         }
-        Judged::Missing(missing) => text.push_str(&format!("\n{missing}\n{}\n", answer.text)),
+        Judged::Missing(_) => text.push_str(&format!("\n{}\n", answer.text)),
     }
     if answer.model_differs() {
         let returned = answer.model_returned.as_deref().unwrap_or_default();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::{Failure, Outcome, output};
+use super::{Failure, Outcome, open, output};
 use crate::geometry::{Point, Shape};
 use crate::scenario::{
     Adjacent, Entry, Goal, Lanelet, Obstacle, Prediction, Quantity, Scenario, State, benchmark_id,
@@ -22,7 +22,7 @@ pub struct Inspect {
 
 /// Runs `inspect`.
 pub fn run(arguments: &Inspect) -> Outcome {
-    let entry = Entry::of_argument(&arguments.file);
+    let entry = open::entry(&arguments.file)?;
     let scenario = entry.read().map_err(Failure::input)?;
     if arguments.json {
         output::json(&document(&scenario))?;
@@ -46,7 +46,18 @@ fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
             let (first, last) = (ego.track.steps().start, ego.track.steps().end - 1);
             format!("{}, {}, steps {first} to {last}", ego.id, ego.source)
         }
-        Ok(None) => "no recording found; any moving obstacle can be taken as ego".to_string(),
+        Ok(None) => {
+            let moving = scenario
+                .obstacles
+                .iter()
+                .filter(|o| o.track().iter().count() > 1);
+            match moving.count() {
+                0 => "no recording found, and no obstacle has a trajectory".to_string(),
+                n => format!(
+                    "no recording found; {n} obstacles have a trajectory and can be taken as ego (--ego ID)"
+                ),
+            }
+        }
         Err(error) => return Err(Failure::input(error)),
     };
     let mut kinds = std::collections::BTreeMap::<String, usize>::new();

@@ -40,10 +40,12 @@ pub fn run(arguments: &Metrics) -> Outcome {
     let out: Box<dyn Write> = match &arguments.output {
         None => Box::new(io::stdout().lock()),
         Some(path) => Box::new(std::fs::File::create_new(path).map_err(|e| {
-            Failure::input(format!(
-                "{}: {e}; choose another name or remove it first",
-                path.display()
-            ))
+            let advice = match e.kind() {
+                io::ErrorKind::AlreadyExists => "; choose another name or remove it first",
+                io::ErrorKind::NotFound => "; its folder does not exist",
+                _ => "",
+            };
+            Failure::input(format!("{}: {e}{advice}", path.display()))
         })?),
     };
     let mut table = Table {

@@ -1,12 +1,12 @@
 //! What the commands share: opening a scenario with its ego, and the words for frames, tasks and techniques.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Failure;
 use crate::config::{Config, Folders};
 use crate::prompts::Techniques;
-use crate::scenario::{Entry, Scene, Window};
+use crate::scenario::{Entry, Place, Scene, Window, bundled};
 use crate::text::{Frame, Options};
 use crate::verdict::Task;
 
@@ -23,10 +23,34 @@ pub struct Which {
 impl Which {
     /// Opens the scene.
     pub fn open(&self) -> Result<(Entry, Arc<Scene>), Failure> {
-        let entry = Entry::of_argument(&self.file);
+        let entry = entry(&self.file)?;
         let scene = scene(&entry, self.ego)?;
         Ok((entry, scene))
     }
+}
+
+/// The entry that an argument means, if it is a file or the name of a bundled scenario.
+pub fn entry(argument: &Path) -> Result<Entry, Failure> {
+    let entry = Entry::of_argument(argument);
+    if let Place::File(path) = &entry.place {
+        let shown = path.display();
+        match path.metadata() {
+            Ok(found) if found.is_dir() => {
+                return Err(Failure::input(format!(
+                    "{shown} is a folder; this command takes one scenario, `nearmiss metrics` takes folders"
+                )));
+            }
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                let names: Vec<String> = bundled().into_iter().map(|e| e.name).collect();
+                return Err(Failure::input(format!(
+                    "{shown}: no such file; the bundled scenarios are {}",
+                    names.join(", ")
+                )));
+            }
+            _ => {}
+        }
+    }
+    Ok(entry)
 }
 
 /// The scene of an entry, with an obstacle or the recording as ego.
@@ -52,10 +76,10 @@ pub struct Span {
     #[arg(long, value_name = "STEP", allow_negative_numbers = true)]
     at: Option<i64>,
     /// Steps in the window [default: 10].
-    #[arg(long, value_name = "N")]
-    history: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    history: Option<u32>,
     /// Obstacles farther from the ego are left out, metres [default: 30].
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     radius: Option<f64>,
 }
 
@@ -78,7 +102,7 @@ impl Span {
         // The paper's safety inference looks at a window that ends two steps before the last one.
         let back = if task == Some(Task::Safety) { 2 } else { 0 };
         let last = self.at.unwrap_or(steps.end - 1 - back);
-        let history = self.history.unwrap_or(config.history);
+        let history = self.history.map_or(config.history, |steps| steps as usize);
         Ok(Window::ending_at(scene, last, history))
     }
 

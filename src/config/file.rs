@@ -79,16 +79,65 @@ impl Config {
             line: error
                 .span()
                 .map(|s| 1 + text[..s.start.min(text.len())].matches('\n').count()),
-            message: error.message().trim().replace('\n', " "),
+            message: describe(&text, &error),
         })?;
-        if !(config.radius.is_finite() && config.radius > 0.0) || config.history == 0 {
-            return Err(ConfigError {
+        match config.mistake() {
+            None => Ok(config),
+            Some((key, message)) => Err(ConfigError {
                 file,
-                line: None,
-                message: "radius and history must be positive".into(),
-            });
+                line: text
+                    .lines()
+                    .position(|l| l.trim_start().starts_with(key))
+                    .map(|l| l + 1),
+                message: format!("{key} {message}"),
+            }),
         }
-        Ok(config)
+    }
+
+    /// A value that cannot be meant, by its key.
+    fn mistake(&self) -> Option<(&'static str, &'static str)> {
+        let model = |id: &str| {
+            id.split_once('/')
+                .is_some_and(|(p, m)| !p.is_empty() && !m.is_empty())
+        };
+        if !(self.radius.is_finite() && self.radius > 0.0) {
+            Some(("radius", "must be a positive number of metres"))
+        } else if self.history == 0 {
+            Some(("history", "must be at least 1"))
+        } else if self.temperature.is_some_and(|t| !(0.0..=2.0).contains(&t)) {
+            Some(("temperature", "must lie between 0 and 2"))
+        } else if self.max_tokens == Some(0) {
+            Some(("max_tokens", "must be at least 1"))
+        } else if self.model.as_deref().is_some_and(|id| !model(id)) {
+            Some(("model", "must be provider/model"))
+        } else {
+            None
+        }
+    }
+}
+
+/// What is wrong, with the line that it is in: messages alone do not always name the key.
+fn describe(text: &str, error: &toml::de::Error) -> String {
+    let message = error
+        .message()
+        .trim()
+        .replace('\n', " ")
+        .replace("usize", "a whole number");
+    let line = error
+        .span()
+        .and_then(|span| text.get(..span.start))
+        .map(|before| {
+            let start = before.rfind('\n').map_or(0, |i| i + 1);
+            text[start..]
+                .lines()
+                .next()
+                .unwrap_or_default()
+                .trim()
+                .to_string()
+        });
+    match line {
+        Some(line) if !line.is_empty() => format!("{message}, in `{line}`"),
+        _ => message,
     }
 }
 
@@ -106,6 +155,18 @@ mod tests {
         let error = Config::read(&path).unwrap_err();
         assert_eq!(error.line, Some(2));
         assert!(error.message.contains("radios"), "{error}");
+        for (wrong, key) in [
+            ("theme = 3", "theme"),
+            ("history = -1", "history"),
+            ("model = \"x\"", "model"),
+        ] {
+            std::fs::write(&path, format!("mouse = false\n{wrong}\n")).unwrap();
+            let error = Config::read(&path).unwrap_err();
+            assert!(
+                error.line == Some(2) && error.message.contains(key),
+                "{error}"
+            );
+        }
         std::fs::write(
             &path,
             "mouse = false\n[provider.lab]\nbase_url = \"http://x\"\n",

@@ -58,6 +58,12 @@ impl Folders {
         self.config.join("themes")
     }
 
+    /// Drafts of templates that were not saved.
+    #[must_use]
+    pub fn drafts(&self) -> PathBuf {
+        self.data.join("drafts")
+    }
+
     /// The database of runs.
     #[must_use]
     pub fn store(&self) -> PathBuf {

@@ -1,5 +1,6 @@
 //! What comes of asking: a verdict, or the reason why there is none, with the text in any case.
 
+use crate::scenario::Scenario;
 use crate::store::{Consumed, Ending, Run, RunId, RunState};
 use crate::verdict::{How, Parsed, Verdict};
 
@@ -10,6 +11,10 @@ pub struct Answer {
     pub run: Option<RunId>,
     /// The model asked, `provider/model`.
     pub model: String,
+    /// First and last time step that were described.
+    pub window: (i64, i64),
+    /// How it was asked: frame and techniques.
+    pub how: String,
     /// The model as the server named it.
     pub model_returned: Option<String>,
     /// What was said.
@@ -74,6 +79,19 @@ impl Answer {
         self.model_returned
             .as_deref()
             .is_some_and(|returned| returned != asked)
+    }
+
+    /// Ids in the verdict that no obstacle of the scenario has.
+    #[must_use]
+    pub fn unknown_obstacles(&self, scenario: &Scenario) -> Vec<i64> {
+        let named = self
+            .verdict()
+            .into_iter()
+            .flat_map(|v| &v.obstacles)
+            .map(|o| o.id);
+        named
+            .filter(|id| scenario.obstacle(*id).is_none())
+            .collect()
     }
 
     /// How this is kept in the store.
@@ -148,6 +166,8 @@ impl From<Run> for Answer {
         };
         Self {
             run: Some(run.id),
+            window: run.question.window,
+            how: format!("{} · {}", run.question.frame, run.question.techniques),
             model: run.question.model,
             model_returned: ending.model_returned,
             judged,

@@ -58,6 +58,12 @@ pub async fn run(
         answer: Answer {
             run: None,
             model: judge.id().to_string(),
+            window: (question.case.window.first(), question.case.window.last()),
+            how: format!(
+                "{} · {}",
+                question.case.frame.name(),
+                question.case.techniques
+            ),
             model_returned: None,
             judged: Judged::Missing(Missing::Cancelled),
             text: String::new(),
@@ -229,7 +235,7 @@ fn record(question: &Question, judge: &Judge) -> NewRun {
     NewRun {
         scenario: case.name.clone(),
         scenario_hash: case.scene.scenario.hash.to_string(),
-        ego: format!("{}, {}", case.scene.ego.id, case.scene.ego.source),
+        ego: case.scene.ego.to_string(),
         task: case.task,
         frame: case.frame.name().to_string(),
         techniques: case.techniques.to_string(),

@@ -42,7 +42,7 @@ pub(super) fn judge(scene: &Scene) -> Judgement {
     for h in &histories {
         let _ = writeln!(reasoning, "- {}", line(scene, h));
     }
-    let justification = match (first, histories.first()) {
+    let justification = match (first, by_distance(&histories)) {
         (Some(hit), _) => format!(
             "The body of {} overlaps the ego's from {} on.",
             name(&hit.participant),
@@ -50,15 +50,9 @@ pub(super) fn judge(scene: &Scene) -> Judgement {
         ),
         (None, Some(nearest)) => format!(
             "No body overlaps the ego's at any recorded step; the smallest distance is {} to {} at {}.",
-            histories
-                .iter()
-                .map(|h| h.nearest)
-                .fold(nearest.nearest, f64::min),
-            name(&by_distance(&histories).map_or(nearest.participant, |h| h.participant)),
-            moment(
-                scene,
-                by_distance(&histories).map_or(nearest.nearest_step, |h| h.nearest_step)
-            ),
+            metres(nearest.nearest),
+            name(&nearest.participant),
+            moment(scene, nearest.nearest_step),
         ),
         (None, None) => "Nobody else is ever there.".to_string(),
     };

@@ -31,13 +31,21 @@ pub enum RegistryError {
     NotAnId(String),
     /// No provider has this name.
     #[error(
-        "no provider `{name}`; there are {known}; add [provider.{name}] with base_url to config.toml, or pass --base-url"
+        "no provider `{name}`; there are {known}, and the built-in reference/geometry; add [provider.{name}] with base_url to config.toml, or pass --base-url"
     )]
     NoProvider {
         /// The name asked for.
         name: String,
         /// Those that exist.
         known: String,
+    },
+    /// The key of a server elsewhere is missing.
+    #[error("{name} needs a key: set {variable} in the environment")]
+    NoKey {
+        /// Which provider.
+        name: String,
+        /// Where its key is looked for.
+        variable: String,
     },
     /// A provider's entry is not right.
     #[error("[provider.{name}] in config.toml: {message}")]
@@ -132,11 +140,16 @@ impl Registry {
         };
         let mut endpoint = Endpoint::new(name, url);
         endpoint.key_source.clone_from(&provider.key_env);
-        endpoint.key = provider
-            .key_env
-            .as_deref()
-            .and_then(&env)
-            .map(SecretString::from);
+        let key = provider.key_env.as_deref().and_then(&env);
+        let key = key.filter(|key| !key.trim().is_empty());
+        if let (None, Some(variable), false) = (&key, &provider.key_env, is_here(&endpoint)) {
+            // Nothing is sent elsewhere that would only be refused.
+            return Err(RegistryError::NoKey {
+                name: name.to_string(),
+                variable: variable.clone(),
+            });
+        }
+        endpoint.key = key.map(SecretString::from);
         let format = provider.response_format.as_deref().unwrap_or("off");
         endpoint.response_format = response_format(format).unwrap_or(ResponseFormat::Off);
         Ok((endpoint, model.to_string()))
@@ -156,6 +169,17 @@ impl Registry {
         });
         offers.collect()
     }
+}
+
+/// Whether a server is on this machine; such servers rarely want a key.
+fn is_here(endpoint: &Endpoint) -> bool {
+    let url = endpoint.chat_url().ok();
+    let host = url.as_ref().and_then(|url| url.host_str());
+    host.is_none_or(|host| {
+        let bare = host.trim_matches(['[', ']']);
+        let address = bare.parse::<std::net::IpAddr>();
+        bare == "localhost" || address.is_ok_and(|address| address.is_loopback())
+    })
 }
 
 /// Provider and model of an id.
@@ -214,9 +238,18 @@ mod tests {
             registry.resolve("x/y", |_| None),
             Err(RegistryError::NoProvider { .. })
         ));
+        let no_key = registry.resolve("openai/a", |_| None);
+        assert!(matches!(no_key, Err(RegistryError::NoKey { .. })));
         let (endpoint, _) = registry
             .resolve("openai/a", |n| {
-                (n == "OPENAI_BASE_URL").then(|| "http://b".into())
+                Some(
+                    if n == "OPENAI_BASE_URL" {
+                        "http://b"
+                    } else {
+                        "key"
+                    }
+                    .into(),
+                )
             })
             .unwrap();
         assert_eq!(endpoint.base_url, "http://b");

@@ -2,7 +2,8 @@
 //!
 //! As in "From Words to Collisions": the longitudinal and lateral scores are weighted by the
 //! direction, for distance and for time, and the mean of the two is rounded (halves up). Gaps are
-//! those of the real bodies, so score 0 means contact and nothing else does.
+//! those of the real bodies, so score 0 means contact and nothing else does, and the distance is graded
+//! no worse than the exact distance of the bodies.
 
 use std::sync::LazyLock;
 
@@ -71,16 +72,19 @@ impl RiskTable {
         self.levels.iter().find(|l| l.score == score)
     }
 
-    fn of(&self, relation: &Relation) -> u8 {
+    fn of(&self, relation: &Relation, exact_distance: f64) -> u8 {
         if relation.direction == Direction::Contact {
             return 0;
         }
         let weight = relation.direction.longitudinal_weight();
         let mix = |long: u8, lat: u8| weight * f64::from(long) + (1.0 - weight) * f64::from(lat);
+        // A gap along one axis says nothing where the bodies are far apart along the other, so the
+        // weighted grade is never more dangerous than that of the exact distance.
         let distance = mix(
             self.of_distance(relation.gap_long.abs()),
             self.of_distance(relation.gap_lat.abs()),
-        );
+        )
+        .max(f64::from(self.of_distance(exact_distance)));
         let time = mix(
             self.of_time(relation.time_long()),
             self.of_time(relation.time_lat()),
@@ -92,7 +96,9 @@ impl RiskTable {
 
 /// The risk score, 0 to 5.
 pub(super) fn compute(encounter: &Encounter<'_>) -> Reading {
-    Reading::Value(f64::from(RISK_LEVELS.of(&encounter.relation())))
+    Reading::Value(f64::from(
+        RISK_LEVELS.of(&encounter.relation(), encounter.distance()),
+    ))
 }
 
 #[cfg(test)]

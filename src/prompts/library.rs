@@ -188,7 +188,8 @@ mod tests {
             library.find("collision", "ego").unwrap().1.front.version,
             "mine"
         );
-        assert_eq!(library.find("safety", "ego").unwrap().1.front.version, "1");
+        let kept = &library.find("safety", "ego").unwrap().1.source;
+        assert_eq!(Some(kept.as_str()), Library::shipped("safety-ego.md"));
         assert_eq!(library.problems.len(), 1);
     }
 }

@@ -79,6 +79,16 @@ pub enum EgoError {
         /// What is wrong, with the line.
         message: String,
     },
+    /// A time step stands twice.
+    #[error("{file}: line {line}: time step {step} was there before; every step has one row")]
+    Repeated {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which step.
+        step: i64,
+    },
     /// The file has a header and nothing else.
     #[error("{file}: no rows, so there is no ego in it")]
     Empty {
@@ -173,7 +183,7 @@ pub fn read_recording(bytes: &[u8], file: &str, scenario: &Scenario) -> Result<E
     );
     let id_column = column("ego_id");
 
-    let mut samples = Vec::new();
+    let (mut samples, mut seen) = (Vec::new(), std::collections::HashSet::new());
     let mut id = None;
     for row in reader.records() {
         let row = row.map_err(csv_error)?;
@@ -195,8 +205,16 @@ pub fn read_recording(bytes: &[u8], file: &str, scenario: &Scenario) -> Result<E
             given.map(|p| number(p, column)).transpose()
         };
         id = id.or(optional(id_column, "ego_id")?.map(|v| v as i64));
+        let step = number(step, "timestep")? as i64;
+        if !seen.insert(step) {
+            return Err(EgoError::Repeated {
+                file: named(),
+                line,
+                step,
+            });
+        }
         samples.push(Sample {
-            step: number(step, "timestep")? as i64,
+            step,
             position: Point::new(number(x, "x_position")?, number(y, "y_position")?),
             heading: optional(heading, "orientation")?,
             velocity: optional(velocity, "velocity")?,

@@ -160,7 +160,7 @@ impl Entry {
 /// `Results`), the scenarios are those below `Scenarios`.
 ///
 /// # Errors
-/// A path that cannot be read, or one without any scenario.
+/// A path that cannot be read, or not one scenario at any of them.
 pub fn find(paths: &[PathBuf]) -> Result<Vec<Entry>, LibraryError> {
     let mut found = Vec::new();
     for path in paths {
@@ -175,15 +175,15 @@ pub fn find(paths: &[PathBuf]) -> Result<Vec<Entry>, LibraryError> {
                 let whole = !(scenarios.is_dir() && path.join("Results").is_dir());
                 search(if whole { path } else { &scenarios }, 0, &mut found).map_err(io)?;
                 found[before..].sort();
-                if found.len() == before {
-                    return Err(LibraryError::Nothing(path.clone()));
-                }
             } else {
                 found.push(path.clone());
             }
         } else {
             found.push(path.clone());
         }
+    }
+    if let (true, Some(first)) = (found.is_empty(), paths.first()) {
+        return Err(LibraryError::Nothing(first.clone()));
     }
     let mut seen = std::collections::HashSet::new();
     found.retain(|p| seen.insert(p.clone()));

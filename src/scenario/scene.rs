@@ -20,6 +20,13 @@ pub struct Ego {
     pub recorded: Vec<Sample>,
 }
 
+impl std::fmt::Display for Ego {
+    /// Its id and where its motion comes from, the same wherever the files lie.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}, {}", self.id, self.source.short())
+    }
+}
+
 /// A scenario and an ego in it. Cheap to share, never changed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {

@@ -26,6 +26,14 @@ pub enum StoreError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The file is not a store, or cannot be used as one.
+    #[error("{file}: {source}; move it away, or set NEARMISS_DATA to another folder")]
+    File {
+        /// Which file.
+        file: String,
+        /// What SQLite said.
+        source: rusqlite::Error,
+    },
     /// SQLite refused.
     #[error("the store of runs: {0}")]
     Database(#[from] rusqlite::Error),
@@ -58,7 +66,16 @@ impl Store {
                 source,
             })?;
         }
-        Self::prepare(Connection::open(path)?)
+        Connection::open(path)
+            .map_err(StoreError::from)
+            .and_then(Self::prepare)
+            .map_err(|error| match error {
+                StoreError::Database(source) => StoreError::File {
+                    file: path.display().to_string(),
+                    source,
+                },
+                other => other,
+            })
     }
 
     /// A store that lasts as long as the program.

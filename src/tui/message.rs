@@ -35,12 +35,25 @@ pub enum Msg {
     Asked(AskId, Event),
     /// An answer is complete, or the store refused.
     Answered(AskId, Result<Box<Answer>, String>),
-    /// Earlier answers on a scenario (by its hash) and task.
-    Stored(String, Task, Vec<Answer>),
-    /// A template file was written or removed: its name, and the library as it is now.
-    Saved(String, Result<Library, String>),
+    /// Earlier answers on the same thing.
+    Stored(StoredOf, Vec<Answer>),
+    /// A template file was written or removed: its name, what to say, and the library as it is now.
+    Saved(String, Result<(Library, String), String>),
+    /// Something went wrong outside.
+    Complaint(String),
     /// The program is asked to end.
     Terminate,
+}
+
+/// What earlier answers are about.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredOf {
+    /// Hash of the scenario.
+    pub scenario: String,
+    /// The ego, as the store writes it.
+    pub ego: String,
+    /// The task.
+    pub task: Task,
 }
 
 /// Numbers the openings; a message of an old one is dropped.
@@ -73,8 +86,10 @@ pub enum Effect {
     Survey(Vec<(usize, Entry)>),
     /// Open a scenario, with its recorded ego or an obstacle as ego.
     Open(OpenId, Entry, Option<i64>),
-    /// Load earlier answers on a scenario (by its hash) and task.
-    LoadStored(String, Task),
+    /// Load earlier answers.
+    LoadStored(StoredOf),
+    /// Keep the draft of a template (its file and text) for the next start; nothing removes it.
+    KeepDraft(String, Option<String>),
     /// Ask a model.
     Ask(AskId, Box<Question>, String),
     /// Cancel a question.

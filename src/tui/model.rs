@@ -25,7 +25,7 @@ use crate::config::Config;
 use crate::evaluation::{Case, prepare};
 use crate::judge::{self, judge};
 use crate::llm::Offer;
-use crate::prompts::{Library, Techniques};
+use crate::prompts::{Library, Techniques, Template};
 use crate::scenario::{Scene, Window};
 use crate::text::{Frame, Options};
 use crate::verdict::Task;
@@ -113,8 +113,8 @@ pub struct Model {
     pub list: List,
     /// The opened scenario.
     pub opened: Option<Box<Opened>>,
-    /// The opening that is under way.
-    pub opening: Option<OpenId>,
+    /// The opening that is under way, and the obstacle that shall be the ego in it.
+    pub opening: Option<(OpenId, Option<i64>)>,
     /// Why the selected scenario is not open.
     pub open_error: Option<String>,
     /// The current time step.
@@ -254,6 +254,13 @@ impl Model {
         };
         self.prompt.load(&self.library, self.task, self.frame);
         let draft = self.prompt.draft();
+        if let Some(Err(error)) = draft.as_ref().map(|(_, source)| Template::read(source)) {
+            self.prompt.error = Some(error.to_string());
+            let good = self.prompt.good();
+            let good = good.as_ref().map(|(f, s)| (f.as_str(), s.as_str()));
+            self.prompt.question = prepare(case, &self.library, good).ok();
+            return;
+        }
         let prepared = prepare(
             case.clone(),
             &self.library,

@@ -1,6 +1,6 @@
 //! The loop: drain all messages, draw once if something changed, at most sixty times a second, else sleep.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -78,10 +78,9 @@ async fn workbench(paths: Vec<PathBuf>) -> Ended {
     if looping.perform(effects).map_err(|e| e.to_string())? {
         return Ok(());
     }
-    looping
-        .until_quit()
-        .await
-        .map_err(|e| format!("the terminal: {e}"))
+    let ended = looping.until_quit().await;
+    looping.tasks.finish().await;
+    ended.map_err(|e| format!("the terminal: {e}"))
 }
 
 /// The model at the start; what is wrong with the user's files is said, and the defaults are used.
@@ -108,10 +107,27 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
     }
     let offers = registry.offers(env);
     let mut model = Model::new(paths, config, theme, library, offers);
+    for (file, draft) in drafts(&folders.drafts()) {
+        model.prompt.take_up(file, draft);
+    }
     for complaint in complaints {
         model.complain(complaint);
     }
     (model, registry)
+}
+
+/// What an earlier session left in the editor.
+fn drafts(folder: &Path) -> Vec<(String, String)> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let read = |path: PathBuf| {
+        let name = path
+            .file_name()?
+            .to_str()
+            .filter(|n| n.ends_with(".md"))?
+            .to_string();
+        Some((name, std::fs::read_to_string(path).ok()?))
+    };
+    entries.filter_map(|e| read(e.path())).collect()
 }
 
 struct Loop {

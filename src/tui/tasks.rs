@@ -1,22 +1,25 @@
 //! Work outside the model: effects become tasks, and tasks send messages back.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
 use super::loaded::{Facts, Opened};
-use super::message::{AskId, Effect, Msg, OpenId};
+use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
 use crate::config::{Config, Folders};
 use crate::evaluation::{self, Answer, Judge, Question};
 use crate::llm::{Client, Parameters, Registry};
 use crate::prompts::Library;
 use crate::scenario::{Entry, bundled, find};
 use crate::store::Store;
-use crate::verdict::Task;
+
+/// Times five milliseconds that cancelled questions have to be written down.
+const PATIENCE: usize = 100;
 
 /// Everything that tasks need.
 pub struct Tasks {
@@ -28,6 +31,8 @@ pub struct Tasks {
     client: Client,
     store: Option<Arc<Store>>,
     asking: HashMap<AskId, AbortHandle>,
+    /// Cancelled, and not yet written down.
+    ending: Vec<AbortHandle>,
     /// Raised whenever the list changes, so that surveys of an older list stop.
     survey: Arc<AtomicU64>,
 }
@@ -67,6 +72,7 @@ impl Tasks {
             client: Client::new(),
             store,
             asking: HashMap::new(),
+            ending: Vec::new(),
             survey: Arc::new(AtomicU64::new(0)),
         }
     }
@@ -77,24 +83,26 @@ impl Tasks {
             Effect::Find(paths) => self.background(move || Msg::Found(found(paths))),
             Effect::Survey(entries) => self.survey(entries),
             Effect::Open(id, entry, ego) => self.background(move || open(id, &entry, ego)),
-            Effect::LoadStored(hash, task) => self.load_stored(hash, task),
+            Effect::LoadStored(of) => self.load_stored(of),
+            Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
             Effect::Ask(id, question, model) => self.ask(id, question, &model),
             Effect::Abort(id) => {
                 // Dropping the task closes the connection and writes the run down as cancelled.
                 if let Some(handle) = self.asking.remove(&id) {
                     handle.abort();
+                    self.ending.push(handle);
                 }
             }
             Effect::SaveTemplate(file, text) => {
                 let path = self.folders.prompts().join(&file);
-                self.change_template(file, move || Folders::write(&path, &text));
+                self.change_template(file, move || {
+                    Folders::write(&path, &text)?;
+                    Ok(format!("saved as {}", path.display()))
+                });
             }
             Effect::RemoveTemplate(file) => {
                 let path = self.folders.prompts().join(&file);
-                self.change_template(file, move || match std::fs::remove_file(&path) {
-                    Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(e),
-                    _ => Ok(()),
-                });
+                self.change_template(file, move || set_aside(&path));
             }
             Effect::Copy(text) => return Some(Remaining::Copy(text)),
             Effect::UseMouse(on) => return Some(Remaining::UseMouse(on)),
@@ -128,14 +136,46 @@ impl Tasks {
         });
     }
 
-    fn load_stored(&self, hash: String, task: Task) {
+    fn load_stored(&self, of: StoredOf) {
         let Some(store) = self.store.clone() else {
             return;
         };
         self.background(move || {
-            let runs = store.of_scenario(&hash, task, 20).unwrap_or_default();
-            Msg::Stored(hash, task, runs.into_iter().map(Answer::from).collect())
+            let runs = store
+                .of_scenario(&of.scenario, of.task, 50)
+                .unwrap_or_default();
+            let same = runs.into_iter().filter(|run| run.question.ego == of.ego);
+            let answers = same.map(Answer::from).collect();
+            Msg::Stored(of, answers)
         });
+    }
+
+    /// At once and not in the background: the program may be about to end.
+    fn keep_draft(&self, file: &str, draft: Option<String>) {
+        let path = self.folders.drafts().join(file);
+        let kept = match draft {
+            Some(text) => Folders::write(&path, &text),
+            None => remove(&path),
+        };
+        if let Err(error) = kept {
+            let _ = self
+                .sender
+                .send(Msg::Complaint(format!("{}: {error}", path.display())));
+        }
+    }
+
+    /// Cancels what is on its way and waits until that is written down.
+    pub async fn finish(&mut self) {
+        for (_, handle) in self.asking.drain() {
+            handle.abort();
+            self.ending.push(handle);
+        }
+        for _ in 0..PATIENCE {
+            if self.ending.iter().all(AbortHandle::is_finished) {
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
     }
 
     fn ask(&mut self, id: AskId, question: Box<Question>, model: &str) {
@@ -164,15 +204,37 @@ impl Tasks {
     fn change_template(
         &self,
         file: String,
-        change: impl FnOnce() -> std::io::Result<()> + Send + 'static,
+        change: impl FnOnce() -> std::io::Result<String> + Send + 'static,
     ) {
         let folder = self.folders.prompts();
         self.background(move || {
             let result = change()
-                .map(|()| Library::load(Some(&folder)))
+                .map(|words| (Library::load(Some(&folder)), words))
                 .map_err(|e| format!("{}: {e}", folder.join(&file).display()));
             Msg::Saved(file, result)
         });
+    }
+}
+
+/// Takes a template of the user's out of use without losing it.
+fn set_aside(path: &Path) -> std::io::Result<String> {
+    let kept = path.with_extension("md.bak");
+    match std::fs::rename(path, &kept) {
+        Ok(()) => Ok(format!(
+            "the shipped template is in use; yours is kept as {}",
+            kept.display()
+        )),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            Ok("the shipped template is in use".into())
+        }
+        Err(error) => Err(error),
+    }
+}
+
+fn remove(path: &Path) -> std::io::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
     }
 }
 

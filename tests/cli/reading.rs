@@ -165,9 +165,11 @@ fn inspect_names_file_line_and_element_of_what_is_wrong() {
             );
         }
     }
-    home.run(&["inspect", "nowhere.xml"])
-        .status(2)
-        .says(&["nowhere.xml", "No such file"]);
+    home.run(&["inspect", "nowhere.xml"]).status(2).says(&[
+        "nowhere.xml",
+        "no such file",
+        "ZAM_CutIn-1_1_T-1",
+    ]);
     home.run(&["inspect", "."]).status(2);
 }
 

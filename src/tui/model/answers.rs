@@ -3,6 +3,7 @@
 use crate::evaluation::Answer;
 use crate::judge::Judgement;
 use crate::tui::message::AskId;
+use crate::verdict::Verdict;
 
 /// Answers side by side.
 #[derive(Debug, Default)]
@@ -15,6 +16,8 @@ pub struct Answers {
     pub asking_reference: Option<AskId>,
     /// Milliseconds the built-in judge took when it was last asked.
     pub reference_ms: Option<u64>,
+    /// Questions about scenarios that are not open any longer, with their names.
+    pub elsewhere: Vec<(AskId, String)>,
     /// Whose reasoning is shown.
     pub shown: Shown,
     /// How far its text is scrolled; nothing while the end is followed.
@@ -40,6 +43,10 @@ pub struct Column {
     pub model: String,
     /// How it was asked, in short.
     pub how: String,
+    /// First and last time step that it was told of.
+    pub steps: (i64, i64),
+    /// What the built-in judge says about the same question.
+    pub truth: Option<Verdict>,
     /// Reasoning so far.
     pub reasoning: String,
     /// Answer so far.
@@ -63,8 +70,8 @@ pub enum Progress {
     Broken(String),
 }
 
-/// Columns that fit beside each other.
-const MOST_COLUMNS: usize = 3;
+/// Answers that are kept at hand; older ones are in the store.
+const MOST_COLUMNS: usize = 8;
 
 impl Answers {
     /// Adds a column and shows it; the oldest that is not running makes room.
@@ -117,7 +124,7 @@ impl Answers {
     /// Whether an answer is on its way.
     #[must_use]
     pub fn is_running(&self) -> bool {
-        self.columns.iter().any(Column::is_running)
+        self.columns.iter().any(Column::is_running) || !self.elsewhere.is_empty()
     }
 }
 
@@ -147,7 +154,9 @@ impl From<Answer> for Column {
         Self {
             ask: None,
             model: answer.model.clone(),
-            how: String::new(),
+            how: answer.how.clone(),
+            steps: answer.window,
+            truth: None,
             reasoning: answer.reasoning.clone(),
             text: answer.text.clone(),
             progress: Progress::Done(Box::new(answer)),

@@ -35,6 +35,11 @@ impl Camera {
         self.cell = (self.cell * factor).clamp(NEAREST, FARTHEST);
     }
 
+    /// Zooms out until so many metres fit into the width of the pane.
+    pub fn show_at_least(&mut self, metres: f64, columns: u16) {
+        self.cell = self.cell.max(metres / f64::from(columns.max(1)));
+    }
+
     /// Moves the view by cells, to the right and up; the ego is not followed any longer.
     pub fn pan(&mut self, right: f64, up: f64, ego: Option<Pose>) {
         let frame = self.frame(ego);

@@ -79,7 +79,9 @@ impl List {
             scored.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
         }
         self.visible = scored.into_iter().map(|(_, place)| place).collect();
-        let kept = selected.and_then(|s| self.visible.iter().position(|&v| v == s));
+        let kept = selected
+            .or(self.opened)
+            .and_then(|s| self.visible.iter().position(|&v| v == s));
         self.selected = kept.filter(|_| self.filter.is_empty()).unwrap_or(0);
     }
 }

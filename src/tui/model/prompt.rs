@@ -79,6 +79,11 @@ impl std::fmt::Debug for PromptPane {
 }
 
 impl PromptPane {
+    /// Takes up the draft of a template that an earlier session left.
+    pub fn take_up(&mut self, file: String, draft: String) {
+        self.drafts.insert(file, draft);
+    }
+
     /// Puts the template for a task and frame into the editor, unless it is there already.
     pub fn load(&mut self, library: &Library, task: Task, frame: Frame) {
         let Some((file, template)) = library.find(task.name(), frame.name()) else {

@@ -58,6 +58,10 @@ fn text(model: &Model) -> Text<'static> {
             "0 to 5",
             "risk score: 0 collision, 1 extreme, 2 high, 3 medium, 4 low, 5 negligible",
         ),
+        (
+            "0X 3 - ·",
+            "in the list: the lowest risk score, X with a contact, - without an ego, · not yet known",
+        ),
         ("X", "contact: in the list, on the map and on the timeline"),
         (
             "!",

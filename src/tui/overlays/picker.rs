@@ -31,7 +31,7 @@ pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
         let note = match offer.map(|o| &o.key) {
             _ if id == judge::MODEL => "built in, no network".to_string(),
             Some(Some((name, true))) => format!("key in {name}"),
-            Some(Some((name, false))) => format!("no key in {name}"),
+            Some(Some((name, false))) => format!("{name} is not set"),
             Some(None) => "no key needed".to_string(),
             None => "as typed".to_string(),
         };

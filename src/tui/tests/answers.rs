@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, answer, no_verdict};
 use crate::evaluation::Event;
-use crate::tui::message::{Effect, Msg};
+use crate::tui::message::{Effect, Msg, StoredOf};
 use crate::tui::model::{Pane, Progress, Shown};
 
 /// The model `lab/small` is asked.
@@ -55,7 +55,7 @@ fn c_asks_a_second_model_beside_the_first() {
     ));
     let frame = bench.frame(120, 40);
     assert!(
-        frame.contains("yes =") && frame.contains("no ≠") && frame.contains("built in"),
+        frame.contains("yes =") && frame.contains("no ≠") && frame.contains("built-in"),
         "{frame}"
     );
     assert_eq!(bench.model.answers.shown, Shown::Column(1));
@@ -157,36 +157,52 @@ fn the_built_in_judge_can_be_asked_and_is_kept() {
 }
 
 #[test]
-fn another_scenario_cancels_and_clears() {
+fn an_answer_goes_on_while_another_scenario_is_looked_at() {
     let mut bench = asking();
+    let (id, _) = bench.asked();
     bench.press("down");
-    assert!(bench.effects.iter().any(|e| matches!(e, Effect::Abort(_))));
+    assert!(bench.effects.iter().all(|e| !matches!(e, Effect::Abort(_))));
     assert!(bench.model.answers.columns.is_empty());
+    bench.send(Msg::Answered(
+        id,
+        Ok(Box::new(answer("lab/small", true, 301))),
+    ));
+    let said = &bench.model.toasts.last().unwrap().text;
+    assert!(
+        said.contains("ZAM_HardBraking-1_1_T-1: collision"),
+        "{said}"
+    );
+
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.press("down ctrl-c");
+    assert!(
+        bench
+            .effects
+            .iter()
+            .any(|e| matches!(e, Effect::Abort(aborted) if *aborted == id))
+    );
 }
 
 #[test]
-fn stored_answers_come_back_with_their_scenario() {
+fn stored_answers_come_back_with_their_scenario_ego_and_task() {
     let mut bench = Bench::bundled();
-    let (hash, task) = bench
+    let of = bench
         .effects
         .iter()
         .find_map(|e| match e {
-            Effect::LoadStored(hash, task) => Some((hash.clone(), *task)),
+            Effect::LoadStored(of) => Some(of.clone()),
             _ => None,
         })
         .unwrap();
+    let other = StoredOf {
+        ego: "301, obstacle 301 taken as ego".into(),
+        ..of.clone()
+    };
+    bench.send(Msg::Stored(other, vec![answer("lab/x", true, 301)]));
+    assert!(bench.model.answers.columns.is_empty(), "about another ego");
     bench.send(Msg::Stored(
-        "another".into(),
-        task,
-        vec![answer("lab/x", true, 301)],
-    ));
-    assert!(
-        bench.model.answers.columns.is_empty(),
-        "of another scenario"
-    );
-    bench.send(Msg::Stored(
-        hash,
-        task,
+        of,
         vec![answer("lab/x", true, 301), answer("lab/x", false, 1)],
     ));
     assert_eq!(
@@ -195,6 +211,63 @@ fn stored_answers_come_back_with_their_scenario() {
         "the newest of each model"
     );
     assert!(bench.frame(120, 40).contains("yes ="));
+    bench.press("o shift-e");
+    assert!(
+        bench.model.answers.columns.is_empty(),
+        "answers about the other ego are put away"
+    );
+}
+
+#[test]
+fn an_answer_is_compared_with_the_truth_of_its_own_question() {
+    let mut bench = asking();
+    bench.press("t x left r");
+    let (id, _) = bench.asked();
+    bench.send(Msg::Answered(
+        id,
+        Ok(Box::new(answer("lab/small", true, 301))),
+    ));
+    assert!(bench.frame(120, 40).contains("yes ="));
+    bench.press("home");
+    assert!(
+        bench.frame(120, 40).contains("yes ="),
+        "the cursor moves, the question does not"
+    );
+}
+
+#[test]
+fn more_answers_than_fit_can_all_be_reached() {
+    let mut bench = Bench::bundled();
+    for i in 0..6 {
+        bench.model.model = format!("lab/m{i}");
+        bench.press("r");
+        let (id, model) = bench.asked();
+        bench.send(Msg::Answered(id, Ok(Box::new(answer(&model, true, 301)))));
+    }
+    let mut seen = String::new();
+    for _ in 0..7 {
+        let frame = bench.frame(80, 24);
+        assert!(
+            frame.contains("/6 [ ]") && frame.contains("built-in"),
+            "{frame}"
+        );
+        seen.push_str(&frame);
+        bench.press("[");
+    }
+    for i in 0..6 {
+        assert!(seen.contains(&format!(" m{i} ")), "m{i}");
+    }
+}
+
+#[test]
+fn obstacles_that_are_not_there_are_named() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.send(Msg::Answered(
+        id,
+        Ok(Box::new(answer("lab/small", true, 999))),
+    ));
+    assert!(bench.frame(120, 40).contains("not there: [999]"));
 }
 
 #[test]

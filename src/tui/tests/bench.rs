@@ -120,6 +120,8 @@ pub fn answer(model: &str, dangerous: bool, obstacle: i64) -> Answer {
     Answer {
         run: None,
         model: model.into(),
+        window: (51, 60),
+        how: "ego · base".into(),
         model_returned: None,
         judged: Judged::Verdict(Parsed {
             verdict,

@@ -304,3 +304,34 @@ fn it_can_be_left() {
     bench.send(Msg::Terminate);
     assert!(matches!(bench.effects.last(), Some(Effect::Quit)));
 }
+
+#[test]
+fn what_cannot_be_the_ego_changes_nothing_but_is_said() {
+    let mut bench = Bench::bundled();
+    bench.press("x");
+    let (step, name) = (
+        bench.model.clock.step(),
+        bench.model.opened.as_ref().unwrap().name.clone(),
+    );
+    let parked = bench
+        .model
+        .opened
+        .as_ref()
+        .unwrap()
+        .scenario
+        .obstacles
+        .iter();
+    let parked = parked.map(|o| o.id).max().unwrap();
+    bench.model.picked = Some(parked + 1_000);
+    bench.press("shift-e");
+    assert_eq!(bench.model.opened.as_ref().unwrap().name, name);
+    assert_eq!(bench.model.clock.step(), step);
+    assert!(bench.model.toasts.last().unwrap().bad);
+    bench.model.picked = Some(302);
+    bench.press("shift-e");
+    assert_eq!(
+        bench.model.clock.step(),
+        step,
+        "another ego, the same moment"
+    );
+}

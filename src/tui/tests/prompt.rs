@@ -86,6 +86,7 @@ fn a_broken_template_is_named_and_the_last_good_one_stays() {
             .iter()
             .all(|e| !matches!(e, Effect::SaveTemplate(..)))
     );
+    bench.model.model = "lab/small".into();
     bench.press("esc r");
     assert!(
         bench.effects.iter().all(|e| !matches!(e, Effect::Ask(..))),
@@ -109,7 +110,10 @@ fn saving_writes_the_users_copy_and_reset_removes_it() {
 
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join(&file), &text).unwrap();
-    bench.send(Msg::Saved(file, Ok(Library::load(Some(folder.path())))));
+    bench.send(Msg::Saved(
+        file,
+        Ok((Library::load(Some(folder.path())), "saved".into())),
+    ));
     assert!(!bench.model.prompt.is_draft());
     bench.press("esc :");
     bench.type_text("reset-template");
@@ -122,7 +126,7 @@ fn saving_writes_the_users_copy_and_reset_removes_it() {
     );
     bench.send(Msg::Saved(
         "collision-ego.md".into(),
-        Ok(Library::load(None)),
+        Ok((Library::load(None), "shipped".into())),
     ));
     assert!(!rendered(&bench).contains("Mine."));
 }
@@ -144,4 +148,32 @@ fn pasted_text_goes_into_the_editor_at_once() {
     bench.press("e down down down down down down down down");
     bench.send(Msg::Paste("two\r\nlines ".into()));
     assert!(bench.model.prompt.text().contains("two\nlines"));
+}
+
+#[test]
+fn a_draft_is_kept_for_the_next_start_and_taken_up() {
+    let mut bench = Bench::bundled();
+    bench.press("e down down down down down down down down");
+    bench.type_text("Kept. ");
+    bench.press("esc q");
+    let kept = bench.effects.iter().rev().find_map(|e| match e {
+        Effect::KeepDraft(file, Some(text)) => Some((file.clone(), text.clone())),
+        _ => None,
+    });
+    let (file, text) = kept.unwrap();
+    assert!(matches!(bench.effects.last(), Some(Effect::Quit)));
+    let mut bench = Bench::empty();
+    bench.model.prompt.take_up(file, text);
+    bench.send(Msg::Found(Ok(crate::scenario::bundled())));
+    assert!(rendered(&bench).starts_with("Kept. You are"));
+}
+
+#[test]
+fn broken_front_matter_is_named_and_the_built_in_judge_does_not_care() {
+    let mut bench = Bench::bundled();
+    bench.press("e x esc");
+    assert!(bench.model.prompt.error.as_ref().unwrap().contains("+++"));
+    assert!(bench.model.prompt.question.is_some());
+    bench.press("r");
+    assert!(bench.effects.iter().any(|e| matches!(e, Effect::Ask(..))));
 }

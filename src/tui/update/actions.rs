@@ -1,7 +1,7 @@
 //! What each action does.
 
 use super::super::action::{Action, Scope};
-use super::super::message::Effect;
+use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
 use super::{answers, editing, open, open_current};
 use crate::geometry::Pose;
@@ -11,7 +11,7 @@ use crate::verdict::Task;
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     use Action::*;
     match action {
-        Quit => return vec![Effect::Quit],
+        Quit => return quit(model),
         Cancel => return cancel(model),
         Suspend => return vec![Effect::Suspend],
         Mouse => {
@@ -73,7 +73,29 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
     if model.prompt.editing || !model.overlays.is_empty() || model.list.filtering {
         return cancel(model);
     }
-    vec![Effect::Quit]
+    quit(model)
+}
+
+/// Leaves; the draft is kept for the next start.
+pub fn quit(model: &Model) -> Vec<Effect> {
+    let mut effects: Vec<Effect> = editing::keep(model).into_iter().collect();
+    effects.push(Effect::Quit);
+    effects
+}
+
+/// Loads the earlier answers on what is open.
+pub fn load_stored(model: &Model) -> Option<Effect> {
+    stored_of(model).map(Effect::LoadStored)
+}
+
+/// What earlier answers would have to be about.
+pub fn stored_of(model: &Model) -> Option<StoredOf> {
+    let scene = model.scene()?;
+    Some(StoredOf {
+        scenario: scene.scenario.hash.to_string(),
+        ego: scene.ego.to_string(),
+        task: model.task,
+    })
 }
 
 /// Esc: the innermost thing that is open is closed.
@@ -82,8 +104,7 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     }
     if model.prompt.editing {
-        editing::end(model);
-        return Vec::new();
+        return editing::end(model);
     }
     if model.list.filtering {
         model.list.filtering = false;
@@ -196,6 +217,7 @@ fn go_to_nearest(
             model.clock.go(nearest.step);
             model.picked = Some(nearest.obstacle);
         }
+        None if model.scene().is_none() => model.say("no scenario with an ego is open"),
         None => model.say("there is nobody near at any step"),
     }
 }
@@ -283,6 +305,10 @@ fn pick(model: &mut Model, by: isize) {
 fn take_as_ego(model: &mut Model) -> Vec<Effect> {
     match model.picked {
         Some(id) => reopen(model, Some(id)),
+        None if model.opened.is_none() => {
+            model.say("no scenario is open");
+            Vec::new()
+        }
         None => {
             model.say("pick an obstacle first, with o or the mouse");
             Vec::new()
@@ -306,15 +332,13 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
                 Task::Safety => Task::Collision,
             };
             // Answers to another question do not compare.
-            effects.extend(answers::abort_all(model));
-            model.answers.columns.clear();
+            let name = model
+                .opened
+                .as_ref()
+                .map_or(String::new(), |o| o.name.clone());
+            answers::leave(model, &name);
             model.answers.show(super::Shown::Reference);
-            if let Some(opened) = &model.opened {
-                effects.push(Effect::LoadStored(
-                    opened.scenario.hash.to_string(),
-                    model.task,
-                ));
-            }
+            effects.extend(load_stored(model));
         }
         Action::ToggleFrame => {
             use crate::text::Frame;

@@ -7,7 +7,14 @@ use crate::judge;
 
 /// Asks the chosen model the question as it stands.
 pub fn ask(model: &mut Model) -> Vec<Effect> {
-    if let Some(error) = &model.prompt.error {
+    let asked = model.model.clone();
+    // The built-in judge reads the scene, not the prompt.
+    if let Some(error) = model
+        .prompt
+        .error
+        .as_ref()
+        .filter(|_| asked != judge::MODEL)
+    {
         let text = format!("the template cannot be used: {error}");
         model.complain(text);
         return Vec::new();
@@ -21,7 +28,6 @@ pub fn ask(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     };
     let id = AskId(model.new_id());
-    let asked = model.model.clone();
     if asked == judge::MODEL {
         model.answers.asking_reference = Some(id);
         model.answers.show(Shown::Reference);
@@ -34,6 +40,8 @@ pub fn ask(model: &mut Model) -> Vec<Effect> {
                 question.case.frame.name(),
                 question.case.techniques
             ),
+            steps: (question.case.window.first(), question.case.window.last()),
+            truth: model.answers.reference.as_ref().map(|r| r.verdict.clone()),
             reasoning: String::new(),
             text: String::new(),
             progress: Progress::Waiting(0.0),
@@ -102,6 +110,24 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
         }
         return Vec::new();
     }
+    if let Some(place) = model
+        .answers
+        .elsewhere
+        .iter()
+        .position(|(id, _)| *id == ask)
+    {
+        let (_, name) = model.answers.elsewhere.remove(place);
+        match result {
+            Ok(answer) => {
+                let word = answer
+                    .verdict()
+                    .map_or("no verdict", crate::verdict::Verdict::word);
+                model.say(format!("{} on {name}: {word}", answer.model));
+            }
+            Err(error) => model.complain(error),
+        }
+        return Vec::new();
+    }
     let Some(column) = model.column_mut(ask) else {
         return Vec::new();
     };
@@ -127,6 +153,15 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
     Vec::new()
 }
 
+/// Lets what is on its way go on without its column, as another scenario is opened.
+pub fn leave(model: &mut Model, name: &str) {
+    for column in model.answers.columns.drain(..) {
+        if let (true, Some(ask)) = (column.is_running(), column.ask) {
+            model.answers.elsewhere.push((ask, name.to_string()));
+        }
+    }
+}
+
 /// Cancels everything that is on its way.
 pub fn abort_all(model: &mut Model) -> Vec<Effect> {
     let mut effects = Vec::new();
@@ -136,6 +171,13 @@ pub fn abort_all(model: &mut Model) -> Vec<Effect> {
             effects.extend(column.ask.map(Effect::Abort));
         }
     }
+    effects.extend(
+        model
+            .answers
+            .elsewhere
+            .drain(..)
+            .map(|(id, _)| Effect::Abort(id)),
+    );
     if !effects.is_empty() {
         model.say("cancelled");
     }

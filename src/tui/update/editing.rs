@@ -21,14 +21,24 @@ pub fn begin(model: &mut Model) {
     SwitchMode(EditorMode::Insert).execute(&mut model.prompt.editor.borrow_mut());
 }
 
-/// Takes the keys back; the draft stays.
-pub fn end(model: &mut Model) {
+/// Takes the keys back; the draft stays, also for the next start.
+pub fn end(model: &mut Model) -> Vec<Effect> {
     model.prompt.editing = false;
-    if model.prompt.is_draft() {
+    if model.prompt.error.is_some() {
+        model.say("the draft cannot be filled yet; the last version that could be is in use");
+    } else if model.prompt.is_draft() {
         model.say(
             "the draft is in use; e and Ctrl-S save it, the palette's reset-template discards it",
         );
     }
+    keep(model).into_iter().collect()
+}
+
+/// Keeps the draft for the next start, or forgets the one that was kept.
+pub fn keep(model: &Model) -> Option<Effect> {
+    let file = model.prompt.file();
+    let draft = model.prompt.draft().map(|(_, text)| text);
+    (!file.is_empty()).then(|| Effect::KeepDraft(file.to_string(), draft))
 }
 
 /// A key while editing.
@@ -36,10 +46,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     match key {
         Key {
             code: Code::Esc, ..
-        } => {
-            end(model);
-            return Vec::new();
-        }
+        } => return end(model),
         Key {
             code: Code::Char('s'),
             ctrl: true,
@@ -97,9 +104,13 @@ fn save(model: &mut Model) -> Vec<Effect> {
 }
 
 /// A template was written or removed.
-pub fn saved(model: &mut Model, file: &str, result: Result<Library, String>) -> Vec<Effect> {
+pub fn saved(
+    model: &mut Model,
+    file: &str,
+    result: Result<(Library, String), String>,
+) -> Vec<Effect> {
     match result {
-        Ok(library) => {
+        Ok((library, words)) => {
             model.library = library;
             if file == model.prompt.file() {
                 if model.prompt.editing {
@@ -108,8 +119,9 @@ pub fn saved(model: &mut Model, file: &str, result: Result<Library, String>) -> 
                     model.prompt.reload(&model.library);
                 }
             }
-            model.say(format!("{file} is up to date"));
+            model.say(words);
             model.refresh();
+            return keep(model).into_iter().collect();
         }
         Err(error) => model.complain(error),
     }

@@ -42,15 +42,18 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
         Msg::Opened(id, result) => opened(model, id, result),
         Msg::Asked(ask, event) => answers::arrived(model, ask, event),
         Msg::Answered(ask, result) => answers::answered(model, ask, result),
-        Msg::Stored(hash, task, stored) => {
-            let current = model.opened.as_ref().map(|o| o.scenario.hash.to_string());
-            if current.as_deref() == Some(&hash) && task == model.task {
+        Msg::Stored(of, stored) => {
+            if actions::stored_of(model).as_ref() == Some(&of) {
                 show_stored(model, stored);
             }
             Vec::new()
         }
         Msg::Saved(file, result) => editing::saved(model, &file, result),
-        Msg::Terminate => vec![Effect::Quit],
+        Msg::Complaint(text) => {
+            model.complain(text);
+            Vec::new()
+        }
+        Msg::Terminate => actions::quit(model),
     }
 }
 
@@ -148,54 +151,75 @@ pub(super) fn open_current(model: &mut Model) -> Vec<Effect> {
 /// Opens a scenario of the list.
 pub(super) fn open(model: &mut Model, place: usize, ego: Option<i64>) -> Vec<Effect> {
     let id = OpenId(model.new_id());
-    model.opening = Some(id);
+    model.opening = Some((id, ego));
     model.list.opened = Some(place);
     let entry = model.list.rows[place].entry.clone();
     vec![Effect::Open(id, entry, ego)]
 }
 
 fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) -> Vec<Effect> {
-    if model.opening != Some(id) {
+    let Some((_, ego)) = model.opening.filter(|(opening, _)| *opening == id) else {
         return Vec::new();
-    }
+    };
     model.opening = None;
-    let mut effects = answers::abort_all(model);
-    model.answers.columns.clear();
+    let opened = match result {
+        Ok(opened) => opened,
+        Err(message) if ego.is_some() && model.opened.is_some() => {
+            // What is open stays.
+            model.complain(message);
+            return Vec::new();
+        }
+        Err(message) => {
+            leave(model);
+            model.opened = None;
+            model.open_error = Some(message);
+            model.refresh();
+            return Vec::new();
+        }
+    };
+    let again = model
+        .opened
+        .as_ref()
+        .filter(|o| o.scenario.hash == opened.scenario.hash);
+    let step = again.map(|_| model.clock.step());
+    leave(model);
+    model.open_error = None;
+    let speed = model.clock.speed();
+    let clock = super::clock::Clock::new(opened.steps(), opened.scenario.dt());
+    model.clock = clock.at_speed(speed);
+    if let Some(step) = step {
+        model.clock.go(step);
+    }
+    frame_map(model, &opened);
+    let riskiest = opened.headline.as_ref().and_then(|h| h.risk);
+    model.picked = riskiest.map(|n| n.obstacle);
+    model.opened = Some(opened);
+    model.refresh();
+    actions::load_stored(model).into_iter().collect()
+}
+
+/// Puts away what belongs to the scenario that was open.
+fn leave(model: &mut Model) {
+    let name = model
+        .opened
+        .as_ref()
+        .map_or(String::new(), |o| o.name.clone());
+    answers::leave(model, &name);
     model.answers.reference_ms = None;
     model.answers.show(Shown::Reference);
     model.picked = None;
     model.prompt.scroll = 0;
-    match result {
-        Ok(opened) => {
-            model.open_error = None;
-            let speed = model.clock.speed();
-            model.clock =
-                super::clock::Clock::new(opened.steps(), opened.scenario.dt()).at_speed(speed);
-            frame_map(model, &opened);
-            model.picked = opened
-                .headline
-                .as_ref()
-                .and_then(|h| h.risk)
-                .map(|n| n.obstacle);
-            effects.push(Effect::LoadStored(
-                opened.scenario.hash.to_string(),
-                model.task,
-            ));
-            model.opened = Some(opened);
-        }
-        Err(message) => {
-            model.opened = None;
-            model.open_error = Some(message);
-        }
-    }
-    model.refresh();
-    effects
 }
+
+/// Metres that the map shows at first, so that a vehicle is seen before it is near.
+const NEIGHBOURHOOD: f64 = 45.0;
 
 /// Points the map at the ego, or at everything where there is none.
 fn frame_map(model: &mut Model, opened: &Opened) {
     if opened.scene.is_some() {
         model.camera.follow = true;
+        let (columns, _) = model.drawn.map_size();
+        model.camera.show_at_least(NEIGHBOURHOOD, columns);
         return;
     }
     let positions: Vec<_> = opened
@@ -211,21 +235,34 @@ fn frame_map(model: &mut Model, opened: &Opened) {
     }
 }
 
-/// Shows earlier answers, the newest of each model, unless something newer is there.
+/// Shows earlier answers, the newest of each model and way of asking, unless something newer is there.
 fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     if !model.answers.columns.is_empty() {
         return;
     }
     let mut seen = Vec::new();
     for answer in stored {
-        if answer.model != crate::judge::MODEL && !seen.contains(&answer.model) && seen.len() < 2 {
-            seen.push(answer.model.clone());
-            model.answers.columns.insert(0, Column::from(answer));
+        let key = (answer.model.clone(), answer.how.clone());
+        if answer.model == crate::judge::MODEL || seen.contains(&key) || seen.len() >= STORED {
+            continue;
         }
+        seen.push(key);
+        let mut column = Column::from(answer);
+        column.truth = truth(model, column.steps.1);
+        model.answers.columns.insert(0, column);
     }
     if !model.answers.columns.is_empty() {
-        model
-            .answers
-            .show(Shown::Column(model.answers.columns.len() - 1));
+        let last = model.answers.columns.len() - 1;
+        model.answers.show(Shown::Column(last));
     }
+}
+
+/// Earlier answers shown at once.
+const STORED: usize = 4;
+
+/// What the built-in judge says about a window that ends at a step.
+fn truth(model: &Model, last: i64) -> Option<crate::verdict::Verdict> {
+    let scene = model.scene()?;
+    let window = crate::scenario::Window::ending_at(scene, last, model.config.history);
+    Some(crate::judge::judge(scene, model.task, &window).verdict)
 }

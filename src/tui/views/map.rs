@@ -79,6 +79,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     title.push_span(Span::styled(mode, Style::new().fg(model.theme.dim)));
     let inner = frame::pane(f, area, model, Pane::Map, title);
     let Some(opened) = &model.opened else {
+        let frame = camera.frame(None);
+        let cell = camera.cell;
+        model.drawn.map(MapDrawn {
+            area: inner,
+            frame,
+            cell,
+        });
         return nothing(f, inner, model);
     };
     if inner.width < 4 || inner.height < 2 {

@@ -14,7 +14,7 @@ use crate::tui::widgets::{frame, scroll};
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
     let (title, text) = match model.answers.column() {
-        None => ("reasoning · built in".to_string(), reference(model)),
+        None => ("reasoning · built-in".to_string(), reference(model)),
         Some(column) => {
             let name = fit(&column.model, usize::from(area.width).saturating_sub(28));
             (

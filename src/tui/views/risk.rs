@@ -23,12 +23,16 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             ));
             title.push_span(Span::raw(format!(" ({id})")));
         }
+        if let Some(id) = model.picked {
+            title.push_span(Span::raw(" · "));
+            title.push_span(Span::styled(
+                format!("picked {id}"),
+                Style::new().fg(theme.picked),
+            ));
+        }
         if let Some(lowest) = opened.headline.as_ref().and_then(|h| h.risk) {
             let time = lowest.step as f64 * opened.scenario.dt();
-            title.push_span(Span::raw(format!(
-                " · lowest {} at {time:.1} s",
-                lowest.value
-            )));
+            title.push_span(Span::raw(format!(" · min {} at {time:.1} s", lowest.value)));
         }
     }
     let inner = frame::pane(f, area, model, Pane::Risk, title);
@@ -61,7 +65,6 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     };
     let (from, to) = (time(steps.start), time(steps.end - 1));
     let dim = Style::new().fg(theme.dim);
-    let picked_name = model.picked.map_or(String::new(), |id| format!("{id} "));
     let chart = Chart::new(vec![
         line(&cursor, theme.accent),
         line(&lowest, theme.warning),
@@ -71,7 +74,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         Axis::default()
             .style(dim)
             .bounds([from, to.max(from + dt)])
-            .labels([format!("{from:.0} s"), picked_name, format!("{to:.1} s")]),
+            .labels([format!("{from:.0} s"), format!("{to:.1} s")]),
     )
     .y_axis(
         Axis::default()

@@ -157,8 +157,9 @@ fn ruler(
             .fg(model.theme.danger)
             .add_modifier(Modifier::BOLD);
         let span = match (Some(i) == contact, i == cursor) {
-            (true, _) => Span::styled("X", danger),
-            (_, true) => Span::styled("▲", Style::new().fg(model.theme.accent)),
+            (true, true) => Span::styled("X", danger.add_modifier(Modifier::REVERSED)),
+            (true, false) => Span::styled("X", danger),
+            (false, true) => Span::styled("▲", Style::new().fg(model.theme.accent)),
             _ => Span::styled(cell.to_string(), dim),
         };
         line.push_span(span);

@@ -15,11 +15,19 @@ use crate::verdict::{How, Verdict};
 
 /// Columns of the names of the rows.
 const LABEL: usize = 10;
+/// What the built-in judge is called here.
+const BUILT_IN: &str = "built-in";
+/// Columns that an answer needs.
+const NARROWEST: usize = 8;
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut title = Line::from(format!("verdict · {}", model.task.name()));
-    if !model.answers.columns.is_empty() {
-        let hint = " · [ ] shows another answer";
+    // Inside the border, without the column of the scroll bar.
+    let room = usize::from(area.width).saturating_sub(3);
+    let seen_now = seen(&model.answers, room);
+    if let (Some(first), Some(last)) = (seen_now.clone().min(), seen_now.clone().max()) {
+        let all = model.answers.columns.len();
+        let hint = format!(" · {}–{}/{all} [ ]", first + 1, last + 1);
         title.push_span(Span::styled(hint, Style::new().fg(model.theme.dim)));
     }
     let inner = frame::pane(f, area, model, Pane::Verdict, title);
@@ -35,26 +43,37 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         scroll::text(f, inner, model, Pane::Verdict, text, Some(0));
         return;
     };
-    let count = answers.columns.len() + 1;
-    let width = (usize::from(inner.width).saturating_sub(LABEL + 1) / count).max(8);
+    let seen = seen(answers, room);
+    let width = usize::from(inner.width).saturating_sub(LABEL + 1) / (seen.len() + 1);
     let mut table = Table {
         model,
         width,
-        lines: vec![Line::default(); 6],
+        lines: vec![Line::default(); 7],
     };
     table.labels();
-    for (i, column) in answers.columns.iter().enumerate() {
-        table.column(
-            column,
-            &reference.verdict,
-            answers.shown == Shown::Column(i),
-        );
+    for i in seen {
+        let column = &answers.columns[i];
+        let truth = column.truth.as_ref().unwrap_or(&reference.verdict);
+        table.column(column, truth, answers.shown == Shown::Column(i));
     }
     table.reference(answers, &reference.verdict);
     let mut text = Text::from(table.lines);
     text.push_line("");
     text.extend(comment(model, reference));
     scroll::text(f, inner, model, Pane::Verdict, text, Some(0));
+}
+
+/// The answers that fit beside the built-in judge, the shown one among them.
+fn seen(answers: &Answers, room: usize) -> std::ops::Range<usize> {
+    let fit = (room.saturating_sub(LABEL) / NARROWEST)
+        .saturating_sub(1)
+        .max(1);
+    let count = answers.columns.len();
+    let last = match answers.shown {
+        Shown::Column(i) if i + fit < count => i.max(fit - 1) + 1,
+        _ => count,
+    };
+    last.saturating_sub(fit)..last
 }
 
 struct Table<'a> {
@@ -65,7 +84,8 @@ struct Table<'a> {
 
 impl Table<'_> {
     fn labels(&mut self) {
-        let names = ["", self.model.task.key(), "who", "risk", "tokens", "time"];
+        let key = self.model.task.key();
+        let names = ["", key, "who", "risk", "steps", "tokens", "time"];
         for (line, name) in self.lines.iter_mut().zip(names) {
             let name = name.replace("safety_critical", "critical");
             line.push_span(Span::styled(
@@ -82,7 +102,9 @@ impl Table<'_> {
 
     fn head(&mut self, name: &str, shown: bool) {
         let theme = &self.model.theme;
-        let name = fit(name, self.width.saturating_sub(1));
+        // The last column needs no gap behind it.
+        let gap = usize::from(name != BUILT_IN);
+        let name = fit(name, self.width.saturating_sub(gap));
         let rest = " ".repeat(self.width.saturating_sub(name.width()));
         let style = if shown {
             theme
@@ -96,7 +118,7 @@ impl Table<'_> {
     }
 
     fn reference(&mut self, answers: &Answers, verdict: &Verdict) {
-        self.head("built in", answers.shown == Shown::Reference);
+        self.head(BUILT_IN, answers.shown == Shown::Reference);
         let base = self.model.theme.base();
         let color = if verdict.dangerous {
             self.model.theme.danger
@@ -115,8 +137,17 @@ impl Table<'_> {
             &worst.map_or("–".into(), |w| w.risk_score.to_string()),
             base,
         );
-        self.cell(4, "–", base);
-        self.cell(5, &answers.reference_ms.map_or("–".into(), duration), base);
+        let step = self
+            .model
+            .window()
+            .map_or("–".into(), |w| w.last().to_string());
+        let steps = match verdict.task {
+            crate::verdict::Task::Collision => "all".into(),
+            crate::verdict::Task::Safety => step,
+        };
+        self.cell(4, &steps, base);
+        self.cell(5, "–", base);
+        self.cell(6, &answers.reference_ms.map_or("–".into(), duration), base);
     }
 
     fn column(&mut self, column: &Column, truth: &Verdict, shown: bool) {
@@ -128,24 +159,25 @@ impl Table<'_> {
             .map_or(column.model.as_str(), |(_, m)| m);
         self.head(short, shown);
         let waiting = match &column.progress {
-            Progress::Done(answer) => return self.answer(answer, truth),
+            Progress::Done(answer) => return self.answer(answer, column.steps, truth),
             Progress::Waiting(_) => "waiting…",
             Progress::Retrying(_) => "trying again…",
             Progress::Arriving(_) => "arriving…",
             Progress::Broken(_) => "no answer",
         };
         self.cell(1, waiting, dim);
-        for row in 2..5 {
-            self.cell(row, "", base);
+        for row in 2..6 {
+            let steps = format!("{}–{}", column.steps.0, column.steps.1);
+            self.cell(row, if row == 4 { &steps } else { "" }, base);
         }
         let time = match column.progress {
             Progress::Waiting(s) | Progress::Arriving(s) => format!("{s:.0} s"),
             _ => String::new(),
         };
-        self.cell(5, &time, base);
+        self.cell(6, &time, base);
     }
 
-    fn answer(&mut self, answer: &Answer, truth: &Verdict) {
+    fn answer(&mut self, answer: &Answer, steps: (i64, i64), truth: &Verdict) {
         let theme = &self.model.theme;
         let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
         let mark = |text: String, same: bool| {
@@ -186,8 +218,9 @@ impl Table<'_> {
             (Some(i), Some(o)) => format!("{}+{}", thousands(i), thousands(o)),
             _ => "unknown".into(),
         };
-        self.cell(4, &tokens, dim);
-        self.cell(5, &consumed.duration_ms.map_or("–".into(), duration), dim);
+        self.cell(4, &format!("{}–{}", steps.0, steps.1), dim);
+        self.cell(5, &tokens, dim);
+        self.cell(6, &consumed.duration_ms.map_or("–".into(), duration), dim);
     }
 }
 
@@ -221,6 +254,12 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
                         words(&format!("answered by {returned}")),
                         warning,
                     ));
+                }
+                let scenario = model.opened.as_ref().map(|o| &o.scenario);
+                let unknown = scenario.map_or(Vec::new(), |s| answer.unknown_obstacles(s));
+                if !unknown.is_empty() {
+                    let note = format!("names obstacles that are not there: {unknown:?}");
+                    text.push_line(Line::styled(note, warning));
                 }
                 match &answer.judged {
                     Judged::Verdict(parsed) => {
