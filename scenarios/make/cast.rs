@@ -4,7 +4,8 @@ use std::error::Error;
 
 use nearmiss::geometry::{Footprint, Pose, Shape};
 use nearmiss::scenario::{
-    Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Position, Prediction, Quantity, State, Steps,
+    Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Position, Prediction, Quantity, State,
+    Steps,
 };
 
 use super::drive::{DT, Drive, Moment};
@@ -91,19 +92,18 @@ impl Cast {
             Shape::rectangle(length, width)
         };
         let footprint = Some(Footprint::new(shape)?);
-        self.obstacles
-            .push(Obstacle::new(
-                ObstacleParts {
-                    id,
-                    role,
-                    kind,
-                    footprint,
-                    initial,
-                    prediction: later,
-                    signals: Vec::new(),
-                },
-                DT,
-            ));
+        self.obstacles.push(Obstacle::new(
+            ObstacleParts {
+                id,
+                role,
+                kind,
+                footprint,
+                initial,
+                prediction: later,
+                signals: Vec::new(),
+            },
+            DT,
+        ));
         Ok(())
     }
 }

@@ -125,6 +125,7 @@ impl Story {
                 geo_name_id: Some(-999),
                 latitude: Some(999.0),
                 longitude: Some(999.0),
+                ..Location::default()
             }),
             tags: self.tags.iter().map(ToString::to_string).collect(),
             network: self.network,

@@ -20,8 +20,8 @@ pub use ego::{EgoError, EgoSource, find_recording, read_recording};
 pub use identity::ContentHash;
 pub use library::{Entry, LibraryError, Place, bundled, find};
 pub use names::{
-    LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, Signal, SignalColor, StateField,
-    TrafficDirection,
+    LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, Signal, SignalColor,
+    StateField, TrafficDirection,
 };
 pub use network::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletNetwork, LightPhase, Sign,

@@ -1,6 +1,7 @@
 //! Small pieces that many elements share: points, shapes, references, truth values.
 
-use super::xml::{Element, ReadError, Xml, short};
+use super::error::ReadError;
+use super::xml::{Element, Xml, short};
 use crate::geometry::{Footprint, Point, Shape};
 use crate::scenario::Severity;
 

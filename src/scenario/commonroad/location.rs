@@ -1,6 +1,7 @@
 //! Where a scenario takes place: position, transformation, surroundings.
 
-use super::xml::{ReadError, Xml};
+use super::error::ReadError;
+use super::xml::Xml;
 use crate::scenario::{Environment, GeoTransformation, Location};
 
 pub(super) fn location(xml: &mut Xml<'_>) -> Result<Location, ReadError> {

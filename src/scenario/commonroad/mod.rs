@@ -1,21 +1,24 @@
 //! CommonRoad files: XML in and out, with line numbers for everything that is wrong.
 
 mod elements;
+mod error;
 mod location;
 mod obstacles;
+mod out;
 mod planning;
 mod reader;
 mod references;
 mod road;
 mod speed_limits;
 mod states;
+mod surroundings;
 mod writer;
 mod xml;
 
 use std::path::Path;
 
+pub use error::ReadError;
 pub use writer::{WriteError, write};
-pub use xml::ReadError;
 
 use super::Scenario;
 

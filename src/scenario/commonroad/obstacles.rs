@@ -1,11 +1,13 @@
 //! Obstacles: static, dynamic, phantom and environment.
 
 use super::elements::{footprint, shape, truth, word};
+use super::error::ReadError;
 use super::states::{state, steps};
-use super::xml::{Element, ReadError, Xml};
+use super::xml::{Element, Xml};
 use crate::geometry::Footprint;
 use crate::scenario::{
-    Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity, Signal, SignalState, State,
+    Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity, Signal,
+    SignalState, State,
 };
 
 /// An obstacle; `role` is what its element's name says, `None` for the 2018b element with a `<role>`.

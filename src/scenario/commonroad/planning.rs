@@ -1,7 +1,8 @@
 //! Planning problems.
 
+use super::error::ReadError;
 use super::states::{position, quantity, state, steps};
-use super::xml::{Element, ReadError, Xml};
+use super::xml::{Element, Xml};
 use crate::scenario::{Goal, PlanningProblem, Severity, State, Steps};
 
 pub(super) fn problem<'a>(

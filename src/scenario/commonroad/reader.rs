@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use super::xml::{Element, ReadError, Xml, short};
+use super::error::ReadError;
+use super::xml::{Element, Xml, short};
 use super::{location, obstacles, planning, references, road, speed_limits};
 use crate::scenario::{
     ContentHash, Header, LaneletNetwork, ObstacleRole, Scenario, Severity, benchmark_id,
@@ -83,7 +84,9 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
         }
     }
     if header.version == "2018b" {
-        let used = ids.into_iter().max().unwrap_or(0);
+        // Planning problems do not count: the reference reader knows nothing of them when it numbers signs.
+        let problems = problems.iter().map(|p| p.id).collect::<HashSet<_>>();
+        let used = ids.difference(&problems).copied().max().unwrap_or(0);
         signs.extend(speed_limits::signs(&mut xml, &mut lanelets, used));
     }
     let network = LaneletNetwork::new(lanelets, signs, lights, intersections);
@@ -144,7 +147,10 @@ fn header<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<Header, ReadError>
     match &id {
         None => xml.note(Severity::Warning, root, "no benchmarkID".into()),
         Some(id) if !benchmark_id::is_valid(id) => {
-            let message = format!("benchmarkID `{}` does not follow the rule for such ids", short(id));
+            let message = format!(
+                "benchmarkID `{}` does not follow the rule for such ids",
+                short(id)
+            );
             xml.note(Severity::Note, root, message);
         }
         Some(_) => {}

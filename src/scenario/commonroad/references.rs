@@ -26,14 +26,21 @@ pub(super) fn target(name: &str) -> Target {
 
 /// Notes every reference to an element that is not there.
 pub(super) fn check(xml: &mut Xml<'_>, network: &LaneletNetwork) {
-    let incomings = network.intersections.iter().flat_map(|i| &i.incomings).map(|i| i.id);
+    let incomings = network
+        .intersections
+        .iter()
+        .flat_map(|i| &i.incomings)
+        .map(|i| i.id);
     let mut known: HashSet<(Target, i64)> = incomings.map(|id| (Target::Incoming, id)).collect();
     known.extend(network.lanelets.iter().map(|l| (Target::Lanelet, l.id)));
     known.extend(network.signs.iter().map(|s| (Target::Sign, s.id)));
     known.extend(network.lights.iter().map(|l| (Target::Light, l.id)));
     for (element, id) in xml.take_references() {
         if !known.contains(&(target(element.name), id)) {
-            let message = format!("<{}> refers to {id}, which is not in the file", element.name);
+            let message = format!(
+                "<{}> refers to {id}, which is not in the file",
+                element.name
+            );
             xml.note(Severity::Warning, element, message);
         }
     }

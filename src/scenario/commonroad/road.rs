@@ -1,7 +1,8 @@
 //! The road: lanelets, signs, lights and intersections.
 
 use super::elements::{point, push_reference, truth, word};
-use super::xml::{Element, ReadError, Xml};
+use super::error::ReadError;
+use super::xml::{Element, Xml};
 use crate::geometry::Point;
 use crate::scenario::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletType, LightPhase, LineMarking,

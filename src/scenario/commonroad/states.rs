@@ -1,7 +1,8 @@
 //! States: time, position and quantities, exact or as intervals.
 
 use super::elements::{one_shape, point, reference};
-use super::xml::{Element, ReadError, Xml};
+use super::error::ReadError;
+use super::xml::{Element, Xml};
 use crate::geometry::Shape;
 use crate::scenario::{Position, Quantity, Severity, State, StateField, Steps};
 

@@ -1,12 +1,15 @@
 //! Scenarios as CommonRoad 2020a XML.
 
 use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
+use quick_xml::events::{BytesDecl, Event};
+
+use super::out::{Out, id, number, point};
+use super::surroundings;
 
 use crate::geometry::{Point, Shape};
 use crate::scenario::{
     Adjacent, Bound, Goal, Intersection, Lanelet, Obstacle, ObstacleRole, Position, Prediction,
-    Quantity, Scenario, Sign, State, StateField, Steps, TrafficLight,
+    Quantity, Scenario, Sign, SignalState, State, StateField, Steps, TrafficLight,
 };
 
 /// Why a scenario was not written.
@@ -43,7 +46,8 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
                     &location.geo_name_id.unwrap_or(-999).to_string(),
                 )?;
                 out.leaf("gpsLatitude", &number(location.latitude.unwrap_or(999.0)))?;
-                out.leaf("gpsLongitude", &number(location.longitude.unwrap_or(999.0)))
+                out.leaf("gpsLongitude", &number(location.longitude.unwrap_or(999.0)))?;
+                surroundings::write(out, location)
             })?;
         }
         out.element("scenarioTags", &[], |out| {
@@ -71,71 +75,6 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
     let mut bytes = out.xml.into_inner();
     bytes.push(b'\n');
     Ok(bytes)
-}
-
-type Attributes<'a> = [(&'a str, String)];
-
-struct Out {
-    xml: Writer<Vec<u8>>,
-}
-
-impl Out {
-    fn event(&mut self, event: Event<'_>) -> Result<(), WriteError> {
-        Ok(self.xml.write_event(event)?)
-    }
-
-    fn start<'a>(name: &'a str, attributes: &'a Attributes<'a>) -> BytesStart<'a> {
-        let pairs = attributes.iter().map(|(k, v)| (*k, v.as_str()));
-        BytesStart::new(name).with_attributes(pairs)
-    }
-
-    fn element(
-        &mut self,
-        name: &str,
-        attributes: &Attributes<'_>,
-        inside: impl FnOnce(&mut Self) -> Result<(), WriteError>,
-    ) -> Result<(), WriteError> {
-        self.event(Event::Start(Self::start(name, attributes)))?;
-        inside(self)?;
-        self.event(Event::End(BytesEnd::new(name)))
-    }
-
-    fn empty(&mut self, name: &str, attributes: &Attributes<'_>) -> Result<(), WriteError> {
-        self.event(Event::Empty(Self::start(name, attributes)))
-    }
-
-    fn leaf(&mut self, name: &str, text: &str) -> Result<(), WriteError> {
-        self.event(Event::Start(BytesStart::new(name)))?;
-        self.event(Event::Text(BytesText::new(text)))?;
-        self.event(Event::End(BytesEnd::new(name)))
-    }
-
-    fn references(&mut self, name: &str, ids: &[i64]) -> Result<(), WriteError> {
-        ids.iter()
-            .try_for_each(|id| self.empty(name, &[("ref", id.to_string())]))
-    }
-}
-
-/// The shortest text that reads back as the same number; plain decimals, as the schema wants them.
-fn number(value: f64) -> String {
-    let text = value.to_string();
-    if text.contains('.') {
-        text
-    } else {
-        format!("{text}.0")
-    }
-}
-
-fn id(id: i64) -> [(&'static str, String); 1] {
-    [("id", id.to_string())]
-}
-
-fn point(out: &mut Out, at: &Point, height: Option<f64>) -> Result<(), WriteError> {
-    out.element("point", &[], |out| {
-        out.leaf("x", &number(at.x))?;
-        out.leaf("y", &number(at.y))?;
-        height.map_or(Ok(()), |z| out.leaf("z", &number(z)))
-    })
 }
 
 fn lanelet(out: &mut Out, lanelet: &Lanelet) -> Result<(), WriteError> {
@@ -272,21 +211,52 @@ fn obstacle(out: &mut Out, obstacle: &Obstacle) -> Result<(), WriteError> {
         if let Some(initial) = &obstacle.initial {
             state(out, "initialState", initial)?;
         }
-        match &obstacle.prediction {
-            Prediction::None => Ok(()),
-            Prediction::Trajectory(states) => out.element("trajectory", &[], |out| {
-                states.iter().try_for_each(|s| state(out, "state", s))
-            }),
-            Prediction::Occupancies(occupancies) => out.element("occupancySet", &[], |out| {
-                occupancies.iter().try_for_each(|occupancy| {
-                    out.element("occupancy", &[], |out| {
-                        out.element("shape", &[], |out| shape(out, &occupancy.region))?;
-                        time(out, occupancy.time)
-                    })
-                })
-            }),
+        // The first signal state belongs to the initial state where both are of the same time.
+        let start = obstacle.initial.as_ref().map(|s| s.time);
+        let first = obstacle
+            .signals
+            .iter()
+            .take_while(|s| Some(s.time) == start)
+            .take(1)
+            .count();
+        let (now, later) = obstacle.signals.split_at(first);
+        now.iter()
+            .try_for_each(|s| signals(out, "initialSignalState", s))?;
+        prediction(out, &obstacle.prediction)?;
+        if later.is_empty() {
+            return Ok(());
         }
+        out.element("signalSeries", &[], |out| {
+            later
+                .iter()
+                .try_for_each(|s| signals(out, "signalState", s))
+        })
     })
+}
+
+fn signals(out: &mut Out, name: &str, state: &SignalState) -> Result<(), WriteError> {
+    out.element(name, &[], |out| {
+        time(out, state.time)?;
+        let mut all = state.signals.iter();
+        all.try_for_each(|(signal, on)| out.leaf(signal.name(), if *on { "true" } else { "false" }))
+    })
+}
+
+fn prediction(out: &mut Out, prediction: &Prediction) -> Result<(), WriteError> {
+    match prediction {
+        Prediction::None => Ok(()),
+        Prediction::Trajectory(states) => out.element("trajectory", &[], |out| {
+            states.iter().try_for_each(|s| state(out, "state", s))
+        }),
+        Prediction::Occupancies(occupancies) => out.element("occupancySet", &[], |out| {
+            occupancies.iter().try_for_each(|occupancy| {
+                out.element("occupancy", &[], |out| {
+                    out.element("shape", &[], |out| shape(out, &occupancy.region))?;
+                    time(out, occupancy.time)
+                })
+            })
+        }),
+    }
 }
 
 fn shape(out: &mut Out, what: &Shape) -> Result<(), WriteError> {

@@ -6,51 +6,8 @@ use quick_xml::Reader;
 use quick_xml::events::Event;
 use quick_xml::events::attributes::Attributes;
 
+use super::error::ReadError;
 use crate::scenario::{Diagnostic, Severity};
-
-/// Why a file is not a scenario.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{file}{}{}: {message}", place(*line, *column), inside(element))]
-pub struct ReadError {
-    /// Which file.
-    pub file: String,
-    /// Line from 1; 0 where the file could not be read at all.
-    pub line: usize,
-    /// Column in characters from 1.
-    pub column: usize,
-    /// The element, as a path from the root; may be empty.
-    pub element: String,
-    /// What was found and what is expected.
-    pub message: String,
-}
-
-fn place(line: usize, column: usize) -> String {
-    if line == 0 {
-        String::new()
-    } else {
-        format!(":{line}:{column}")
-    }
-}
-
-fn inside(element: &str) -> String {
-    if element.is_empty() {
-        String::new()
-    } else {
-        format!(": in <{element}>")
-    }
-}
-
-impl ReadError {
-    pub(super) fn io(file: &str, error: &std::io::Error) -> Self {
-        Self {
-            file: file.to_string(),
-            line: 0,
-            column: 0,
-            element: String::new(),
-            message: error.to_string(),
-        }
-    }
-}
 
 /// An opened element.
 #[derive(Debug, Clone, Copy)]

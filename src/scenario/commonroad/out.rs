@@ -1,0 +1,73 @@
+//! Writing XML: elements, leaves, references, numbers, points.
+
+use quick_xml::Writer;
+use quick_xml::events::{BytesEnd, BytesStart, BytesText, Event};
+
+use super::writer::WriteError;
+use crate::geometry::Point;
+
+pub(super) type Attributes<'a> = [(&'a str, String)];
+
+/// The XML being written.
+pub(super) struct Out {
+    pub xml: Writer<Vec<u8>>,
+}
+
+impl Out {
+    pub fn event(&mut self, event: Event<'_>) -> Result<(), WriteError> {
+        Ok(self.xml.write_event(event)?)
+    }
+
+    pub fn start<'a>(name: &'a str, attributes: &'a Attributes<'a>) -> BytesStart<'a> {
+        let pairs = attributes.iter().map(|(k, v)| (*k, v.as_str()));
+        BytesStart::new(name).with_attributes(pairs)
+    }
+
+    pub fn element(
+        &mut self,
+        name: &str,
+        attributes: &Attributes<'_>,
+        inside: impl FnOnce(&mut Self) -> Result<(), WriteError>,
+    ) -> Result<(), WriteError> {
+        self.event(Event::Start(Self::start(name, attributes)))?;
+        inside(self)?;
+        self.event(Event::End(BytesEnd::new(name)))
+    }
+
+    pub fn empty(&mut self, name: &str, attributes: &Attributes<'_>) -> Result<(), WriteError> {
+        self.event(Event::Empty(Self::start(name, attributes)))
+    }
+
+    pub fn leaf(&mut self, name: &str, text: &str) -> Result<(), WriteError> {
+        self.event(Event::Start(BytesStart::new(name)))?;
+        self.event(Event::Text(BytesText::new(text)))?;
+        self.event(Event::End(BytesEnd::new(name)))
+    }
+
+    pub fn references(&mut self, name: &str, ids: &[i64]) -> Result<(), WriteError> {
+        ids.iter()
+            .try_for_each(|id| self.empty(name, &[("ref", id.to_string())]))
+    }
+}
+
+/// The shortest text that reads back as the same number; plain decimals, as the schema wants them.
+pub(super) fn number(value: f64) -> String {
+    let text = value.to_string();
+    if text.contains('.') {
+        text
+    } else {
+        format!("{text}.0")
+    }
+}
+
+pub(super) fn id(id: i64) -> [(&'static str, String); 1] {
+    [("id", id.to_string())]
+}
+
+pub(super) fn point(out: &mut Out, at: &Point, height: Option<f64>) -> Result<(), WriteError> {
+    out.element("point", &[], |out| {
+        out.leaf("x", &number(at.x))?;
+        out.leaf("y", &number(at.y))?;
+        height.map_or(Ok(()), |z| out.leaf("z", &number(z)))
+    })
+}

@@ -1,0 +1,46 @@
+//! Writing what a location says beyond its position: transformation and environment.
+
+use super::out::{Out, number};
+use super::writer::WriteError;
+use crate::scenario::Location;
+
+/// The children of a location after its position.
+pub(super) fn write(out: &mut Out, location: &Location) -> Result<(), WriteError> {
+    if let Some(transformation) = &location.transformation {
+        out.element("geoTransformation", &[], |out| {
+            if let Some(reference) = &transformation.reference {
+                out.leaf("geoReference", reference)?;
+            }
+            let parts = [
+                ("xTranslation", transformation.x),
+                ("yTranslation", transformation.y),
+                ("zRotation", transformation.rotation),
+                ("scaling", transformation.scaling),
+            ];
+            if parts.iter().all(|(_, value)| value.is_none()) {
+                return Ok(());
+            }
+            out.element("additionalTransformation", &[], |out| {
+                let mut said = parts
+                    .iter()
+                    .filter_map(|(name, value)| Some((name, (*value)?)));
+                said.try_for_each(|(name, value)| out.leaf(name, &number(value)))
+            })
+        })?;
+    }
+    let Some(environment) = &location.environment else {
+        return Ok(());
+    };
+    out.element("environment", &[], |out| {
+        let words = [
+            ("time", &environment.time),
+            ("timeOfDay", &environment.time_of_day),
+            ("weather", &environment.weather),
+            ("underground", &environment.underground),
+        ];
+        let mut said = words
+            .iter()
+            .filter_map(|(name, word)| Some((name, word.as_ref()?)));
+        said.try_for_each(|(name, word)| out.leaf(name, word))
+    })
+}

@@ -1,0 +1,159 @@
+//! Reading and writing CommonRoad files: identity, damage, and real files where they are at hand.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::{Path, PathBuf};
+
+use nearmiss::scenario::commonroad::{read, write};
+use nearmiss::scenario::{ContentHash, Scenario};
+
+/// What is compared: everything but the hash of the bytes and what was said about them.
+fn essence(mut scenario: Scenario) -> Scenario {
+    scenario.hash = ContentHash::of(b"");
+    scenario.diagnostics.clear();
+    scenario.header.version = "2020a".into();
+    scenario
+}
+
+fn scenarios_below(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            found.extend(scenarios_below(&path));
+        } else if path.extension().is_some_and(|x| x == "xml") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn is_kept(path: &Path) {
+    let name = path.display().to_string();
+    let Ok(first) = read(&std::fs::read(path).unwrap(), &name) else {
+        return;
+    };
+    let written = write(&first).unwrap();
+    let second = read(&written, &name).unwrap_or_else(|e| panic!("what was written: {e}"));
+    assert!(
+        essence(first) == essence(second.clone()),
+        "{name} is not kept"
+    );
+    assert!(
+        write(&second).unwrap() == written,
+        "{name}: the second writing differs"
+    );
+}
+
+#[test]
+fn reading_what_was_written_gives_the_same_scenario() {
+    let bundled = scenarios_below(&root().join("scenarios"));
+    assert_eq!(bundled.len(), 8);
+    bundled.iter().for_each(|path| is_kept(path));
+}
+
+#[test]
+fn real_files_are_kept_too() {
+    let shared =
+        std::env::var_os("NEARMISS_SHARED").map_or(root().join("../shared"), PathBuf::from);
+    let files = scenarios_below(&shared.join("data"));
+    if files.is_empty() {
+        println!("skipped: there are no real files at {}", shared.display());
+        return;
+    }
+    files.iter().for_each(|path| is_kept(path));
+}
+
+/// A small generator, so that the places are the same every time.
+struct Places(u64);
+
+impl Places {
+    fn next(&mut self, below: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % below
+    }
+}
+
+#[test]
+fn damage_gives_an_error_or_a_scenario_and_never_a_panic() {
+    let path = root().join("scenarios/ZAM_CutIn-1_1_T-1.xml");
+    let whole = std::fs::read(path).unwrap();
+    let mut places = Places(7);
+    let mut refused = 0;
+    for _ in 0..250 {
+        let cut = &whole[..places.next(whole.len() - 20)];
+        let error = read(cut, "cut").expect_err("a file without its end is no scenario");
+        assert!(error.line > 0 || cut.is_empty(), "{error}");
+        let mut flipped = whole.clone();
+        let at = places.next(flipped.len());
+        flipped[at] ^= 1 << places.next(8);
+        if let Err(error) = read(&flipped, "flipped") {
+            refused += 1;
+            assert!(error.line > 0 && !error.message.is_empty(), "{error}");
+        }
+    }
+    assert!(refused > 25, "only {refused} flips were noticed");
+}
+
+#[test]
+fn bombs_are_harmless() {
+    let deep = format!("<commonRoad timeStepSize=\"0.1\">{}", "<a>".repeat(200_000));
+    assert!(read(deep.as_bytes(), "deep").is_err());
+    let groups = "<shapeGroup>".repeat(50_000);
+    let nested =
+        format!("<commonRoad timeStepSize=\"0.1\"><staticObstacle id=\"1\"><shape>{groups}");
+    assert!(read(nested.as_bytes(), "nested").is_err());
+    let entities = "<!DOCTYPE x [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]><commonRoad timeStepSize=\"0.1\"><lanelet id=\"1\"><leftBound><point><x>&b;</x></point></leftBound></lanelet></commonRoad>";
+    let error = read(entities.as_bytes(), "entities").unwrap_err();
+    assert!(error.message.contains("entit"), "{error}");
+    for number in ["NaN", "1e400", "-inf", "0x10", ""] {
+        let text = format!(
+            "<commonRoad timeStepSize=\"0.1\"><lanelet id=\"1\"><leftBound><point><x>{number}</x><y>0</y></point></leftBound></lanelet></commonRoad>"
+        );
+        let error = read(text.as_bytes(), "numbers").unwrap_err();
+        assert!(error.element.ends_with("x"), "{number}: {error}");
+    }
+    assert!(
+        read(b"\xff\xfe<\0c\0", "utf16")
+            .unwrap_err()
+            .message
+            .contains("UTF-8")
+    );
+}
+
+#[test]
+fn version_2018b_and_what_refers_to_nothing() {
+    let text = r#"<commonRoad timeStepSize="0.1" commonRoadVersion="2018b" benchmarkID="ZAM_test_0-1" tags="urban highway">
+      <lanelet id="7">
+        <leftBound><point><x>0</x><y>1</y></point><point><x>9</x><y>1</y></point></leftBound>
+        <rightBound><point><x>0</x><y>0</y></point><point><x>9</x><y>0</y></point></rightBound>
+        <successor ref="8"/><speedLimit>13.9</speedLimit>
+      </lanelet>
+      <obstacle id="9"><role>dynamic</role><type>car</type></obstacle>
+    </commonRoad>"#;
+    let scenario = read(text.as_bytes(), "old").unwrap();
+    assert_eq!(scenario.tags, ["urban", "highway"]);
+    let sign = &scenario.network.signs[0];
+    assert_eq!(
+        (sign.id, sign.elements[0].values[0].as_str()),
+        (10_010, "13.9")
+    );
+    assert_eq!(scenario.network.lanelets[0].signs, [10_010]);
+    let said = |what: &str| {
+        scenario
+            .diagnostics
+            .iter()
+            .any(|d| d.message.contains(what) && d.line > 0)
+    };
+    assert!(
+        said("refers to 8") && said("speed limit 13.9") && said("ZAM_test_0-1"),
+        "{:#?}",
+        scenario.diagnostics
+    );
+}
