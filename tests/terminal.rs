@@ -50,6 +50,8 @@ impl Session {
         command.env("NEARMISS_DATA", folders.path().join("data"));
         command.env("TERM", "xterm-256color");
         command.env_remove("NO_COLOR");
+        // A panic's message shall not be scrolled away by where it came from.
+        command.env("RUST_BACKTRACE", "0");
         // The program works from any folder.
         command.cwd(folders.path());
         for (name, value) in environment {
