@@ -11,6 +11,8 @@ fn essence(mut scenario: Scenario) -> Scenario {
     scenario.hash = ContentHash::of(b"");
     scenario.diagnostics.clear();
     scenario.header.version = "2020a".into();
+    // The schema has an order of the roles; files are read in any.
+    scenario.obstacles.sort_by_key(|o| o.role);
     scenario
 }
 
@@ -31,6 +33,32 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// The first part in which two scenarios differ.
+fn difference(a: &Scenario, b: &Scenario) -> Option<&'static str> {
+    let parts = [
+        ("header", a.header == b.header),
+        ("location", a.location == b.location),
+        ("tags", a.tags == b.tags),
+        ("lanelets", a.network.lanelets == b.network.lanelets),
+        ("signs", a.network.signs == b.network.signs),
+        ("lights", a.network.lights == b.network.lights),
+        (
+            "intersections",
+            a.network.intersections == b.network.intersections,
+        ),
+        ("obstacles", a.obstacles == b.obstacles),
+        (
+            "planning problems",
+            a.planning_problems == b.planning_problems,
+        ),
+        ("all", a == b),
+    ];
+    parts
+        .into_iter()
+        .find(|(_, same)| !same)
+        .map(|(part, _)| part)
+}
+
 fn is_kept(path: &Path) {
     let name = path.display().to_string();
     let Ok(first) = read(&std::fs::read(path).unwrap(), &name) else {
@@ -38,10 +66,8 @@ fn is_kept(path: &Path) {
     };
     let written = write(&first).unwrap();
     let second = read(&written, &name).unwrap_or_else(|e| panic!("what was written: {e}"));
-    assert!(
-        essence(first) == essence(second.clone()),
-        "{name} is not kept"
-    );
+    let differs = difference(&essence(first), &essence(second.clone()));
+    assert_eq!(differs, None, "{name} is not kept");
     assert!(
         write(&second).unwrap() == written,
         "{name}: the second writing differs"
@@ -64,7 +90,11 @@ fn real_files_are_kept_too() {
         println!("skipped: there are no real files at {}", shared.display());
         return;
     }
-    files.iter().for_each(|path| is_kept(path));
+    let lost: Vec<_> = files
+        .iter()
+        .filter(|path| std::panic::catch_unwind(|| is_kept(path)).is_err())
+        .collect();
+    assert!(lost.is_empty(), "{lost:#?}");
 }
 
 /// A small generator, so that the places are the same every time.
