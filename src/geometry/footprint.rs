@@ -288,6 +288,25 @@ mod tests {
     }
 
     #[test]
+    fn groups_are_measured_against_groups_and_swept() {
+        let part = |x: f64| Shape::Rectangle {
+            length: 2.0,
+            width: 1.0,
+            center: Point::new(x, 0.0),
+            orientation: 0.0,
+        };
+        let truck = Footprint::new(Shape::Group(vec![part(0.0), part(-4.0)])).unwrap();
+        let (here, there) = (Pose::new(0.0, 0.0, 0.0), Pose::new(10.0, 0.0, 0.0));
+        let (front, back) = (truck.at(there), truck.at(here));
+        // From the front part of one to the trailing part of the other.
+        assert!((back.distance(&front) - 4.0).abs() < 1e-9);
+        match back.contact(&Vector::new(2.0, 0.0), &front, &Vector::zeros(), 10.0) {
+            Contact::In(t) => assert!((t - 2.0).abs() < 1e-6, "{t}"),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
     fn extents_follow_the_axis() {
         let car = car();
         let placed = car.at(Pose::new(5.0, 1.0, std::f64::consts::FRAC_PI_2));

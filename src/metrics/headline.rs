@@ -1,6 +1,6 @@
 //! The few numbers that tell one scene from another in a list.
 
-use super::{NoValue, Reading, Series};
+use super::Series;
 
 /// A smallest value: how much, when, who.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,11 +47,8 @@ fn nearest(series: &Series, measure: &str) -> Option<Nearest> {
     for &obstacle in series.obstacles() {
         let row = series.row(measure, obstacle);
         for (step, reading) in series.steps().zip(row) {
-            let value = match *reading {
-                Reading::Value(value) => value,
-                Reading::None(NoValue::Absent | NoValue::NotApproaching | NoValue::NoContact) => {
-                    continue;
-                }
+            let Some(value) = reading.value() else {
+                continue;
             };
             // Earlier wins among equals, whoever comes first in the file.
             let better =

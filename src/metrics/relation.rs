@@ -113,7 +113,7 @@ impl Relation {
 }
 
 /// Slower than this, m/s, is standing still relative to each other.
-pub(super) const SLOWEST: f64 = 1e-6;
+const SLOWEST: f64 = 1e-6;
 
 fn time_to_close(gap: f64, velocity: f64) -> Option<f64> {
     let closing = -velocity * gap.signum();

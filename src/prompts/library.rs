@@ -14,35 +14,24 @@ pub struct Shipped {
     pub source: &'static str,
 }
 
-const SHIPPED: &[Shipped] = &[
-    Shipped {
-        file: "_answer-collision.md",
-        source: include_str!("../../prompts/_answer-collision.md"),
-    },
-    Shipped {
-        file: "_answer-safety.md",
-        source: include_str!("../../prompts/_answer-safety.md"),
-    },
-    Shipped {
-        file: "_risk.md",
-        source: include_str!("../../prompts/_risk.md"),
-    },
-    Shipped {
-        file: "collision-cartesian.md",
-        source: include_str!("../../prompts/collision-cartesian.md"),
-    },
-    Shipped {
-        file: "collision-ego.md",
-        source: include_str!("../../prompts/collision-ego.md"),
-    },
-    Shipped {
-        file: "safety-cartesian.md",
-        source: include_str!("../../prompts/safety-cartesian.md"),
-    },
-    Shipped {
-        file: "safety-ego.md",
-        source: include_str!("../../prompts/safety-ego.md"),
-    },
+/// Files of `prompts/`, by name.
+macro_rules! shipped {
+    ($($file:literal),+ $(,)?) => {
+        &[$(Shipped {
+            file: $file,
+            source: include_str!(concat!("../../prompts/", $file)),
+        }),+]
+    };
+}
+
+const SHIPPED: &[Shipped] = shipped![
+    "_answer-collision.md",
+    "_answer-safety.md",
+    "_risk.md",
+    "collision-cartesian.md",
+    "collision-ego.md",
+    "safety-cartesian.md",
+    "safety-ego.md",
 ];
 
 /// Where a template comes from.
