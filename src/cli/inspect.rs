@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::{Failure, Outcome, open, output};
-use crate::geometry::{Point, Shape};
+use crate::geometry::{Point, Shape, Truck};
 use crate::scenario::{
     Adjacent, Entry, Goal, Lanelet, Obstacle, Prediction, Quantity, Scenario, State, benchmark_id,
 };
@@ -176,9 +176,22 @@ fn shape(shape: &Shape) -> Value {
             width,
             center,
             orientation,
+            origin_x_shift,
         } => json!({
             "kind": "rectangle", "length": length, "width": width,
-            "center": [center.x, center.y], "orientation": orientation,
+            "center": [center.x, center.y], "orientation": orientation, "origin_x_shift": origin_x_shift,
+        }),
+        Shape::Truck(t) => truck(t),
+        Shape::SemiTrailerTruck {
+            tractor,
+            trailer,
+            hitch_angle,
+        } => json!({
+            "kind": "semi_trailer_truck", "tractor": truck(tractor), "hitch_angle": hitch_angle,
+            "trailer": {
+                "length": trailer.length, "width": trailer.width, "wheelbase": trailer.wheelbase,
+                "front_to_hitch": trailer.front_to_hitch,
+            },
         }),
         Shape::Circle { radius, center } => {
             json!({ "kind": "circle", "radius": radius, "center": [center.x, center.y] })
@@ -188,6 +201,14 @@ fn shape(shape: &Shape) -> Value {
             json!({ "kind": "group", "shapes": members.iter().map(self::shape).collect::<Vec<_>>() })
         }
     }
+}
+
+fn truck(truck: &Truck) -> Value {
+    json!({
+        "kind": "truck", "length": truck.length, "width": truck.width, "wheelbase": truck.wheelbase,
+        "rear_to_rear_axle": truck.rear_to_rear_axle, "cabin_length": truck.cabin_length,
+        "rear_axle_to_hitch": truck.rear_axle_to_hitch, "origin_x_shift": truck.origin_x_shift,
+    })
 }
 
 fn quantity(quantity: Quantity) -> Value {
@@ -206,7 +227,8 @@ fn state(state: &State) -> Value {
     };
     put("x", state.point().map(|p| json!(p.x)));
     put("y", state.point().map(|p| json!(p.y)));
-    put("orientation", state.orientation.map(quantity));
+    let direction = state.point_mass_velocity().map(|v| json!(v.y.atan2(v.x)));
+    put("orientation", state.orientation.map(quantity).or(direction));
     put("velocity", state.velocity.map(quantity));
     put("acceleration", state.acceleration.map(quantity));
     for (field, v) in &state.more {

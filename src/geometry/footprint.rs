@@ -7,6 +7,7 @@ use parry2d_f64::query::{self, ShapeCastOptions, ShapeCastStatus};
 use parry2d_f64::shape::{SharedShape, TriMesh};
 use parry2d_f64::transformation::hertel_mehlhorn;
 
+use super::shape::box_frame;
 use super::{Point, Pose, Shape, ShapeError, Vector, convert};
 
 /// A checked [`Shape`] with what is needed to measure against it. Cheap to clone.
@@ -199,8 +200,9 @@ fn collect(shape: &Shape, parts: &mut Vec<(math::Pose, SharedShape)>) -> Result<
             width,
             center,
             orientation,
+            origin_x_shift,
         } => {
-            let frame = math::Pose::new(convert::point(center), *orientation);
+            let frame = convert::pose(&box_frame(center, *orientation, *origin_x_shift));
             parts.push((frame, SharedShape::cuboid(length / 2.0, width / 2.0)));
         }
         Shape::Circle { radius, center } => {
@@ -225,6 +227,7 @@ fn collect(shape: &Shape, parts: &mut Vec<(math::Pose, SharedShape)>) -> Result<
                 collect(member, parts)?;
             }
         }
+        Shape::Truck(_) | Shape::SemiTrailerTruck { .. } => collect(&shape.plain(), parts)?,
     }
     Ok(())
 }
@@ -294,6 +297,7 @@ mod tests {
             width: 1.0,
             center: Point::new(x, 0.0),
             orientation: 0.0,
+            origin_x_shift: 0.0,
         };
         let truck = Footprint::new(Shape::Group(vec![part(0.0), part(-4.0)])).unwrap();
         let (here, there) = (Pose::new(0.0, 0.0, 0.0), Pose::new(10.0, 0.0, 0.0));

@@ -10,6 +10,7 @@ mod polygon;
 mod polyline;
 mod pose;
 mod shape;
+mod truck;
 
 pub use angle::{angle_between, normalize_angle};
 pub use footprint::{Contact, Footprint, Placed};
@@ -17,6 +18,7 @@ pub use polygon::{Bounds, contains};
 pub use polyline::{Polyline, Projection};
 pub use pose::Pose;
 pub use shape::{Shape, ShapeError};
+pub use truck::{SemiTrailer, Truck};
 
 /// A point in the plane, metres.
 pub type Point = nalgebra::Point2<f64>;

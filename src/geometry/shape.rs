@@ -1,6 +1,8 @@
-//! Shapes as scenarios describe them: rectangles, circles, polygons, groups.
+//! Shapes as scenarios describe them: rectangles, circles, polygons, trucks, groups.
 
-use super::{Point, Pose};
+use std::borrow::Cow;
+
+use super::{Point, Pose, SemiTrailer, Truck};
 
 /// A region fixed to an object, in the object's own frame (x forward, y left, metres).
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +17,9 @@ pub enum Shape {
         center: Point,
         /// Turn against the object's frame, radians.
         orientation: f64,
+        /// Where the object's origin lies on the box, along the box's own x from its centre, metres.
+        /// The box itself lies as far the other way.
+        origin_x_shift: f64,
     },
     /// A disc.
     Circle {
@@ -28,8 +33,31 @@ pub enum Shape {
         /// The corners in order.
         vertices: Vec<Point>,
     },
+    /// A truck, or the tractor of a semi-trailer truck: one box.
+    Truck(Truck),
+    /// A tractor with a trailer that turns about the hitch: two boxes.
+    SemiTrailerTruck {
+        /// In front.
+        tractor: Truck,
+        /// Behind.
+        trailer: SemiTrailer,
+        /// Turn of the trailer against the tractor, radians, counter-clockwise.
+        hitch_angle: f64,
+    },
     /// The union of several shapes.
     Group(Vec<Shape>),
+}
+
+/// The frame of a rectangle's own centre in the object's frame.
+pub(super) fn box_frame(center: &Point, orientation: f64, origin_x_shift: f64) -> Pose {
+    let unshifted = Pose {
+        position: *center,
+        heading: orientation,
+    };
+    Pose {
+        position: unshifted.to_world(&Point::new(-origin_x_shift, 0.0)),
+        heading: orientation,
+    }
 }
 
 /// Why numbers do not make a shape.
@@ -54,6 +82,16 @@ pub enum ShapeError {
     EmptyGroup,
 }
 
+/// # Errors
+/// `value` is not a positive finite number.
+pub(super) fn positive(what: &'static str, value: f64) -> Result<(), ShapeError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(ShapeError::NotPositive { what, value })
+    }
+}
+
 /// Corners of the polygon that stands for a circle where an outline is drawn.
 const CIRCLE_CORNERS: usize = 16;
 
@@ -66,6 +104,40 @@ impl Shape {
             width,
             center: Point::origin(),
             orientation: 0.0,
+            origin_x_shift: 0.0,
+        }
+    }
+
+    /// The shape in terms of rectangles, circles, polygons and groups of them.
+    #[must_use]
+    pub fn plain(&self) -> Cow<'_, Self> {
+        match self {
+            Self::Truck(truck) => Cow::Owned(truck.rectangle()),
+            Self::SemiTrailerTruck {
+                tractor,
+                trailer,
+                hitch_angle,
+            } => Cow::Owned(Self::Group(vec![
+                tractor.rectangle(),
+                trailer.rectangle(tractor, *hitch_angle),
+            ])),
+            _ => Cow::Borrowed(self),
+        }
+    }
+
+    /// The same shape with the trailer of a semi-trailer truck turned by `angle`, radians;
+    /// nothing where no part of it turns.
+    #[must_use]
+    pub fn hitched_at(&self, angle: f64) -> Option<Self> {
+        match self {
+            Self::SemiTrailerTruck {
+                tractor, trailer, ..
+            } => Some(Self::SemiTrailerTruck {
+                tractor: *tractor,
+                trailer: *trailer,
+                hitch_angle: angle,
+            }),
+            _ => None,
         }
     }
 
@@ -74,13 +146,6 @@ impl Shape {
     /// # Errors
     /// A dimension that is not positive and finite, or a polygon of fewer than three corners.
     pub fn check(&self) -> Result<(), ShapeError> {
-        let positive = |what, value: f64| {
-            if value.is_finite() && value > 0.0 {
-                Ok(())
-            } else {
-                Err(ShapeError::NotPositive { what, value })
-            }
-        };
         match self {
             Self::Rectangle { length, width, .. } => {
                 positive("length", *length)?;
@@ -91,6 +156,10 @@ impl Shape {
                 count: vertices.len(),
             }),
             Self::Polygon { .. } => Ok(()),
+            Self::Truck(truck) => truck.check(),
+            Self::SemiTrailerTruck {
+                tractor, trailer, ..
+            } => tractor.check().and_then(|()| trailer.check()),
             Self::Group(members) if members.is_empty() => Err(ShapeError::EmptyGroup),
             Self::Group(members) => members.iter().try_for_each(Self::check),
         }
@@ -105,11 +174,9 @@ impl Shape {
                 width,
                 center,
                 orientation,
+                origin_x_shift,
             } => {
-                let frame = Pose {
-                    position: *center,
-                    heading: *orientation,
-                };
+                let frame = box_frame(center, *orientation, *origin_x_shift);
                 let (l, w) = (length / 2.0, width / 2.0);
                 let ring = [(l, w), (-l, w), (-l, -w), (l, -w)];
                 vec![
@@ -128,6 +195,7 @@ impl Shape {
             }
             Self::Polygon { vertices } => vec![vertices.clone()],
             Self::Group(members) => members.iter().flat_map(Self::outlines).collect(),
+            Self::Truck(_) | Self::SemiTrailerTruck { .. } => self.plain().outlines(),
         }
     }
 

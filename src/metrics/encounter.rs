@@ -23,9 +23,9 @@ impl<'a> Encounter<'a> {
     pub fn at(scene: &'a Scene, other: &Participant<'a>, step: i64) -> Option<Self> {
         Some(Self {
             ego: scene.ego.track.at(step)?,
-            ego_body: &scene.ego.footprint,
+            ego_body: scene.ego_footprint_at(step),
             other: other.at(step)?,
-            other_body: other.footprint,
+            other_body: other.footprint_at(step),
         })
     }
 

@@ -31,7 +31,7 @@ pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
 pub use planning::{Goal, PlanningProblem};
 pub use quantity::{Position, Quantity, State, Steps};
 pub use scene::{Ego, Participant, Scene, SceneError};
-pub use track::{Derived, Motion, Sample, Track};
+pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
 pub use window::Window;
 
 /// One scenario: a map with traffic on it and a planning problem.

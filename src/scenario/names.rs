@@ -52,7 +52,8 @@ names! {
         AccessRamp = "accessRamp", ExitRamp = "exitRamp", Shoulder = "shoulder",
         BusLane = "busLane", BusStop = "busStop", BicycleLane = "bicycleLane",
         Sidewalk = "sidewalk", Crosswalk = "crosswalk", Restricted = "restricted",
-        Intersection = "intersection", Border = "border", Tram = "tram", Unknown = "unknown",
+        RestrictedArea = "restricted_area", Intersection = "intersection", Border = "border",
+        Tram = "tram", Unknown = "unknown",
     }
 }
 
@@ -128,7 +129,11 @@ names! {
         RightRearWheelAngularSpeed = "rightRearWheelAngularSpeed",
         DeltaYFront = "deltaYFront", DeltaYRear = "deltaYRear", Curvature = "curvature",
         CurvatureChange = "curvatureChange", Jerk = "jerk", Jounce = "jounce",
-        HitchAngle = "hitchAngle",
+        HitchAngle = "hitchAngle", CurvatureRate = "curvatureRate",
+        FrontWheelAngularSpeed = "frontWheelAngularSpeed",
+        RearWheelAngularSpeed = "rearWheelAngularSpeed",
+        LongitudinalPosition = "longitudinalPosition", LateralPosition = "lateralPosition",
+        JerkDot = "jerkDot", KappaDotDot = "kappaDotDot",
     }
 }
 

@@ -1,6 +1,8 @@
 //! Everyone and everything on the road but the ego.
 
-use super::{ObstacleRole, ObstacleType, Sample, Signal, State, Steps, Track};
+use super::{
+    ObstacleRole, ObstacleType, Quantity, Sample, Signal, State, StateField, Steps, Track,
+};
 use crate::geometry::{Footprint, Shape};
 
 /// Another participant, or a thing in the way.
@@ -21,6 +23,8 @@ pub struct Obstacle {
     /// What it signals, in order of time; the first may belong to the initial state.
     pub signals: Vec<SignalState>,
     track: Track,
+    /// The footprint at the steps where its trailer is turned, by step.
+    bent: Vec<(i64, Footprint)>,
 }
 
 /// Everything that a file says about an obstacle.
@@ -79,9 +83,14 @@ impl Obstacle {
             Prediction::Trajectory(states) => states,
             _ => &[],
         };
-        let samples = parts.initial.iter().chain(later).filter_map(sample);
+        let states = || parts.initial.iter().chain(later);
+        let bent = parts
+            .footprint
+            .iter()
+            .flat_map(|straight| states().filter_map(|s| bent(straight, s)));
         Self {
-            track: Track::new(samples.collect(), dt, None),
+            bent: bent.collect(),
+            track: Track::new(states().filter_map(sample).collect(), dt, None),
             id: parts.id,
             role: parts.role,
             kind: parts.kind,
@@ -100,6 +109,14 @@ impl Obstacle {
         &self.track
     }
 
+    /// The region it covers at a step, in its own frame: that of a semi-trailer truck turns at the hitch.
+    #[must_use]
+    pub fn footprint_at(&self, step: i64) -> Option<&Footprint> {
+        let bent = self.bent.iter().find(|(at, _)| *at == step);
+        bent.map(|(_, footprint)| footprint)
+            .or(self.footprint.as_ref())
+    }
+
     /// Its recorded states, the first included.
     pub fn states(&self) -> impl Iterator<Item = &State> {
         let later: &[State] = match &self.prediction {
@@ -110,12 +127,27 @@ impl Obstacle {
     }
 }
 
+/// The footprint with the trailer turned as the state says; nothing where nothing turns.
+fn bent(straight: &Footprint, state: &State) -> Option<(i64, Footprint)> {
+    let angle = state.quantity(StateField::HitchAngle)?;
+    let shape = straight.shape().hitched_at(angle.middle())?;
+    Some((state.time.from, Footprint::new(shape).ok()?))
+}
+
+/// A point mass slower than this has no heading, m/s.
+const STANDSTILL: f64 = 1e-3;
+
 fn sample(state: &State) -> Option<Sample> {
+    let vector = state.point_mass_velocity();
+    let direction = vector.filter(|v| v.norm() > STANDSTILL);
+    let said = |quantity: Option<Quantity>| quantity.map(|q| q.middle());
     Some(Sample {
         step: state.time.from,
         position: state.point()?,
-        heading: state.orientation.map(|q| q.middle()),
-        velocity: state.velocity.map(|q| q.middle()),
+        heading: direction
+            .map(|v| v.y.atan2(v.x))
+            .or(said(state.orientation)),
+        velocity: vector.map(|v| v.norm()).or(said(state.velocity)),
         acceleration: state.acceleration.map(|q| q.middle()),
     })
 }

@@ -1,7 +1,7 @@
 //! States as files give them: numbers that may be intervals, positions that may be regions.
 
 use super::StateField;
-use crate::geometry::{Point, Shape};
+use crate::geometry::{Point, Shape, Vector};
 
 /// A number, exact or known to lie in an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,6 +83,21 @@ impl State {
             acceleration: None,
             more: Vec::new(),
         }
+    }
+
+    /// Another quantity, where it is said.
+    #[must_use]
+    pub fn quantity(&self, field: StateField) -> Option<Quantity> {
+        let found = self.more.iter().find(|(f, _)| *f == field);
+        found.map(|(_, value)| *value)
+    }
+
+    /// The velocity in the world's axes, m/s, of a point-mass state: one that has a second velocity and no heading.
+    #[must_use]
+    pub fn point_mass_velocity(&self) -> Option<Vector> {
+        let across = self.quantity(StateField::VelocityY)?;
+        let along = self.velocity.filter(|_| self.orientation.is_none())?;
+        Some(Vector::new(along.middle(), across.middle()))
     }
 
     /// The position, where it is a point.

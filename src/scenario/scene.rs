@@ -79,7 +79,17 @@ impl<'a> Participant<'a> {
     /// Its body at a step.
     #[must_use]
     pub fn placed_at(&self, step: i64) -> Option<Placed<'a>> {
-        Some(self.footprint.at(self.at(step)?.pose))
+        Some(self.footprint_at(step).at(self.at(step)?.pose))
+    }
+
+    /// The region it covers at a step, in its own frame.
+    #[must_use]
+    pub fn footprint_at(&self, step: i64) -> &'a Footprint {
+        let step = match self.obstacle.role {
+            ObstacleRole::Static => self.obstacle.track().steps().start,
+            _ => step,
+        };
+        self.obstacle.footprint_at(step).unwrap_or(self.footprint)
     }
 }
 
@@ -167,6 +177,21 @@ impl Scene {
     /// The ego's body at a step.
     #[must_use]
     pub fn ego_at(&self, step: i64) -> Option<Placed<'_>> {
-        Some(self.ego.footprint.at(self.ego.track.at(step)?.pose))
+        Some(
+            self.ego_footprint_at(step)
+                .at(self.ego.track.at(step)?.pose),
+        )
+    }
+
+    /// The region the ego covers at a step, in its own frame.
+    #[must_use]
+    pub fn ego_footprint_at(&self, step: i64) -> &Footprint {
+        let obstacle = match self.ego.source {
+            EgoSource::Obstacle(id) => self.scenario.obstacle(id),
+            EgoSource::Recording(_) => None,
+        };
+        obstacle
+            .and_then(|o| o.footprint_at(step))
+            .unwrap_or(&self.ego.footprint)
     }
 }

@@ -53,11 +53,11 @@ pub struct Derived {
     pub accelerations: usize,
 }
 
-/// Motion over consecutive time steps; steps without a record are empty.
+/// Motion by time step; steps without a record are not there.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Track {
-    first: i64,
-    motions: Vec<Option<Motion>>,
+    /// In order of time, so that gaps cost nothing.
+    motions: Vec<(i64, Motion)>,
     /// What was filled.
     pub derived: Derived,
 }
@@ -65,8 +65,9 @@ pub struct Track {
 /// A displacement below this says nothing about the heading: files round to tenths of millimetres.
 const STANDSTILL: f64 = 0.005;
 
-/// More steps than this between two records are not laid out (a broken time would fill the memory).
-const LONGEST_TRACK: i64 = 1_000_000;
+/// Time steps between the first and the last record that a track keeps; what is later is a mistake in
+/// the file, and whoever goes through all steps would never end.
+pub const LONGEST_TRACK: i64 = 100_000;
 
 impl Track {
     /// A track through `samples` (any order, one a step), `dt` seconds apart.
@@ -81,12 +82,11 @@ impl Track {
         let Some(first) = samples.first().map(|s| s.step) else {
             return Self::default();
         };
-        samples.retain(|s| s.step.saturating_sub(first) < LONGEST_TRACK);
+        samples.retain(|s| s.step.saturating_sub(first) <= LONGEST_TRACK);
         let mut derived = Derived::default();
         let headings = headings(&samples, resting, &mut derived);
         let velocities = velocities(&samples, &headings, dt, &mut derived);
-        let length = samples.last().map_or(0, |s| s.step - first + 1);
-        let mut motions = vec![None; usize::try_from(length).unwrap_or(0)];
+        let mut motions = Vec::with_capacity(samples.len());
         for (i, sample) in samples.iter().enumerate() {
             let acceleration = sample.acceleration.unwrap_or_else(|| {
                 derived.accelerations += 1;
@@ -98,41 +98,47 @@ impl Track {
                     0.0
                 }
             });
-            motions[(sample.step - first) as usize] = Some(Motion {
-                pose: Pose {
-                    position: sample.position,
-                    heading: headings[i],
-                },
+            let pose = Pose {
+                position: sample.position,
+                heading: headings[i],
+            };
+            let motion = Motion {
+                pose,
                 velocity: velocities[i],
                 acceleration,
-            });
+            };
+            motions.push((sample.step, motion));
         }
-        Self {
-            first,
-            motions,
-            derived,
-        }
+        Self { motions, derived }
     }
 
     /// The motion at a time step; nothing before, after and in gaps.
     #[must_use]
     pub fn at(&self, step: i64) -> Option<&Motion> {
-        let place = usize::try_from(step.checked_sub(self.first)?).ok()?;
-        self.motions.get(place)?.as_ref()
+        let first = self.motions.first()?.0;
+        // Nearly all tracks have no gaps, and then the place is known.
+        let place = usize::try_from(step.checked_sub(first)?).ok()?;
+        match self.motions.get(place) {
+            Some((there, motion)) if *there == step => Some(motion),
+            _ => {
+                let found = self.motions.binary_search_by_key(&step, |(s, _)| *s);
+                Some(&self.motions[found.ok()?].1)
+            }
+        }
     }
 
     /// The steps from the first to the last record; empty for an empty track.
     #[must_use]
     pub fn steps(&self) -> std::ops::Range<i64> {
-        self.first..self.first + self.motions.len() as i64
+        match (self.motions.first(), self.motions.last()) {
+            (Some((first, _)), Some((last, _))) => *first..last + 1,
+            _ => 0..0,
+        }
     }
 
     /// Steps and motions that are recorded, in order.
     pub fn iter(&self) -> impl Iterator<Item = (i64, &Motion)> {
-        let steps = self.first..;
-        steps
-            .zip(&self.motions)
-            .filter_map(|(s, m)| Some((s, m.as_ref()?)))
+        self.motions.iter().map(|(step, motion)| (*step, motion))
     }
 }
 

@@ -1,12 +1,13 @@
 //! Small pieces that many elements share: points, shapes, references, truth values.
 
 use super::error::ReadError;
+use super::trucks;
 use super::xml::{Element, Xml, short};
 use crate::geometry::{Footprint, Point, Shape};
 use crate::scenario::Severity;
 
 /// Shape groups inside shape groups, deeper than any file needs.
-const DEEPEST_GROUP: usize = 4;
+const DEEPEST_GROUP: usize = 8;
 
 /// `<point>` with x and y, and z if it is there.
 pub(super) fn point<'a>(
@@ -98,18 +99,23 @@ pub(super) fn shape<'a>(
     xml: &mut Xml<'a>,
     element: Element<'a>,
 ) -> Result<Option<Shape>, ReadError> {
-    let mut shapes = shapes(xml, 0)?;
+    let mut shapes = Vec::new();
+    collect(xml, 0, &mut shapes)?;
+    if shapes.is_empty() {
+        xml.note(
+            Severity::Warning,
+            element,
+            "no shape in it; it covers nothing".into(),
+        );
+    }
+    Ok(joined(shapes))
+}
+
+/// Several shapes as one.
+pub(super) fn joined(mut shapes: Vec<Shape>) -> Option<Shape> {
     match shapes.len() {
-        0 => {
-            xml.note(
-                Severity::Warning,
-                element,
-                "no shape in it; it covers nothing".into(),
-            );
-            Ok(None)
-        }
-        1 => Ok(shapes.pop()),
-        _ => Ok(Some(Shape::Group(shapes))),
+        0 | 1 => shapes.pop(),
+        _ => Some(Shape::Group(shapes)),
     }
 }
 
@@ -126,38 +132,43 @@ pub(super) fn footprint<'a>(
         .map_err(|e| xml.fail_in(element, e.to_string()))
 }
 
-fn shapes(xml: &mut Xml<'_>, depth: usize) -> Result<Vec<Shape>, ReadError> {
-    let mut found = Vec::new();
+/// Appends the shapes inside the innermost open element, those of groups one by one.
+fn collect(xml: &mut Xml<'_>, depth: usize, into: &mut Vec<Shape>) -> Result<(), ReadError> {
     while let Some(child) = xml.next()? {
-        match one_shape(xml, child, depth)? {
-            Some(shape) => found.push(shape),
-            None => xml.skip_unknown(child)?,
+        if !push_shape(xml, child, depth, into)? {
+            xml.skip_unknown(child)?;
         }
     }
-    Ok(found)
+    Ok(())
 }
 
-/// One shape if `child` opens one; otherwise nothing, and `child` is still open.
-pub(super) fn one_shape<'a>(
+/// Appends the shapes that `child` opens; where it opens none, it is still open and the answer is no.
+pub(super) fn push_shape<'a>(
     xml: &mut Xml<'a>,
     child: Element<'a>,
     depth: usize,
-) -> Result<Option<Shape>, ReadError> {
+    into: &mut Vec<Shape>,
+) -> Result<bool, ReadError> {
     let shape = match child.name {
         "rectangle" => rectangle(xml, child)?,
         "circle" => circle(xml, child)?,
         "polygon" => Shape::Polygon {
             vertices: polygon(xml)?,
         },
-        "shapeGroup" | "absoluteShapeGroup" if depth < DEEPEST_GROUP => {
-            Shape::Group(shapes(xml, depth + 1)?)
+        "truckShape" => Shape::Truck(trucks::truck(xml, child)?),
+        "semiTrailerTruckShape" => trucks::semi_trailer_truck(xml, child)?,
+        // The schema wraps each member of a group in an element of its own.
+        "shapeGroup" | "absoluteShapeGroup" | "shape" if depth < DEEPEST_GROUP => {
+            collect(xml, depth + 1, into)?;
+            return Ok(true);
         }
-        _ => return Ok(None),
+        _ => return Ok(false),
     };
     shape
         .check()
         .map_err(|e| xml.fail_in(child, e.to_string()))?;
-    Ok(Some(shape))
+    into.push(shape);
+    Ok(true)
 }
 
 fn rectangle<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadError> {
@@ -177,9 +188,9 @@ fn rectangle<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadE
         (Some(length), Some(width)) => Ok(Shape::Rectangle {
             length,
             width,
-            // The shift says where the object's origin lies on the box, so the box moves the other way.
-            center: Point::new(center.x - shift, center.y),
+            center,
             orientation,
+            origin_x_shift: shift,
         }),
         _ => Err(xml.fail_in(element, "a rectangle needs <length> and <width>".into())),
     }

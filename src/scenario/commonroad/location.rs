@@ -1,16 +1,29 @@
 //! Where a scenario takes place: position, transformation, surroundings.
 
 use super::error::ReadError;
-use super::xml::Xml;
+use super::xml::{Element, Xml};
 use crate::scenario::{Environment, GeoTransformation, Location};
+
+/// What files write for an id of a place that is not known.
+pub(super) const UNKNOWN_ID: i64 = -999;
+/// What files write for a latitude or longitude that is not known.
+pub(super) const UNKNOWN_DEGREES: f64 = 999.0;
+
+fn degrees<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Option<f64>, ReadError> {
+    let said = xml.optional_number(element)?;
+    Ok(said.filter(|degrees| *degrees != UNKNOWN_DEGREES))
+}
 
 pub(super) fn location(xml: &mut Xml<'_>) -> Result<Location, ReadError> {
     let mut location = Location::default();
     while let Some(child) = xml.next()? {
         match child.name {
-            "geoNameId" => location.geo_name_id = xml.optional_number(child)?.map(|v| v as i64),
-            "gpsLatitude" => location.latitude = xml.optional_number(child)?,
-            "gpsLongitude" => location.longitude = xml.optional_number(child)?,
+            "geoNameId" => {
+                let id = xml.optional_number(child)?.map(|v| v as i64);
+                location.geo_name_id = id.filter(|id| *id != UNKNOWN_ID);
+            }
+            "gpsLatitude" => location.latitude = degrees(xml, child)?,
+            "gpsLongitude" => location.longitude = degrees(xml, child)?,
             "geoTransformation" => location.transformation = Some(transformation(xml)?),
             "environment" => location.environment = Some(environment(xml)?),
             _ => xml.skip_unknown(child)?,

@@ -1,5 +1,6 @@
 //! CommonRoad files: XML in and out, with line numbers for everything that is wrong.
 
+mod conform;
 mod elements;
 mod error;
 mod location;
@@ -9,14 +10,17 @@ mod planning;
 mod reader;
 mod references;
 mod road;
+mod sign_ids;
 mod speed_limits;
 mod states;
 mod surroundings;
+mod trucks;
 mod writer;
 mod xml;
 
 use std::path::Path;
 
+pub use conform::{Conformed, conform};
 pub use error::ReadError;
 pub use writer::{WriteError, write};
 

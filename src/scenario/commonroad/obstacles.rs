@@ -6,8 +6,8 @@ use super::states::{state, steps};
 use super::xml::{Element, Xml};
 use crate::geometry::Footprint;
 use crate::scenario::{
-    Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity, Signal,
-    SignalState, State,
+    LONGEST_TRACK, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction,
+    Severity, Signal, SignalState, State,
 };
 
 /// An obstacle; `role` is what its element's name says, `None` for the 2018b element with a `<role>`.
@@ -45,8 +45,16 @@ pub(super) fn obstacle<'a>(
                 }
             }
             "initialState" => initial = Some(state(xml, child, true)?),
-            "trajectory" => prediction = Prediction::Trajectory(trajectory(xml)?),
-            "occupancySet" => prediction = Prediction::Occupancies(occupancies(xml)?),
+            "trajectory" | "occupancySet" => {
+                if prediction != Prediction::None {
+                    let message = "a second prediction; it replaces the first".into();
+                    xml.note(Severity::Warning, child, message);
+                }
+                prediction = match child.name {
+                    "trajectory" => Prediction::Trajectory(trajectory(xml)?),
+                    _ => Prediction::Occupancies(occupancies(xml)?),
+                };
+            }
             _ => xml.skip_unknown(child)?,
         }
     }
@@ -69,6 +77,7 @@ pub(super) fn obstacle<'a>(
     if bodily && initial.is_none() {
         xml.note(Severity::Warning, element, "no initial state".into());
     }
+    check_times(xml, element, initial.as_ref(), &prediction);
     let parts = ObstacleParts {
         id,
         role,
@@ -79,6 +88,42 @@ pub(super) fn obstacle<'a>(
         signals,
     };
     Ok(Obstacle::new(parts, dt))
+}
+
+/// Notes states whose times make them useless.
+fn check_times<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+    initial: Option<&State>,
+    prediction: &Prediction,
+) {
+    let Prediction::Trajectory(later) = prediction else {
+        return;
+    };
+    let mut steps: Vec<i64> = initial
+        .iter()
+        .copied()
+        .chain(later)
+        .map(|s| s.time.from)
+        .collect();
+    let in_order = steps.is_sorted();
+    steps.sort_unstable();
+    let mut say = |message: String| xml.note(Severity::Warning, element, message);
+    if let Some(twice) = steps.windows(2).find(|pair| pair[0] == pair[1]) {
+        say(format!(
+            "time step {} has two states; the first counts",
+            twice[0]
+        ));
+    } else if !in_order {
+        say("the states are not in order of time; they are put in order".into());
+    }
+    if let (Some(first), Some(last)) = (steps.first(), steps.last())
+        && last - first > LONGEST_TRACK
+    {
+        say(format!(
+            "states later than {LONGEST_TRACK} steps after the first are left out of its motion"
+        ));
+    }
 }
 
 fn signal_state<'a>(

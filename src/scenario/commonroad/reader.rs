@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::error::ReadError;
 use super::xml::{Element, Xml, short};
-use super::{location, obstacles, planning, references, road, speed_limits};
+use super::{conform, location, obstacles, planning, references, road, speed_limits};
 use crate::scenario::{
     ContentHash, Header, LaneletNetwork, ObstacleRole, Scenario, Severity, benchmark_id,
 };
@@ -67,6 +67,10 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
             }
             "scenarioTags" => {
                 while let Some(tag) = xml.next()? {
+                    if !conform::is_tag(tag.name) {
+                        let message = "a tag that the schema does not have; kept".into();
+                        xml.note(Severity::Note, tag, message);
+                    }
                     tags.push(tag.name.to_string());
                     xml.skip()?;
                 }

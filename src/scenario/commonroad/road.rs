@@ -2,7 +2,8 @@
 
 use super::elements::{point, push_reference, truth, word};
 use super::error::ReadError;
-use super::xml::{Element, Xml};
+use super::sign_ids;
+use super::xml::{Element, Xml, short};
 use crate::geometry::Point;
 use crate::scenario::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletType, LightPhase, LineMarking,
@@ -160,6 +161,10 @@ pub(super) fn sign<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Sign, 
                         "additionalValue" => values.push(xml.text()?.into_owned()),
                         _ => xml.skip_unknown(part)?,
                     }
+                }
+                if !sign_ids::is_known(&id) {
+                    let message = format!("`{}` is not a traffic sign that is known", short(&id));
+                    xml.note(Severity::Note, child, message);
                 }
                 sign.elements.push(SignElement { id, values });
             }

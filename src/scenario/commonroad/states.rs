@@ -1,9 +1,8 @@
 //! States: time, position and quantities, exact or as intervals.
 
-use super::elements::{one_shape, point, reference};
+use super::elements::{joined, point, push_shape, reference};
 use super::error::ReadError;
 use super::xml::{Element, Xml};
-use crate::geometry::Shape;
 use crate::scenario::{Position, Quantity, Severity, State, StateField, Steps};
 
 /// Time steps beyond this are a mistake in the file.
@@ -114,18 +113,23 @@ pub(super) fn position<'a>(
         match child.name {
             "point" => here = Some(point(xml, child)?.0),
             "lanelet" => lanelets.push(reference(xml, child)?),
-            _ => match one_shape(xml, child, 0)? {
-                Some(shape) => shapes.push(shape),
-                None => xml.skip_unknown(child)?,
-            },
+            _ => {
+                if !push_shape(xml, child, 0, &mut shapes)? {
+                    xml.skip_unknown(child)?;
+                }
+            }
         }
     }
-    Ok(match (here, shapes.len(), lanelets.is_empty()) {
+    let kinds = [here.is_some(), !shapes.is_empty(), !lanelets.is_empty()];
+    if kinds.iter().filter(|kind| **kind).count() > 1 {
+        let message = "a point, shapes and lanelets do not go together; the first of these counts";
+        xml.note(Severity::Warning, element, message.into());
+    }
+    Ok(match (here, joined(shapes), lanelets.is_empty()) {
         (Some(here), ..) => Some(Position::Point(here)),
-        (None, 1, _) => shapes.pop().map(Position::Region),
-        (None, 2.., _) => Some(Position::Region(Shape::Group(shapes))),
-        (None, 0, false) => Some(Position::Lanelets(lanelets)),
-        (None, 0, true) => {
+        (None, Some(region), _) => Some(Position::Region(region)),
+        (None, None, false) => Some(Position::Lanelets(lanelets)),
+        (None, None, true) => {
             xml.note(
                 Severity::Warning,
                 element,

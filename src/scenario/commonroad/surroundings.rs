@@ -1,11 +1,17 @@
-//! Writing what a location says beyond its position: transformation and environment.
+//! Writing where a scenario takes place: position, transformation and environment.
 
+use super::location::{UNKNOWN_DEGREES, UNKNOWN_ID};
 use super::out::{Out, number};
 use super::writer::WriteError;
 use crate::scenario::Location;
 
-/// The children of a location after its position.
+/// The children of a location.
 pub(super) fn write(out: &mut Out, location: &Location) -> Result<(), WriteError> {
+    let id = location.geo_name_id.unwrap_or(UNKNOWN_ID);
+    let degrees = |known: Option<f64>| number(known.unwrap_or(UNKNOWN_DEGREES));
+    out.leaf("geoNameId", &id.to_string())?;
+    out.leaf("gpsLatitude", &degrees(location.latitude))?;
+    out.leaf("gpsLongitude", &degrees(location.longitude))?;
     if let Some(transformation) = &location.transformation {
         out.element("geoTransformation", &[], |out| {
             if let Some(reference) = &transformation.reference {

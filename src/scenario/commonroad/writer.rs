@@ -5,6 +5,7 @@ use quick_xml::events::{BytesDecl, Event};
 
 use super::out::{Out, id, number, point};
 use super::surroundings;
+use super::trucks;
 
 use crate::geometry::{Point, Shape};
 use crate::scenario::{
@@ -40,15 +41,7 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
     );
     out.element("commonRoad", &root, |out| {
         if let Some(location) = &scenario.location {
-            out.element("location", &[], |out| {
-                out.leaf(
-                    "geoNameId",
-                    &location.geo_name_id.unwrap_or(-999).to_string(),
-                )?;
-                out.leaf("gpsLatitude", &number(location.latitude.unwrap_or(999.0)))?;
-                out.leaf("gpsLongitude", &number(location.longitude.unwrap_or(999.0)))?;
-                surroundings::write(out, location)
-            })?;
+            out.element("location", &[], |out| surroundings::write(out, location))?;
         }
         out.element("scenarioTags", &[], |out| {
             scenario.tags.iter().try_for_each(|tag| out.empty(tag, &[]))
@@ -168,6 +161,10 @@ fn light(out: &mut Out, light: &TrafficLight) -> Result<(), WriteError> {
                     out.leaf("color", phase.color.name())
                 })?;
             }
+            // The schema has positive offsets only, and none means 0.
+            if light.offset == 0 {
+                return Ok(());
+            }
             out.leaf("timeOffset", &light.offset.to_string())
         })?;
         place(out, light.position.as_ref())?;
@@ -266,14 +263,23 @@ fn shape(out: &mut Out, what: &Shape) -> Result<(), WriteError> {
             width,
             center,
             orientation,
+            origin_x_shift,
         } => out.element("rectangle", &[], |out| {
             out.leaf("length", &number(*length))?;
             out.leaf("width", &number(*width))?;
             if *orientation != 0.0 {
                 out.leaf("orientation", &number(*orientation))?;
             }
-            centre(out, center)
+            centre(out, center)?;
+            if *origin_x_shift == 0.0 {
+                return Ok(());
+            }
+            out.leaf("originXShift", &number(*origin_x_shift))
         }),
+        Shape::Truck(truck) => trucks::write_truck(out, truck),
+        Shape::SemiTrailerTruck {
+            tractor, trailer, ..
+        } => trucks::write_semi_trailer_truck(out, tractor, trailer),
         Shape::Circle { radius, center } => out.element("circle", &[], |out| {
             out.leaf("radius", &number(*radius))?;
             centre(out, center)
@@ -311,7 +317,8 @@ fn state(out: &mut Out, name: &str, state: &State) -> Result<(), WriteError> {
 
 fn goal(out: &mut Out, goal: &Goal) -> Result<(), WriteError> {
     out.element("goalState", &[], |out| {
-        time(out, goal.time)?;
+        // An interval also where it is one step: the schema has nothing else for goals.
+        out.element("time", &[], |out| interval(out, goal.time))?;
         goal.positions
             .iter()
             .try_for_each(|p| position(out, Some(p)))?;
@@ -336,9 +343,13 @@ fn time(out: &mut Out, steps: Steps) -> Result<(), WriteError> {
         if steps.from == steps.to {
             return out.leaf("exact", &steps.from.to_string());
         }
-        out.leaf("intervalStart", &steps.from.to_string())?;
-        out.leaf("intervalEnd", &steps.to.to_string())
+        interval(out, steps)
     })
+}
+
+fn interval(out: &mut Out, steps: Steps) -> Result<(), WriteError> {
+    out.leaf("intervalStart", &steps.from.to_string())?;
+    out.leaf("intervalEnd", &steps.to.to_string())
 }
 
 fn quantity(out: &mut Out, field: StateField, value: Option<Quantity>) -> Result<(), WriteError> {

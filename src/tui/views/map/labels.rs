@@ -27,7 +27,7 @@ pub fn draw(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projec
     let mut labels = Vec::new();
     if let Some(scene) = &opened.scene
         && let Some(motion) = scene.ego.track.at(step)
-        && let Some(body) = Area::of(view, &scene.ego.footprint, motion)
+        && let Some(body) = Area::of(view, scene.ego_footprint_at(step), motion)
     {
         labels.push(Label {
             text: "ego".into(),
@@ -51,7 +51,7 @@ pub fn draw(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projec
                 .as_ref()
                 .and_then(|s| s.at(measure, id, step).value())
         };
-        let outline = obstacle.footprint.as_ref();
+        let outline = obstacle.footprint_at(step);
         let Some(body) = outline.and_then(|outline| Area::of(view, outline, m)) else {
             continue;
         };

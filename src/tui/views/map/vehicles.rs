@@ -39,7 +39,7 @@ pub fn trails(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Proj
         if Bounds::of(&past).is_some_and(|b| view.sees(&b)) {
             stroke(ctx, view, &past, theme.trail);
         }
-        if let (Some(body), Some(motion)) = (&obstacle.footprint, track.at(step)) {
+        if let (Some(body), Some(motion)) = (obstacle.footprint_at(step), track.at(step)) {
             velocity(ctx, view, body, motion, theme.static_obstacle);
         }
     }
@@ -60,7 +60,7 @@ pub fn trails(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Proj
             color: theme.ego_trail,
         });
         if let Some(motion) = track.at(step) {
-            velocity(ctx, view, &scene.ego.footprint, motion, theme.ego);
+            velocity(ctx, view, scene.ego_footprint_at(step), motion, theme.ego);
         }
     }
 }
@@ -79,7 +79,7 @@ pub fn obstacles(
         .obstacles
         .iter()
         .filter(|o| Some(o.id) != ego)
-        .filter_map(|o| Some((o, o.footprint.as_ref()?, motion(o, step)?)))
+        .filter_map(|o| Some((o, o.footprint_at(step)?, motion(o, step)?)))
         .map(|(o, body, m)| (importance(model, opened, o, step), o, body, m))
         .collect();
     order.sort_by_key(|(importance, ..)| *importance);
@@ -105,9 +105,10 @@ fn velocity(
     color: Color,
 ) {
     if motion.velocity.abs() > STANDING && view.sees_point(&motion.pose.position) {
-        let (length, _) = body.shape().size();
-        let front = motion.pose.forward() * (length / 2.0).copysign(motion.velocity);
-        let nose = motion.pose.position + front;
+        let here = motion.pose.position;
+        let (rear, front) = body.at(motion.pose).extent(&here, &motion.pose.forward());
+        let reach = if motion.velocity > 0.0 { front } else { rear };
+        let nose = here + motion.pose.forward() * reach;
         stroke(
             ctx,
             view,
@@ -137,7 +138,7 @@ pub fn ego(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Project
         draw_body(
             ctx,
             view,
-            &scene.ego.footprint,
+            scene.ego_footprint_at(step),
             motion,
             model.theme.ego,
             true,

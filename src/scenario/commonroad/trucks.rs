@@ -1,0 +1,151 @@
+//! Trucks and semi-trailer trucks, which version 2020a has since 2026.
+
+use super::error::ReadError;
+use super::out::{Out, number};
+use super::writer::WriteError;
+use super::xml::{Element, Xml};
+use crate::geometry::{SemiTrailer, Shape, Truck};
+use crate::scenario::Severity;
+
+/// `<truckShape>`: the dimensions, and where its origin is.
+pub(super) fn truck<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Truck, ReadError> {
+    let (mut dimensions, mut shift) = (None, None);
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "truckDims" => dimensions = Some(truck_dimensions(xml, child)?),
+            "originXShift" => shift = Some(xml.number(child)?),
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    let Some(mut truck) = dimensions else {
+        return Err(xml.fail_in(element, "a truck needs <truckDims>".into()));
+    };
+    match shift {
+        Some(shift) => truck.origin_x_shift = shift,
+        None => {
+            let message = "no <originXShift>; its states are taken to be at the rear axle";
+            xml.note(Severity::Warning, element, message.into());
+        }
+    }
+    Ok(truck)
+}
+
+/// `<semiTrailerTruckShape>`: a truck and the dimensions of its trailer.
+pub(super) fn semi_trailer_truck<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+) -> Result<Shape, ReadError> {
+    let (mut tractor, mut trailer) = (None, None);
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "truckShape" => tractor = Some(truck(xml, child)?),
+            "trailerDims" => trailer = Some(trailer_dimensions(xml, child)?),
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    match (tractor, trailer) {
+        (Some(tractor), Some(trailer)) => Ok(Shape::SemiTrailerTruck {
+            tractor,
+            trailer,
+            hitch_angle: 0.0,
+        }),
+        _ => {
+            let message = "a semi-trailer truck needs <truckShape> and <trailerDims>";
+            Err(xml.fail_in(element, message.into()))
+        }
+    }
+}
+
+fn truck_dimensions<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Truck, ReadError> {
+    let names = [
+        "length",
+        "width",
+        "wheelbase",
+        "distFromRearToRearAxle",
+        "cabinLength",
+        "distFromRearAxleToHitch",
+    ];
+    let [
+        length,
+        width,
+        wheelbase,
+        rear_to_rear_axle,
+        cabin_length,
+        rear_axle_to_hitch,
+    ] = numbers(xml, element, names)?;
+    Ok(Truck {
+        length,
+        width,
+        wheelbase,
+        rear_to_rear_axle,
+        cabin_length,
+        rear_axle_to_hitch,
+        origin_x_shift: rear_to_rear_axle - length / 2.0,
+    })
+}
+
+fn trailer_dimensions<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+) -> Result<SemiTrailer, ReadError> {
+    let names = ["length", "width", "wheelbase", "distFromFrontToHitch"];
+    let [length, width, wheelbase, front_to_hitch] = numbers(xml, element, names)?;
+    Ok(SemiTrailer {
+        length,
+        width,
+        wheelbase,
+        front_to_hitch,
+    })
+}
+
+/// The numbers in the children of these names, all of which must be there.
+fn numbers<'a, const N: usize>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+    names: [&str; N],
+) -> Result<[f64; N], ReadError> {
+    let mut found = [None; N];
+    while let Some(child) = xml.next()? {
+        match names.iter().position(|name| *name == child.name) {
+            Some(place) => found[place] = Some(xml.number(child)?),
+            None => xml.skip_unknown(child)?,
+        }
+    }
+    let mut numbers = [0.0; N];
+    for ((number, found), name) in numbers.iter_mut().zip(found).zip(names) {
+        *number = found.ok_or_else(|| xml.fail_in(element, format!("it needs <{name}>")))?;
+    }
+    Ok(numbers)
+}
+
+/// `<truckShape>`.
+pub(super) fn write_truck(out: &mut Out, truck: &Truck) -> Result<(), WriteError> {
+    out.element("truckShape", &[], |out| {
+        out.element("truckDims", &[], |out| {
+            out.leaf("length", &number(truck.length))?;
+            out.leaf("width", &number(truck.width))?;
+            out.leaf("wheelbase", &number(truck.wheelbase))?;
+            out.leaf("distFromRearToRearAxle", &number(truck.rear_to_rear_axle))?;
+            out.leaf("cabinLength", &number(truck.cabin_length))?;
+            out.leaf("distFromRearAxleToHitch", &number(truck.rear_axle_to_hitch))
+        })?;
+        out.leaf("originXShift", &number(truck.origin_x_shift))
+    })
+}
+
+/// `<semiTrailerTruckShape>`.
+pub(super) fn write_semi_trailer_truck(
+    out: &mut Out,
+    tractor: &Truck,
+    trailer: &SemiTrailer,
+) -> Result<(), WriteError> {
+    out.element("semiTrailerTruckShape", &[], |out| {
+        write_truck(out, tractor)?;
+        out.element("trailerDims", &[], |out| {
+            out.leaf("length", &number(trailer.length))?;
+            out.leaf("width", &number(trailer.width))?;
+            out.leaf("wheelbase", &number(trailer.wheelbase))?;
+            out.leaf("distFromFrontToHitch", &number(trailer.front_to_hitch))
+        })
+    })
+}
