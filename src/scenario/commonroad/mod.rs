@@ -9,6 +9,7 @@ mod planning;
 mod reader;
 mod references;
 mod road;
+mod save;
 mod speed_limits;
 mod states;
 mod surroundings;
@@ -18,6 +19,7 @@ mod xml;
 use std::path::Path;
 
 pub use error::ReadError;
+pub use save::{SaveError, save};
 pub use writer::{WriteError, write};
 
 use super::Scenario;
