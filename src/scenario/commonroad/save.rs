@@ -110,6 +110,7 @@ fn new_file_permissions() -> Option<std::fs::Permissions> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
