@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. Data goes to standard output, words to standard error.
 
 mod ask;
+mod convert;
 mod describe;
 mod generated;
 mod inspect;
@@ -31,6 +32,8 @@ pub struct Arguments {
 pub enum Command {
     /// What is in a scenario, and what is wrong with it, with line numbers.
     Inspect(inspect::Inspect),
+    /// Scenarios written anew as CommonRoad 2020a XML.
+    Convert(convert::Convert),
     /// Every measure of every obstacle at every step, as a table.
     Metrics(metrics::Metrics),
     /// A window of a scene in words.
@@ -79,6 +82,7 @@ impl Failure {
 pub fn run(command: &Command) -> Outcome {
     match command {
         Command::Inspect(arguments) => inspect::run(arguments),
+        Command::Convert(arguments) => convert::run(arguments),
         Command::Metrics(arguments) => metrics::run(arguments),
         Command::Describe(arguments) => describe::run(arguments),
         Command::Prompt(arguments) => prompt::run(arguments),

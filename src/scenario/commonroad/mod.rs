@@ -10,6 +10,7 @@ mod planning;
 mod reader;
 mod references;
 mod road;
+mod save;
 mod sign_ids;
 mod speed_limits;
 mod states;
@@ -22,6 +23,7 @@ use std::path::Path;
 
 pub use conform::{Conformed, conform};
 pub use error::ReadError;
+pub use save::{SaveError, save};
 pub use writer::{WriteError, write};
 
 use super::Scenario;

@@ -1,0 +1,100 @@
+//! `nearmiss convert`: scenarios written anew as CommonRoad 2020a XML.
+
+use std::path::{Path, PathBuf};
+
+use super::{Failure, Outcome, output};
+use crate::scenario::commonroad::{conform, save, write};
+use crate::scenario::{Entry, find};
+
+/// Arguments of `convert`.
+#[derive(Debug, clap::Args)]
+pub struct Convert {
+    /// CommonRoad files or folders, or names of bundled scenarios.
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    /// The file to write, or a folder that exists; several scenarios need a folder [default: standard output].
+    #[arg(short, long, value_name = "PATH")]
+    output: Option<PathBuf>,
+    /// Leave out, fill in and replace what the published schema does not allow, and say what.
+    #[arg(long)]
+    schema: bool,
+    /// Replace files that are there already.
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Runs `convert`.
+pub fn run(arguments: &Convert) -> Outcome {
+    let entries = find(&arguments.paths).map_err(Failure::input)?;
+    let folder = arguments.output.as_deref().filter(|path| path.is_dir());
+    if entries.len() > 1 && folder.is_none() {
+        return Err(Failure::input(format!(
+            "{} scenarios go into a folder that exists: -o FOLDER",
+            entries.len()
+        )));
+    }
+    let (mut failed, mut unfit) = (0, 0);
+    for entry in &entries {
+        let target = match folder {
+            Some(folder) => Some(folder.join(format!("{}.xml", entry.name))),
+            None => arguments.output.clone(),
+        };
+        match convert(entry, target.as_deref(), arguments) {
+            Ok(fits) => unfit += usize::from(!fits),
+            Err(failure) if entries.len() == 1 => return Err(failure),
+            Err(failure) => {
+                failed += 1;
+                failure.say();
+            }
+        }
+    }
+    let finding = |message| Failure { message, status: 1 };
+    match (failed, unfit) {
+        (0, 0) => Ok(()),
+        (0, _) if !arguments.schema => Ok(()),
+        (0, n) => Err(finding(format!(
+            "{n} of {} scenarios cannot be made to fit the schema; what is in the way is above",
+            entries.len()
+        ))),
+        (n, _) if n == entries.len() => Err(Failure::input("no scenario could be converted")),
+        (n, _) => Err(finding(format!(
+            "{n} of {} scenarios could not be converted",
+            entries.len()
+        ))),
+    }
+}
+
+/// Writes one scenario; says whether it fits the schema.
+fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<bool, Failure> {
+    let scenario = entry.read().map_err(Failure::input)?;
+    let conformed = conform(&scenario);
+    let name = &entry.name;
+    let written = if arguments.schema {
+        &conformed.scenario
+    } else {
+        &scenario
+    };
+    let bytes = write(written).map_err(Failure::input)?;
+    match target {
+        Some(path) => save(path, &bytes, arguments.overwrite).map_err(|e| {
+            let hint = if path.exists() { " (--overwrite)" } else { "" };
+            Failure::input(format!("{e}{hint}"))
+        })?,
+        None => output::text(&String::from_utf8_lossy(&bytes))?,
+    }
+    let (changes, violations) = (&conformed.changes, &conformed.violations);
+    if arguments.schema {
+        changes
+            .iter()
+            .for_each(|c| output::say(&format!("{name}: {c}")));
+        violations
+            .iter()
+            .for_each(|v| output::say(&format!("{name}: does not fit: {v}")));
+    } else if changes.len() + violations.len() > 0 {
+        output::say(&format!(
+            "{name}: written as it is; {} things in it do not fit the schema of 2020a, --schema names and mends them",
+            changes.len() + violations.len()
+        ));
+    }
+    Ok(violations.is_empty())
+}

@@ -1,0 +1,197 @@
+//! Saving a file: whole or not at all, and never over another one unasked.
+
+use std::io::{Error, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// Why a file was not saved. Whatever stood at its path is still there, unchanged.
+#[derive(Debug, thiserror::Error)]
+pub enum SaveError {
+    /// There is something at the path already, and overwriting was not asked for.
+    #[error(
+        "{0}: there is a file already, and it was left as it is; name another file, or ask for it to be overwritten"
+    )]
+    Exists(PathBuf),
+    /// What is at the path is no file that could be replaced: a folder, a pipe, a device.
+    #[error("{0}: this is not a regular file, so it cannot be replaced")]
+    NotAFile(PathBuf),
+    /// The folder that the file is to lie in does not exist.
+    #[error("{file}: there is no folder {folder}; make it first", file = .0.display(), folder = .1.display())]
+    NoFolder(PathBuf, PathBuf),
+    /// The system refused.
+    #[error("{path}: {source}")]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: Error,
+    },
+}
+
+/// Saves `bytes` as the file `path`, in a folder that exists.
+///
+/// They are written to a new file beside it, which is then renamed: whoever looks sees the old contents or
+/// all of the new ones, also after a crash. With `overwrite` a file at `path` is replaced and its
+/// permissions stay; a symbolic link stays and the file it leads to is replaced. Without it nothing is
+/// ever replaced, not even what another program puts there meanwhile.
+///
+/// # Errors
+/// See [`SaveError`]; nothing is left behind.
+pub fn save(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), SaveError> {
+    let io = |source| SaveError::Io {
+        path: path.to_path_buf(),
+        source,
+    };
+    let exists = || SaveError::Exists(path.to_path_buf());
+    let present = match path.symlink_metadata() {
+        Ok(_) => true,
+        Err(e) if e.kind() == ErrorKind::NotFound => false,
+        Err(e) => return Err(io(e)),
+    };
+    if present && !overwrite {
+        return Err(exists());
+    }
+    let target = if present {
+        path.canonicalize().map_err(io)?
+    } else {
+        path.to_path_buf()
+    };
+    let replaced = present.then(|| target.metadata()).transpose().map_err(io)?;
+    if replaced.as_ref().is_some_and(|m| !m.is_file()) {
+        return Err(SaveError::NotAFile(path.to_path_buf()));
+    }
+    let name = path.file_name();
+    let name = name.ok_or_else(|| io(Error::new(ErrorKind::InvalidInput, "no file's name")))?;
+    let folder = match target.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return Err(SaveError::NoFolder(
+            path.to_path_buf(),
+            folder.to_path_buf(),
+        ));
+    }
+    let mut prefix = std::ffi::OsString::from(".");
+    prefix.push(name.to_string_lossy().chars().take(40).collect::<String>());
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(".part");
+    if let Some(permissions) = new_file_permissions() {
+        builder.permissions(permissions);
+    }
+    let mut file = builder.tempfile_in(folder).map_err(io)?;
+    file.write_all(bytes).map_err(io)?;
+    if let Some(replaced) = replaced {
+        let permissions = replaced.permissions();
+        file.as_file().set_permissions(permissions).map_err(io)?;
+    }
+    file.as_file().sync_all().map_err(io)?;
+    let persisted = if overwrite {
+        file.persist(&target)
+    } else {
+        file.persist_noclobber(&target)
+    };
+    persisted.map(drop).map_err(|e| match e.error.kind() {
+        ErrorKind::AlreadyExists => exists(),
+        _ => io(e.error),
+    })
+}
+
+/// What every program gives its files, less the user's mask; temporary files are closed to others otherwise.
+#[cfg(unix)]
+fn new_file_permissions() -> Option<std::fs::Permissions> {
+    use std::os::unix::fs::PermissionsExt;
+    Some(std::fs::Permissions::from_mode(0o666))
+}
+
+#[cfg(not(unix))]
+fn new_file_permissions() -> Option<std::fs::Permissions> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        let mut names: Vec<_> = entries
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn saves_and_leaves_nothing_beside() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.xml");
+        save(&path, b"one", false).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"one");
+        save(&path, b"two", true).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"two");
+        save(&folder.path().join("new.xml"), b"three", true).unwrap();
+        assert_eq!(names(folder.path()), ["a.xml", "new.xml"]);
+    }
+
+    #[test]
+    fn nothing_is_replaced_unasked() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.xml");
+        std::fs::write(&path, b"mine").unwrap();
+        let error = save(&path, b"yours", false).unwrap_err();
+        assert!(matches!(error, SaveError::Exists(_)), "{error}");
+        assert!(error.to_string().contains("a.xml"), "{error}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"mine");
+        assert_eq!(names(folder.path()), ["a.xml"]);
+    }
+
+    #[test]
+    fn of_many_at_once_one_wins() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.xml");
+        let won: Vec<u8> = std::thread::scope(|scope| {
+            let tasks: Vec<_> = (0..8u8)
+                .map(|i| {
+                    let path = &path;
+                    scope.spawn(move || save(path, &[i; 1000], false).is_ok().then_some(i))
+                })
+                .collect();
+            tasks
+                .into_iter()
+                .filter_map(|t| t.join().unwrap())
+                .collect()
+        });
+        assert_eq!(won.len(), 1);
+        assert_eq!(std::fs::read(&path).unwrap(), [won[0]; 1000]);
+    }
+
+    #[test]
+    fn folders_are_neither_replaced_nor_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = save(folder.path(), b"x", true).unwrap_err();
+        assert!(matches!(error, SaveError::NotAFile(_)), "{error}");
+        let error = save(&folder.path().join("no/a.xml"), b"x", false).unwrap_err();
+        assert!(matches!(error, SaveError::NoFolder(..)), "{error}");
+        assert!(names(folder.path()).is_empty());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn permissions_and_links_stay() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let (path, link) = (folder.path().join("a.xml"), folder.path().join("link.xml"));
+        save(&path, b"one", false).unwrap();
+        let plain = folder.path().join("plain");
+        std::fs::write(&plain, b"").unwrap();
+        let mode = |p: &Path| p.metadata().unwrap().permissions().mode();
+        assert_eq!(mode(&path), mode(&plain), "as open as any new file");
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o666)).unwrap();
+        symlink("a.xml", &link).unwrap();
+        save(&link, b"two", true).unwrap();
+        assert!(link.symlink_metadata().unwrap().is_symlink());
+        assert_eq!(std::fs::read(&path).unwrap(), b"two");
+        assert_eq!(mode(&path) & 0o777, 0o666);
+    }
+}
