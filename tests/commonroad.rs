@@ -1,9 +1,12 @@
 //! Reading and writing CommonRoad files: identity, damage, and real files where they are at hand.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[path = "commonroad/random.rs"]
+mod random;
+
 use std::path::{Path, PathBuf};
 
-use nearmiss::scenario::commonroad::{read, write};
+use nearmiss::scenario::commonroad::{conform, read, write};
 use nearmiss::scenario::{ContentHash, Scenario};
 
 /// What is compared: everything but the hash of the bytes and what was said about them.
@@ -57,6 +60,23 @@ fn difference(a: &Scenario, b: &Scenario) -> Option<&'static str> {
         .into_iter()
         .find(|(_, same)| !same)
         .map(|(part, _)| part)
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(256))]
+
+    #[test]
+    fn any_scenario_is_written_and_read_back_the_same(scenario in random::scenario()) {
+        let written = write(&scenario).unwrap();
+        let read = read(&written, "written").unwrap_or_else(|e| panic!("{e}"));
+        let (before, after) = (essence(scenario), essence(read));
+        if let Some(part) = difference(&before, &after) {
+            panic!("{part}:\n{before:#?}\nbecame\n{after:#?}");
+        }
+        // What fits the schema once, fits it again without a change.
+        let fitted = conform(&before);
+        proptest::prop_assert_eq!(conform(&fitted.scenario).changes, Vec::<String>::new());
+    }
 }
 
 fn is_kept(path: &Path) {

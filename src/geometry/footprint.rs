@@ -7,7 +7,7 @@ use parry2d_f64::query::{self, ShapeCastOptions, ShapeCastStatus};
 use parry2d_f64::shape::{SharedShape, TriMesh};
 use parry2d_f64::transformation::hertel_mehlhorn;
 
-use super::shape::box_frame;
+use super::shape::{box_frame, is_flat};
 use super::{Point, Pose, Shape, ShapeError, Vector, convert};
 
 /// A checked [`Shape`] with what is needed to measure against it. Cheap to clone.
@@ -211,16 +211,27 @@ fn collect(shape: &Shape, parts: &mut Vec<(math::Pose, SharedShape)>) -> Result<
         }
         Shape::Polygon { vertices } => {
             let corners: Vec<_> = vertices.iter().map(convert::point).collect();
-            let pieces = TriMesh::from_polygon(corners.clone()).map_or_else(
-                || vec![corners.clone()],
-                |mesh| hertel_mehlhorn(mesh.vertices(), mesh.indices()),
-            );
-            for piece in pieces {
-                let part = SharedShape::convex_hull(&piece).ok_or(ShapeError::TooFewCorners {
-                    count: vertices.len(),
-                })?;
-                parts.push((math::Pose::identity(), part));
+            let hull = |points: &[math::Vector]| {
+                let corners: Vec<Point> = points.iter().map(|p| Point::new(p.x, p.y)).collect();
+                // Cutting may leave slivers, which enclose nothing.
+                (!is_flat(&corners))
+                    .then(|| SharedShape::convex_hull(points))
+                    .flatten()
+            };
+            let mut pieces: Vec<SharedShape> = match TriMesh::from_polygon(corners.clone()) {
+                Some(mesh) => hertel_mehlhorn(mesh.vertices(), mesh.indices())
+                    .iter()
+                    .filter_map(|piece| hull(piece))
+                    .collect(),
+                None => Vec::new(),
+            };
+            if pieces.is_empty() {
+                pieces.extend(hull(&corners));
             }
+            if pieces.is_empty() {
+                return Err(ShapeError::Flat);
+            }
+            parts.extend(pieces.into_iter().map(|p| (math::Pose::identity(), p)));
         }
         Shape::Group(members) => {
             for member in members {

@@ -77,6 +77,9 @@ pub enum ShapeError {
         /// How many there are.
         count: usize,
     },
+    /// The corners of a polygon lie on one line or on one point.
+    #[error("the corners of the polygon lie on one line, so it encloses nothing")]
+    Flat,
     /// A group has no members.
     #[error("a shape group without shapes")]
     EmptyGroup,
@@ -90,6 +93,25 @@ pub(super) fn positive(what: &'static str, value: f64) -> Result<(), ShapeError>
     } else {
         Err(ShapeError::NotPositive { what, value })
     }
+}
+
+/// Thinner than this, in parts of its length, points count as lying on a line.
+const FLAT: f64 = 1e-9;
+
+/// Whether points lie on a line, or as good as.
+pub(super) fn is_flat(points: &[Point]) -> bool {
+    let Some(first) = points.first() else {
+        return true;
+    };
+    let farthest = points
+        .iter()
+        .map(|p| p - first)
+        .max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let along = farthest.unwrap_or_default();
+    let length = along.norm();
+    let width = |p: &Point| along.perp(&(p - first)).abs();
+    // Written so that numbers too large to multiply count as flat.
+    !points.iter().any(|p| width(p) > FLAT * length * length)
 }
 
 /// Corners of the polygon that stands for a circle where an outline is drawn.
@@ -155,6 +177,7 @@ impl Shape {
             Self::Polygon { vertices } if vertices.len() < 3 => Err(ShapeError::TooFewCorners {
                 count: vertices.len(),
             }),
+            Self::Polygon { vertices } if is_flat(vertices) => Err(ShapeError::Flat),
             Self::Polygon { .. } => Ok(()),
             Self::Truck(truck) => truck.check(),
             Self::SemiTrailerTruck {

@@ -164,10 +164,14 @@ pub(super) fn push_shape<'a>(
         }
         _ => return Ok(false),
     };
-    shape
-        .check()
-        .map_err(|e| xml.fail_in(child, e.to_string()))?;
-    into.push(shape);
+    match shape.check() {
+        Ok(()) => into.push(shape),
+        Err(error) => xml.note(
+            Severity::Warning,
+            child,
+            format!("{error}; it was left out"),
+        ),
+    }
     Ok(true)
 }
 

@@ -33,6 +33,9 @@ pub(super) struct Xml<'a> {
     speed_limits: Vec<(i64, f64, Element<'a>)>,
 }
 
+/// Larger numbers are a mistake in the file, and their squares would not fit a floating-point number.
+const LARGEST: f64 = 1e15;
+
 /// More diagnostics than this say nothing new.
 const MOST_DIAGNOSTICS: usize = 500;
 
@@ -223,7 +226,10 @@ impl<'a> Xml<'a> {
     pub fn number(&mut self, element: Element<'a>) -> Result<f64, ReadError> {
         let text = self.text()?;
         match text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
+            Ok(value) if value.abs() <= LARGEST => Ok(value),
+            Ok(value) if value.is_finite() => {
+                Err(self.fail_in(element, format!("`{}` is out of all reason", short(&text))))
+            }
             Ok(_) => Err(self.fail_in(
                 element,
                 format!("`{}` is not a finite number", short(&text)),
