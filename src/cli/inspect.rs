@@ -33,14 +33,6 @@ pub fn run(arguments: &Inspect) -> Outcome {
 }
 
 fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
-    let network = &scenario.network;
-    let header = &scenario.header;
-    let steps: Vec<i64> = scenario
-        .obstacles
-        .iter()
-        .filter_map(|o| o.track().steps().last())
-        .collect();
-    let last = steps.iter().copied().max().unwrap_or(0);
     let ego = match entry.recorded_ego(scenario) {
         Ok(Some(ego)) => {
             let (first, last) = (ego.track.steps().start, ego.track.steps().end - 1);
@@ -60,46 +52,19 @@ fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
         }
         Err(error) => return Err(Failure::input(error)),
     };
-    let mut kinds = std::collections::BTreeMap::<String, usize>::new();
-    for obstacle in &scenario.obstacles {
-        *kinds
-            .entry(format!("{} {}", obstacle.role, obstacle.kind))
-            .or_default() += 1;
+    let mut text = format!("{}\n", scenario.header.benchmark_id);
+    let mut line = |word: &str, said: &str| text.push_str(&format!("  {word:<11} {said}\n"));
+    line("file", &entry.display());
+    line("hash", &scenario.hash.to_string());
+    for (word, said) in scenario.summary() {
+        line(word, &said);
     }
-    let kinds: Vec<String> = kinds
-        .iter()
-        .map(|(kind, n)| format!("{n} {kind}"))
-        .collect();
-    let mut text = format!(
-        "{id}\n  file        {file}\n  hash        {hash}\n  format      CommonRoad {version}, {dt} s a step\n  \
-         road        {lanelets} lanelets, {signs} signs, {lights} lights, {intersections} intersections\n  \
-         obstacles   {obstacles}\n  duration    {duration:.1} s ({last} steps)\n  planning    {problems} planning problem(s)\n  ego         {ego}\n",
-        id = header.benchmark_id,
-        file = entry.display(),
-        hash = scenario.hash,
-        version = header.version,
-        dt = header.time_step_size,
-        lanelets = network.lanelets.len(),
-        signs = network.signs.len(),
-        lights = network.lights.len(),
-        intersections = network.intersections.len(),
-        obstacles = if kinds.is_empty() {
-            "none".into()
-        } else {
-            kinds.join(", ")
-        },
-        duration = last as f64 * header.time_step_size,
-        problems = scenario.planning_problems.len(),
-    );
+    line("ego", &ego);
     if scenario.diagnostics.is_empty() {
         text.push_str("  diagnostics none\n");
     }
     for d in &scenario.diagnostics {
-        let severity = format!("{:?}", d.severity).to_lowercase();
-        text.push_str(&format!(
-            "  {severity}: line {}: <{}>: {}\n",
-            d.line, d.element, d.message
-        ));
+        text.push_str(&format!("  {d}\n"));
     }
     Ok(output::visible(&text))
 }

@@ -11,6 +11,7 @@ mod obstacle;
 mod planning;
 mod quantity;
 mod scene;
+mod summary;
 mod track;
 mod window;
 
@@ -132,6 +133,29 @@ pub enum Severity {
     Note,
     /// Something was assumed or left out.
     Warning,
+}
+
+impl std::fmt::Display for Severity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Note => "note",
+            Self::Warning => "warning",
+        })
+    }
+}
+
+impl std::fmt::Display for Diagnostic {
+    /// Severity, line and element where there are any, and what it is about.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: ", self.severity)?;
+        if self.line > 0 {
+            write!(f, "line {}: ", self.line)?;
+        }
+        if !self.element.is_empty() {
+            write!(f, "<{}>: ", self.element)?;
+        }
+        f.write_str(&self.message)
+    }
 }
 
 impl Scenario {

@@ -9,6 +9,7 @@ pub enum Action {
     Quit,
     Cancel,
     Help,
+    About,
     Palette,
     NextPane,
     PreviousPane,
@@ -118,6 +119,7 @@ table! {
     NextPane, Global, "next-pane", ["tab"], 10, "pane", "Go to the next pane.";
     PreviousPane, Global, "previous-pane", ["backtab"], 0, "pane back", "Go to the previous pane.";
     Help, Global, "help", ["?", "f1"], 7, "help", "All keys.";
+    About, Global, "about", ["i"], 0, "about", "What is in the opened scenario, and what reading it had to assume.";
     Quit, Global, "quit", ["q", "ctrl-q"], 8, "quit", "Leave the program.";
     Palette, Global, "palette", [":", "ctrl-p"], 11, "palette", "All actions by name.";
     Cancel, Global, "cancel", ["esc", "ctrl-c"], 0, "cancel", "Close what is open, or cancel the running request; Ctrl-C quits when there is nothing to cancel.";

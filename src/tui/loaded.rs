@@ -36,6 +36,8 @@ impl Facts {
 pub struct Opened {
     /// Its name.
     pub name: String,
+    /// Where it was read from.
+    pub file: String,
     /// The scenario.
     pub scenario: Arc<Scenario>,
     /// The scenario with its ego, if it has one.
@@ -85,6 +87,7 @@ impl Opened {
         });
         Ok(Self {
             name: entry.name.clone(),
+            file: entry.display(),
             ranking: series.as_ref().map(ranking).unwrap_or_default(),
             scenario,
             scene,
@@ -101,11 +104,7 @@ impl Opened {
         if let Some(scene) = &self.scene {
             return scene.steps();
         }
-        let tracks = self.scenario.obstacles.iter().map(|o| o.track().steps());
-        let whole = tracks
-            .filter(|s| !s.is_empty())
-            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end));
-        whole.unwrap_or(0..1)
+        self.scenario.steps()
     }
 }
 

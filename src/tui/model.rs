@@ -80,6 +80,11 @@ pub enum Overlay {
         /// Lines scrolled.
         scroll: usize,
     },
+    /// What is in the opened scenario and what reading it had to assume; scrolled by so many lines.
+    About {
+        /// Lines scrolled.
+        scroll: usize,
+    },
     /// Actions by name.
     Palette(Picker),
     /// Models; the chosen one is asked at once if `ask`.
@@ -89,6 +94,16 @@ pub enum Overlay {
         /// Whether the chosen one is asked at once.
         ask: bool,
     },
+}
+
+impl Overlay {
+    /// How far it is scrolled, if it is text.
+    pub fn scroll_mut(&mut self) -> Option<&mut usize> {
+        match self {
+            Self::Help { scroll } | Self::About { scroll } => Some(scroll),
+            Self::Palette(_) | Self::Models { .. } => None,
+        }
+    }
 }
 
 /// A message that stays readable for a while.

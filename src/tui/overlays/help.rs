@@ -4,7 +4,6 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::{Paragraph, Wrap};
 
 use crate::tui::action::{ACTIONS, Scope};
 use crate::tui::keymap;
@@ -12,19 +11,7 @@ use crate::tui::model::Model;
 use crate::tui::widgets::words::pad;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
-    let inner = super::window(
-        frame,
-        screen,
-        model,
-        "keys · ↑↓ scroll · any other key closes",
-        (92, 60),
-    );
-    let paragraph = Paragraph::new(text(model)).wrap(Wrap { trim: false });
-    let last = paragraph
-        .line_count(inner.width)
-        .saturating_sub(usize::from(inner.height));
-    let scroll = u16::try_from(scroll.min(last)).unwrap_or(u16::MAX);
-    frame.render_widget(paragraph.scroll((scroll, 0)), inner);
+    super::scrolled(frame, screen, model, "keys", text(model), scroll);
 }
 
 fn text(model: &Model) -> Text<'static> {

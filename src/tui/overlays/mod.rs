@@ -1,12 +1,14 @@
-//! What lies over the main screen: help, palette, list of models.
+//! What lies over the main screen: help, what is in the scenario, palette, list of models.
 
+mod about;
 mod help;
 mod picker;
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use ratatui::widgets::{Block, BorderType, Clear};
+use ratatui::text::Text;
+use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
 use super::model::{Model, Overlay};
 
@@ -15,12 +17,32 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     for overlay in &model.overlays {
         match overlay {
             Overlay::Help { scroll } => help::draw(frame, screen, model, *scroll),
+            Overlay::About { scroll } => about::draw(frame, screen, model, *scroll),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
             Overlay::Models { picker: typed, ask } => {
                 picker::models(frame, screen, model, typed, *ask);
             }
         }
     }
+}
+
+/// A window of text, no further scrolled than to its end.
+fn scrolled(
+    frame: &mut Frame<'_>,
+    screen: Rect,
+    model: &Model,
+    what: &str,
+    text: Text<'static>,
+    scroll: usize,
+) {
+    let title = format!("{what} · ↑↓ scroll · any other key closes");
+    let inner = window(frame, screen, model, &title, (92, 60));
+    let paragraph = Paragraph::new(text).wrap(Wrap { trim: false });
+    let last = paragraph
+        .line_count(inner.width)
+        .saturating_sub(usize::from(inner.height));
+    let scroll = u16::try_from(scroll.min(last)).unwrap_or(u16::MAX);
+    frame.render_widget(paragraph.scroll((scroll, 0)), inner);
 }
 
 /// A window in the middle; gives the area inside.

@@ -25,6 +25,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             return vec![Effect::UseMouse(model.mouse)];
         }
         Help => model.overlays.push(Overlay::Help { scroll: 0 }),
+        About => model.overlays.push(Overlay::About { scroll: 0 }),
         Palette => model.overlays.push(Overlay::Palette(Picker::default())),
         ChooseModel => choose_model(model, false),
         Compare => choose_model(model, true),

@@ -14,7 +14,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     let Some(overlay) = model.overlays.last_mut() else {
         return Vec::new();
     };
-    if let Overlay::Help { scroll } = overlay {
+    if let Some(scroll) = overlay.scroll_mut() {
         match key.code {
             Code::Up | Code::Char('k') => *scroll = scroll.saturating_sub(1),
             Code::Down | Code::Char('j') => *scroll += 1,
@@ -59,7 +59,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
     match model.overlays.last_mut()? {
         Overlay::Palette(picker) | Overlay::Models { picker, .. } => Some(picker),
-        Overlay::Help { .. } => None,
+        Overlay::Help { .. } | Overlay::About { .. } => None,
     }
 }
 

@@ -30,7 +30,7 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
 }
 
 fn on_overlay(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
-    if let Some(Overlay::Help { scroll }) = model.overlays.last_mut() {
+    if let Some(scroll) = model.overlays.last_mut().and_then(Overlay::scroll_mut) {
         match mouse {
             Mouse::WheelUp(_) => *scroll = scroll.saturating_sub(3),
             Mouse::WheelDown(_) => *scroll += 3,

@@ -35,7 +35,17 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
             name,
             theme.base().add_modifier(Modifier::BOLD),
         ));
-        line.push_span(Span::styled(fit(&facts, rest), dim));
+        let shown = fit(&facts, rest);
+        let left = rest.saturating_sub(shown.chars().count());
+        line.push_span(Span::styled(shown, dim));
+        let assumed = match opened.scenario.warnings_and_notes() {
+            (0, _) => String::new(),
+            (1, _) => " · ! 1 warning (i)".into(),
+            (n, _) => format!(" · ! {n} warnings (i)"),
+        };
+        if assumed.chars().count() <= left {
+            line.push_span(Span::styled(assumed, Style::new().fg(theme.warning)));
+        }
     }
     frame.render_widget(line, area);
     let width = u16::try_from(asked.chars().count())

@@ -1,6 +1,7 @@
 //! The map from above: lanes, then trails, then obstacles, then the ego, labels on top.
 
 mod labels;
+mod regions;
 mod road;
 mod vehicles;
 
@@ -123,7 +124,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 
 fn paint(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projection, step: i64) {
     road::draw(ctx, model, opened, view);
+    regions::fixed(ctx, model, opened, view);
     ctx.layer();
+    regions::occupancies(ctx, model, opened, view, step);
     vehicles::trails(ctx, model, opened, view, step);
     ctx.layer();
     vehicles::obstacles(ctx, model, opened, view, step);
