@@ -9,7 +9,9 @@ mod planning;
 mod reader;
 mod references;
 mod road;
+mod root;
 mod save;
+mod solution;
 mod speed_limits;
 mod states;
 mod surroundings;
@@ -19,7 +21,12 @@ mod xml;
 use std::path::Path;
 
 pub use error::ReadError;
+pub use root::{Root, root_of, root_of_file};
 pub use save::{SaveError, save};
+pub use solution::{
+    Field, ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory,
+    TrajectoryKind, read_solution, write_solution,
+};
 pub use writer::{WriteError, write};
 
 use super::Scenario;
