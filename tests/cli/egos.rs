@@ -64,7 +64,12 @@ fn every_kind_of_ego_file_gives_the_same_distances() {
     home.write("pm.xml", solution(VehicleModel::Pm, &[]));
     let expected = distances(&home.run(&["metrics", CUT_IN]).status(0).stdout);
     assert!(expected.len() > 100);
-    for file in ["recording.csv", "a log without an ending", "ks.xml", "pm.xml"] {
+    for file in [
+        "recording.csv",
+        "a log without an ending",
+        "ks.xml",
+        "pm.xml",
+    ] {
         let ended = home.run(&["metrics", CUT_IN, "--ego", file]).status(0);
         assert_eq!(ended.stderr, "", "{file}");
         let found = distances(&ended.stdout);
@@ -79,8 +84,15 @@ fn every_kind_of_ego_file_gives_the_same_distances() {
             home.run(&arguments).status(0);
         }
     }
-    let obstacle = home.run(&["describe", CUT_IN, "--ego", "301"]);
-    assert!(!obstacle.stderr.contains("301: No such file"), "{}", obstacle.stderr);
+    // A number is still the id of an obstacle.
+    let entry = bundled().into_iter().find(|e| e.name == CUT_IN).unwrap();
+    let id = entry.read().unwrap().obstacles[0].id.to_string();
+    home.write(&id, "no ego at all");
+    home.run(&["describe", CUT_IN, "--ego", &id]).status(0);
+    let file = format!("./{id}");
+    home.run(&["describe", CUT_IN, "--ego", &file])
+        .status(2)
+        .says(&["no header of a known kind"]);
 }
 
 #[test]
@@ -104,7 +116,10 @@ fn inspect_shows_what_a_solution_is() {
     }
     home.write(format!("{CUT_IN}.xml"), bundled_xml(CUT_IN));
     let shown = home.run(&["inspect", "s.xml"]).status(0).stdout;
-    assert!(!shown.contains("seconds unknown") && shown.contains(" s\n"), "{shown}");
+    assert!(
+        !shown.contains("seconds unknown") && shown.contains(" s\n"),
+        "{shown}"
+    );
     let document = home.run(&["inspect", "s.xml", "--json"]).status(0).json();
     assert_eq!(document["benchmark_id"], "KS2:SM1:ZAM_CutIn-1_1_T-1:2020a");
     assert_eq!(document["problems"][0]["vehicle"]["length"], 4.508);
@@ -119,8 +134,12 @@ fn a_solution_is_not_a_scenario() {
     home.write("in/s.xml", solution(VehicleModel::Ks, &[]));
     let ended = home.run(&["metrics", "in/s.xml"]).status(2);
     ended.says(&["s.xml:2:1", "this is a solution", "inspect"]);
-    home.run(&["describe", "in/s.xml"]).status(2).says(&["this is a solution", "--ego"]);
-    home.run(&["metrics", "in"]).status(2).says(&["no CommonRoad scenario"]);
+    home.run(&["describe", "in/s.xml"])
+        .status(2)
+        .says(&["this is a solution", "--ego"]);
+    home.run(&["metrics", "in"])
+        .status(2)
+        .says(&["no CommonRoad scenario"]);
     home.write(format!("in/{CUT_IN}.xml"), bundled_xml(CUT_IN));
     home.write("in/broken.csv", "timestep\n");
     let ended = home.run(&["metrics", "in"]).status(2);
@@ -130,8 +149,14 @@ fn a_solution_is_not_a_scenario() {
     home.write(name, solution(VehicleModel::Ks, &[]));
     let table = home.run(&["metrics", "in"]).status(0);
     assert!(table.stdout.lines().skip(1).all(|l| l.starts_with(CUT_IN)));
-    let shown = home.run(&["inspect", &format!("in/{CUT_IN}.xml")]).status(0).stdout;
-    assert!(shown.contains("solution KS2 of planning problem"), "{shown}");
+    let shown = home
+        .run(&["inspect", &format!("in/{CUT_IN}.xml")])
+        .status(0)
+        .stdout;
+    assert!(
+        shown.contains("solution KS2 of planning problem"),
+        "{shown}"
+    );
     assert!(shown.contains("ego note: no size in it"), "{shown}");
 }
 
@@ -142,14 +167,27 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
     let ended = home.run(&["metrics", CUT_IN, "--ego", "two.xml"]).status(0);
     ended.says(&["nearmiss: ego solution KS2", "cooperative", "9000"]);
     let chosen = |problem: &str| {
-        home.run(&["metrics", CUT_IN, "--ego", "two.xml", "--planning-problem", problem])
+        home.run(&[
+            "metrics",
+            CUT_IN,
+            "--ego",
+            "two.xml",
+            "--planning-problem",
+            problem,
+        ])
     };
-    chosen("9000").status(2).says(&["planning problem 9000", "has the planning problems"]);
-    chosen("5").status(2).says(&["no ego for planning problem 5", "9000"]);
+    chosen("9000")
+        .status(2)
+        .says(&["planning problem 9000", "has the planning problems"]);
+    chosen("5")
+        .status(2)
+        .says(&["no ego for planning problem 5", "9000"]);
     let alone = ["metrics", CUT_IN, "--planning-problem", "5"];
     home.run(&alone).status(2).says(&["--ego"]);
     let obstacle = ["metrics", CUT_IN, "--ego", "301", "--planning-problem", "5"];
-    home.run(&obstacle).status(2).says(&["--planning-problem chooses"]);
+    home.run(&obstacle)
+        .status(2)
+        .says(&["--planning-problem chooses"]);
 }
 
 #[test]
@@ -165,16 +203,29 @@ fn what_is_no_ego_is_named() {
     for (file, words) in [
         ("scenario.xml", vec!["scenario.xml", "this is a scenario"]),
         ("page.xml", vec!["page.xml:1:1", "<html>"]),
-        ("notes.txt", vec!["notes.txt", "no header of a known kind", "CommonRoad solution"]),
-        ("cut.xml", vec!["cut.xml:", "cut off"]),
+        (
+            "notes.txt",
+            vec![
+                "notes.txt",
+                "no header of a known kind",
+                "CommonRoad solution",
+            ],
+        ),
+        (
+            "cut.xml",
+            vec!["cut.xml:", "<CommonRoadSolution/ksTrajectory", "before end"],
+        ),
         ("columns.csv", vec!["line 1", "`y_position`"]),
         ("log.csv", vec!["line 1", "`y_positions_m`"]),
         ("value.csv", vec!["line 5", "`x_position_vehicle_m`", "`x"]),
-        ("missing.csv", vec!["missing.csv", "id of an obstacle or a file"]),
+        (
+            "missing.csv",
+            vec!["missing.csv", "id of an obstacle or a file"],
+        ),
         (".", vec!["."]),
     ] {
         let ended = home.run(&["describe", CUT_IN, "--ego", file]).status(2);
-        ended.says(&words);
         assert_eq!(ended.stdout, "", "{file}");
+        ended.says(&words);
     }
 }
