@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
-use super::open::scene;
+use super::open::{EgoChoice, scene};
 use super::{Failure, Outcome, output};
 use crate::metrics::{Encounter, MEASURES, Reading};
 use crate::scenario::{Scene, find};
@@ -17,9 +17,8 @@ pub struct Metrics {
     /// CommonRoad files or folders, or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// Id of an obstacle to take as the ego [default: the recorded ego].
-    #[arg(long, value_name = "ID")]
-    ego: Option<i64>,
+    #[command(flatten)]
+    ego: EgoChoice,
     /// How the table is written. JSON is one object a line.
     #[arg(long, value_enum, default_value = "csv")]
     format: Format,
@@ -59,7 +58,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
             let tables: Vec<_> = batch
                 .par_iter()
                 .map(|entry| {
-                    scene(entry, arguments.ego).map(|s| rows(&entry.name, &s, arguments.format))
+                    scene(entry, &arguments.ego).map(|s| rows(&entry.name, &s, arguments.format))
                 })
                 .collect();
             for rows in tables {

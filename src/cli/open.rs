@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::Failure;
+use super::{Failure, output};
 use crate::config::{Config, Folders};
 use crate::prompts::Techniques;
-use crate::scenario::{Entry, Place, Scene, Window, bundled};
+use crate::scenario::{EgoError, Entry, Place, Scene, Severity, Window, bundled, read_ego_file};
 use crate::text::{Frame, Options};
 use crate::verdict::Task;
 
@@ -15,16 +15,32 @@ use crate::verdict::Task;
 pub struct Which {
     /// A CommonRoad file, or the name of a bundled scenario.
     file: PathBuf,
-    /// Id of an obstacle to take as the ego [default: the recorded ego].
-    #[arg(long, value_name = "ID")]
-    ego: Option<i64>,
+    #[command(flatten)]
+    ego: EgoChoice,
+}
+
+/// Who is the ego.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct EgoChoice {
+    /// Who is the ego: the id of an obstacle, or a file with a recorded trajectory, a log of Frenetix or a CommonRoad
+    /// solution [default: the file that lies with the scenario].
+    #[arg(long, value_name = "ID|FILE", allow_negative_numbers = true)]
+    ego: Option<PathBuf>,
+    /// The planning problem whose vehicle is the ego, where the file solves several.
+    #[arg(
+        long,
+        value_name = "ID",
+        requires = "ego",
+        allow_negative_numbers = true
+    )]
+    planning_problem: Option<i64>,
 }
 
 impl Which {
     /// Opens the scene.
     pub fn open(&self) -> Result<(Entry, Arc<Scene>), Failure> {
         let entry = entry(&self.file)?;
-        let scene = scene(&entry, self.ego)?;
+        let scene = scene(&entry, &self.ego)?;
         Ok((entry, scene))
     }
 }
@@ -53,20 +69,60 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
     Ok(entry)
 }
 
-/// The scene of an entry, with an obstacle or the recording as ego.
-pub fn scene(entry: &Entry, ego: Option<i64>) -> Result<Arc<Scene>, Failure> {
+/// The scene of an entry, with an obstacle or a file's ego. What is doubtful about the ego is said.
+pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
     let scenario = entry.read().map_err(Failure::input)?;
-    if let Some(id) = ego {
-        let scene = Scene::with_obstacle_as_ego(scenario, id).map_err(Failure::input)?;
-        return Ok(Arc::new(scene));
+    let ego = match &choice.ego {
+        Some(wanted) => {
+            // A file that is called like a number is meant by `./7`.
+            let id = wanted.to_str().and_then(|text| text.parse::<i64>().ok());
+            if let Some(id) = id {
+                if choice.planning_problem.is_some() {
+                    return Err(Failure::input(
+                        "--planning-problem chooses among the egos of a file; --ego names an obstacle",
+                    ));
+                }
+                let scene = Scene::with_obstacle_as_ego(scenario, id).map_err(Failure::input)?;
+                return Ok(Arc::new(scene));
+            }
+            read_ego_file(wanted, &scenario, choice.planning_problem).map_err(advised)?
+        }
+        None => match entry.recorded_ego(&scenario).map_err(advised)? {
+            Some(ego) => ego,
+            None => {
+                return Err(Failure::input(format!(
+                    "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID, \
+                     `nearmiss inspect` lists them, or a file with --ego FILE",
+                    entry.display()
+                )));
+            }
+        },
+    };
+    for doubt in &ego.diagnostics {
+        if doubt.severity == Severity::Warning {
+            let line = match doubt.line {
+                0 => String::new(),
+                line => format!("line {line}: "),
+            };
+            output::say(&format!(
+                "nearmiss: ego {}: {line}{}",
+                ego.source, doubt.message
+            ));
+        }
     }
-    match entry.recorded_ego(&scenario).map_err(Failure::input)? {
-        Some(ego) => Ok(Arc::new(Scene::new(scenario, ego))),
-        None => Err(Failure::input(format!(
-            "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID, `nearmiss inspect` lists them",
-            entry.display()
-        ))),
-    }
+    Ok(Arc::new(Scene::new(scenario, ego)))
+}
+
+/// An error about an ego, with what to do on the command line.
+fn advised(error: EgoError) -> Failure {
+    let advice = match &error {
+        EgoError::Several { .. } => ", with --ego FILE --planning-problem ID",
+        EgoError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+            "; --ego takes the id of an obstacle or a file"
+        }
+        _ => "",
+    };
+    Failure::input(format!("{error}{advice}"))
 }
 
 /// Which steps are looked at.

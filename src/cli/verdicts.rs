@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 
-use super::open::scene;
+use super::open::{EgoChoice, scene};
 use super::{Failure, Outcome, output};
 use crate::judge::{self, judge};
 use crate::scenario::{Entry, Scene, Window, bundled, find};
@@ -36,7 +36,7 @@ pub fn without_terminal(paths: &[PathBuf]) -> Outcome {
     };
     let lines: Vec<Result<String, Failure>> = entries
         .par_iter()
-        .map(|e| scene(e, None).map(|s| line(e, &s)))
+        .map(|e| scene(e, &EgoChoice::default()).map(|s| line(e, &s)))
         .collect();
     let mut failed = 0;
     for line in lines {

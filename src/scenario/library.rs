@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::commonroad::{self, ReadError};
-use super::{Ego, EgoError, Scenario, find_recording, read_recording};
+use super::{Ego, EgoError, Scenario, find_recording, read_ego_file, read_recording};
 
 /// Where a scenario lies.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -129,10 +129,10 @@ impl Entry {
         .map(Arc::new)
     }
 
-    /// Reads the recorded ego that belongs to the scenario; nothing if there is none.
+    /// Reads the ego that lies with the scenario, see [`find_recording`]; nothing if there is none.
     ///
     /// # Errors
-    /// A recording is there and cannot be read.
+    /// A file with an ego is there and cannot be read.
     pub fn recorded_ego(&self, scenario: &Scenario) -> Result<Option<Ego>, EgoError> {
         match &self.place {
             Place::Bundled(i) => {
@@ -143,12 +143,7 @@ impl Entry {
                 let Some(recording) = find_recording(path) else {
                     return Ok(None);
                 };
-                let file = recording.display().to_string();
-                let bytes = std::fs::read(&recording).map_err(|source| EgoError::Io {
-                    file: file.clone(),
-                    source,
-                })?;
-                read_recording(&bytes, &file, scenario).map(Some)
+                read_ego_file(&recording, scenario, None).map(Some)
             }
         }
     }
@@ -212,7 +207,7 @@ fn search(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> std::io::Res
 }
 
 /// Whether the beginning of a file looks like a scenario's; other XML files are passed over.
-fn is_scenario(path: &Path) -> bool {
+pub(super) fn is_scenario(path: &Path) -> bool {
     let mut head = Vec::with_capacity(2048);
     let opened = std::fs::File::open(path);
     let read = opened.and_then(|f| f.take(2048).read_to_end(&mut head));

@@ -13,11 +13,15 @@ mod quantity;
 mod scene;
 mod summary;
 mod track;
+mod vehicle;
 mod window;
 
 use std::collections::BTreeMap;
 
-pub use ego::{EgoError, EgoSource, find_recording, read_recording};
+pub use ego::{
+    EgoError, EgoSource, ego_of_solution, find_recording, read_ego, read_ego_file, read_recording,
+    write_recording,
+};
 pub use identity::ContentHash;
 pub use library::{Entry, LibraryError, Place, bundled, find};
 pub use names::{
@@ -33,6 +37,7 @@ pub use planning::{Goal, PlanningProblem};
 pub use quantity::{Position, Quantity, State, Steps};
 pub use scene::{Ego, Participant, Scene, SceneError};
 pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
+pub use vehicle::{VehicleModel, VehicleType};
 pub use window::Window;
 
 /// One scenario: a map with traffic on it and a planning problem.

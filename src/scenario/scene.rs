@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{EgoSource, Motion, Obstacle, ObstacleRole, Sample, Scenario, Track};
+use super::{Diagnostic, EgoSource, Motion, Obstacle, ObstacleRole, Sample, Scenario, Track};
 use crate::geometry::{Footprint, Placed};
 
 /// The vehicle whose safety is in question.
@@ -18,6 +18,8 @@ pub struct Ego {
     pub track: Track,
     /// The rows of the recording as they were read, before any gap was filled.
     pub recorded: Vec<Sample>,
+    /// What was assumed while reading it: its size, and what is doubtful about it.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 impl std::fmt::Display for Ego {
@@ -136,6 +138,7 @@ impl Scene {
             footprint,
             track: obstacle.track().clone(),
             recorded: Vec::new(),
+            diagnostics: Vec::new(),
         };
         Ok(Self { scenario, ego })
     }
@@ -162,7 +165,7 @@ impl Scene {
     pub fn participants(&self) -> impl Iterator<Item = Participant<'_>> {
         let taken = match self.ego.source {
             EgoSource::Obstacle(id) => Some(id),
-            EgoSource::Recording(_) => None,
+            _ => None,
         };
         self.scenario.obstacles.iter().filter_map(move |obstacle| {
             let bodily = matches!(obstacle.role, ObstacleRole::Static | ObstacleRole::Dynamic);
@@ -188,7 +191,7 @@ impl Scene {
     pub fn ego_footprint_at(&self, step: i64) -> &Footprint {
         let obstacle = match self.ego.source {
             EgoSource::Obstacle(id) => self.scenario.obstacle(id),
-            EgoSource::Recording(_) => None,
+            _ => None,
         };
         obstacle
             .and_then(|o| o.footprint_at(step))

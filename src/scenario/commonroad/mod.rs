@@ -10,8 +10,10 @@ mod planning;
 mod reader;
 mod references;
 mod road;
+mod root;
 mod save;
 mod sign_ids;
+mod solution;
 mod speed_limits;
 mod states;
 mod surroundings;
@@ -23,7 +25,12 @@ use std::path::Path;
 
 pub use conform::{Conformed, conform};
 pub use error::ReadError;
+pub use root::{Root, root_of, root_of_file};
 pub use save::{SaveError, save};
+pub use solution::{
+    Field, ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory,
+    TrajectoryKind, read_solution, write_solution,
+};
 pub use writer::{WriteError, write};
 
 use super::Scenario;

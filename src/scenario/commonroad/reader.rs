@@ -15,6 +15,11 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
         let message = "there is no XML element in it; a scenario begins with <commonRoad …>";
         return Err(xml.fail(0, message.into()));
     };
+    if root.name == "CommonRoadSolution" {
+        let message = "this is a solution, not a scenario: `nearmiss inspect` shows what is in it, and `--ego` \
+                       takes it as the ego of its scenario";
+        return Err(xml.fail(root.at, message.into()));
+    }
     if root.name != "commonRoad" {
         let message = format!(
             "the root is <{}>, a scenario begins with <commonRoad …>",

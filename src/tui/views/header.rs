@@ -25,6 +25,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     if let Some(opened) = &model.opened {
         let ego = match opened.scene.as_ref().map(|s| &s.ego.source) {
             Some(EgoSource::Recording(_)) => "ego recorded".to_string(),
+            Some(EgoSource::Log(_)) => "ego of a log".to_string(),
+            Some(EgoSource::Solution { vehicle, .. }) => format!("ego of a solution, {vehicle}"),
             Some(EgoSource::Obstacle(id)) => format!("{id} as ego"),
             None => "no ego".to_string(),
         };

@@ -1,4 +1,6 @@
-//! `nearmiss inspect`: what is in a scenario, and what is wrong with it.
+//! `nearmiss inspect`: what is in a scenario or a solution, and what is wrong with it.
+
+mod solution;
 
 use std::path::PathBuf;
 
@@ -6,14 +8,16 @@ use serde_json::{Value, json};
 
 use super::{Failure, Outcome, open, output};
 use crate::geometry::{Point, Shape, Truck};
+use crate::scenario::commonroad::{Root, root_of_file};
 use crate::scenario::{
-    Adjacent, Entry, Goal, Lanelet, Obstacle, Prediction, Quantity, Scenario, State, benchmark_id,
+    Adjacent, Entry, Goal, Lanelet, Obstacle, Place, Prediction, Quantity, Scenario, State,
+    benchmark_id,
 };
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
 pub struct Inspect {
-    /// A CommonRoad file, or the name of a bundled scenario.
+    /// A CommonRoad scenario or solution, or the name of a bundled scenario.
     file: PathBuf,
     /// Everything that was read, as JSON.
     #[arg(long)]
@@ -23,6 +27,11 @@ pub struct Inspect {
 /// Runs `inspect`.
 pub fn run(arguments: &Inspect) -> Outcome {
     let entry = open::entry(&arguments.file)?;
+    if let Place::File(path) = &entry.place
+        && root_of_file(path) == Root::Solution
+    {
+        return solution::run(path, arguments.json);
+    }
     let scenario = entry.read().map_err(Failure::input)?;
     if arguments.json {
         output::json(&document(&scenario))?;
@@ -33,9 +42,11 @@ pub fn run(arguments: &Inspect) -> Outcome {
 }
 
 fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
+    let mut doubts = Vec::new();
     let ego = match entry.recorded_ego(scenario) {
         Ok(Some(ego)) => {
             let (first, last) = (ego.track.steps().start, ego.track.steps().end - 1);
+            doubts.clone_from(&ego.diagnostics);
             format!("{}, {}, steps {first} to {last}", ego.id, ego.source)
         }
         Ok(None) => {
@@ -60,6 +71,9 @@ fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
         line(word, &said);
     }
     line("ego", &ego);
+    for doubt in &doubts {
+        text.push_str(&format!("  ego {doubt}\n"));
+    }
     if scenario.diagnostics.is_empty() {
         text.push_str("  diagnostics none\n");
     }
@@ -69,6 +83,7 @@ fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
     Ok(output::visible(&text))
 }
 
+/// A diagnostic on a line of its own.
 fn document(scenario: &Scenario) -> Value {
     let network = &scenario.network;
     let ids = |ids: Vec<i64>| {

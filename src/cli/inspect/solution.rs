@@ -1,0 +1,146 @@
+//! `nearmiss inspect` of a solution file.
+
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+
+use crate::cli::{Failure, Outcome, output};
+use crate::scenario::benchmark_id;
+use crate::scenario::commonroad::{self, ProblemSolution, Solution, SolutionState};
+
+/// Prints the solution in the file at `path`.
+pub fn run(path: &Path, as_json: bool) -> Outcome {
+    let file = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| Failure::input(format!("{file}: {e}")))?;
+    let solution = commonroad::read_solution(&bytes, &file).map_err(Failure::input)?;
+    if as_json {
+        output::json(&document(&solution))
+    } else {
+        output::text(&output::visible(&summary(path, &solution)))
+    }
+}
+
+fn summary(path: &Path, solution: &Solution) -> String {
+    let mut text = format!(
+        "{}\n  file        {}\n  format      CommonRoad solution\n  scenario    {}, version {}\n",
+        solution.benchmark_id(),
+        path.display(),
+        solution.scenario_id,
+        solution.version,
+    );
+    let mut made = Vec::new();
+    made.extend(solution.date.map(|d| format!("{} {}", d.date(), d.time())));
+    made.extend(
+        solution
+            .computation_time
+            .map(|s| format!("computed in {s:.3} s")),
+    );
+    made.extend(solution.processor.as_ref().map(|p| format!("on {p}")));
+    let made = if made.is_empty() {
+        "not said".into()
+    } else {
+        made.join(", ")
+    };
+    text.push_str(&format!("  made        {made}\n"));
+    let step = time_step(path, &solution.scenario_id);
+    for problem in &solution.problems {
+        text.push_str(&problem_summary(problem, step));
+    }
+    if solution.diagnostics.is_empty() {
+        text.push_str("  diagnostics none\n");
+    }
+    for d in &solution.diagnostics {
+        text.push_str(&format!("  {d}\n"));
+    }
+    text
+}
+
+fn problem_summary(problem: &ProblemSolution, step: Option<f64>) -> String {
+    let trajectory = &problem.trajectory;
+    let states = trajectory.states();
+    let (first, last) = (states.first(), states.last());
+    let span = first.zip(last).map_or((0, 0), |(a, b)| (a.step, b.step));
+    let duration = match step {
+        Some(dt) => format!("{:.1} s", (span.1 - span.0) as f64 * dt),
+        None => "seconds unknown (no scenario beside it that says how long a step is)".into(),
+    };
+    let mut text = format!(
+        "  problem     {}: model {} ({}), vehicle {}, cost function {}\n  \
+         states      {} <{}>, steps {} to {}, {duration}\n",
+        problem.planning_problem,
+        problem.model,
+        problem.model.words(),
+        problem.vehicle,
+        problem.cost,
+        states.len(),
+        trajectory.kind().state_element(),
+        span.0,
+        span.1,
+    );
+    for (name, state) in [("first", first), ("last", last)] {
+        let Some(state) = state else { continue };
+        let fields = trajectory.kind().fields().iter().zip(&state.values);
+        let words: Vec<_> = fields
+            .map(|(f, v)| format!("{} {} {}", f.name, rounded(*v), f.unit))
+            .collect();
+        text.push_str(&format!("  {name:<11} {}\n", words.join(", ")));
+    }
+    text
+}
+
+/// Three decimals are enough to recognise a state; very small and very large numbers are not spelt out.
+fn rounded(value: f64) -> String {
+    if value != 0.0 && !(5e-4..1e9).contains(&value.abs()) {
+        format!("{value:.3e}")
+    } else {
+        format!("{value:.3}")
+    }
+}
+
+/// Seconds between two time steps, from the scenario beside the solution; a solution does not say.
+fn time_step(path: &Path, scenario: &str) -> Option<f64> {
+    // An id from a file must not lead anywhere else.
+    if !benchmark_id::is_valid(scenario) {
+        return None;
+    }
+    let beside = path.with_file_name(format!("{scenario}.xml"));
+    let read = commonroad::read_file(&beside).ok()?;
+    Some(read.dt())
+}
+
+fn document(solution: &Solution) -> Value {
+    json!({
+        "benchmark_id": solution.benchmark_id(),
+        "scenario_id": solution.scenario_id,
+        "version": solution.version,
+        "date": solution.date.map(|d| d.to_string()),
+        "computation_time": solution.computation_time,
+        "processor": solution.processor,
+        "problems": solution.problems.iter().map(problem).collect::<Vec<_>>(),
+        "diagnostics": solution.diagnostics,
+    })
+}
+
+fn problem(problem: &ProblemSolution) -> Value {
+    let trajectory = &problem.trajectory;
+    let state = |state: &SolutionState| {
+        let mut object = Map::new();
+        object.insert("time_step".into(), json!(state.step));
+        let fields = trajectory.kind().fields().iter().zip(&state.values);
+        object.extend(fields.map(|(f, v)| (f.name.to_string(), json!(v))));
+        Value::Object(object)
+    };
+    json!({
+        "planning_problem": problem.planning_problem,
+        "model": problem.model.name(),
+        "vehicle": {
+            "id": problem.vehicle.number(),
+            "name": problem.vehicle.name(),
+            "length": problem.vehicle.length(),
+            "width": problem.vehicle.width(),
+        },
+        "cost_function": problem.cost,
+        "trajectory": trajectory.kind().element(),
+        "states": trajectory.states().iter().map(state).collect::<Vec<_>>(),
+    })
+}

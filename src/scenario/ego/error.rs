@@ -1,0 +1,146 @@
+//! Why an ego could not be read.
+
+use crate::scenario::commonroad::ReadError;
+
+/// Why an ego could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum EgoError {
+    /// The file cannot be opened or read.
+    #[error("{file}: {source}")]
+    Io {
+        /// Which file.
+        file: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It is not a file with an ego.
+    #[error(
+        "{file}: there is no ego in it that could be read: {why}; an ego is a CSV file with the columns timestep, \
+         x_position and y_position, a logs.csv of Frenetix, or a CommonRoad solution"
+    )]
+    Unknown {
+        /// Which file.
+        file: String,
+        /// What it is instead.
+        why: &'static str,
+    },
+    /// A column that is needed is not in the header.
+    #[error(
+        "{file}: line 1 has no column `{column}`; an ego trajectory has at least timestep, x_position and y_position"
+    )]
+    Column {
+        /// Which file.
+        file: String,
+        /// Which column.
+        column: &'static str,
+    },
+    /// A column that is needed is not in the header of a log.
+    #[error(
+        "{file}: line 1 has no column `{column}`; a log has trajectory_number, and x_position_vehicle_m and \
+         y_position_vehicle_m or x_positions_m, y_positions_m and theta_orientations_rad"
+    )]
+    LogColumn {
+        /// Which file.
+        file: String,
+        /// Which column.
+        column: &'static str,
+    },
+    /// A value is not a number.
+    #[error("{file}: line {line}: column `{column}` is `{value}`, a finite number is needed")]
+    Value {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which column.
+        column: &'static str,
+        /// What stands there.
+        value: String,
+    },
+    /// A time step is not a whole number, or beyond all reason.
+    #[error("{file}: line {line}: column `{column}` is `{value}`, a whole time step is needed")]
+    Step {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which column.
+        column: &'static str,
+        /// What stands there.
+        value: String,
+    },
+    /// The file is not CSV.
+    #[error("{file}: {message}")]
+    Csv {
+        /// Which file.
+        file: String,
+        /// What is wrong, with the line.
+        message: String,
+    },
+    /// A time step stands twice.
+    #[error("{file}: line {line}: time step {step} was there before; every step has one row")]
+    Repeated {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which step.
+        step: i64,
+    },
+    /// The file has a header and no state.
+    #[error("{file}: no rows, so there is no ego in it")]
+    Empty {
+        /// Which file.
+        file: String,
+    },
+    /// The file is a broken solution.
+    #[error(transparent)]
+    Solution(#[from] ReadError),
+    /// The solution says what the driver does, not where the vehicle is.
+    #[error(
+        "{file}: planning problem {problem} is solved by inputs (<{element}>), which have no positions; \
+         a trajectory of states is needed"
+    )]
+    Inputs {
+        /// Which file.
+        file: String,
+        /// Which planning problem.
+        problem: i64,
+        /// The element that holds the inputs.
+        element: &'static str,
+    },
+    /// The file has no ego for this planning problem.
+    #[error("{file}: no ego for planning problem {problem} in it; there is one for {known}")]
+    NoSuchProblem {
+        /// Which file.
+        file: String,
+        /// The one asked for.
+        problem: i64,
+        /// Those that are there.
+        known: String,
+    },
+    /// The ego is that of a planning problem which the scenario does not have.
+    #[error(
+        "{file}: the ego of planning problem {problem} of {of}; the scenario {scenario} has the planning problems {known}"
+    )]
+    Foreign {
+        /// Which file.
+        file: String,
+        /// The planning problem it solves.
+        problem: i64,
+        /// The scenario that it is of.
+        of: String,
+        /// The scenario it was to be put into.
+        scenario: String,
+        /// The planning problems of that one.
+        known: String,
+    },
+    /// The file has egos for several planning problems, and none was chosen.
+    #[error("{file}: egos for the planning problems {known}; choose one of them")]
+    Several {
+        /// Which file.
+        file: String,
+        /// Those that are there.
+        known: String,
+    },
+}

@@ -1,0 +1,148 @@
+//! Egos from files: recordings, planners' logs and solutions, told apart by what is in them.
+
+mod error;
+mod find;
+mod log;
+mod recording;
+mod solution;
+
+use std::path::Path;
+
+pub use error::EgoError;
+pub use find::find_recording;
+pub use recording::{read_recording, write_recording};
+pub use solution::ego_of_solution;
+
+use super::commonroad::{Root, read_solution, root_of};
+use super::{Diagnostic, Ego, Scenario, Severity};
+
+/// Where an ego's motion comes from; shown wherever the ego is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum EgoSource {
+    /// A recording, by its file name or bundled name.
+    Recording(String),
+    /// A log of the planner Frenetix, by its file name.
+    Log(String),
+    /// A CommonRoad solution.
+    Solution {
+        /// Its file name.
+        file: String,
+        /// Model and vehicle, e.g. `KS2`.
+        vehicle: String,
+        /// The planning problem that it solves.
+        planning_problem: i64,
+    },
+    /// An obstacle of the scenario took the ego's place.
+    Obstacle(i64),
+}
+
+impl EgoSource {
+    /// In a few words: of a path only the file's name.
+    #[must_use]
+    pub fn short(&self) -> String {
+        let name = |path: &str| {
+            let file = Path::new(path).file_name().map(|f| f.to_string_lossy());
+            file.unwrap_or_default().into_owned()
+        };
+        let mut short = self.clone();
+        if let Self::Recording(file) | Self::Log(file) | Self::Solution { file, .. } = &mut short {
+            *file = name(file);
+        }
+        short.to_string()
+    }
+}
+
+impl std::fmt::Display for EgoSource {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Recording(name) => write!(f, "recorded in {name}"),
+            Self::Log(name) => write!(f, "driven by Frenetix in {name}"),
+            Self::Solution {
+                file,
+                vehicle,
+                planning_problem,
+            } => write!(
+                f,
+                "solution {vehicle} of planning problem {planning_problem} in {file}"
+            ),
+            Self::Obstacle(id) => write!(f, "obstacle {id} taken as ego"),
+        }
+    }
+}
+
+/// Reads an ego for `scenario` from `bytes` in any of the formats; `file` names them in errors.
+///
+/// What is in the bytes decides, not the name: XML is a solution, a header with `trajectory_number` a log of
+/// Frenetix, one with `timestep` a recording. `planning_problem` chooses among the egos of a cooperative
+/// solution; without it the one of the scenario's first planning problem is taken, with a diagnostic.
+///
+/// # Errors
+/// It is none of these, it is broken, or it has no ego for that planning problem.
+pub fn read_ego(
+    bytes: &[u8],
+    file: &str,
+    scenario: &Scenario,
+    planning_problem: Option<i64>,
+) -> Result<Ego, EgoError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let unknown = |why| EgoError::Unknown {
+        file: file.to_string(),
+        why,
+    };
+    if bytes.trim_ascii_start().starts_with(b"<") {
+        if root_of(bytes) == Root::Scenario {
+            return Err(unknown("this is a scenario"));
+        }
+        let solution = read_solution(bytes, file)?;
+        return ego_of_solution(&solution, file, scenario, planning_problem);
+    }
+    let header = bytes.split(|&b| b == b'\n').next().unwrap_or_default();
+    let has = |word: &[u8]| header.windows(word.len()).any(|w| w == word);
+    if has(b"unique_id") && has(b"trajectory_number") {
+        return Err(unknown(
+            "these are all trajectories that a planner sampled; what was driven is in logs.csv",
+        ));
+    }
+    let ego = if has(b"trajectory_number") {
+        log::read(bytes, file, scenario, planning_problem)?
+    } else if has(b"timestep") || has(b"x_position") {
+        read_recording(bytes, file, scenario)?
+    } else {
+        return Err(unknown("its first line is no header of a known kind"));
+    };
+    match planning_problem {
+        Some(problem) if problem != ego.id => Err(EgoError::NoSuchProblem {
+            file: file.to_string(),
+            problem,
+            known: ego.id.to_string(),
+        }),
+        _ => Ok(ego),
+    }
+}
+
+/// Reads an ego for `scenario` from a file; see [`read_ego`].
+///
+/// # Errors
+/// The file cannot be read, or see [`read_ego`].
+pub fn read_ego_file(
+    path: &Path,
+    scenario: &Scenario,
+    planning_problem: Option<i64>,
+) -> Result<Ego, EgoError> {
+    let file = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|source| EgoError::Io {
+        file: file.clone(),
+        source,
+    })?;
+    read_ego(&bytes, &file, scenario, planning_problem)
+}
+
+/// Something assumed about an ego as a whole.
+fn assumed(severity: Severity, message: String) -> Diagnostic {
+    Diagnostic {
+        severity,
+        line: 0,
+        element: String::new(),
+        message,
+    }
+}

@@ -1,0 +1,165 @@
+//! Egos from every kind of file, and back: what is read is what was driven, and what is doubtful is said.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use nearmiss::scenario::commonroad::{ProblemSolution, Solution, read_file, write_solution};
+use nearmiss::scenario::{
+    Ego, EgoError, EgoSource, Scenario, Severity, Track, VehicleModel, VehicleType, bundled,
+    find_recording, read_ego, write_recording,
+};
+
+#[path = "egos/log.rs"]
+mod log;
+#[path = "egos/solutions.rs"]
+mod solutions;
+
+const CUT_IN: &str = "ZAM_CutIn-1_1_T-1";
+
+/// A bundled scenario and its recorded ego.
+fn recorded(name: &str) -> (Arc<Scenario>, Ego) {
+    let entry = bundled().into_iter().find(|e| e.name == name).unwrap();
+    let scenario = entry.read().unwrap();
+    let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+    (scenario, ego)
+}
+
+/// The largest differences of two tracks over the same steps: position, heading, velocity.
+fn apart(a: &Track, b: &Track) -> (f64, f64, f64) {
+    assert_eq!(a.steps(), b.steps());
+    let mut most = (0.0f64, 0.0f64, 0.0f64);
+    for ((step, x), (other, y)) in a.iter().zip(b.iter()) {
+        assert_eq!(step, other);
+        most.0 = most.0.max((x.pose.position - y.pose.position).norm());
+        most.1 = most.1.max((x.pose.heading - y.pose.heading).abs());
+        most.2 = most.2.max((x.velocity - y.velocity).abs());
+    }
+    most
+}
+
+fn warnings(ego: &Ego) -> Vec<&str> {
+    let warned = ego.diagnostics.iter();
+    let warned = warned.filter(|d| d.severity == Severity::Warning);
+    warned.map(|d| d.message.as_str()).collect()
+}
+
+fn error(text: &str, scenario: &Scenario) -> String {
+    let error = read_ego(text.as_bytes(), "f", scenario, None).unwrap_err();
+    error.to_string()
+}
+
+#[test]
+fn recordings_are_written_and_read_back() {
+    for entry in bundled() {
+        let (scenario, ego) = recorded(&entry.name);
+        let csv = write_recording(ego.id, &ego.track).unwrap();
+        let again = read_ego(&csv, "again.csv", &scenario, None).unwrap();
+        assert_eq!(again.id, ego.id);
+        assert_eq!(again.source, EgoSource::Recording("again.csv".into()));
+        let (position, heading, velocity) = apart(&ego.track, &again.track);
+        assert!(position == 0.0 && velocity == 0.0, "{}", entry.name);
+        // Headings at standstill are not believed; they are held instead.
+        assert!(heading < 1e-3, "{}: {heading}", entry.name);
+        let named = read_ego(&csv, "again.csv", &scenario, Some(ego.id + 1));
+        assert!(matches!(named, Err(EgoError::NoSuchProblem { .. })));
+    }
+}
+
+#[test]
+fn the_content_decides_and_wrong_files_are_told_apart() {
+    let (scenario, ego) = recorded(CUT_IN);
+    let csv = String::from_utf8(write_recording(ego.id, &ego.track).unwrap()).unwrap();
+    let with_mark = format!("\u{feff}{csv}");
+    assert!(read_ego(with_mark.as_bytes(), "a.xml", &scenario, None).is_ok());
+    for (text, words) in [
+        ("", "no header of a known kind"),
+        ("\0\0\0\0", "no header of a known kind"),
+        ("hello\nworld\n", "no header of a known kind"),
+        ("<commonRoad timeStepSize=\"0.1\"/>", "this is a scenario"),
+        ("<html/>", "the root is <html>"),
+        (
+            "time_step;trajectory_number;unique_id;feasible\n1;2;3;True",
+            "logs.csv",
+        ),
+        ("timestep,x_position\n0,1\n", "`y_position`"),
+        ("timestep,x_position,y_position\n", "no rows"),
+        (
+            "timestep,x_position,y_position\n0.5,1,1\n",
+            "line 2: column `timestep` is `0.5`",
+        ),
+        (
+            "timestep,x_position,y_position\n1e300,1,1\n",
+            "whole time step",
+        ),
+        (
+            "timestep,x_position,y_position\n0,1,1\n0,1,1\n",
+            "line 3: time step 0",
+        ),
+        (
+            "timestep,x_position,y_position\n0,1,inf\n",
+            "line 2: column `y_position` is `inf`",
+        ),
+    ] {
+        let said = error(text, &scenario);
+        assert!(
+            said.starts_with("f:") && said.contains(words),
+            "{text}: {said}"
+        );
+    }
+}
+
+#[test]
+fn the_ego_that_lies_with_a_scenario_is_found() {
+    let home = tempfile::tempdir().unwrap();
+    let at = |name: &str| home.path().join(name);
+    let xml = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenarios/{CUT_IN}.xml"));
+    let scenario = at(&format!("{CUT_IN}.xml"));
+    std::fs::copy(xml, &scenario).unwrap();
+    assert_eq!(find_recording(&scenario), None);
+    let put = |name: &str, text: &str| {
+        let path = at(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let other = put(
+        "solution_KS2_SM1_ZAM_CutIn-1_1_T-10_2020a.xml",
+        "<CommonRoadSolution/>",
+    );
+    assert_eq!(find_recording(&scenario), None);
+    let found = put(
+        &format!("solution_KS2_SM1_{CUT_IN}_2020a.xml"),
+        "<CommonRoadSolution/>",
+    );
+    assert_eq!(find_recording(&scenario), Some(found));
+    put(
+        &format!("solution_PM1_JB1_{CUT_IN}_2020a.xml"),
+        "<CommonRoadSolution/>",
+    );
+    assert_eq!(
+        find_recording(&scenario),
+        None,
+        "two of them, and nobody chose"
+    );
+    // Solutions do not count: the scenario is alone in its folder.
+    let log = put("logs.csv", "");
+    assert_eq!(find_recording(&scenario), Some(log));
+    let log = put(&format!("{CUT_IN}/logs.csv"), "");
+    assert_eq!(find_recording(&scenario), Some(log));
+    let csv = put("ego_trajectory.csv", "");
+    assert_eq!(find_recording(&scenario), Some(csv));
+    std::fs::copy(&scenario, at("second.xml")).unwrap();
+    assert_eq!(find_recording(&at("second.xml")), None);
+    let csv = put(&format!("{CUT_IN}.ego_trajectory.csv"), "");
+    assert_eq!(find_recording(&scenario), Some(csv));
+    assert!(other.exists());
+}
+
+fn shared() -> Option<PathBuf> {
+    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
+        PathBuf::from,
+    );
+    shared.join("data").is_dir().then_some(shared)
+}
