@@ -34,7 +34,7 @@ pub(super) struct Xml<'a> {
 }
 
 /// Larger numbers are a mistake in the file, and their squares would not fit a floating-point number.
-const LARGEST: f64 = 1e15;
+pub(super) const LARGEST: f64 = 1e15;
 
 /// More diagnostics than this say nothing new.
 const MOST_DIAGNOSTICS: usize = 500;

@@ -12,6 +12,7 @@ pub use kind::{Field, TrajectoryKind};
 pub use reader::read_solution;
 pub use writer::write_solution;
 
+use super::xml::LARGEST;
 use crate::scenario::{Diagnostic, VehicleModel, VehicleType};
 
 /// A solution of a scenario: one vehicle, or several for a cooperative one.
@@ -60,7 +61,7 @@ pub struct SolutionTrajectory {
 pub struct SolutionState {
     /// Time step.
     pub step: i64,
-    /// The quantities of [`TrajectoryKind::fields`], in that order; all finite.
+    /// The quantities of [`TrajectoryKind::fields`], in that order; all within ±1e15.
     pub values: Vec<f64>,
 }
 
@@ -86,7 +87,7 @@ pub enum SolutionError {
         expected: usize,
     },
     /// A quantity is not finite.
-    #[error("step {step}: {field} is {value}; a finite number is needed")]
+    #[error("step {step}: {field} is {value}; a number within reason is needed")]
     NotFinite {
         /// Time step.
         step: i64,
@@ -191,7 +192,7 @@ impl SolutionTrajectory {
                 });
             }
             let mut pairs = fields.iter().zip(&state.values);
-            if let Some((field, value)) = pairs.find(|(_, v)| !v.is_finite()) {
+            if let Some((field, value)) = pairs.find(|(_, v)| !(v.abs() <= LARGEST)) {
                 return Err(SolutionError::NotFinite {
                     step,
                     field: field.name,
