@@ -91,6 +91,7 @@ impl SemiTrailer {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use std::f64::consts::FRAC_PI_2;
 

@@ -192,7 +192,7 @@ impl SolutionTrajectory {
                 });
             }
             let mut pairs = fields.iter().zip(&state.values);
-            if let Some((field, value)) = pairs.find(|(_, v)| !(v.abs() <= LARGEST)) {
+            if let Some((field, value)) = pairs.find(|(_, v)| v.is_nan() || v.abs() > LARGEST) {
                 return Err(SolutionError::NotFinite {
                     step,
                     field: field.name,
