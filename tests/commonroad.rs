@@ -207,3 +207,19 @@ fn version_2018b_and_what_refers_to_nothing() {
         scenario.diagnostics
     );
 }
+
+#[test]
+fn names_that_cannot_be_written_are_left_out() {
+    let text = "<commonRoad timeStepSize=\"0.1\" commonRoadVersion=\"2020a\" author=\"a\u{1}b\">\
+        <scenarioTags><x<y/><urban/></scenarioTags></commonRoad>";
+    let scenario = read(text.as_bytes(), "names").unwrap();
+    assert_eq!(scenario.tags, ["urban"]);
+    assert!(
+        scenario
+            .diagnostics
+            .iter()
+            .any(|d| d.message.contains("cannot be a tag"))
+    );
+    let written = String::from_utf8(write(&scenario).unwrap()).unwrap();
+    assert!(written.contains("a\u{fffd}b") && read(written.as_bytes(), "written").is_ok());
+}

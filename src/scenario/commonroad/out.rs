@@ -1,5 +1,7 @@
 //! Writing XML: elements, leaves, references, numbers, points.
 
+use std::borrow::Cow;
+
 use quick_xml::Writer;
 use quick_xml::events::{BytesEnd, BytesStart, BytesText, Event};
 
@@ -19,8 +21,11 @@ impl Out {
     }
 
     pub fn start<'a>(name: &'a str, attributes: &'a Attributes<'a>) -> BytesStart<'a> {
-        let pairs = attributes.iter().map(|(k, v)| (*k, v.as_str()));
-        BytesStart::new(name).with_attributes(pairs)
+        let mut start = BytesStart::new(name);
+        for (key, value) in attributes {
+            start.push_attribute((*key, &*allowed(value)));
+        }
+        start
     }
 
     pub fn element(
@@ -40,13 +45,25 @@ impl Out {
 
     pub fn leaf(&mut self, name: &str, text: &str) -> Result<(), WriteError> {
         self.event(Event::Start(BytesStart::new(name)))?;
-        self.event(Event::Text(BytesText::new(text)))?;
+        self.event(Event::Text(BytesText::new(&allowed(text))))?;
         self.event(Event::End(BytesEnd::new(name)))
     }
 
     pub fn references(&mut self, name: &str, ids: &[i64]) -> Result<(), WriteError> {
         ids.iter()
             .try_for_each(|id| self.empty(name, &[("ref", id.to_string())]))
+    }
+}
+
+/// Text with the characters that XML has no place for, not even escaped, replaced.
+fn allowed(text: &str) -> Cow<'_, str> {
+    let forbidden = |c: char| {
+        (c < ' ' && !matches!(c, '\t' | '\n' | '\r')) || matches!(c, '\u{fffe}' | '\u{ffff}')
+    };
+    if text.contains(forbidden) {
+        Cow::Owned(text.replace(forbidden, "\u{fffd}"))
+    } else {
+        Cow::Borrowed(text)
     }
 }
 

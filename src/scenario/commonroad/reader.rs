@@ -29,11 +29,11 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
     }
     let mut header = header(&mut xml, root)?;
     // Version 2018b keeps the tags in one attribute.
-    let header_tags: Vec<String> = header
-        .attributes
-        .remove("tags")
-        .map(|tags| tags.split_whitespace().map(str::to_string).collect())
-        .unwrap_or_default();
+    let words = header.attributes.remove("tags").unwrap_or_default();
+    let header_tags: Vec<String> = words
+        .split_whitespace()
+        .filter_map(|word| tag_of(&mut xml, root, word))
+        .collect();
     let dt = header.time_step_size;
     let (mut place, mut tags) = (None, header_tags);
     let (mut lanelets, mut signs, mut lights) = (Vec::new(), Vec::new(), Vec::new());
@@ -72,12 +72,8 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
             }
             "scenarioTags" => {
                 while let Some(tag) = xml.next()? {
-                    if !conform::is_tag(tag.name) {
-                        let message = "a tag that the schema does not have; kept".into();
-                        xml.note(Severity::Note, tag, message);
-                    }
-                    tags.push(tag.name.to_string());
                     xml.skip()?;
+                    tags.extend(tag_of(&mut xml, tag, tag.name));
                 }
                 None
             }
@@ -112,6 +108,27 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
     })
 }
 
+/// A tag; one that could not be the name of an element is left out.
+fn tag_of<'a>(xml: &mut Xml<'a>, element: Element<'a>, word: &str) -> Option<String> {
+    if !is_name(word) {
+        let message = format!("`{}` cannot be a tag and was left out", short(word));
+        xml.note(Severity::Warning, element, message);
+        return None;
+    }
+    if !conform::is_tag(word) {
+        let message = format!("the schema does not have the tag `{}`; kept", short(word));
+        xml.note(Severity::Note, element, message);
+    }
+    Some(word.to_string())
+}
+
+/// Whether a word can be the name of an element or attribute.
+fn is_name(word: &str) -> bool {
+    let letter = |c: char| c.is_ascii_alphabetic() || c == '_';
+    let more = |c: char| letter(c) || c.is_ascii_digit() || matches!(c, '-' | '.' | ':');
+    word.starts_with(letter) && word.chars().all(more)
+}
+
 /// The role that an obstacle element's name says; nothing for other elements.
 fn role_of(name: &str) -> Option<Option<ObstacleRole>> {
     Some(match name {
@@ -127,6 +144,7 @@ fn role_of(name: &str) -> Option<Option<ObstacleRole>> {
 fn header<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<Header, ReadError> {
     let mut attributes: BTreeMap<String, String> = xml
         .attributes(root)
+        .filter(|(key, _)| is_name(key))
         .map(|(key, value)| (key.to_string(), value.into_owned()))
         .collect();
     let mut take = |name: &str| attributes.remove(name);
