@@ -3,6 +3,8 @@
 
 #[path = "cli/ask.rs"]
 mod ask;
+#[path = "cli/convert.rs"]
+mod convert;
 #[path = "cli/egos.rs"]
 mod egos;
 #[path = "cli/hostile.rs"]

@@ -1,0 +1,140 @@
+//! `convert`: what is written, what is mended, what is never overwritten.
+
+use nearmiss::scenario::commonroad::read;
+
+use super::support::program::Home;
+use super::{BUNDLED, CUT_IN, bundled_xml};
+
+/// A scenario with most of what the schema does not allow.
+const UNFIT: &str = r#"<commonRoad timeStepSize="0.1" commonRoadVersion="2020a" benchmarkID="ZAM_Unfit-1_1_T-1" date="2026-01-31">
+  <scenarioTags><urban/><haunted/></scenarioTags>
+  <lanelet id="1">
+    <leftBound><point><x>0</x><y>3</y></point><point><x>50</x><y>3</y></point></leftBound>
+    <rightBound><point><x>0</x><y>0</y></point><point><x>50</x><y>0</y></point></rightBound>
+    <successor ref="99"/><trafficSignRef ref="2"/>
+  </lanelet>
+  <trafficSign id="2"><position><point><x>1</x><y>1</y></point></position></trafficSign>
+  <intersection id="3"/>
+  <dynamicObstacle id="4">
+    <type>building</type><shape><circle><radius>0.4</radius></circle></shape>
+    <initialState><position><point><x>1</x><y>1</y></point></position><orientation><exact>0</exact></orientation><time><exact>0</exact></time></initialState>
+    <trajectory><state><position><point><x>1</x><y>2</y></point></position><time><exact>1</exact></time>
+      <velocity><exact>0</exact></velocity><velocityY><exact>10</exact></velocityY></state></trajectory>
+  </dynamicObstacle>
+  <planningProblem id="5">
+    <initialState><position><point><x>1</x><y>1</y></point></position><time><exact>0</exact></time></initialState>
+    <goalState><time><exact>9</exact></time><velocity><exact>3</exact></velocity></goalState>
+  </planningProblem>
+</commonRoad>"#;
+
+#[test]
+fn bundled_scenarios_fit_the_schema_and_are_written_the_same() {
+    let home = Home::new();
+    for (name, _) in BUNDLED {
+        let ended = home.run(&["convert", name, "--schema"]).status(0);
+        assert_eq!(ended.stderr, "", "nothing to mend in {name}");
+        assert_eq!(ended.stdout, bundled_xml(name));
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_mended_and_named() {
+    let home = Home::new();
+    let file = home.write("unfit.xml", UNFIT.as_bytes());
+    let file = file.to_str().unwrap();
+    let kept = home.run(&["convert", file]).status(0);
+    assert!(kept.stderr.contains("--schema"), "{}", kept.stderr);
+    let kept = read(kept.stdout.as_bytes(), "kept").unwrap();
+    assert_eq!(kept.tags, ["urban", "haunted"]);
+    assert_eq!(kept.network.intersections.len(), 1);
+
+    let ended = home.run(&["convert", file, "--schema"]).status(0);
+    for words in [
+        "the tag `haunted` was left out",
+        "no location",
+        "no author",
+        "lanelet 1: the reference to 99 was left out",
+        "lanelet 1: no type",
+        "sign 2, which says nothing, was left out",
+        "intersection 3, into which no road leads",
+        "obstacle 4: the type building became unknown",
+        "step 1: the heading was filled in from the velocity",
+        "planning problem 5: yawRate was filled in as 0",
+    ] {
+        assert!(ended.stderr.contains(words), "{words}: {}", ended.stderr);
+    }
+    let fitted = read(ended.stdout.as_bytes(), "fitted").unwrap();
+    assert_eq!(fitted.tags, ["urban"]);
+    assert!(fitted.network.intersections.is_empty() && fitted.network.signs.is_empty());
+    let heading = fitted.obstacles[0].track().at(1).unwrap().pose.heading;
+    assert!((heading - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    let again = home.write("fitted.xml", ended.stdout.as_bytes());
+    let again = home
+        .run(&["convert", again.to_str().unwrap(), "--schema"])
+        .status(0);
+    assert_eq!((again.stderr.as_str(), again.stdout), ("", ended.stdout));
+}
+
+#[test]
+fn what_cannot_be_mended_is_a_finding() {
+    let home = Home::new();
+    let text = UNFIT
+        .replace("planningProblem", "nothing")
+        .replace("id=\"4\"", "id=\"0\"");
+    let file = home.write("unfit.xml", text.as_bytes());
+    let ended = home
+        .run(&["convert", file.to_str().unwrap(), "--schema"])
+        .status(1);
+    assert!(
+        ended.stderr.contains("there is no planning problem"),
+        "{}",
+        ended.stderr
+    );
+    assert!(
+        ended.stderr.contains("id 0 is not positive"),
+        "{}",
+        ended.stderr
+    );
+    assert!(
+        ended.stdout.contains("<commonRoad"),
+        "it is written all the same"
+    );
+}
+
+#[test]
+fn nothing_is_overwritten_unasked() {
+    let home = Home::new();
+    let target = home.write("mine.xml", b"mine");
+    let path = target.to_str().unwrap();
+    let ended = home.run(&["convert", CUT_IN, "-o", path]).status(2);
+    assert!(ended.stderr.contains("--overwrite"), "{}", ended.stderr);
+    assert_eq!(std::fs::read(&target).unwrap(), b"mine");
+    home.run(&["convert", CUT_IN, "-o", path, "--overwrite"])
+        .status(0);
+    assert_eq!(
+        std::fs::read_to_string(&target).unwrap(),
+        bundled_xml(CUT_IN)
+    );
+}
+
+#[test]
+fn several_go_into_a_folder() {
+    let home = Home::new();
+    let first = home.write("a.xml", bundled_xml(CUT_IN).as_bytes());
+    let second = home.write("b.xml", b"<commonRoad");
+    let (first, second) = (first.to_str().unwrap(), second.to_str().unwrap());
+    home.run(&["convert", first, second]).status(2);
+    let folder = home.files().join("out");
+    std::fs::create_dir(&folder).unwrap();
+    let ended = home
+        .run(&["convert", first, second, "-o", folder.to_str().unwrap()])
+        .status(1);
+    assert!(
+        ended
+            .stderr
+            .contains("1 of 2 scenarios could not be converted"),
+        "{}",
+        ended.stderr
+    );
+    assert!(folder.join("a.xml").exists() && !folder.join("b.xml").exists());
+}
