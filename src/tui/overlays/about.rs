@@ -13,23 +13,31 @@ use crate::tui::widgets::words::pad;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
     let text = match &model.opened {
-        Some(opened) => about(model, opened),
+        Some(opened) => about(model, opened, super::text_width(screen)),
         None => Text::raw("no scenario is open"),
     };
     super::scrolled(frame, screen, model, "scenario", text, scroll);
 }
 
-fn about(model: &Model, opened: &Opened) -> Text<'static> {
+/// Columns before what is said about a word.
+const INDENT: usize = 14;
+
+fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
     let theme = &model.theme;
     let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
     let word = Style::new().fg(theme.accent);
     let scenario = &opened.scenario;
     let mut text = Text::from(Line::styled(visible(&opened.name).into_owned(), title));
     let mut line = |name: &str, said: &str| {
+        let said = visible(said);
+        let mut wrapped = textwrap::wrap(&said, width.saturating_sub(INDENT).max(10)).into_iter();
         text.push_line(Line::from(vec![
-            Span::styled(format!("  {}", pad(name, 12)), word),
-            Span::raw(visible(said).into_owned()),
+            Span::styled(format!("  {}", pad(name, INDENT - 2)), word),
+            Span::raw(wrapped.next().unwrap_or_default().into_owned()),
         ]));
+        for more in wrapped {
+            text.push_line(format!("{:INDENT$}{more}", ""));
+        }
     };
     line("file", &opened.file);
     line("hash", &scenario.hash.to_string());
@@ -50,8 +58,13 @@ fn about(model: &Model, opened: &Opened) -> Text<'static> {
             Severity::Warning => theme.warning,
             Severity::Note => theme.dim,
         };
-        let words = visible(&diagnostic.to_string()).into_owned();
-        text.push_line(Line::styled(format!("  {words}"), Style::new().fg(color)));
+        let words = diagnostic.to_string();
+        let hanging = textwrap::Options::new(width.max(10))
+            .initial_indent("  ")
+            .subsequent_indent("    ");
+        for line in textwrap::wrap(&visible(&words), hanging) {
+            text.push_line(Line::styled(line.into_owned(), Style::new().fg(color)));
+        }
     }
     text
 }

@@ -26,6 +26,18 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     }
 }
 
+/// Columns of a window at most, its borders included.
+const COLUMNS: u16 = 92;
+
+/// Columns of text in a window of text.
+fn text_width(screen: Rect) -> usize {
+    usize::from(
+        COLUMNS
+            .min(screen.width.saturating_sub(4))
+            .saturating_sub(2),
+    )
+}
+
 /// A window of text, no further scrolled than to its end.
 fn scrolled(
     frame: &mut Frame<'_>,
@@ -36,7 +48,7 @@ fn scrolled(
     scroll: usize,
 ) {
     let title = format!("{what} · ↑↓ scroll · any other key closes");
-    let inner = window(frame, screen, model, &title, (92, 60));
+    let inner = window(frame, screen, model, &title, (COLUMNS, 60));
     let paragraph = Paragraph::new(text).wrap(Wrap { trim: false });
     let last = paragraph
         .line_count(inner.width)

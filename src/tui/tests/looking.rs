@@ -340,3 +340,27 @@ fn what_cannot_be_the_ego_changes_nothing_but_is_said() {
         "another ego, the same moment"
     );
 }
+
+#[test]
+fn what_reading_assumed_is_shown_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("old.xml");
+    let text = r#"<commonRoad timeStepSize="0.1" commonRoadVersion="2020a" benchmarkID="ZAM_Old-1_1_T-1" author="someone">
+        <dynamicObstacle id="7"><type>spaceship</type></dynamicObstacle></commonRoad>"#;
+    std::fs::write(&path, text).unwrap();
+    let mut bench = Bench::empty();
+    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)])));
+    assert!(bench.frame(160, 45).contains("! 3 warnings (i)"));
+    bench.press("i");
+    let frame = bench.frame(160, 45);
+    for words in [
+        "someone",
+        "1 dynamic unknown",
+        "`spaceship` is not a known <type>",
+        "line 2",
+    ] {
+        assert!(frame.contains(words), "{words}: {frame}");
+    }
+    bench.press("i");
+    assert!(bench.model.overlays.is_empty());
+}
