@@ -141,6 +141,51 @@ mod tests {
         assert!(Shape::rectangle(4.0, 2.0).hitched_at(0.1).is_none());
     }
 
+    /// The corners that commonroad-io 2026.1 computes for the same dimensions and state.
+    #[test]
+    fn an_external_reference_case() {
+        let tractor = Truck {
+            length: 5.1,
+            width: 2.55,
+            wheelbase: 3.6,
+            rear_to_rear_axle: 0.5,
+            cabin_length: 2.5,
+            rear_axle_to_hitch: 0.45,
+            origin_x_shift: -1.7,
+        };
+        let trailer = SemiTrailer {
+            length: 13.6,
+            width: 2.5,
+            wheelbase: 7.8,
+            front_to_hitch: 0.9,
+        };
+        let shape = Shape::SemiTrailerTruck {
+            tractor,
+            trailer,
+            hitch_angle: -0.35,
+        };
+        let pose = Pose::new(12.0, -3.0, 0.6);
+        let expected = [
+            [
+                (14.787_757_21, 0.452_033_421),
+                (16.227_595_517, -1.652_572_397),
+            ],
+            [
+                (12.645_299_792, -1.509_731_662),
+                (13.263_809_69, -3.932_012_716),
+            ],
+        ];
+        for (ring, [front_left, front_right]) in shape.outlines().iter().zip(expected) {
+            for (corner, (x, y)) in [(ring[0], front_left), (ring[3], front_right)] {
+                let at = pose.to_world(&corner);
+                assert!(
+                    (at - Point::new(x, y)).norm() < 1e-8,
+                    "{at} is not ({x}, {y})"
+                );
+            }
+        }
+    }
+
     #[test]
     fn a_truck_without_extent_is_refused() {
         let Shape::SemiTrailerTruck { mut tractor, .. } = semi_trailer_truck(0.0) else {
