@@ -95,11 +95,7 @@ fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
         text.push_str("  diagnostics none\n");
     }
     for d in &scenario.diagnostics {
-        let severity = format!("{:?}", d.severity).to_lowercase();
-        text.push_str(&format!(
-            "  {severity}: line {}: <{}>: {}\n",
-            d.line, d.element, d.message
-        ));
+        text.push_str(&format!("  {d}\n"));
     }
     Ok(output::visible(&text))
 }

@@ -52,7 +52,7 @@ names! {
         AccessRamp = "accessRamp", ExitRamp = "exitRamp", Shoulder = "shoulder",
         BusLane = "busLane", BusStop = "busStop", BicycleLane = "bicycleLane",
         Sidewalk = "sidewalk", Crosswalk = "crosswalk", Restricted = "restricted",
-        Intersection = "intersection", Border = "border", Tram = "tram", Unknown = "unknown",
+        RestrictedArea = "restricted_area", Intersection = "intersection", Border = "border", Tram = "tram", Unknown = "unknown",
     }
 }
 

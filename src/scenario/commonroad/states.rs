@@ -7,7 +7,7 @@ use crate::geometry::Shape;
 use crate::scenario::{Position, Quantity, Severity, State, StateField, Steps};
 
 /// Time steps beyond this are a mistake in the file.
-const LATEST: i64 = 1_000_000_000;
+pub(super) const LATEST: i64 = 1_000_000_000;
 
 /// A state; `initial` gives the time 0 to one that says none.
 pub(super) fn state<'a>(

@@ -34,7 +34,7 @@ pub(super) struct Xml<'a> {
 }
 
 /// More diagnostics than this say nothing new.
-const MOST_DIAGNOSTICS: usize = 500;
+pub(super) const MOST_DIAGNOSTICS: usize = 500;
 
 impl<'a> Xml<'a> {
     /// # Errors

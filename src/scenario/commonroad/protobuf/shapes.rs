@@ -1,0 +1,156 @@
+//! Regions and bodies.
+
+use super::messages::{self, Body, BodyShape, Region, RegionShape};
+use super::report::{At, Report};
+use super::values::{finite, number, point};
+use crate::geometry::{Footprint, Point, Shape};
+use crate::scenario::commonroad::ReadError;
+
+/// Groups inside groups, deeper than any file needs.
+const DEEPEST_GROUP: usize = 4;
+
+/// More corners than this are no shape: what cuts a polygon into triangles takes their square in time.
+const MOST_CORNERS: usize = 10_000;
+
+/// A message that describes the body of an obstacle, in the obstacle's own frame.
+pub(super) trait BodyMessage:
+    prost::Message + Default + std::fmt::Debug + PartialEq
+{
+    /// Its shape; nothing, with a diagnostic, where there is none that can be held.
+    fn shape(&self, report: &mut Report, at: &At<'_>) -> Result<Option<Shape>, ReadError>;
+}
+
+impl BodyMessage for Region {
+    fn shape(&self, report: &mut Report, at: &At<'_>) -> Result<Option<Shape>, ReadError> {
+        region(report, at, self)
+    }
+}
+
+impl BodyMessage for Body {
+    fn shape(&self, report: &mut Report, at: &At<'_>) -> Result<Option<Shape>, ReadError> {
+        let shape = match &self.shape {
+            None => return Ok(nothing(report, at)),
+            Some(BodyShape::Rectangle(r)) => rectangle(report, &at.field("rectangle"), r)?,
+            Some(BodyShape::Circle(c)) => circle(report, &at.field("circle"), c)?,
+            Some(BodyShape::Polygon(p)) => polygon(report, &at.field("polygon"), p)?,
+            Some(BodyShape::Truck(_)) => return Ok(truck(report, &at.field("truck_shape"))),
+            Some(BodyShape::SemiTrailerTruck(_)) => {
+                return Ok(truck(report, &at.field("semi_trailer_truck_shape")));
+            }
+        };
+        checked(report, at, shape).map(Some)
+    }
+}
+
+/// The body of an obstacle, ready to be measured; one that encloses nothing is an error of the file.
+pub(super) fn footprint<B: BodyMessage>(
+    report: &mut Report,
+    at: &At<'_>,
+    body: &B,
+) -> Result<Option<Footprint>, ReadError> {
+    let Some(shape) = body.shape(report, at)? else {
+        return Ok(None);
+    };
+    let made = Footprint::new(shape);
+    made.map(Some).map_err(|e| report.fail(at, e.to_string()))
+}
+
+/// A region of the world, or a body of 2020a; nothing, with a diagnostic, where there is no shape in it.
+pub(super) fn region(
+    report: &mut Report,
+    at: &At<'_>,
+    region: &Region,
+) -> Result<Option<Shape>, ReadError> {
+    if region.shape.is_none() {
+        return Ok(nothing(report, at));
+    }
+    inside(report, at, region, 0).map(Some)
+}
+
+fn inside(report: &Report, at: &At<'_>, region: &Region, depth: usize) -> Result<Shape, ReadError> {
+    let shape = match &region.shape {
+        None => return Err(report.fail(at, "a member of a group without a shape")),
+        Some(RegionShape::Rectangle(r)) => rectangle(report, &at.field("rectangle"), r)?,
+        Some(RegionShape::Circle(c)) => circle(report, &at.field("circle"), c)?,
+        Some(RegionShape::Polygon(p)) => polygon(report, &at.field("polygon"), p)?,
+        Some(RegionShape::Group(_)) if depth == DEEPEST_GROUP => {
+            return Err(report.fail(
+                at,
+                format!("groups of shapes are nested deeper than {DEEPEST_GROUP}"),
+            ));
+        }
+        Some(RegionShape::Group(group)) => {
+            let at = at.field("shape_group");
+            let members = group.shapes.iter().enumerate();
+            let members = members.map(|(i, s)| inside(report, &at.nth("shapes", i), s, depth + 1));
+            Shape::Group(members.collect::<Result<_, _>>()?)
+        }
+    };
+    checked(report, at, shape)
+}
+
+fn checked(report: &Report, at: &At<'_>, shape: Shape) -> Result<Shape, ReadError> {
+    shape.check().map_err(|e| report.fail(at, e.to_string()))?;
+    Ok(shape)
+}
+
+fn nothing(report: &mut Report, at: &At<'_>) -> Option<Shape> {
+    report.warn(at, "no shape in it; it covers nothing");
+    None
+}
+
+/// A truck, with or without a semi-trailer, whose dimensions are given by its axles.
+fn truck(report: &mut Report, at: &At<'_>) -> Option<Shape> {
+    let message = "shapes of trucks are not read from protobuf; it was left out, and the obstacle is not measured";
+    report.warn(at, message);
+    None
+}
+
+fn rectangle(
+    report: &Report,
+    at: &At<'_>,
+    message: &messages::Rectangle,
+) -> Result<Shape, ReadError> {
+    let turned = message
+        .orientation
+        .map(|o| finite(report, &at.field("orientation"), o));
+    Ok(Shape::Rectangle {
+        length: number(report, at, "length", message.length)?,
+        width: number(report, at, "width", message.width)?,
+        center: center(report, at, message.center.as_ref())?,
+        orientation: turned.transpose()?.unwrap_or(0.0),
+    })
+}
+
+fn circle(report: &Report, at: &At<'_>, message: &messages::Circle) -> Result<Shape, ReadError> {
+    Ok(Shape::Circle {
+        radius: number(report, at, "radius", message.radius)?,
+        center: center(report, at, message.center.as_ref())?,
+    })
+}
+
+fn center(
+    report: &Report,
+    at: &At<'_>,
+    center: Option<&messages::Point>,
+) -> Result<Point, ReadError> {
+    center.map_or(Ok(Point::origin()), |c| {
+        point(report, &at.field("center"), c)
+    })
+}
+
+fn polygon(report: &Report, at: &At<'_>, message: &messages::Polygon) -> Result<Shape, ReadError> {
+    let corners = message.vertices.len();
+    if corners > MOST_CORNERS {
+        let message = format!("a polygon of {corners} corners, at most {MOST_CORNERS} are read");
+        return Err(report.fail(at, message));
+    }
+    let vertices = message.vertices.iter().enumerate();
+    let vertices = vertices.map(|(i, v)| point(report, &at.nth("vertices", i), v));
+    let mut vertices = vertices.collect::<Result<Vec<_>, _>>()?;
+    // Some files close the ring.
+    if vertices.len() > 3 && vertices.first() == vertices.last() {
+        vertices.pop();
+    }
+    Ok(Shape::Polygon { vertices })
+}
