@@ -3,12 +3,16 @@
 
 #[path = "cli/ask.rs"]
 mod ask;
+#[path = "protobuf/encode.rs"]
+mod encode;
 #[path = "cli/hostile.rs"]
 mod hostile;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
 #[path = "cli/prompts.rs"]
 mod prompts;
+#[path = "cli/protobuf.rs"]
+mod protobuf;
 #[path = "cli/reading.rs"]
 mod reading;
 #[path = "cli/remote.rs"]

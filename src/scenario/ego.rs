@@ -1,9 +1,10 @@
 //! Recorded ego trajectories: where they lie beside a scenario, and how they are read.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use super::track::forget_headings_at_standstill;
-use super::{Ego, Sample, Scenario, Track};
+use super::{Ego, Sample, Scenario, Track, commonroad};
 use crate::geometry::{Footprint, Point, Shape};
 
 /// Where an ego's motion comes from; shown wherever the ego is.
@@ -111,7 +112,7 @@ const RECORDING: &str = "ego_trajectory.csv";
 /// `ego_trajectory.csv` counts where the scenario is the only one in its folder.
 #[must_use]
 pub fn find_recording(path: &Path) -> Option<PathBuf> {
-    let name = path.file_stem()?.to_str()?;
+    let name = &commonroad::scenario_name(path);
     let folder = path.parent()?;
     let mut candidates = vec![
         folder.join(format!("{name}.{RECORDING}")),
@@ -140,11 +141,21 @@ pub fn find_recording(path: &Path) -> Option<PathBuf> {
     })
 }
 
-/// Whether a folder holds exactly one XML file.
+/// Whether a folder holds exactly one scenario, be it in several files or formats.
 fn alone(folder: &Path) -> bool {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let xml = entries.filter(|e| e.path().extension().is_some_and(|x| x == "xml"));
-    xml.take(2).count() == 1
+    let paths = entries.map(|e| e.path());
+    let (protobuf, others): (Vec<_>, Vec<_>) =
+        paths.partition(|path| commonroad::is_protobuf_name(path));
+    let xml = others
+        .iter()
+        .filter(|path| path.extension().is_some_and(|x| x == "xml"));
+    let protobuf = commonroad::protobuf_scenarios(protobuf);
+    let names: HashSet<_> = xml
+        .chain(&protobuf)
+        .map(|path| commonroad::scenario_name(path))
+        .collect();
+    names.len() == 1
 }
 
 /// Reads a recorded ego from CSV `bytes`; `file` names it in errors.

@@ -85,13 +85,10 @@ impl Entry {
     /// An entry for one file, whatever it holds.
     #[must_use]
     pub fn of_file(path: &Path) -> Self {
-        let text = |s: Option<&std::ffi::OsStr>| {
-            s.map(|s| s.to_string_lossy().into_owned())
-                .unwrap_or_default()
-        };
+        let folder = path.parent().and_then(Path::file_name);
         Self {
-            name: commonroad::protobuf_name(path).unwrap_or_else(|| text(path.file_stem())),
-            group: text(path.parent().and_then(Path::file_name)),
+            name: commonroad::scenario_name(path),
+            group: folder.map_or_else(String::new, |f| f.to_string_lossy().into_owned()),
             place: Place::File(path.to_path_buf()),
         }
     }

@@ -66,7 +66,8 @@ pub(super) fn protobuf_scenarios(files: Vec<PathBuf>) -> Vec<PathBuf> {
     protobuf::scenarios(files)
 }
 
-/// The name of the scenario in a protobuf file, where it is not that of the file.
-pub(super) fn protobuf_name(path: &Path) -> Option<String> {
-    protobuf::scenario_name(path)
+/// What the scenario in a file is called: as the file without its ending, and without the `-SC` of 2024 protobuf.
+pub(super) fn scenario_name(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default();
+    protobuf::scenario_name(path).unwrap_or_else(|| stem.to_string_lossy().into_owned())
 }

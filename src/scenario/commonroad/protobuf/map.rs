@@ -1,6 +1,7 @@
 //! The map file of 2024: the road, and what stands beside it for good.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use super::header::{self, Map};
 use super::messages::{
@@ -205,10 +206,13 @@ impl Found {
 }
 
 fn keep_first<T>(r: &mut Report, at: &At<'_>, into: &mut HashMap<i64, T>, id: i64, value: T) {
-    if into.contains_key(&id) {
-        r.warn(at, format!("id {id} is used twice; the first one is meant"));
-    } else {
-        into.insert(id, value);
+    match into.entry(id) {
+        Entry::Vacant(place) => {
+            place.insert(value);
+        }
+        Entry::Occupied(_) => {
+            r.warn(at, format!("id {id} is used twice; the first one is meant"));
+        }
     }
 }
 

@@ -58,6 +58,9 @@ impl fmt::Display for At<'_> {
 /// No element of a scenario is larger, bytes; a decoded message can be fifty times as large as its bytes.
 const LARGEST_ELEMENT: usize = 16 << 20;
 
+/// So many fields lead to a fault that is named.
+const DEEPEST_PATH: usize = 6;
+
 /// The file that is read, and what was noted about it.
 pub(super) struct Report {
     pub file: String,
@@ -176,12 +179,11 @@ impl Report {
             return Err(self.fail(at, message));
         }
         let message = M::decode(bytes).map_err(|error| {
-            let error = error.to_string();
-            let cause = error
-                .split_once("message: ")
-                .map_or(&*error, |(_, cause)| cause);
-            let message = format!("damaged protobuf from byte {}: {cause}", field.offset);
-            self.fail(at, message)
+            let (path, cause) = inside(&error.to_string());
+            let mut error = self.fail(at, String::new());
+            error.element.push_str(&path);
+            error.message = format!("damaged protobuf after byte {}: {cause}", field.offset);
+            error
         })?;
         let known = message.encoded_len();
         if known < bytes.len() {
@@ -245,9 +247,52 @@ impl Report {
     }
 }
 
+/// The fields that lead to a fault inside a message, and the fault, of the text of an error.
+///
+/// The text has `Message.field` from the innermost to the outermost, and then what is wrong.
+fn inside(error: &str) -> (String, String) {
+    let mut rest = error
+        .split_once("message: ")
+        .map_or(error, |(_, rest)| rest);
+    let mut fields = Vec::new();
+    while let Some((step, after)) = rest.split_once(": ")
+        && let Some((_, field)) = step.split_once('.').filter(|_| !step.contains(' '))
+    {
+        fields.push(field);
+        rest = after;
+    }
+    let path = fields
+        .iter()
+        .rev()
+        .take(DEEPEST_PATH)
+        .map(|field| format!("/{field}"));
+    (path.collect(), rest.to_string())
+}
+
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_fault_inside_a_message_is_named_with_its_fields() {
+        use crate::scenario::commonroad::protobuf::messages::Lanelet;
+        // Lanelet 7, whose left border has a point whose x is cut off.
+        let bytes = [0x08, 0x07, 0x12, 0x04, 0x0a, 0x02, 0x09, 0x01];
+        let field = Field {
+            number: 4,
+            offset: 30,
+            value: Value::Bytes(&bytes),
+            missing: 0,
+        };
+        let mut report = Report::about("x.pb");
+        let root = At::root("");
+        let error = report.decode::<Lanelet>(&root.nth("lanelets", 3), &field);
+        assert_eq!(
+            error.unwrap_err().to_string(),
+            "x.pb: in lanelets[3]/left_bound/points/x: damaged protobuf after byte 30: buffer underflow"
+        );
+    }
 
     #[test]
     fn a_path_names_every_field_on_the_way() {

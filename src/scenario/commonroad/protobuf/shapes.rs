@@ -154,3 +154,83 @@ fn polygon(report: &Report, at: &At<'_>, message: &messages::Polygon) -> Result<
     }
     Ok(Shape::Polygon { vertices })
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use prost::Message;
+
+    use super::*;
+
+    fn read<B: BodyMessage>(body: &B) -> (Result<Option<Shape>, ReadError>, Vec<String>) {
+        let mut report = Report::about("x.pb");
+        let shape = body.shape(&mut report, &At::root("shape"));
+        let said = report.into_diagnostics();
+        (shape, said.iter().map(ToString::to_string).collect())
+    }
+
+    #[test]
+    fn a_body_of_2024_is_centred() {
+        let rectangle = messages::Rectangle {
+            length: Some(4.0),
+            width: Some(2.0),
+            ..Default::default()
+        };
+        let body = Body {
+            shape: Some(BodyShape::Rectangle(rectangle)),
+        };
+        let (shape, said) = read(&body);
+        assert_eq!(shape.unwrap(), Some(Shape::rectangle(4.0, 2.0)));
+        assert!(said.is_empty(), "{said:?}");
+        // The same bytes are a region of 2020a.
+        let region = Region::decode(body.encode_to_vec().as_slice()).unwrap();
+        assert_eq!(read(&region).0.unwrap(), Some(Shape::rectangle(4.0, 2.0)));
+    }
+
+    #[test]
+    fn shapes_that_cannot_be_held_are_named() {
+        for (truck, name) in [
+            (BodyShape::Truck(vec![0x0a, 0x00]), "shape/truck_shape"),
+            (
+                BodyShape::SemiTrailerTruck(Vec::new()),
+                "shape/semi_trailer_truck_shape",
+            ),
+        ] {
+            let (shape, said) = read(&Body { shape: Some(truck) });
+            assert_eq!(shape.unwrap(), None);
+            assert!(
+                said[0].starts_with(&format!("warning: {name}: ")),
+                "{said:?}"
+            );
+        }
+        let (shape, said) = read(&Region::default());
+        assert_eq!((shape.unwrap(), said.len()), (None, 1));
+    }
+
+    #[test]
+    fn a_ring_may_be_closed_and_has_a_corner_at_least_thrice() {
+        let corner = |x, y| messages::Point {
+            x: Some(x),
+            y: Some(y),
+            z: None,
+        };
+        let ring = [
+            corner(0.0, 0.0),
+            corner(1.0, 0.0),
+            corner(1.0, 1.0),
+            corner(0.0, 0.0),
+        ];
+        let region = |corners: &[messages::Point]| Region {
+            shape: Some(RegionShape::Polygon(messages::Polygon {
+                vertices: corners.to_vec(),
+            })),
+        };
+        let (closed, _) = read(&region(&ring));
+        let Some(Shape::Polygon { vertices }) = closed.unwrap() else {
+            panic!("not a polygon");
+        };
+        assert_eq!(vertices.len(), 3);
+        let (error, _) = read(&region(&ring[..2]));
+        assert!(error.unwrap_err().message.contains("2 corners"));
+    }
+}

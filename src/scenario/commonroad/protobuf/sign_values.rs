@@ -3,9 +3,9 @@
 use super::messages::MapSignElement;
 use super::report::{At, Report};
 use super::signs::{Sign2024, of_2024};
+use crate::scenario::SignElement;
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::commonroad::xml::short;
-use crate::scenario::{Severity, SignElement};
 
 /// What is on a post; `country` is that of the map.
 pub(super) fn elements(
@@ -37,9 +37,6 @@ pub(super) fn elements(
             id: id.to_string(),
             values: message.additional_values.clone(),
         });
-    }
-    if found.is_empty() {
-        r.note(Severity::Note, at, "a traffic sign that says nothing");
     }
     Ok(found)
 }

@@ -18,8 +18,7 @@ pub(super) fn state(
     state.position = position(report, at, message)?;
     for (number, value) in &message.quantities {
         let Some(field) = state_field(*number) else {
-            let message =
-                format!("the quantity of field {number} has no place here and was left out");
+            let message = format!("`{}` has no place here and was left out", unheld(*number));
             report.note(Severity::Note, at, message);
             continue;
         };
@@ -32,6 +31,15 @@ pub(super) fn state(
         }
     }
     Ok(state)
+}
+
+/// The name of a quantity without a [`StateField`]: no XML has it.
+fn unheld(number: u32) -> &'static str {
+    if number == 26 {
+        "front_wheel_angular_speed"
+    } else {
+        "rear_wheel_angular_speed"
+    }
 }
 
 fn position(

@@ -162,6 +162,15 @@ fn compose(
         environment = traffic.environment;
         parts = traffic.obstacles;
     }
+    for (i, _) in signs
+        .iter()
+        .enumerate()
+        .filter(|(_, s)| s.elements.is_empty())
+    {
+        let at = At::root("map");
+        let at = at.nth("traffic_signs", i);
+        r.note(Severity::Note, &at, "a traffic sign that says nothing");
+    }
     parts.extend(map.obstacles);
     let (mut tags, mut problems) = (Vec::new(), Vec::new());
     if let Some(tasks) = tasks {

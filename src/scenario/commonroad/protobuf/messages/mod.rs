@@ -16,8 +16,6 @@ mod shape;
 mod state;
 
 pub(super) use common::{FloatExactOrInterval, IntegerExactOrInterval, Point, TimeStamp};
-#[cfg(test)]
-pub(super) use common::{FloatInterval, IntegerInterval};
 pub(super) use information::{
     FileInformation, MapId, MapInformation, ScenarioInformation, ScenarioMetaInformation,
 };

@@ -107,6 +107,7 @@ pub struct SignalState {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 
