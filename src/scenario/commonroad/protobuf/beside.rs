@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use super::kind::{Head, Kind};
 
 /// How much of a file is looked at to see what it is, bytes: its information comes first.
-const BEGINNING: u64 = 64 << 10;
+const BEGINNING: u64 = 256 << 10;
 
 /// The ending of protobuf files.
 pub(super) const ENDING: &str = "pb";

@@ -5,6 +5,7 @@ mod dynamic;
 mod header;
 mod kind;
 mod map;
+mod map_elements;
 mod messages;
 mod obstacles;
 mod place;
@@ -69,7 +70,7 @@ fn check_size(file: &str, size: u64) -> Result<(), ReadError> {
     if size <= LARGEST_FILE {
         return Ok(());
     }
-    let (size, largest) = (size >> 20, LARGEST_FILE >> 20);
+    let (size, largest) = (size.div_ceil(1 << 20), LARGEST_FILE >> 20);
     let message =
         format!("{size} MiB are more than a scenario needs, at most {largest} MiB are read");
     Err(fail(file, &message))

@@ -68,7 +68,7 @@ pub(super) fn environment(
     (found != Environment::default()).then_some(found)
 }
 
-/// The day of a file, as XML has it; the hour is of no use to anybody.
+/// The day a file was written, as XML has it, which knows no hours.
 pub(super) fn day(date: &TimeStamp) -> Option<String> {
     let (year, month, day) = (date.year?, date.month?, date.day?);
     Some(format!("{year:04}-{month:02}-{day:02}"))

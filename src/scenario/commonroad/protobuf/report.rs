@@ -56,7 +56,7 @@ impl fmt::Display for At<'_> {
 }
 
 /// No element of a scenario is larger, bytes; a decoded message can be fifty times as large as its bytes.
-const LARGEST_ELEMENT: usize = 16 << 20;
+const LARGEST_ELEMENT: usize = 8 << 20;
 
 /// So many fields lead to a fault that is named.
 const DEEPEST_PATH: usize = 6;
@@ -172,7 +172,7 @@ impl Report {
         if bytes.len() > LARGEST_ELEMENT {
             let message = format!(
                 "{} MiB at byte {} are more than an element can have, at most {} MiB are read",
-                bytes.len() >> 20,
+                bytes.len().div_ceil(1 << 20),
                 field.offset,
                 LARGEST_ELEMENT >> 20
             );

@@ -9,8 +9,8 @@ use crate::scenario::commonroad::ReadError;
 /// Groups inside groups, deeper than any file needs.
 const DEEPEST_GROUP: usize = 4;
 
-/// More corners than this are no shape: what cuts a polygon into triangles takes their square in time.
-const MOST_CORNERS: usize = 10_000;
+/// No body has more corners: what prepares a polygon to be measured takes their square in time.
+const MOST_CORNERS: usize = 1_000;
 
 /// A message that describes the body of an obstacle, in the obstacle's own frame.
 pub(super) trait BodyMessage:
@@ -51,8 +51,22 @@ pub(super) fn footprint<B: BodyMessage>(
     let Some(shape) = body.shape(report, at)? else {
         return Ok(None);
     };
+    let corners = corners(&shape);
+    if corners > MOST_CORNERS {
+        let message = format!("a body of {corners} corners, at most {MOST_CORNERS} are read");
+        return Err(report.fail(at, message));
+    }
     let made = Footprint::new(shape);
     made.map(Some).map_err(|e| report.fail(at, e.to_string()))
+}
+
+/// Corners of the polygons in a shape.
+fn corners(shape: &Shape) -> usize {
+    match shape {
+        Shape::Polygon { vertices } => vertices.len(),
+        Shape::Group(members) => members.iter().map(corners).sum(),
+        Shape::Rectangle { .. } | Shape::Circle { .. } => 0,
+    }
 }
 
 /// A region of the world, or a body of 2020a; nothing, with a diagnostic, where there is no shape in it.
@@ -140,11 +154,6 @@ fn center(
 }
 
 fn polygon(report: &Report, at: &At<'_>, message: &messages::Polygon) -> Result<Shape, ReadError> {
-    let corners = message.vertices.len();
-    if corners > MOST_CORNERS {
-        let message = format!("a polygon of {corners} corners, at most {MOST_CORNERS} are read");
-        return Err(report.fail(at, message));
-    }
     let vertices = message.vertices.iter().enumerate();
     let vertices = vertices.map(|(i, v)| point(report, &at.nth("vertices", i), v));
     let mut vertices = vertices.collect::<Result<Vec<_>, _>>()?;
