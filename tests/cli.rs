@@ -7,12 +7,16 @@ mod ask;
 mod convert;
 #[path = "cli/egos.rs"]
 mod egos;
+#[path = "protobuf/encode.rs"]
+mod encode;
 #[path = "cli/hostile.rs"]
 mod hostile;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
 #[path = "cli/prompts.rs"]
 mod prompts;
+#[path = "cli/protobuf.rs"]
+mod protobuf;
 #[path = "cli/reading.rs"]
 mod reading;
 #[path = "cli/remote.rs"]

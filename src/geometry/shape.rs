@@ -80,6 +80,12 @@ pub enum ShapeError {
     /// The corners of a polygon lie on one line or on one point.
     #[error("the corners of the polygon lie on one line, so it encloses nothing")]
     Flat,
+    /// A polygon has more corners than can be prepared in reasonable time.
+    #[error("a polygon of {count} corners, at most {MOST_CORNERS} are measured")]
+    TooManyCorners {
+        /// How many there are.
+        count: usize,
+    },
     /// A group has no members.
     #[error("a shape group without shapes")]
     EmptyGroup,
@@ -94,6 +100,9 @@ pub(super) fn positive(what: &'static str, value: f64) -> Result<(), ShapeError>
         Err(ShapeError::NotPositive { what, value })
     }
 }
+
+/// What prepares a polygon for measuring takes their square in time.
+const MOST_CORNERS: usize = 1000;
 
 /// Thinner than this, in parts of its length, points count as lying on a line.
 const FLAT: f64 = 1e-9;
@@ -127,6 +136,22 @@ impl Shape {
             center: Point::origin(),
             orientation: 0.0,
             origin_x_shift: 0.0,
+        }
+    }
+
+    /// Several shapes as one, those of groups one by one; nothing for none.
+    #[must_use]
+    pub fn union(shapes: Vec<Self>) -> Option<Self> {
+        let mut members = Vec::with_capacity(shapes.len());
+        for shape in shapes {
+            match shape {
+                Self::Group(inner) => members.extend(inner),
+                other => members.push(other),
+            }
+        }
+        match members.len() {
+            0 | 1 => members.pop(),
+            _ => Some(Self::Group(members)),
         }
     }
 
@@ -177,6 +202,11 @@ impl Shape {
             Self::Polygon { vertices } if vertices.len() < 3 => Err(ShapeError::TooFewCorners {
                 count: vertices.len(),
             }),
+            Self::Polygon { vertices } if vertices.len() > MOST_CORNERS => {
+                Err(ShapeError::TooManyCorners {
+                    count: vertices.len(),
+                })
+            }
             Self::Polygon { vertices } if is_flat(vertices) => Err(ShapeError::Flat),
             Self::Polygon { .. } => Ok(()),
             Self::Truck(truck) => truck.check(),

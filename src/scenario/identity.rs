@@ -14,6 +14,14 @@ impl ContentHash {
     pub fn of(bytes: &[u8]) -> Self {
         Self(Sha256::digest(bytes).into())
     }
+
+    /// The hash of parts one after the other.
+    #[must_use]
+    pub fn of_parts<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> Self {
+        let mut hasher = Sha256::new();
+        parts.into_iter().for_each(|part| hasher.update(part));
+        Self(hasher.finalize().into())
+    }
 }
 
 impl fmt::Display for ContentHash {
@@ -36,5 +44,11 @@ mod tests {
     fn prints_the_known_hash_of_nothing() {
         let text = ContentHash::of(b"").to_string();
         assert!(text.starts_with("e3b0c44298fc1c14") && text.len() == 64);
+    }
+
+    #[test]
+    fn parts_have_the_hash_of_the_whole() {
+        let parts: [&[u8]; 3] = [b"ma", b"", b"p"];
+        assert_eq!(ContentHash::of_parts(parts), ContentHash::of(b"map"));
     }
 }

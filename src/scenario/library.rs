@@ -19,7 +19,7 @@ pub enum Place {
 /// A scenario that can be opened.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Entry {
-    /// What people call it: the file's name without its ending.
+    /// What people call it: the file's name without its ending, and without the `-SC` of 2024 protobuf.
     pub name: String,
     /// The folder it is in, as far as it tells entries apart; may be empty.
     pub group: String,
@@ -40,7 +40,7 @@ pub enum LibraryError {
     },
     /// There is no scenario below a path.
     #[error(
-        "{0}: no CommonRoad scenario (a .xml file with a <commonRoad> root) in this folder or below"
+        "{0}: no CommonRoad scenario (a .xml file with a <commonRoad> root, or a .pb file) in this folder or below"
     )]
     Nothing(PathBuf),
 }
@@ -85,13 +85,10 @@ impl Entry {
     /// An entry for one file, whatever it holds.
     #[must_use]
     pub fn of_file(path: &Path) -> Self {
-        let text = |s: Option<&std::ffi::OsStr>| {
-            s.map(|s| s.to_string_lossy().into_owned())
-                .unwrap_or_default()
-        };
+        let folder = path.parent().and_then(Path::file_name);
         Self {
-            name: text(path.file_stem()),
-            group: text(path.parent().and_then(Path::file_name)),
+            name: commonroad::scenario_name(path),
+            group: folder.map_or_else(String::new, |f| f.to_string_lossy().into_owned()),
             place: Place::File(path.to_path_buf()),
         }
     }
@@ -151,6 +148,8 @@ impl Entry {
 
 /// The scenarios at `paths`: files as they are, folders searched to the bottom, each file once.
 ///
+/// A scenario that is several files in a folder (2024 protobuf) is there once, with the file that needs the others.
+///
 /// In a folder laid out like the repository of "From Words to Collisions" (with `Scenarios` and
 /// `Results`), the scenarios are those below `Scenarios`.
 ///
@@ -189,6 +188,7 @@ pub fn find(paths: &[PathBuf]) -> Result<Vec<Entry>, LibraryError> {
 const DEEPEST: usize = 32;
 
 fn search(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    let mut protobuf = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         if path.is_dir() {
@@ -201,8 +201,11 @@ fn search(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> std::io::Res
             }
         } else if path.extension().is_some_and(|x| x == "xml") && is_scenario(&path) {
             found.push(path);
+        } else if commonroad::is_protobuf_name(&path) {
+            protobuf.push(path);
         }
     }
+    found.extend(commonroad::protobuf_scenarios(protobuf));
     Ok(())
 }
 

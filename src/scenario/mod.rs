@@ -57,7 +57,7 @@ pub struct Scenario {
     pub planning_problems: Vec<PlanningProblem>,
     /// What was assumed or skipped while reading.
     pub diagnostics: Vec<Diagnostic>,
-    /// Hash of the bytes it was read from.
+    /// Hash of the bytes it was read from; of several files, of one after the other.
     pub hash: ContentHash,
 }
 
@@ -122,12 +122,25 @@ pub struct Environment {
 pub struct Diagnostic {
     /// How much it matters.
     pub severity: Severity,
-    /// Line in the file, from 1.
+    /// Line in the file, from 1; 0 where the file has no lines.
     pub line: usize,
-    /// The element, as a path.
+    /// The element, or in protobuf the field, as a path; may be empty.
     pub element: String,
     /// What was found and what was assumed.
     pub message: String,
+}
+
+impl std::fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: ", self.severity)?;
+        match (self.line, self.element.as_str()) {
+            (0, "") => {}
+            (0, field) => write!(f, "{field}: ")?,
+            (line, "") => write!(f, "line {line}: ")?,
+            (line, element) => write!(f, "line {line}: <{element}>: ")?,
+        }
+        f.write_str(&self.message)
+    }
 }
 
 /// How much a diagnostic matters.
@@ -146,20 +159,6 @@ impl std::fmt::Display for Severity {
             Self::Note => "note",
             Self::Warning => "warning",
         })
-    }
-}
-
-impl std::fmt::Display for Diagnostic {
-    /// Severity, line and element where there are any, and what it is about.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: ", self.severity)?;
-        if self.line > 0 {
-            write!(f, "line {}: ", self.line)?;
-        }
-        if !self.element.is_empty() {
-            write!(f, "<{}>: ", self.element)?;
-        }
-        f.write_str(&self.message)
     }
 }
 

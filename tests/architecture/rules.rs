@@ -50,11 +50,12 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
 }
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
-const HOMES: [(&str, &[&str]); 7] = [
+const HOMES: [(&str, &[&str]); 8] = [
     ("ratatui", &["tui/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
     ("quick_xml", &["scenario/commonroad/"]),
+    ("prost", &["scenario/commonroad/protobuf/"]),
     ("rusqlite", &["store/"]),
     ("minijinja", &["prompts/"]),
     ("parry", &["geometry/"]),

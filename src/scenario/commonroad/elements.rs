@@ -108,18 +108,10 @@ pub(super) fn shape<'a>(
             "no shape in it; it covers nothing".into(),
         );
     }
-    Ok(joined(shapes))
+    Ok(Shape::union(shapes))
 }
 
-/// Several shapes as one.
-pub(super) fn joined(mut shapes: Vec<Shape>) -> Option<Shape> {
-    match shapes.len() {
-        0 | 1 => shapes.pop(),
-        _ => Some(Shape::Group(shapes)),
-    }
-}
-
-/// The footprint of an obstacle; one that encloses nothing is an error of the file.
+/// The footprint of an obstacle; one that cannot be measured is left out.
 pub(super) fn footprint<'a>(
     xml: &mut Xml<'a>,
     element: Element<'a>,
@@ -128,8 +120,14 @@ pub(super) fn footprint<'a>(
         return Ok(None);
     };
     let made = Footprint::new(shape);
-    made.map(Some)
-        .map_err(|e| xml.fail_in(element, e.to_string()))
+    if let Err(error) = &made {
+        xml.note(
+            Severity::Warning,
+            element,
+            format!("{error}; it was left out"),
+        );
+    }
+    Ok(made.ok())
 }
 
 /// Appends the shapes inside the innermost open element, those of groups one by one.

@@ -2,15 +2,15 @@
 
 /// Why a file is not a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{file}{}{}: {message}", place(*line, *column), inside(element))]
+#[error("{file}{}{}: {message}", place(*line, *column), inside(*line, element))]
 pub struct ReadError {
     /// Which file.
     pub file: String,
-    /// Line from 1; 0 where the file could not be read at all.
+    /// Line from 1; 0 where the file has no lines or could not be read at all.
     pub line: usize,
     /// Column in characters from 1.
     pub column: usize,
-    /// The element, as a path from the root; may be empty.
+    /// The element, or in protobuf the field, as a path from the root; may be empty.
     pub element: String,
     /// What was found and what is expected.
     pub message: String,
@@ -24,11 +24,11 @@ fn place(line: usize, column: usize) -> String {
     }
 }
 
-fn inside(element: &str) -> String {
-    if element.is_empty() {
-        String::new()
-    } else {
-        format!(": in <{element}>")
+fn inside(line: usize, element: &str) -> String {
+    match (line, element) {
+        (_, "") => String::new(),
+        (0, field) => format!(": in {field}"),
+        (_, element) => format!(": in <{element}>"),
     }
 }
 

@@ -1,4 +1,4 @@
-//! CommonRoad files: XML in and out, with line numbers for everything that is wrong.
+//! CommonRoad files: XML in and out, protobuf in, with the place of everything that is wrong.
 
 mod conform;
 mod elements;
@@ -7,6 +7,7 @@ mod location;
 mod obstacles;
 mod out;
 mod planning;
+mod protobuf;
 mod reader;
 mod references;
 mod road;
@@ -21,7 +22,7 @@ mod trucks;
 mod writer;
 mod xml;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use conform::{Conformed, conform};
 pub use error::ReadError;
@@ -35,20 +36,51 @@ pub use writer::{WriteError, write};
 
 use super::Scenario;
 
-/// Reads a CommonRoad XML scenario from `bytes`; `file` names it in errors.
+/// Reads a CommonRoad scenario, XML or protobuf, from `bytes`; `file` names it in errors.
+///
+/// What it is, is told from its beginning, and from the ending `.pb` of its name where that is damaged.
 ///
 /// # Errors
-/// What is not a scenario: with line, column, element and what was expected there.
+/// What is not a scenario: with line, column, element and what was expected there. A dynamic or scenario file of
+/// the 2024 protobuf format, which is a scenario only with others beside it: use [`read_file`].
 pub fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
-    reader::scenario(bytes, file)
+    dispatch(bytes, file, None)
 }
 
-/// Reads a CommonRoad XML scenario from a file.
+/// Reads a CommonRoad scenario, XML or protobuf, from a file.
+///
+/// For a scenario file of the 2024 protobuf format the map and the dynamic file are read too, for a dynamic file
+/// the map: from the same folder, by the ids in them and by their names. The hash is that of the bytes of map,
+/// dynamic and scenario file one after the other.
 ///
 /// # Errors
-/// The file cannot be read, or see [`read`].
+/// The file or one that it needs cannot be read, or see [`read`].
 pub fn read_file(path: &Path) -> Result<Scenario, ReadError> {
     let file = path.display().to_string();
     let bytes = std::fs::read(path).map_err(|e| ReadError::io(&file, &e))?;
-    read(&bytes, &file)
+    dispatch(&bytes, &file, Some(path))
+}
+
+fn dispatch(bytes: &[u8], file: &str, path: Option<&Path>) -> Result<Scenario, ReadError> {
+    if protobuf::is_meant(bytes, file) {
+        protobuf::read(bytes, file, path)
+    } else {
+        reader::scenario(bytes, file)
+    }
+}
+
+/// Whether a file's name is that of a protobuf file.
+pub(super) fn is_protobuf_name(path: &Path) -> bool {
+    protobuf::is_protobuf_name(path)
+}
+
+/// The protobuf files among those of one folder that are scenarios, and not part of one of the others.
+pub(super) fn protobuf_scenarios(files: Vec<PathBuf>) -> Vec<PathBuf> {
+    protobuf::scenarios(files)
+}
+
+/// What the scenario in a file is called: as the file without its ending, and without the `-SC` of 2024 protobuf.
+pub(super) fn scenario_name(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default();
+    protobuf::scenario_name(path).unwrap_or_else(|| stem.to_string_lossy().into_owned())
 }

@@ -1,12 +1,13 @@
 //! States: time, position and quantities, exact or as intervals.
 
-use super::elements::{joined, point, push_shape, reference};
+use super::elements::{point, push_shape, reference};
 use super::error::ReadError;
 use super::xml::{Element, Xml};
+use crate::geometry::Shape;
 use crate::scenario::{Position, Quantity, Severity, State, StateField, Steps};
 
 /// Time steps beyond this are a mistake in the file.
-const LATEST: i64 = 1_000_000_000;
+pub(super) const LATEST: i64 = 1_000_000_000;
 
 /// A state; `initial` gives the time 0 to one that says none.
 pub(super) fn state<'a>(
@@ -125,7 +126,7 @@ pub(super) fn position<'a>(
         let message = "a point, shapes and lanelets do not go together; the first of these counts";
         xml.note(Severity::Warning, element, message.into());
     }
-    Ok(match (here, joined(shapes), lanelets.is_empty()) {
+    Ok(match (here, Shape::union(shapes), lanelets.is_empty()) {
         (Some(here), ..) => Some(Position::Point(here)),
         (None, Some(region), _) => Some(Position::Region(region)),
         (None, None, false) => Some(Position::Lanelets(lanelets)),

@@ -37,7 +37,7 @@ pub(super) struct Xml<'a> {
 pub(super) const LARGEST: f64 = 1e15;
 
 /// More diagnostics than this say nothing new.
-const MOST_DIAGNOSTICS: usize = 500;
+pub(super) const MOST_DIAGNOSTICS: usize = 500;
 
 impl<'a> Xml<'a> {
     /// # Errors

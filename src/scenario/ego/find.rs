@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::super::commonroad;
 use super::super::library::is_scenario;
 
 const RECORDING: &str = "ego_trajectory.csv";
@@ -17,7 +18,7 @@ const LOG: &str = "logs.csv";
 /// is named after it, `solution_KS2_SM1_NAME_2020a.xml`, if there is exactly one.
 #[must_use]
 pub fn find_recording(path: &Path) -> Option<PathBuf> {
-    let name = path.file_stem()?.to_str()?;
+    let name = &commonroad::scenario_name(path);
     let folder = path.parent()?;
     let mut candidates = vec![
         folder.join(format!("{name}.{RECORDING}")),
@@ -54,13 +55,21 @@ pub fn find_recording(path: &Path) -> Option<PathBuf> {
         .or_else(|| solution(folder, name))
 }
 
-/// Whether a folder holds exactly one scenario.
+/// Whether a folder holds exactly one scenario, be it in several files or formats.
 fn alone(folder: &Path) -> bool {
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let xml = files
-        .map(|e| e.path())
-        .filter(|p| p.extension().is_some_and(|x| x == "xml"));
-    xml.filter(|p| is_scenario(p)).take(2).count() == 1
+    let paths = files.map(|e| e.path());
+    let (protobuf, others): (Vec<_>, Vec<_>) =
+        paths.partition(|path| commonroad::is_protobuf_name(path));
+    let xml = others
+        .into_iter()
+        .filter(|p| p.extension().is_some_and(|x| x == "xml") && is_scenario(p));
+    // A folder of thousands is not looked at further than to its second scenario.
+    let mut names = xml
+        .chain(commonroad::protobuf_scenarios(protobuf))
+        .map(|path| commonroad::scenario_name(&path));
+    let mut first = None;
+    names.all(|name| *first.get_or_insert_with(|| name.clone()) == name) && first.is_some()
 }
 
 /// The one solution in a folder that is named after a scenario.

@@ -1,0 +1,90 @@
+//! CommonRoad files in protobuf: the single message of 2020a, and the map, dynamic and scenario files of 2024.
+
+mod beside;
+mod dynamic;
+mod header;
+mod kind;
+mod map;
+mod map_elements;
+mod messages;
+mod obstacles;
+mod place;
+mod planning;
+mod references;
+mod report;
+mod road;
+mod shapes;
+mod sign_values;
+mod signs;
+mod single;
+mod states;
+mod tasks;
+mod triple;
+mod trucks;
+mod values;
+mod wire;
+mod words;
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use beside::Folder;
+use kind::{Head, Kind};
+use report::{At, Report};
+
+pub(super) use beside::{is_protobuf_name, scenario_name};
+
+use super::ReadError;
+use crate::scenario::Scenario;
+
+/// Larger files are not read, bytes.
+const LARGEST_FILE: u64 = 128 << 20;
+
+/// Whether a file is protobuf: its beginning is a message's, or it has the name of one and is no XML.
+pub(super) fn is_meant(bytes: &[u8], file: &str) -> bool {
+    let markup = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let markup = markup.trim_ascii_start().starts_with(b"<");
+    Head::of(bytes).is_some() || !markup && is_protobuf_name(Path::new(file))
+}
+
+/// Reads a scenario; `path` is where the other files of a scenario of 2024 are looked for.
+pub(super) fn read(bytes: &[u8], file: &str, path: Option<&Path>) -> Result<Scenario, ReadError> {
+    check_size(file, bytes.len() as u64)?;
+    match Head::of(bytes) {
+        Some(Head {
+            kind: Kind::Single, ..
+        }) => single::read(bytes, file),
+        Some(head) => triple::read(bytes, file, &head, path),
+        None if bytes.is_empty() => Err(fail(file, "it is empty")),
+        None => Err(fail(
+            file,
+            "it is no protobuf message of CommonRoad, or damaged at its beginning: the information of a scenario or a map is expected there as field 1",
+        )),
+    }
+}
+
+fn fail(file: &str, message: &str) -> ReadError {
+    Report::about(file).fail(&At::root(""), message)
+}
+
+fn check_size(file: &str, size: u64) -> Result<(), ReadError> {
+    if size <= LARGEST_FILE {
+        return Ok(());
+    }
+    let (size, largest) = (size.div_ceil(1 << 20), LARGEST_FILE >> 20);
+    let message =
+        format!("{size} MiB are more than a scenario needs, at most {largest} MiB are read");
+    Err(fail(file, &message))
+}
+
+/// Those of the protobuf files in one folder that are scenarios, in the order given: not those that are part of another one.
+pub(super) fn scenarios(files: Vec<PathBuf>) -> Vec<PathBuf> {
+    let Some(mut folder) = files.first().map(|file| Folder::around(file)) else {
+        return files;
+    };
+    let parts = files.iter().flat_map(|file| folder.parts_of(file));
+    let parts: HashSet<PathBuf> = parts.flatten().collect();
+    let mut files = files;
+    files.retain(|file| folder.head(file).is_some() && !parts.contains(file));
+    files
+}

@@ -1,0 +1,175 @@
+//! The fields of a message one after the other, before it is known which message it is, and where it is cut off.
+
+use prost::encoding::{WireType, decode_key, decode_varint};
+
+/// One field as it stands in the bytes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Field<'a> {
+    /// Its number in the schema.
+    pub number: u32,
+    /// Where it begins, bytes from 0.
+    pub offset: usize,
+    pub value: Value<'a>,
+    /// How many bytes of it lie beyond the end; 0 for a whole field.
+    pub missing: u64,
+}
+
+/// What a field holds, as far as the bytes alone tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Value<'a> {
+    Varint(u64),
+    Fixed64(f64),
+    Fixed32,
+    /// Text, bytes or a message.
+    Bytes(&'a [u8]),
+}
+
+/// Bytes that are no field, and where.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct NoField {
+    pub offset: usize,
+    /// Whether they are the beginning of one that the end cuts off.
+    pub cut: bool,
+}
+
+/// The fields of a message. Ends after what is no field, and after a field that is cut off.
+#[derive(Clone)]
+pub(super) struct Fields<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Fields<'a> {
+    pub fn of(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0 }
+    }
+
+    fn field(&mut self) -> Result<Field<'a>, NoField> {
+        let offset = self.at;
+        let mut rest = &self.bytes[offset..];
+        let end = self.bytes.len();
+        let fault = |rest: &[u8]| NoField {
+            offset,
+            // A number ends with the first byte below 128.
+            cut: rest.iter().all(|b| *b >= 128),
+        };
+        let whole = rest;
+        let (number, wire) = decode_key(&mut rest).map_err(|_| fault(whole))?;
+        let mut missing = 0;
+        let value = match wire {
+            WireType::Varint => {
+                let digits = rest;
+                Value::Varint(decode_varint(&mut rest).map_err(|_| fault(digits))?)
+            }
+            WireType::SixtyFourBit => {
+                let (eight, after) = rest
+                    .split_first_chunk()
+                    .ok_or(NoField { offset, cut: true })?;
+                rest = after;
+                Value::Fixed64(f64::from_le_bytes(*eight))
+            }
+            WireType::ThirtyTwoBit => {
+                let (_, after) = rest
+                    .split_at_checked(4)
+                    .ok_or(NoField { offset, cut: true })?;
+                rest = after;
+                Value::Fixed32
+            }
+            WireType::LengthDelimited => {
+                let digits = rest;
+                let length = decode_varint(&mut rest).map_err(|_| fault(digits))?;
+                let there = usize::try_from(length).map_or(rest.len(), |l| l.min(rest.len()));
+                missing = length - there as u64;
+                let (value, after) = rest.split_at(there);
+                rest = after;
+                Value::Bytes(value)
+            }
+            // Groups are in no schema of CommonRoad.
+            WireType::StartGroup | WireType::EndGroup => {
+                return Err(NoField { offset, cut: false });
+            }
+        };
+        self.at = end - rest.len();
+        Ok(Field {
+            number,
+            offset,
+            value,
+            missing,
+        })
+    }
+}
+
+impl<'a> Iterator for Fields<'a> {
+    type Item = Result<Field<'a>, NoField>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.at >= self.bytes.len() {
+            return None;
+        }
+        let field = self.field();
+        if field.is_err() {
+            self.at = self.bytes.len();
+        }
+        Some(field)
+    }
+}
+
+/// The first field with a number, as far as the bytes are fields.
+pub(super) fn first<'a>(bytes: &'a [u8], number: u32) -> Option<Value<'a>> {
+    let mut fields = Fields::of(bytes).map_while(Result::ok);
+    fields.find(|f| f.number == number).map(|f| f.value)
+}
+
+impl<'a> Value<'a> {
+    /// The bytes of text, bytes or a message.
+    pub fn bytes(self) -> Option<&'a [u8]> {
+        match self {
+            Self::Bytes(bytes) => Some(bytes),
+            _ => None,
+        }
+    }
+
+    pub fn text(self) -> Option<&'a str> {
+        self.bytes().and_then(|b| std::str::from_utf8(b).ok())
+    }
+
+    pub fn varint(self) -> Option<u64> {
+        match self {
+            Self::Varint(value) => Some(value),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_with_their_places() {
+        let bytes = [0x08, 0x96, 0x01, 0x12, 0x02, b'h', b'i'];
+        let fields: Vec<_> = Fields::of(&bytes).map(Result::unwrap).collect();
+        assert_eq!((fields[0].number, fields[0].offset), (1, 0));
+        assert_eq!(fields[0].value, Value::Varint(150));
+        assert_eq!((fields[1].number, fields[1].offset), (2, 3));
+        assert_eq!(first(&bytes, 2).and_then(Value::text), Some("hi"));
+    }
+
+    #[test]
+    fn ends_that_are_cut_off_and_bytes_that_are_no_field() {
+        let cut = Fields::of(&[0x12, 0x05, b'h']).next().unwrap().unwrap();
+        assert_eq!((cut.missing, cut.value), (4, Value::Bytes(b"h")));
+        let broken = |bytes: &[u8]| Fields::of(bytes).next().unwrap().unwrap_err();
+        assert!(broken(&[0x09, 1, 2]).cut, "a double needs eight bytes");
+        assert!(broken(&[0x08, 0x80]).cut, "a number without its last byte");
+        assert!(!broken(&[0x0b]).cut, "a group");
+        assert!(!broken(&[0x07]).cut, "no such type");
+        assert!(!broken(&[0x00]).cut, "field 0");
+        let longest = [
+            0x12, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01,
+        ];
+        let field = Fields::of(&longest).next().unwrap().unwrap();
+        assert_eq!(field.missing, u64::MAX);
+    }
+}
