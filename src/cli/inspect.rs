@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::{Failure, Outcome, open, output};
+use super::{Failure, Outcome, open, output, routes};
 use crate::geometry::{Point, Shape};
 use crate::scenario::{
     Adjacent, Entry, Goal, Lanelet, Obstacle, Prediction, Quantity, Scenario, State, benchmark_id,
@@ -91,6 +91,7 @@ fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
         duration = last as f64 * header.time_step_size,
         problems = scenario.planning_problems.len(),
     );
+    text.push_str(&routes::summary(scenario));
     if scenario.diagnostics.is_empty() {
         text.push_str("  diagnostics none\n");
     }
@@ -128,6 +129,7 @@ fn document(scenario: &Scenario) -> Value {
             "initial": initial_state(&p.initial),
             "goals": p.goals.iter().map(goal).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
+        "routes": routes::document(scenario),
         "diagnostics": scenario.diagnostics,
     })
 }

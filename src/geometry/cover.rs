@@ -32,6 +32,14 @@ impl Placed<'_> {
         }
     }
 
+    /// Whether `p` is inside the body or on its border.
+    #[must_use]
+    pub fn holds(&self, p: &Point) -> bool {
+        let at = convert::point(p);
+        let body = &self.footprint.collider;
+        body.contains_point(&convert::pose(&self.pose), at)
+    }
+
     /// Whether the line from `from` to `to` runs deeper than `slack` metres inside the body.
     pub(super) fn is_cut_by(&self, from: &Point, to: &Point, slack: f64) -> bool {
         match self.footprint.shape() {
