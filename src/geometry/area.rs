@@ -25,7 +25,7 @@ pub struct Area {
 
 type Contour = Vec<[f64; 2]>;
 
-/// The parts of something that are not on an area.
+/// The parts of something that are not on an area. Of what is not on the Earth, there are no parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outside {
     /// The parts, as rings (not closed); a disc counts as the polygon of its outline.
@@ -52,7 +52,6 @@ impl Area {
     /// and leaves straight outer borders where they are.
     #[must_use]
     pub fn union<'a>(rings: impl IntoIterator<Item = &'a [Point]>, gap: f64) -> Self {
-        let on_earth = |p: &Point| p.x.abs() <= FARTHEST && p.y.abs() <= FARTHEST;
         let rings = rings.into_iter().filter(|r| r.iter().all(on_earth));
         let mut origin = None;
         let mut parts: Vec<Contour> = Vec::new();
@@ -145,6 +144,14 @@ impl Area {
         if self.covers(body) {
             return None;
         }
+        if !on_earth(&body.pose.position) {
+            return Some(Outside {
+                pieces: Vec::new(),
+                size: 0.0,
+                farthest: body.pose.position,
+                distance: FARTHEST,
+            });
+        }
         let rings = body.outlines().into_iter();
         let rings: Vec<Contour> = rings
             .map(|ring| ring.iter().map(|p| local(&self.origin, p)).collect())
@@ -171,6 +178,10 @@ impl Area {
         let points = contour.iter().map(|c| self.origin + Vector::from(*c));
         points.collect()
     }
+}
+
+fn on_earth(p: &Point) -> bool {
+    p.x.abs() <= FARTHEST && p.y.abs() <= FARTHEST
 }
 
 fn local(origin: &Point, p: &Point) -> [f64; 2] {
