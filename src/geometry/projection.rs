@@ -62,8 +62,13 @@ impl ReferencePath {
         };
         let mut search = Search::default();
         for place in self.spans_within(&window) {
-            let [from, to] = [window.start, window.end].map(|s| self.parameter(place, s));
-            if let Some(u) = self.spans[place].foot(&local, from, to) {
+            let span = &self.spans[place];
+            if span.distance_to_chord(&local) - span.sagitta > search.reach() {
+                continue;
+            }
+            let from = self.parameter(place, window.start, 0.0);
+            let to = self.parameter(place, window.end, 1.0);
+            if let Some(u) = span.foot(&local, from, to) {
                 search.try_foot(self, place, u, &local);
             }
         }
@@ -92,10 +97,14 @@ impl ReferencePath {
         from.saturating_sub(1)..to.min(self.spans.len())
     }
 
-    /// The parameter of a span at arc length `s`, or of its nearer end.
-    fn parameter(&self, place: usize, s: f64) -> f64 {
+    /// The parameter of a span at arc length `s`; `end` where `s` is not inside it.
+    fn parameter(&self, place: usize, s: f64, end: f64) -> f64 {
         let (from, to) = (self.arc[place], self.arc[place + 1]);
-        self.spans[place].parameter_at((s - from).clamp(0.0, to - from), to - from)
+        if s > from && s < to {
+            self.spans[place].parameter_at(s - from, to - from)
+        } else {
+            end
+        }
     }
 
     /// Coordinates along the straight line beyond an end.

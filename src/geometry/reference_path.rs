@@ -83,7 +83,7 @@ impl ReferencePath {
     pub fn new(points: impl IntoIterator<Item = Point>) -> Result<Self, ReferencePathError> {
         let line = Polyline::new(points).ok_or(ReferencePathError::NoLength)?;
         let length = line.length();
-        if !(length <= f64::from(MOST_SPANS)) {
+        if !length.is_finite() || length > f64::from(MOST_SPANS) {
             return Err(ReferencePathError::TooLong { length });
         }
         let mut best: Option<Self> = None;

@@ -2,7 +2,8 @@
 //!
 //! Source: de Boor, A Practical Guide to Splines, 1978.
 
-use super::Vector;
+use super::polyline::distance_to_segment;
+use super::{Point, Vector};
 
 /// Weights of the six control points of a span, one row a power of the parameter, times 120.
 const BASIS: [[f64; 6]; 6] = [
@@ -167,6 +168,12 @@ impl Span {
             (low, before) = (high, after);
         }
         best
+    }
+
+    /// Distance from `p` to the chord of the piece, metres.
+    pub fn distance_to_chord(&self, p: &Vector) -> f64 {
+        let ends = [self.at(0.0), self.at(1.0)].map(Point::from);
+        distance_to_segment(&Point::from(*p), &ends[0], &ends[1])
     }
 
     /// The zero of the distance's slope between `low` (falling) and `high` (rising).

@@ -63,7 +63,8 @@ pub(super) struct Node {
 /// The lanes that a road user may drive, and how they are connected.
 ///
 /// Lane changes lead to neighbours that may be driven the same way. The cost of a way is the length of
-/// the lanelets that it drives to their ends, and [`LANE_CHANGE`] for each lane change.
+/// the lanelets that it drives to their ends, and 30 m for each lane change, more on short lanelets.
+/// Markings are not asked: whether a line may be crossed is a rule of the road, not of the map.
 #[derive(Debug, Clone)]
 pub struct LaneGraph<'a> {
     pub(super) network: &'a LaneletNetwork,
