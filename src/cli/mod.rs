@@ -9,6 +9,7 @@ mod metrics;
 mod open;
 mod output;
 mod prompt;
+mod routes;
 mod verdicts;
 
 pub use verdicts::{has_terminal, without_terminal};

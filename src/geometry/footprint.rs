@@ -14,8 +14,10 @@ use super::{Point, Pose, Shape, ShapeError, Vector, convert};
 #[derive(Clone)]
 pub struct Footprint {
     shape: Arc<Shape>,
-    collider: SharedShape,
+    pub(super) collider: SharedShape,
     reach: f64,
+    /// A point inside each convex part, in the object's frame.
+    pub(super) inner_points: Arc<[Point]>,
 }
 
 /// A footprint standing somewhere.
@@ -48,6 +50,11 @@ impl Footprint {
         shape.check()?;
         let mut parts = Vec::new();
         collect(&shape, &mut parts)?;
+        let inner_points = parts.iter().map(|(frame, part)| {
+            let middle = frame.transform_point(part.mass_properties(1.0).local_com);
+            Point::new(middle.x, middle.y)
+        });
+        let inner_points = inner_points.collect();
         let collider = if parts.len() == 1 && parts[0].0 == math::Pose::identity() {
             parts.remove(0).1
         } else {
@@ -66,6 +73,7 @@ impl Footprint {
             shape: Arc::new(shape),
             collider,
             reach,
+            inner_points,
         })
     }
 

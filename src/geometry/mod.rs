@@ -4,19 +4,28 @@
 //! This is the only module that knows parry's own vector types.
 
 mod angle;
+mod area;
 mod convert;
+mod cover;
 mod footprint;
+mod frenet;
 mod polygon;
 mod polyline;
 mod pose;
+mod projection;
+mod reference_path;
 mod shape;
+mod spline;
 mod truck;
 
 pub use angle::{angle_between, normalize_angle};
+pub use area::{Area, Outside};
 pub use footprint::{Contact, Footprint, Placed};
+pub use frenet::{Frenet, FrenetError, FrenetMotion, LateralProfile, PlaneMotion};
 pub use polygon::{Bounds, contains};
 pub use polyline::{Polyline, Projection};
 pub use pose::Pose;
+pub use reference_path::{PathPoint, ReferencePath, ReferencePathError};
 pub use shape::{Shape, ShapeError};
 pub use truck::{SemiTrailer, Truck};
 
@@ -24,3 +33,6 @@ pub use truck::{SemiTrailer, Truck};
 pub type Point = nalgebra::Point2<f64>;
 /// A displacement (m), velocity (m/s) or acceleration (m/s²) in the plane.
 pub type Vector = nalgebra::Vector2<f64>;
+
+#[cfg(test)]
+mod frenet_tests;

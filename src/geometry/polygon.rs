@@ -1,6 +1,7 @@
 //! Simple polygons and bounding boxes in line with the axes.
 
 use super::Point;
+use super::polyline::distance_to_segment;
 
 /// A box in line with the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,27 +54,37 @@ impl Bounds {
     }
 }
 
-/// Whether `p` is inside the simple polygon `ring` (not closed), by crossing number.
+/// How far from an edge a point is still on it, metres: files have no finer digits.
+const ON_EDGE: f64 = 1e-6;
+
+/// Whether `p` is inside the polygon `ring` (not closed) or on its border, by winding number.
 ///
-/// A point on an edge counts as inside for the lower and left edges only, so that
-/// a point on the joint of two neighbours is in one of them.
+/// The border belongs to the polygon, so that no point falls between two neighbours. Where the ring
+/// overlaps itself, both layers are inside.
 #[must_use]
 pub fn contains(ring: &[Point], p: &Point) -> bool {
-    let mut inside = false;
+    let mut winding = 0;
     let mut previous = match ring.last() {
         Some(last) => last,
         None => return false,
     };
     for corner in ring {
-        if (corner.y > p.y) != (previous.y > p.y) {
-            let t = (p.y - corner.y) / (previous.y - corner.y);
-            if p.x < corner.x + t * (previous.x - corner.x) {
-                inside = !inside;
+        let near_y =
+            p.y >= previous.y.min(corner.y) - ON_EDGE && p.y <= previous.y.max(corner.y) + ON_EDGE;
+        if near_y {
+            let upward = corner.y > previous.y;
+            let crosses = (corner.y > p.y) != (previous.y > p.y);
+            let side = (corner - previous).perp(&(p - previous));
+            if crosses && (side > 0.0) == upward {
+                winding += if upward { 1 } else { -1 };
+            }
+            if distance_to_segment(p, previous, corner) <= ON_EDGE {
+                return true;
             }
         }
         previous = corner;
     }
-    inside
+    winding != 0
 }
 
 #[cfg(test)]
@@ -87,5 +98,35 @@ mod tests {
         assert!(contains(&ring, &Point::new(0.5, 2.0)));
         assert!(!contains(&ring, &Point::new(2.0, 2.0)), "in the notch");
         assert!(!contains(&[], &Point::new(0.0, 0.0)));
+    }
+
+    #[test]
+    fn the_border_belongs_to_both_neighbours() {
+        let slanted = |i: f64| Point::new(0.3 + 0.7 * i, 0.1 + 1.3 * i);
+        let left = [slanted(0.0), slanted(1.0), Point::new(-5.0, 1.0)];
+        let right = [slanted(1.0), slanted(0.0), Point::new(5.0, 1.0)];
+        for i in 0..=1000 {
+            let joint = slanted(f64::from(i) / 1000.0);
+            assert!(contains(&left, &joint) && contains(&right, &joint), "{i}");
+        }
+        let off = Point::new(0.3 - 1e-5, 0.1);
+        assert!(!contains(&right, &off));
+    }
+
+    #[test]
+    fn where_a_ring_overlaps_itself_it_is_inside() {
+        let ring = [
+            (0., 0.),
+            (6., 0.),
+            (6., 2.),
+            (2., 2.),
+            (2., -2.),
+            (4., -2.),
+            (4., 4.),
+            (0., 4.),
+        ];
+        let ring = ring.map(|(x, y)| Point::new(x, y));
+        assert!(contains(&ring, &Point::new(3.0, 1.0)) && contains(&ring, &Point::new(1.0, 1.0)));
+        assert!(!contains(&ring, &Point::new(5.0, 3.0)));
     }
 }

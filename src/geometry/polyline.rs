@@ -51,6 +51,12 @@ impl Polyline {
         &self.points
     }
 
+    /// Arc length at each point, metres, starting at 0.
+    #[must_use]
+    pub fn arc_lengths(&self) -> &[f64] {
+        &self.arc
+    }
+
     /// Total arc length, metres.
     #[must_use]
     pub fn length(&self) -> f64 {
@@ -70,6 +76,25 @@ impl Polyline {
             position: from + direction * (s - self.arc[next - 1]),
             heading: direction.y.atan2(direction.x),
         }
+    }
+
+    /// Distance from `p` to the segments that have a part in `window` of the arc length, metres.
+    ///
+    /// A window beyond an end takes the segment at that end.
+    pub(super) fn distance_within(&self, p: &Point, window: std::ops::Range<f64>) -> f64 {
+        let last = self.points.len() - 1;
+        let from = self
+            .arc
+            .partition_point(|&a| a <= window.start)
+            .clamp(1, last)
+            - 1;
+        let to = self
+            .arc
+            .partition_point(|&a| a < window.end)
+            .clamp(from + 1, last);
+        let ends = self.points[from..=to].windows(2);
+        let distances = ends.map(|pair| distance_to_segment(p, &pair[0], &pair[1]));
+        distances.fold(f64::MAX, f64::min)
     }
 
     /// The nearest point of the polyline to `p`, as arc length and signed distance.
@@ -95,6 +120,18 @@ impl Polyline {
         }
         best.1
     }
+}
+
+/// Distance from `p` to the segment from `from` to `to`, metres; the two may be one point.
+pub(super) fn distance_to_segment(p: &Point, from: &Point, to: &Point) -> f64 {
+    let (along, off) = (to - from, p - from);
+    let squared = along.norm_squared();
+    let share = if squared > 0.0 {
+        (off.dot(&along) / squared).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (off - along * share).norm()
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ mod network;
 mod obstacle;
 mod planning;
 mod quantity;
+mod road;
 mod scene;
 mod summary;
 mod track;
@@ -35,6 +36,10 @@ pub use network::{
 pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
 pub use planning::{Goal, PlanningProblem};
 pub use quantity::{Position, Quantity, State, Steps};
+pub use road::{
+    Destination, Direction, DrivableArea, Driven, Lane, LaneGraph, Leg, MergeLimits, MergedLanes,
+    Route, RouteError, Side,
+};
 pub use scene::{Ego, Participant, Scene, SceneError};
 pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
 pub use vehicle::{VehicleModel, VehicleType};

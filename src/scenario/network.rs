@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
+use super::road::Index;
 use super::{LaneletType, LineMarking, RoadUser, SignalColor, TrafficDirection};
-use crate::geometry::{Bounds, Point, contains};
+use crate::geometry::{Bounds, Point};
 
 /// The lanelets of a scenario and what stands beside them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,7 +17,8 @@ pub struct LaneletNetwork {
     pub lights: Vec<TrafficLight>,
     /// Intersections.
     pub intersections: Vec<Intersection>,
-    index: HashMap<i64, usize>,
+    pub(super) index: Index,
+    places: HashMap<i64, usize>,
     bounds: Vec<Bounds>,
 }
 
@@ -161,11 +163,18 @@ pub struct Incoming {
 }
 
 impl Lanelet {
-    /// The region between the borders, as a ring (not closed).
+    /// The region between the borders, as a ring (not closed), whichever way they are drawn.
     #[must_use]
     pub fn ring(&self) -> Vec<Point> {
-        let back = self.right.points.iter().rev();
-        self.left.points.iter().chain(back).copied().collect()
+        let (left, right) = (&self.left.points, &self.right.points);
+        let mut ring = Vec::with_capacity(left.len() + right.len());
+        ring.extend_from_slice(left);
+        if self.borders_disagree() {
+            ring.extend(right);
+        } else {
+            ring.extend(right.iter().rev());
+        }
+        ring
     }
 }
 
@@ -178,7 +187,7 @@ impl LaneletNetwork {
         lights: Vec<TrafficLight>,
         intersections: Vec<Intersection>,
     ) -> Self {
-        let index = lanelets
+        let places = lanelets
             .iter()
             .enumerate()
             .map(|(i, l)| (l.id, i))
@@ -198,7 +207,8 @@ impl LaneletNetwork {
             signs,
             lights,
             intersections,
-            index,
+            index: Index::default(),
+            places,
             bounds,
         }
     }
@@ -206,7 +216,11 @@ impl LaneletNetwork {
     /// The lanelet with this id.
     #[must_use]
     pub fn lanelet(&self, id: i64) -> Option<&Lanelet> {
-        self.index.get(&id).map(|&i| &self.lanelets[i])
+        self.place(id).map(|place| &self.lanelets[place])
+    }
+
+    pub(super) fn place(&self, id: i64) -> Option<usize> {
+        self.places.get(&id).copied()
     }
 
     /// The box around a lanelet, by its place in `lanelets`.
@@ -219,14 +233,5 @@ impl LaneletNetwork {
     #[must_use]
     pub fn bounds(&self) -> Option<Bounds> {
         self.bounds.iter().copied().reduce(|a, b| a.union(&b))
-    }
-
-    /// Ids of the lanelets under `p`, in the file's order.
-    #[must_use]
-    pub fn lanelets_at(&self, p: &Point) -> Vec<i64> {
-        let near = self.lanelets.iter().zip(&self.bounds);
-        near.filter(|(lanelet, bounds)| bounds.contains(p) && contains(&lanelet.ring(), p))
-            .map(|(lanelet, _)| lanelet.id)
-            .collect()
     }
 }

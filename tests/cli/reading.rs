@@ -39,6 +39,12 @@ fn inspect_says_what_is_in_a_scenario() {
         ] {
             assert!(ended.stdout.contains(word), "{word}: {}", ended.stdout);
         }
+        let route = ended.stdout.lines().find(|l| l.starts_with("  route"));
+        let route = route.expect("a line for the planning problem");
+        assert!(
+            route.contains("lanelets ") && route.ends_with(" m"),
+            "{route}"
+        );
         assert_eq!(ended.stderr, "");
     }
     assert!(
@@ -91,6 +97,14 @@ fn inspect_prints_everything_as_json() {
                 &["time_step", "x", "y", "orientation"],
             );
         }
+        let route = &document["routes"][0];
+        assert_eq!(
+            route["planning_problem"],
+            document["planning_problems"][0]["id"]
+        );
+        assert_eq!(route["destination"]["goal"], 0, "{route}");
+        let (length, legs) = (route["length"].as_f64(), route["legs"].as_array());
+        assert!(length.is_some_and(|l| l > 50.0) && legs.is_some_and(|l| !l.is_empty()));
         let problem = &document["planning_problems"][0];
         has(problem, &["id", "initial", "goals"]);
         has(

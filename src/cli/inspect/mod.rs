@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::{Failure, Outcome, open, output};
+use super::{Failure, Outcome, open, output, routes};
 use crate::geometry::{Point, Shape, Truck};
 use crate::scenario::commonroad::{Root, root_of_file};
 use crate::scenario::{
@@ -74,6 +74,7 @@ fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
     for doubt in &doubts {
         text.push_str(&format!("  ego {doubt}\n"));
     }
+    text.push_str(&routes::summary(scenario));
     if scenario.diagnostics.is_empty() {
         text.push_str("  diagnostics none\n");
     }
@@ -108,6 +109,7 @@ fn document(scenario: &Scenario) -> Value {
             "initial": initial_state(&p.initial),
             "goals": p.goals.iter().map(goal).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
+        "routes": routes::document(scenario),
         "diagnostics": scenario.diagnostics,
     })
 }

@@ -1,0 +1,256 @@
+//! Smooth reference paths: a curve with continuous curvature rate along a polyline, by arc length.
+
+use rstar::RTree;
+use rstar::primitives::{GeomWithData, Line};
+
+use super::spline::Span;
+use super::{Point, Polyline, Pose, Vector};
+
+/// A smooth curve along a polyline, continued straight beyond both ends.
+///
+/// It is a uniform quintic B-spline whose control points lie on the polyline at equal distances of at
+/// most 2 m, halved until the curve stays within 0.1 m of the polyline or they are 0.25 m apart. So
+/// heading, curvature, its rate and the rate's rate are continuous, at the ends too: they fade to a
+/// straight line. Arc length is 0 beside the polyline's first point and [`Self::length`] beside its last.
+#[derive(Debug, Clone)]
+pub struct ReferencePath {
+    /// Coordinates are taken from here, so that far from the origin no digits are lost.
+    pub(super) origin: Point,
+    pub(super) spans: Vec<Span>,
+    /// Arc length at the beginning of each span and the end of the last, metres.
+    pub(super) arc: Vec<f64>,
+    pub(super) chords: RTree<Chord>,
+    /// No span leaves its chord by more than this, metres.
+    pub(super) sagitta: f64,
+    deviation: f64,
+    length: f64,
+    /// Length of the polyline between two control points, metres.
+    spacing: f64,
+}
+
+pub(super) type Chord = GeomWithData<Line<[f64; 2]>, u32>;
+
+/// The curve at one arc length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathPoint {
+    /// Position, metres.
+    pub position: Point,
+    /// Heading θ, radians in (−π, π].
+    pub heading: f64,
+    /// Curvature κ, 1/m; positive in left turns.
+    pub curvature: f64,
+    /// Change of curvature along the arc length dκ/ds, 1/m².
+    pub curvature_rate: f64,
+}
+
+/// Why there is no smooth path along a polyline.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum ReferencePathError {
+    /// Fewer than two different points.
+    #[error("the line has no length")]
+    NoLength,
+    /// The line turns back on itself, so that no smooth curve follows it.
+    #[error("the line turns back on itself at {s:.1} m of its length")]
+    TurnsBack {
+        /// Where, metres along the line.
+        s: f64,
+    },
+    /// Longer than any road.
+    #[error("the line is {length:e} m long, at most {MOST_SPANS} m can be followed")]
+    TooLong {
+        /// Metres.
+        length: f64,
+    },
+}
+
+/// Distances between control points that are tried, metres: the widest that keeps to the line is smoothest.
+const SPACINGS: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
+
+/// How far the curve may leave the line, metres, while closer control points could bring it nearer.
+const DEVIATION: f64 = 0.1;
+
+/// Memory is bounded: a line of this many metres and more is refused.
+const MOST_SPANS: u32 = 200_000;
+
+/// A curve slower than this share of the spacing has a cusp in all but name.
+const SLOWEST: f64 = 0.05;
+
+impl ReferencePath {
+    /// The smooth path along `points`; repeated neighbours are dropped.
+    ///
+    /// # Errors
+    /// The line has no length, turns back on itself, or is longer than any road.
+    pub fn new(points: impl IntoIterator<Item = Point>) -> Result<Self, ReferencePathError> {
+        let line = Polyline::new(points).ok_or(ReferencePathError::NoLength)?;
+        let length = line.length();
+        if !length.is_finite() || length > f64::from(MOST_SPANS) {
+            return Err(ReferencePathError::TooLong { length });
+        }
+        let mut best: Option<Self> = None;
+        let mut cusp = None;
+        for spacing in SPACINGS {
+            let path = Self::with_spacing(&line, spacing);
+            if let Some(s) = path.cusp() {
+                cusp.get_or_insert(s);
+                continue;
+            }
+            let near_enough = path.deviation <= DEVIATION;
+            if best.as_ref().is_none_or(|b| path.deviation < b.deviation) {
+                best = Some(path);
+            }
+            if near_enough {
+                break;
+            }
+        }
+        best.ok_or(ReferencePathError::TurnsBack {
+            s: cusp.unwrap_or(0.0),
+        })
+    }
+
+    fn with_spacing(line: &Polyline, spacing: f64) -> Self {
+        let pieces = (line.length() / spacing).ceil().max(1.0);
+        let spacing = line.length() / pieces;
+        let last = pieces as i64;
+        let origin = line.points()[0];
+        // Beyond its ends the line goes on straight, so that the curve does after one more span.
+        let first_two = [line.pose_at(0.0), line.pose_at(spacing)].map(|p| p.position);
+        let last_two = [line.length(), line.length() - spacing].map(|s| line.pose_at(s).position);
+        let control = |i: i64| -> Vector {
+            let beyond = |[end, inner]: [Point; 2], n: i64| end + (end - inner) * n as f64;
+            let at = if i < 0 {
+                beyond(first_two, -i)
+            } else if i > last {
+                beyond(last_two, i - last)
+            } else {
+                line.pose_at(i as f64 * spacing).position
+            };
+            at - origin
+        };
+        let control: Vec<Vector> = (-3..=last + 3).map(control).collect();
+        let spans: Vec<Span> = control
+            .array_windows()
+            .map(|six: &[Vector; 6]| Span::new(six))
+            .collect();
+        let mut arc = vec![-spans[0].arc_to(1.0)];
+        for span in &spans {
+            arc.push(arc[arc.len() - 1] + span.arc_to(1.0));
+        }
+        let chord = |(i, span): (usize, &Span)| {
+            let [from, to] = [span.at(0.0), span.at(1.0)].map(|v| [v.x, v.y]);
+            GeomWithData::new(Line::new(from, to), i as u32)
+        };
+        let mut path = Self {
+            origin,
+            chords: RTree::bulk_load(spans.iter().enumerate().map(chord).collect()),
+            sagitta: spans.iter().map(|s| s.sagitta).fold(0.0, f64::max),
+            length: arc[arc.len() - 2],
+            spans,
+            arc,
+            deviation: 0.0,
+            spacing,
+        };
+        path.deviation = path.deviation_from(line);
+        path
+    }
+
+    /// Where the curve all but stops, metres along the line.
+    fn cusp(&self) -> Option<f64> {
+        let slow = |span: &Span| {
+            let speeds = (0..8).map(|i| span.first(f64::from(i) / 8.0).norm());
+            speeds.fold(f64::MAX, f64::min) < SLOWEST * self.spacing
+        };
+        let place = self.spans.iter().position(slow)?;
+        Some((place as f64 - 0.5).max(0.0) * self.spacing)
+    }
+
+    /// The largest distance from the polyline's points to the curve, and from the curve to the polyline.
+    fn deviation_from(&self, line: &Polyline) -> f64 {
+        let mut most = 0.0_f64;
+        let arcs = line.arc_lengths();
+        for (point, arc) in line.points().iter().zip(arcs) {
+            // The curve runs beside the line: span n + 1 begins at control point n.
+            let middle = (arc / self.spacing) as usize + 1;
+            let around = middle.saturating_sub(2)..(middle + 3).min(self.spans.len());
+            let p = point - self.origin;
+            let distances = self.spans[around]
+                .iter()
+                .map(|span| (span.at(span.nearest(&p)) - p).norm());
+            most = most.max(distances.fold(f64::MAX, f64::min));
+        }
+        for (n, span) in self.spans[1..self.spans.len() - 1].iter().enumerate() {
+            for u in [0.0, 0.25, 0.5, 0.75, 1.0] {
+                let s = (n as f64 + u) * self.spacing;
+                let window = s - 1.5 * self.spacing..s + 1.5 * self.spacing;
+                most = most.max(line.distance_within(&(self.origin + span.at(u)), window));
+            }
+        }
+        most
+    }
+
+    /// Arc length from beside the polyline's first point to beside its last, metres.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// The largest distance between the curve and the polyline it was made of, metres.
+    #[must_use]
+    pub fn deviation(&self) -> f64 {
+        self.deviation
+    }
+
+    /// The arc length of the curve beside the point `along` metres along the polyline it was made of.
+    #[must_use]
+    pub fn station(&self, along: f64) -> f64 {
+        let at = (along / self.spacing + 1.0).clamp(0.0, self.spans.len() as f64);
+        let place = (at as usize).min(self.spans.len() - 1);
+        self.arc[place] + self.spans[place].arc_to(at - place as f64)
+    }
+
+    /// The curve at arc length `s`, any number of metres.
+    #[must_use]
+    pub fn at(&self, s: f64) -> PathPoint {
+        let last = self.spans.len();
+        if s <= self.arc[0] || s >= self.arc[last] {
+            let (end, place, u) = if s <= self.arc[0] {
+                (self.arc[0], 0, 0.0)
+            } else {
+                (self.arc[last], last - 1, 1.0)
+            };
+            let along = self.spans[place].first(u).normalize();
+            return PathPoint {
+                position: self.origin + self.spans[place].at(u) + along * (s - end),
+                heading: along.y.atan2(along.x),
+                curvature: 0.0,
+                curvature_rate: 0.0,
+            };
+        }
+        let place = self.arc.partition_point(|&a| a <= s).clamp(1, last) - 1;
+        let span = &self.spans[place];
+        let length = self.arc[place + 1] - self.arc[place];
+        self.point(place, span.parameter_at(s - self.arc[place], length))
+    }
+
+    /// The pose at arc length `s`.
+    #[must_use]
+    pub fn pose_at(&self, s: f64) -> Pose {
+        let PathPoint {
+            position, heading, ..
+        } = self.at(s);
+        Pose { position, heading }
+    }
+
+    pub(super) fn point(&self, place: usize, u: f64) -> PathPoint {
+        let jet = self.spans[place].jet(u);
+        let speed = jet.first.norm();
+        let curvature = jet.first.perp(&jet.second) / speed.powi(3);
+        let by_u = jet.first.perp(&jet.third) / speed.powi(3)
+            - 3.0 * curvature * jet.first.dot(&jet.second) / speed.powi(2);
+        PathPoint {
+            position: self.origin + jet.at,
+            heading: jet.first.y.atan2(jet.first.x),
+            curvature,
+            curvature_rate: by_u / speed,
+        }
+    }
+}
