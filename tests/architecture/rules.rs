@@ -59,7 +59,7 @@ const HOMES: [(&str, &[&str]); 11] = [
     ("rusqlite", &["store/"]),
     ("minijinja", &["prompts/"]),
     ("parry", &["geometry/"]),
-    ("rstar", &["geometry/"]),
+    ("rstar", &["geometry/", "scenario/road/"]),
     ("i_overlay", &["geometry/"]),
     ("petgraph", &["scenario/road/"]),
 ];
