@@ -6,12 +6,12 @@ use std::error::Error;
 use nearmiss::geometry::{Footprint, Shape};
 use nearmiss::scenario::{
     ContentHash, Goal, Header, LaneletNetwork, Location, Obstacle, ObstacleRole, PlanningProblem,
-    Position, Quantity, Scenario, StateField, Steps, commonroad,
+    Position, Quantity, Sample, Scenario, StateField, Steps, Track, commonroad, write_recording,
 };
 
 use super::cast::state;
 use super::drive::{DT, Drive, Moment};
-use super::rounded;
+use super::{place, rounded};
 
 /// How a scenario is meant to end for the ego as recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,13 +120,8 @@ impl Story {
                 time_step_size: DT,
                 attributes: BTreeMap::from(attributes.map(|(k, v)| (k.into(), v.into()))),
             },
-            // Nowhere on Earth: the numbers that CommonRoad writes for it.
-            location: Some(Location {
-                geo_name_id: Some(-999),
-                latitude: Some(999.0),
-                longitude: Some(999.0),
-                ..Location::default()
-            }),
+            // Nowhere on Earth.
+            location: Some(Location::default()),
             tags: self.tags.iter().map(ToString::to_string).collect(),
             network: self.network,
             obstacles: self.obstacles,
@@ -165,30 +160,15 @@ impl Story {
 }
 
 fn recording(id: i64, moments: &[Moment]) -> Result<Vec<u8>, Box<dyn Error>> {
-    let mut out = csv::Writer::from_writer(Vec::new());
-    out.write_record([
-        "ego_id",
-        "timestep",
-        "x_position",
-        "y_position",
-        "orientation",
-        "velocity",
-        "acceleration",
-    ])?;
-    for (step, moment) in moments.iter().enumerate() {
-        let at = moment.pose.position;
-        let numbers = [
-            at.x,
-            at.y,
-            moment.pose.heading,
-            moment.velocity,
-            moment.acceleration,
-        ];
-        let numbers = numbers.map(|value| rounded(value).to_string());
-        let row = [id.to_string(), step.to_string()]
-            .into_iter()
-            .chain(numbers);
-        out.write_record(row)?;
-    }
-    Ok(out.into_inner()?)
+    let samples = (0..).zip(moments).map(|(step, moment)| Sample {
+        step,
+        position: place(moment.pose.position),
+        heading: Some(rounded(moment.pose.heading)),
+        velocity: Some(rounded(moment.velocity)),
+        acceleration: Some(rounded(moment.acceleration)),
+    });
+    Ok(write_recording(
+        id,
+        &Track::new(samples.collect(), DT, None),
+    )?)
 }
