@@ -11,6 +11,7 @@ mod registry;
 mod relation;
 mod risk;
 mod series;
+mod thresholds;
 mod time_to_collision;
 
 pub use encounter::Encounter;
@@ -20,4 +21,5 @@ pub use registry::{Danger, MEASURES, Measure, measure};
 pub use relation::{Direction, Relation};
 pub use risk::{RISK_LEVELS, RiskLevel, RiskTable};
 pub use series::Series;
+pub use thresholds::{Threshold, thresholds};
 pub use time_to_collision::HORIZON;

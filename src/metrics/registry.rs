@@ -11,6 +11,16 @@ pub enum Danger {
     Neutral,
 }
 
+impl Danger {
+    /// A word for the most dangerous value.
+    #[must_use]
+    pub fn extreme(self) -> &'static str {
+        match self {
+            Self::Low | Self::Neutral => "min",
+        }
+    }
+}
+
 /// A measure of one obstacle at one step.
 #[derive(Debug)]
 pub struct Measure {

@@ -91,6 +91,21 @@ impl Series {
         values.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
+    /// The most dangerous value of a measure at one step, and whose it is; of a measure that only describes, the lowest.
+    #[must_use]
+    pub fn most_dangerous_at(&self, measure: &str, step: i64) -> Option<(i64, f64)> {
+        self.lowest_at(measure, step)
+    }
+
+    /// The most dangerous value of a measure over all steps, and the first step at which it occurs.
+    #[must_use]
+    pub fn most_dangerous(&self, measure: &str) -> Option<(i64, f64)> {
+        let values = self
+            .steps()
+            .filter_map(|step| Some((step, self.most_dangerous_at(measure, step)?.1)));
+        values.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     fn length(&self) -> usize {
         (self.steps.end - self.steps.start).max(0) as usize
     }

@@ -42,6 +42,9 @@ pub enum Action {
     Follow,
     EgoUp,
     FitMap,
+    PlotMeasure,
+    SortScenarios,
+    Mark,
     NextObstacle,
     PreviousObstacle,
     TakeAsEgo,
@@ -144,6 +147,9 @@ table! {
     CloseAnswer, Global, "close-answer", ["d"], 0, "close", "Take the shown answer off the comparison; it stays in the store.";
     NextObstacle, Global, "next-obstacle", ["o"], 0, "obstacle", "Pick the next obstacle, the most dangerous first.";
     PreviousObstacle, Global, "previous-obstacle", ["shift-o"], 0, "obstacle back", "Pick the previous obstacle.";
+    Mark, Global, "mark", ["b"], 0, "mark", "Plot the picked obstacle beside the others, or no longer.";
+    PlotMeasure, Global, "plot", ["p"], 0, "plot", "Choose the measure that is plotted over time.";
+    SortScenarios, Global, "sort", ["s"], 0, "sort", "Sort the list of scenarios by a measure, the most dangerous first.";
     TakeAsEgo, Global, "take-as-ego", ["shift-e"], 0, "as ego", "Take the picked obstacle as the ego.";
     RecordedEgo, Global, "recorded-ego", [], 0, "recorded ego", "Go back to the recorded ego.";
     Follow, Global, "follow", ["w"], 0, "follow", "Keep the ego in the middle of the map, or not.";

@@ -82,7 +82,7 @@ fn wide(body: Rect) -> Vec<(Pane, Rect)> {
         (Pane::Prompt, prompt),
         (Pane::Verdict, verdict),
         (Pane::Reasoning, reasoning),
-        (Pane::Risk, risk),
+        (Pane::Plot, risk),
     ]
 }
 
@@ -115,7 +115,7 @@ fn compact(body: Rect, focus: Pane) -> Vec<(Pane, Rect)> {
         (Pane::Timeline, timeline),
         (Pane::Verdict, verdict),
         (Pane::Reasoning, reasoning),
-        (Pane::Risk, risk),
+        (Pane::Plot, risk),
     ]);
     panes
 }

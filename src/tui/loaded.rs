@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::judge::{Judgement, judge};
-use crate::metrics::{Headline, MEASURES, Measure, Series};
+use crate::metrics::{Danger, Headline, MEASURES, Measure, Series};
 use crate::scenario::{Entry, Scenario, Scene, Window};
 use crate::verdict::Task;
 
@@ -134,4 +134,22 @@ fn ranking(series: &Series) -> Vec<i64> {
             .then(a.2.total_cmp(&b.2))
     });
     ranked.into_iter().map(|(id, ..)| id).collect()
+}
+
+/// The most dangerous value of a measure in a scenario; nothing without an ego or a value.
+#[must_use]
+pub fn worst_of(entry: &Entry, measure: &str) -> Option<f64> {
+    let measure = MEASURES.iter().find(|m| m.id == measure)?;
+    let scenario = entry.read().ok()?;
+    let ego = entry.recorded_ego(&scenario).ok()??;
+    let series = Series::compute(&Scene::new(scenario, ego), vec![measure]);
+    let rows = series
+        .obstacles()
+        .iter()
+        .map(|&id| series.row(measure.id, id));
+    let values = rows.flatten().filter_map(|r| r.value());
+    match measure.danger {
+        Danger::Low => values.reduce(f64::min),
+        Danger::Neutral => None,
+    }
 }

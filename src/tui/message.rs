@@ -29,6 +29,8 @@ pub enum Msg {
     Found(Result<Vec<Entry>, String>),
     /// The facts of a scenario, by its place in the list.
     Surveyed(usize, Result<Facts, String>),
+    /// The most dangerous value of a measure in a scenario, by the measure's id and the place in the list.
+    Ranked(&'static str, usize, Option<f64>),
     /// A scenario was opened.
     Opened(OpenId, Result<Box<Opened>, String>),
     /// A piece of an answer.
@@ -84,6 +86,8 @@ pub enum Effect {
     Find(Vec<PathBuf>),
     /// Work out the facts of these scenarios, by their places in the list.
     Survey(Vec<(usize, Entry)>),
+    /// Work out the most dangerous value of a measure in these scenarios, by their places in the list.
+    Rank(&'static str, Vec<(usize, Entry)>),
     /// Open a scenario, with its recorded ego or an obstacle as ego.
     Open(OpenId, Entry, Option<i64>),
     /// Load earlier answers.

@@ -5,6 +5,7 @@ mod camera;
 mod drawn;
 mod list;
 mod picker;
+mod plot;
 mod prompt;
 
 use std::path::PathBuf;
@@ -13,7 +14,8 @@ pub use answers::{Answers, Column, Progress, Shown};
 pub use camera::Camera;
 pub use drawn::{Drawn, Extent, MapDrawn};
 pub use list::List;
-pub use picker::{Picker, models_shown, palette_shown};
+pub use picker::{Picker, measures_shown, models_shown, palette_shown};
+pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
 
 use super::action::Scope;
@@ -45,8 +47,8 @@ pub enum Pane {
     Verdict,
     /// The reasoning of one answer.
     Reasoning,
-    /// Risk over time.
-    Risk,
+    /// A measure over time.
+    Plot,
 }
 
 impl Pane {
@@ -57,7 +59,7 @@ impl Pane {
         Self::Prompt,
         Self::Verdict,
         Self::Reasoning,
-        Self::Risk,
+        Self::Plot,
     ];
 
     /// Whose keys it takes.
@@ -67,7 +69,7 @@ impl Pane {
             Self::Scenarios => Scope::Scenarios,
             Self::Map => Scope::Map,
             Self::Prompt | Self::Reasoning | Self::Verdict => Scope::Text,
-            Self::Timeline | Self::Risk => Scope::Global,
+            Self::Timeline | Self::Plot => Scope::Global,
         }
     }
 }
@@ -94,6 +96,13 @@ pub enum Overlay {
         /// Whether the chosen one is asked at once.
         ask: bool,
     },
+    /// Measures, to plot one or to sort the list by it.
+    Measures {
+        /// What is typed and selected.
+        picker: Picker,
+        /// Whether the list is sorted by the chosen one.
+        sort: bool,
+    },
 }
 
 impl Overlay {
@@ -101,7 +110,7 @@ impl Overlay {
     pub fn scroll_mut(&mut self) -> Option<&mut usize> {
         match self {
             Self::Help { scroll } | Self::About { scroll } => Some(scroll),
-            Self::Palette(_) | Self::Models { .. } => None,
+            Self::Palette(_) | Self::Models { .. } | Self::Measures { .. } => None,
         }
     }
 }
@@ -142,6 +151,8 @@ pub struct Model {
     pub camera: Camera,
     /// The picked obstacle.
     pub picked: Option<i64>,
+    /// What is plotted over time.
+    pub plot: Plot,
     /// What is asked.
     pub task: Task,
     /// From where the scene is described.
@@ -195,6 +206,7 @@ impl Model {
             zoomed: false,
             camera: Camera::default(),
             picked: None,
+            plot: Plot::default(),
             task: Task::Collision,
             frame: Frame::Ego,
             techniques: Techniques::ALL,

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use rayon::prelude::*;
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
-use super::loaded::{Facts, Opened};
+use super::loaded::{Facts, Opened, worst_of};
 use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
 use crate::config::{Config, Folders};
 use crate::evaluation::{self, Answer, Judge, Question};
@@ -35,6 +36,8 @@ pub struct Tasks {
     ending: Vec<AbortHandle>,
     /// Raised whenever the list changes, so that surveys of an older list stop.
     survey: Arc<AtomicU64>,
+    /// The same for rankings.
+    ranking: Arc<AtomicU64>,
 }
 
 /// What is left to the loop, which has the terminal.
@@ -74,6 +77,7 @@ impl Tasks {
             asking: HashMap::new(),
             ending: Vec::new(),
             survey: Arc::new(AtomicU64::new(0)),
+            ranking: Arc::new(AtomicU64::new(0)),
         }
     }
 
@@ -82,6 +86,7 @@ impl Tasks {
         match effect {
             Effect::Find(paths) => self.background(move || Msg::Found(found(paths))),
             Effect::Survey(entries) => self.survey(entries),
+            Effect::Rank(measure, entries) => self.rank(measure, entries),
             Effect::Open(id, entry, ego) => self.background(move || open(id, &entry, ego)),
             Effect::LoadStored(of) => self.load_stored(of),
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
@@ -121,18 +126,37 @@ impl Tasks {
     }
 
     fn survey(&self, entries: Vec<(usize, Entry)>) {
-        let mine = self.survey.fetch_add(1, Ordering::SeqCst) + 1;
-        let (current, sender) = (self.survey.clone(), self.sender.clone());
+        self.for_each(self.survey.clone(), entries, |place, entry| {
+            Msg::Surveyed(place, Facts::read(entry))
+        });
+    }
+
+    fn rank(&self, measure: &'static str, entries: Vec<(usize, Entry)>) {
+        self.for_each(self.ranking.clone(), entries, move |place, entry| {
+            Msg::Ranked(measure, place, worst_of(entry, measure))
+        });
+    }
+
+    /// Does the same with every scenario on all cores, until the same is asked for anew.
+    fn for_each(
+        &self,
+        asked: Arc<AtomicU64>,
+        entries: Vec<(usize, Entry)>,
+        work: impl Fn(usize, &Entry) -> Msg + Send + Sync + 'static,
+    ) {
+        let mine = asked.fetch_add(1, Ordering::SeqCst) + 1;
+        let sender = self.sender.clone();
         tokio::task::spawn_blocking(move || {
-            for (place, entry) in entries {
-                if current.load(Ordering::SeqCst) != mine
-                    || sender
-                        .send(Msg::Surveyed(place, Facts::read(&entry)))
-                        .is_err()
-                {
-                    return;
-                }
-            }
+            // In the list's order, as far as that goes: what is on the screen comes first.
+            let _ = entries
+                .into_par_iter()
+                .with_max_len(1)
+                .try_for_each(|(place, entry)| {
+                    if asked.load(Ordering::SeqCst) != mine {
+                        return Err(());
+                    }
+                    sender.send(work(place, &entry)).map_err(|_| ())
+                });
         });
     }
 

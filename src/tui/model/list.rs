@@ -3,6 +3,7 @@
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
 
+use crate::metrics::{Danger, Measure};
 use crate::scenario::Entry;
 use crate::tui::loaded::Facts;
 
@@ -23,6 +24,8 @@ pub struct List {
     pub opened: Option<usize>,
     /// Whether the filter is being typed.
     pub filtering: bool,
+    /// The measure by which it is sorted; by name without one.
+    pub order: Option<&'static Measure>,
 }
 
 /// A scenario in the list.
@@ -32,6 +35,8 @@ pub struct Row {
     pub entry: Entry,
     /// What is known of it, once it is.
     pub facts: Option<Result<Facts, String>>,
+    /// The most dangerous value of the measure by which the list is sorted; the outer one is whether it is known.
+    pub value: Option<Option<f64>>,
 }
 
 impl List {
@@ -39,7 +44,11 @@ impl List {
     pub fn fill(&mut self, entries: Vec<Entry>) {
         self.rows = entries
             .into_iter()
-            .map(|entry| Row { entry, facts: None })
+            .map(|entry| Row {
+                entry,
+                facts: None,
+                value: None,
+            })
             .collect();
         self.found = true;
         self.apply_filter();
@@ -63,6 +72,34 @@ impl List {
         self.apply_filter();
     }
 
+    /// Sorts by a measure, as its values become known; by name without one.
+    pub fn sort_by(&mut self, measure: Option<&'static Measure>) {
+        self.order = measure;
+        for row in &mut self.rows {
+            row.value = None;
+        }
+        self.apply_filter();
+    }
+
+    /// The most dangerous value of a scenario is known; values of another measure are too late.
+    pub fn rank(&mut self, measure: &str, place: usize, value: Option<f64>) {
+        if self.order.is_some_and(|m| m.id == measure)
+            && let Some(row) = self.rows.get_mut(place)
+        {
+            row.value = Some(value);
+            self.apply_filter();
+        }
+    }
+
+    /// What comes first in the order: a small key. Scenarios without a value come last.
+    fn key(&self, place: usize) -> f64 {
+        let value = self.rows[place].value.flatten();
+        match self.order.map(|m| m.danger) {
+            Some(Danger::Low) => value.unwrap_or(f64::MAX),
+            Some(Danger::Neutral) | None => 0.0,
+        }
+    }
+
     fn apply_filter(&mut self) {
         let selected = self.current();
         let mut matcher = Matcher::new(Config::DEFAULT.match_paths());
@@ -75,14 +112,19 @@ impl List {
                 scored.push((score, place));
             }
         }
-        if !self.filter.is_empty() {
+        if self.order.is_some() {
+            scored.sort_by(|a, b| self.key(a.1).total_cmp(&self.key(b.1)).then(a.1.cmp(&b.1)));
+        } else if !self.filter.is_empty() {
             scored.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
         }
         self.visible = scored.into_iter().map(|(_, place)| place).collect();
         let kept = selected
             .or(self.opened)
             .and_then(|s| self.visible.iter().position(|&v| v == s));
-        self.selected = kept.filter(|_| self.filter.is_empty()).unwrap_or(0);
+        // The best match is what one looks for while typing; a new order moves what is selected.
+        self.selected = kept
+            .filter(|_| self.filter.is_empty() || self.order.is_some())
+            .unwrap_or(0);
     }
 }
 

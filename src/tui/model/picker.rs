@@ -5,6 +5,7 @@ use nucleo_matcher::{Config, Matcher};
 
 use super::Model;
 use crate::judge;
+use crate::metrics::{Danger, MEASURES, Measure};
 use crate::tui::action::{ACTIONS, Entry};
 
 /// A line to type into and a selection below it.
@@ -41,6 +42,21 @@ pub fn models_shown(model: &Model, picker: &Picker) -> Vec<String> {
         shown.push(typed.to_string());
     }
     shown
+}
+
+/// The measures that the list shows, the best match first; to sort by, also none at all, which is by name.
+#[must_use]
+pub fn measures_shown(picker: &Picker, sort: bool) -> Vec<Option<&'static Measure>> {
+    let by_name = sort.then_some(None);
+    let can_sort = |m: &&'static Measure| !sort || m.danger != Danger::Neutral;
+    let measures = MEASURES.iter().filter(can_sort).map(Some);
+    let all: Vec<_> = by_name.into_iter().chain(measures).collect();
+    let texts = all.iter().map(|m| match m {
+        Some(m) => format!("{} {}", m.id, m.name),
+        None => "by name".into(),
+    });
+    let order = matching(&picker.text, texts);
+    order.into_iter().map(|i| all[i]).collect()
 }
 
 /// Places of the texts that match, the best first; all of them for an empty pattern.

@@ -22,6 +22,10 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Models { picker: typed, ask } => {
                 picker::models(frame, screen, model, typed, *ask);
             }
+            Overlay::Measures {
+                picker: typed,
+                sort,
+            } => picker::measures(frame, screen, model, typed, *sort),
         }
     }
 }

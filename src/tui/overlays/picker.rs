@@ -1,4 +1,4 @@
-//! A line to type into and what matches below: the palette and the list of models.
+//! A line to type into and what matches below: the palette and the lists of models and measures.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -8,7 +8,7 @@ use ratatui::widgets::Paragraph;
 
 use crate::judge;
 use crate::tui::keymap;
-use crate::tui::model::{Model, Picker, models_shown, palette_shown};
+use crate::tui::model::{Model, Picker, measures_shown, models_shown, palette_shown};
 use crate::tui::widgets::words::{fit, pad};
 
 pub fn palette(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
@@ -46,6 +46,26 @@ pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
         ..inner
     };
     frame.render_widget(Line::styled(hint, Style::new().fg(model.theme.dim)), row);
+}
+
+pub fn measures(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker, sort: bool) {
+    let title = if sort { "sort scenarios by" } else { "plot" };
+    let inner = super::window(frame, screen, model, title, (92, 24));
+    let rows = measures_shown(picker, sort).into_iter().map(|m| match m {
+        None => ("by name".to_string(), "as they were found".to_string()),
+        Some(m) => {
+            let unit = if m.unit.is_empty() {
+                String::new()
+            } else {
+                format!(", {}", m.unit)
+            };
+            (
+                format!("{} {}{unit}", pad(m.id, 14), m.name),
+                m.source.to_string(),
+            )
+        }
+    });
+    draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
 }
 
 fn draw(

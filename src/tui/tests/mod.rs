@@ -5,4 +5,5 @@ mod answers;
 mod bench;
 mod frames;
 mod looking;
+mod plotting;
 mod prompt;

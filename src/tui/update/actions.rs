@@ -3,7 +3,7 @@
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
-use super::{answers, editing, open, open_current};
+use super::{answers, editing, open, open_current, plot};
 use crate::geometry::Pose;
 use crate::verdict::Task;
 
@@ -26,6 +26,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         }
         Help => model.overlays.push(Overlay::Help { scroll: 0 }),
         About => model.overlays.push(Overlay::About { scroll: 0 }),
+        PlotMeasure => plot::choose(model, false),
+        SortScenarios => plot::choose(model, true),
+        Mark => plot::mark(model),
         Palette => model.overlays.push(Overlay::Palette(Picker::default())),
         ChooseModel => choose_model(model, false),
         Compare => choose_model(model, true),

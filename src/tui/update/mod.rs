@@ -4,6 +4,7 @@ mod actions;
 mod answers;
 mod editing;
 mod overlays;
+mod plot;
 mod pointer;
 
 use super::action::Action;
@@ -37,6 +38,10 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
             if let Some(row) = model.list.rows.get_mut(place) {
                 row.facts = Some(facts);
             }
+            Vec::new()
+        }
+        Msg::Ranked(measure, place, value) => {
+            plot::ranked(model, measure, place, value);
             Vec::new()
         }
         Msg::Opened(id, result) => opened(model, id, result),
@@ -194,6 +199,7 @@ fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) ->
     let riskiest = opened.headline.as_ref().and_then(|h| h.risk);
     model.picked = riskiest.map(|n| n.obstacle);
     model.opened = Some(opened);
+    plot::refresh(model);
     model.refresh();
     actions::load_stored(model).into_iter().collect()
 }
@@ -208,6 +214,8 @@ fn leave(model: &mut Model) {
     model.answers.reference_ms = None;
     model.answers.show(Shown::Reference);
     model.picked = None;
+    model.plot.marked.clear();
+    model.plot.series = None;
     model.prompt.scroll = 0;
 }
 

@@ -1,9 +1,9 @@
-//! Keys in help, palette and the list of models.
+//! Keys in help, palette and the lists of models and measures.
 
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
-use super::super::model::{Model, Overlay, Picker, models_shown, palette_shown};
-use super::{actions, answers};
+use super::super::model::{Model, Overlay, Picker, measures_shown, models_shown, palette_shown};
+use super::{actions, answers, plot};
 
 /// A key while an overlay is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -47,6 +47,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     let lines = match model.overlays.last() {
         Some(Overlay::Palette(picker)) => palette_shown(picker).len(),
         Some(Overlay::Models { picker, .. }) => models_shown(model, picker).len(),
+        Some(Overlay::Measures { picker, sort }) => measures_shown(picker, *sort).len(),
         _ => 0,
     };
     if let Some(picker) = picker_mut(model) {
@@ -58,7 +59,9 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 /// The line that is typed into, if an overlay has one.
 pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
     match model.overlays.last_mut()? {
-        Overlay::Palette(picker) | Overlay::Models { picker, .. } => Some(picker),
+        Overlay::Palette(picker)
+        | Overlay::Models { picker, .. }
+        | Overlay::Measures { picker, .. } => Some(picker),
         Overlay::Help { .. } | Overlay::About { .. } => None,
     }
 }
@@ -70,6 +73,17 @@ fn choose(model: &mut Model) -> Vec<Effect> {
             match shown.get(picker.selected) {
                 Some(entry) => actions::perform(model, entry.action),
                 None => Vec::new(),
+            }
+        }
+        Some(Overlay::Measures { picker, sort }) => {
+            let shown = measures_shown(&picker, sort);
+            match shown.get(picker.selected) {
+                Some(measure) if sort => plot::sort(model, *measure),
+                Some(Some(measure)) => {
+                    plot::plot(model, measure);
+                    Vec::new()
+                }
+                _ => Vec::new(),
             }
         }
         Some(Overlay::Models { picker, ask }) => {

@@ -23,7 +23,7 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
         Mouse::WheelDown(_) => wheel(model, pane, at, Action::Down),
         Mouse::Press(_) => press(model, pane, area, at),
         Mouse::Drag(_) => match pane {
-            Pane::Timeline | Pane::Risk => seek(model, area, at),
+            Pane::Timeline | Pane::Plot => seek(model, area, at),
             _ => Vec::new(),
         },
     }
@@ -65,7 +65,7 @@ fn wheel(model: &mut Model, pane: Pane, at: Position, direction: Action) -> Vec<
                 .move_by(if direction == Action::Up { -1 } else { 1 });
             open_current(model)
         }
-        Pane::Timeline | Pane::Risk => {
+        Pane::Timeline | Pane::Plot => {
             let back = direction == Action::Up;
             actions::perform(
                 model,
@@ -103,7 +103,7 @@ fn press(model: &mut Model, pane: Pane, area: Rect, at: Position) -> Vec<Effect>
             pick(model, at);
             Vec::new()
         }
-        Pane::Timeline | Pane::Risk => seek(model, area, at),
+        Pane::Timeline | Pane::Plot => seek(model, area, at),
         _ => Vec::new(),
     }
 }

@@ -3,9 +3,9 @@
 mod footer;
 mod header;
 mod map;
+mod plot;
 mod prompt;
 mod reasoning;
-mod risk;
 mod scenarios;
 mod timeline;
 mod toasts;
@@ -35,7 +35,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
             Pane::Prompt => prompt::draw(frame, area, model),
             Pane::Verdict => verdict::draw(frame, area, model),
             Pane::Reasoning => reasoning::draw(frame, area, model),
-            Pane::Risk => risk::draw(frame, area, model),
+            Pane::Plot => plot::draw(frame, area, model),
         }
     }
     footer::draw(frame, parts.footer, model);

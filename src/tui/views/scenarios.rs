@@ -6,6 +6,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
+use crate::metrics::Measure;
 use crate::tui::loaded::Facts;
 use crate::tui::model::{Extent, Model, Pane};
 use crate::tui::widgets::frame;
@@ -18,7 +19,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     } else {
         format!("scenarios {}/{}", list.visible.len(), list.rows.len())
     };
-    let mut inner = frame::pane(f, area, model, Pane::Scenarios, Line::from(count));
+    let order = list
+        .order
+        .map_or(String::new(), |m| format!(" by {}", m.id));
+    let title = Line::from(count + &order);
+    let mut inner = frame::pane(f, area, model, Pane::Scenarios, title);
     if list.filtering || !list.filter.is_empty() {
         let cursor = if list.filtering { "▏" } else { "" };
         let text = format!(
@@ -54,7 +59,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let row = &list.rows[place];
         let chosen = i == list.selected;
         let (badge, color) = badge(model, row.facts.as_ref());
-        let name = pad(&row.entry.name, width.saturating_sub(5));
+        let value = list.order.map_or(String::new(), |m| value(m, row.value));
+        let name = width.saturating_sub(5 + value.chars().count());
+        let name = pad(&row.entry.name, name);
         let sign = if chosen { "▸ " } else { "  " };
         let mut line = Line::from(vec![Span::raw(sign), Span::raw(name), Span::raw(" ")]);
         line = line.style(if chosen {
@@ -62,11 +69,23 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         } else {
             model.theme.base()
         });
+        line.push_span(Span::styled(value, Style::new().fg(model.theme.accent)));
         let style = Style::new().fg(color).add_modifier(Modifier::BOLD);
         line.push_span(Span::styled(badge, style));
         line
     });
     f.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
+}
+
+/// The value by which the list is sorted, in the width of its column.
+fn value(measure: &Measure, value: Option<Option<f64>>) -> String {
+    let words = match value {
+        None => "…".to_string(),
+        Some(None) => "–".to_string(),
+        Some(Some(value)) if value.abs() >= 100.0 => format!("{value:.0} {}", measure.unit),
+        Some(Some(value)) => format!("{value:.2} {}", measure.unit),
+    };
+    format!("{:>10} ", words.trim_end())
 }
 
 fn nothing(model: &Model) -> Option<&'static str> {

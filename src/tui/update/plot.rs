@@ -1,0 +1,52 @@
+//! Choosing what is plotted, and by what the list of scenarios is sorted.
+
+use super::super::message::Effect;
+use super::super::model::{Model, Overlay, Picker};
+use crate::metrics::Measure;
+
+/// Opens the list of measures, to plot one or to sort by it.
+pub fn choose(model: &mut Model, sort: bool) {
+    model.overlays.push(Overlay::Measures {
+        picker: Picker::default(),
+        sort,
+    });
+}
+
+/// Plots a measure.
+pub fn plot(model: &mut Model, measure: &'static Measure) {
+    model.plot.measure = measure;
+    refresh(model);
+}
+
+/// Works the plotted values out again, after another scene was opened.
+pub fn refresh(model: &mut Model) {
+    let scene = model.opened.as_ref().and_then(|o| o.scene.as_deref());
+    model.plot.refresh(scene);
+}
+
+/// Marks the picked obstacle for the plot, or takes the mark away.
+pub fn mark(model: &mut Model) {
+    match model.picked {
+        None => model.say("o picks an obstacle first"),
+        Some(id) => {
+            if !model.plot.toggle(id) {
+                model.say("no room for another line; b on a marked obstacle takes its line away");
+            }
+        }
+    }
+}
+
+/// Sorts the list by a measure's most dangerous values, or by name.
+pub fn sort(model: &mut Model, measure: Option<&'static Measure>) -> Vec<Effect> {
+    model.list.sort_by(measure);
+    let Some(measure) = measure else {
+        return Vec::new();
+    };
+    let entries = model.list.rows.iter().map(|row| row.entry.clone());
+    vec![Effect::Rank(measure.id, entries.enumerate().collect())]
+}
+
+/// The most dangerous value of a scenario is known.
+pub fn ranked(model: &mut Model, measure: &str, place: usize, value: Option<f64>) {
+    model.list.rank(measure, place, value);
+}
