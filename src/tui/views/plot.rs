@@ -17,7 +17,8 @@ use crate::tui::widgets::frame;
 struct Curve {
     name: String,
     color: Color,
-    points: Vec<(f64, f64)>,
+    /// A run of points for every stretch without gaps, so that nothing is drawn where there is no value.
+    runs: Vec<Vec<(f64, f64)>>,
 }
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
@@ -46,7 +47,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         .collect();
     let mut lines: Vec<Dataset<'_>> = limits.iter().map(|l| dataset(l, theme.dim)).collect();
     lines.push(dataset(&cursor, theme.accent));
-    lines.extend(curves.iter().map(|c| dataset(&c.points, c.color)));
+    for curve in &curves {
+        lines.extend(curve.runs.iter().map(|run| dataset(run, curve.color)));
+    }
     let dim = Style::new().fg(theme.dim);
     let chart = Chart::new(lines)
         .x_axis(
@@ -114,21 +117,24 @@ fn title(model: &Model, opened: &Opened, series: &Series) -> Line<'static> {
 fn curves(model: &Model, opened: &Opened, series: &Series) -> Vec<Curve> {
     let (theme, id) = (&model.theme, model.plot.measure.id);
     let dt = opened.scenario.dt();
-    let points = |value: &dyn Fn(i64) -> Option<f64>| {
-        let found = series
+    let runs = |value: &dyn Fn(i64) -> Option<f64>| {
+        let values: Vec<_> = series
             .steps()
-            .filter_map(|s| Some((s as f64 * dt, value(s)?)));
-        found.collect::<Vec<_>>()
+            .map(|s| Some((s as f64 * dt, value(s)?)))
+            .collect();
+        let runs = values.split(Option::is_none).filter(|run| !run.is_empty());
+        runs.map(|run| run.iter().flatten().copied().collect())
+            .collect()
     };
     let mut curves = vec![Curve {
         name: model.plot.measure.danger.extreme().into(),
         color: theme.warning,
-        points: points(&|s| series.most_dangerous_at(id, s).map(|(_, v)| v)),
+        runs: runs(&|s| series.most_dangerous_at(id, s).map(|(_, v)| v)),
     }];
     let of = |obstacle: i64, color: Color| Curve {
         name: obstacle.to_string(),
         color,
-        points: points(&|s| series.at(id, obstacle, s).value()),
+        runs: runs(&|s| series.at(id, obstacle, s).value()),
     };
     let colors = [
         theme.safe,
@@ -152,13 +158,22 @@ fn bounds(measure: &Measure, curves: &[Curve]) -> (f64, f64) {
     if measure.id == "risk" {
         return (-0.2, 5.2);
     }
-    let values = curves.iter().flat_map(|c| &c.points).map(|p| p.1);
+    let values = curves
+        .iter()
+        .flat_map(|c| c.runs.iter().flatten())
+        .map(|p| p.1);
     let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
     if low > high {
         return (0.0, 1.0);
     }
     let room = ((high - low) * 0.05).max(1e-3);
-    (low - room, high + room)
+    // A measure that is never negative keeps 0 as its floor.
+    let floor = if low >= 0.0 {
+        (low - room).max(0.0)
+    } else {
+        low - room
+    };
+    (floor, high + room)
 }
 
 fn labels(low: f64, high: f64, measure: &Measure) -> [String; 3] {
@@ -181,7 +196,7 @@ fn legend(
         return area;
     }
     let mut line = Line::default();
-    for curve in curves.iter().filter(|c| !c.points.is_empty()) {
+    for curve in curves.iter().filter(|c| !c.runs.is_empty()) {
         line.push_span(Span::styled(
             format!("━{} ", curve.name),
             Style::new().fg(curve.color),

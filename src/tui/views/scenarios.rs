@@ -6,7 +6,6 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use crate::metrics::Measure;
 use crate::tui::loaded::Facts;
 use crate::tui::model::{Extent, Model, Pane};
 use crate::tui::widgets::frame;
@@ -19,9 +18,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     } else {
         format!("scenarios {}/{}", list.visible.len(), list.rows.len())
     };
-    let order = list
-        .order
-        .map_or(String::new(), |m| format!(" by {}", m.id));
+    let order = list.order.map_or(String::new(), |m| match m.unit {
+        "" => format!(" by {}", m.id),
+        unit => format!(" by {}, {unit}", m.id),
+    });
     let title = Line::from(count + &order);
     let mut inner = frame::pane(f, area, model, Pane::Scenarios, title);
     if list.filtering || !list.filter.is_empty() {
@@ -59,7 +59,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let row = &list.rows[place];
         let chosen = i == list.selected;
         let (badge, color) = badge(model, row.facts.as_ref());
-        let value = list.order.map_or(String::new(), |m| value(m, row.value));
+        let value = list.order.map_or(String::new(), |_| value(row.value));
         let name = width.saturating_sub(5 + value.chars().count());
         let name = pad(&row.entry.name, name);
         let sign = if chosen { "▸ " } else { "  " };
@@ -78,14 +78,14 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 /// The value by which the list is sorted, in the width of its column.
-fn value(measure: &Measure, value: Option<Option<f64>>) -> String {
+fn value(value: Option<Option<f64>>) -> String {
     let words = match value {
         None => "…".to_string(),
         Some(None) => "–".to_string(),
-        Some(Some(value)) if value.abs() >= 100.0 => format!("{value:.0} {}", measure.unit),
-        Some(Some(value)) => format!("{value:.2} {}", measure.unit),
+        Some(Some(value)) if value.abs() >= 100.0 => format!("{value:.0}"),
+        Some(Some(value)) => format!("{value:.2}"),
     };
-    format!("{:>10} ", words.trim_end())
+    format!("{words:>5} ")
 }
 
 fn nothing(model: &Model) -> Option<&'static str> {
