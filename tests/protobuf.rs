@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use encode::{single, triple};
 use nearmiss::scenario::commonroad::{read, read_file};
-use nearmiss::scenario::{ContentHash, Entry, Place, Scenario, Severity, find};
+use nearmiss::scenario::{ContentHash, Diagnostic, Entry, Place, Scenario, Severity, find};
 use tempfile::tempdir;
 
 /// What is compared: everything but the hash of the bytes and what was said about them.
@@ -39,9 +39,16 @@ fn scenarios() -> Vec<Scenario> {
     all
 }
 
+/// What was said beside that some positions are regions, which all formats say.
+fn unexpected(scenario: &Scenario) -> Vec<&Diagnostic> {
+    let all = scenario.diagnostics.iter();
+    all.filter(|d| !d.message.contains("the position is a region"))
+        .collect()
+}
+
 fn rich() -> Scenario {
     let rich = read(rich::RICH.as_bytes(), "rich.xml").unwrap();
-    assert_eq!(rich.diagnostics, []);
+    assert!(unexpected(&rich).is_empty());
     rich
 }
 
@@ -75,7 +82,7 @@ fn the_single_message_is_the_same_scenario_as_the_xml() {
         let id = &scenario.header.benchmark_id;
         let bytes = single::encode(&scenario);
         let again = read(&bytes, "scenario.pb").unwrap_or_else(|e| panic!("{id}: {e}"));
-        assert_eq!(again.diagnostics, [], "{id}");
+        assert!(unexpected(&again).is_empty(), "{id}");
         assert_eq!(
             difference(&essence(&scenario), &essence(&again)),
             None,
@@ -116,7 +123,7 @@ fn the_three_files_are_the_same_scenario_as_the_xml() {
         let names = triple::names(&scenario);
         let file = triple::write(folder.path(), &encoded, &names);
         let again = read_file(&file).unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(again.diagnostics, [], "{}", names.scenario);
+        assert!(unexpected(&again).is_empty(), "{}", names.scenario);
         let expected = essence(&as_of_2024(&scenario));
         assert_eq!(
             difference(&expected, &essence(&again)),
@@ -163,8 +170,7 @@ fn a_part_with_another_id_is_taken_for_its_name_and_named() {
     let map = triple::encode(&other).map;
     std::fs::write(folder.path().join("ZAM_Rich-3.pb"), map).unwrap();
     let scenario = read_file(&file).unwrap();
-    let said: Vec<_> = scenario
-        .diagnostics
+    let said: Vec<_> = unexpected(&scenario)
         .iter()
         .map(ToString::to_string)
         .collect();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Failure, Outcome, output};
 use crate::scenario::commonroad::{conform, save, write};
-use crate::scenario::{Entry, find};
+use crate::scenario::{Entry, find, in_short};
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
@@ -33,11 +33,23 @@ pub fn run(arguments: &Convert) -> Outcome {
             entries.len()
         )));
     }
+    if let Some((a, b)) = folder.and_then(|_| clash(&entries)) {
+        return Err(Failure::input(format!(
+            "{} and {} would both be written as {}.xml; convert them into folders of their own",
+            a.display(),
+            b.display(),
+            a.name
+        )));
+    }
     let (mut failed, mut unfit) = (0, 0);
     for entry in &entries {
         let target = match folder {
             Some(folder) => Some(folder.join(format!("{}.xml", entry.name))),
-            None => arguments.output.clone(),
+            // As elsewhere, `-` is the standard output.
+            None => arguments
+                .output
+                .clone()
+                .filter(|path| path.as_os_str() != "-"),
         };
         match convert(entry, target.as_deref(), arguments) {
             Ok(fits) => unfit += usize::from(!fits),
@@ -64,6 +76,14 @@ pub fn run(arguments: &Convert) -> Outcome {
     }
 }
 
+/// Two scenarios of the same name.
+fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
+    let mut seen = std::collections::HashMap::new();
+    entries
+        .iter()
+        .find_map(|entry| Some((seen.insert(&entry.name, entry)?, entry)))
+}
+
 /// Writes one scenario; says whether it fits the schema.
 fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<bool, Failure> {
     let scenario = entry.read().map_err(Failure::input)?;
@@ -82,6 +102,9 @@ fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<
         })?,
         None => output::text(&String::from_utf8_lossy(&bytes))?,
     }
+    for (_, said) in in_short(&scenario.diagnostics) {
+        output::say(&format!("{name}: reading: {said}"));
+    }
     let (changes, violations) = (&conformed.changes, &conformed.violations);
     if arguments.schema {
         changes
@@ -91,9 +114,14 @@ fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<
             .iter()
             .for_each(|v| output::say(&format!("{name}: does not fit: {v}")));
     } else if changes.len() + violations.len() > 0 {
+        let count = changes.len() + violations.len();
+        let things = if count == 1 {
+            "thing in it does"
+        } else {
+            "things in it do"
+        };
         output::say(&format!(
-            "{name}: written as it is; {} things in it do not fit the schema of 2020a, --schema names and mends them",
-            changes.len() + violations.len()
+            "{name}: written as it was read; {count} {things} not fit the schema of 2020a, --schema names and mends them"
         ));
     }
     Ok(violations.is_empty())

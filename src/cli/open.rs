@@ -6,7 +6,9 @@ use std::sync::Arc;
 use super::{Failure, output};
 use crate::config::{Config, Folders};
 use crate::prompts::Techniques;
-use crate::scenario::{EgoError, Entry, Place, Scene, Severity, Window, bundled, read_ego_file};
+use crate::scenario::{
+    EgoError, Entry, Place, Scenario, Scene, Severity, Window, bundled, read_ego_file,
+};
 use crate::text::{Frame, Options};
 use crate::verdict::Task;
 
@@ -82,7 +84,8 @@ pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
                         "--planning-problem chooses among the egos of a file; --ego names an obstacle",
                     ));
                 }
-                let scene = Scene::with_obstacle_as_ego(scenario, id).map_err(Failure::input)?;
+                let scene = Scene::with_obstacle_as_ego(scenario, id)
+                    .map_err(|e| Failure::input(format!("{}: {e}", entry.display())))?;
                 return Ok(Arc::new(scene));
             }
             read_ego_file(wanted, &scenario, choice.planning_problem).map_err(advised)?
@@ -91,9 +94,10 @@ pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
             Some(ego) => ego,
             None => {
                 return Err(Failure::input(format!(
-                    "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID, \
-                     `nearmiss inspect` lists them, or a file with --ego FILE",
-                    entry.display()
+                    "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID ({}), \
+                     or a file with --ego FILE",
+                    entry.display(),
+                    possible(&scenario)
                 )));
             }
         },
@@ -111,6 +115,19 @@ pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
         }
     }
     Ok(Arc::new(Scene::new(scenario, ego)))
+}
+
+/// Some obstacles that could be the ego.
+fn possible(scenario: &Scenario) -> String {
+    let ids = scenario.possible_egos();
+    let mut some: Vec<String> = ids.iter().take(8).map(i64::to_string).collect();
+    if ids.len() > some.len() {
+        some.push("…, all of them: `nearmiss inspect`".into());
+    }
+    if some.is_empty() {
+        return "none has a trajectory".into();
+    }
+    some.join(", ")
 }
 
 /// An error about an ego, with what to do on the command line.

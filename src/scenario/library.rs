@@ -199,6 +199,8 @@ fn search(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> std::io::Res
                 // A folder that may not be entered hides its scenarios, not its neighbours'.
                 let _ = search(&path, depth + 1, found);
             }
+        } else if !path.is_file() {
+            // Reading from a pipe would wait for ever.
         } else if path.extension().is_some_and(|x| x == "xml") && is_scenario(&path) {
             found.push(path);
         } else if commonroad::is_protobuf_name(&path) {

@@ -41,6 +41,7 @@ pub use road::{
     Route, RouteError, Side,
 };
 pub use scene::{Ego, Participant, Scene, SceneError};
+pub use summary::in_short;
 pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
 pub use vehicle::{VehicleModel, VehicleType};
 pub use window::Window;

@@ -1,7 +1,7 @@
 //! Everyone and everything on the road but the ego.
 
 use super::{
-    ObstacleRole, ObstacleType, Quantity, Sample, Signal, State, StateField, Steps, Track,
+    ObstacleRole, ObstacleType, Position, Quantity, Sample, Signal, State, StateField, Steps, Track,
 };
 use crate::geometry::{Footprint, Shape};
 
@@ -75,6 +75,24 @@ pub struct Occupancy {
     pub region: Shape,
 }
 
+impl ObstacleParts {
+    /// What is uncertain about its motion, in a sentence: states that say no point but a region.
+    #[must_use]
+    pub fn uncertainty(&self) -> Option<String> {
+        let later: &[State] = match &self.prediction {
+            Prediction::Trajectory(states) => states,
+            _ => &[],
+        };
+        let region = |s: &&State| matches!(s.position, Some(Position::Region(_)));
+        match self.initial.iter().chain(later).filter(region).count() {
+            0 => None,
+            count => Some(format!(
+                "in {count} of its states the position is a region; the middle is taken wherever it moves or is measured"
+            )),
+        }
+    }
+}
+
 impl Obstacle {
     /// An obstacle, with its motion worked out for time steps of `dt` seconds.
     #[must_use]
@@ -143,7 +161,7 @@ fn sample(state: &State) -> Option<Sample> {
     let said = |quantity: Option<Quantity>| quantity.map(|q| q.middle());
     Some(Sample {
         step: state.time.from,
-        position: state.point()?,
+        position: state.middle()?,
         heading: direction
             .map(|v| v.y.atan2(v.x))
             .or(said(state.orientation)),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::{LONGEST_TRACK, Prediction, Scenario, Severity};
+use super::{Diagnostic, LONGEST_TRACK, Obstacle, ObstacleRole, Prediction, Scenario, Severity};
 
 impl Scenario {
     /// What is in it: a word and what there is to say about it, a line each.
@@ -16,7 +16,12 @@ impl Scenario {
                 "format",
                 format!(
                     "CommonRoad {}, {} s a step",
-                    header.version, header.time_step_size
+                    if header.version.is_empty() {
+                        "of no version"
+                    } else {
+                        &header.version
+                    },
+                    header.time_step_size
                 ),
             ),
             (
@@ -72,12 +77,13 @@ impl Scenario {
         all.start..all.end.min(all.start + LONGEST_TRACK + 1)
     }
 
-    /// How many diagnostics are warnings, and how many are notes.
+    /// Ids of the obstacles that could be the ego: those with a body and a trajectory.
     #[must_use]
-    pub fn warnings_and_notes(&self) -> (usize, usize) {
-        let warns = |d: &&super::Diagnostic| d.severity == Severity::Warning;
-        let warnings = self.diagnostics.iter().filter(warns).count();
-        (warnings, self.diagnostics.len() - warnings)
+    pub fn possible_egos(&self) -> Vec<i64> {
+        let moving = |o: &&Obstacle| {
+            o.role == ObstacleRole::Dynamic && o.footprint.is_some() && o.track().iter().count() > 1
+        };
+        self.obstacles.iter().filter(moving).map(|o| o.id).collect()
     }
 
     fn kinds(&self) -> String {
@@ -94,5 +100,60 @@ impl Scenario {
             .map(|(kind, count)| format!("{count} {kind}"))
             .collect();
         kinds.join(", ")
+    }
+}
+
+/// Diagnostics for people: warnings first, and of those that differ in numbers only, the first with a count.
+#[must_use]
+pub fn in_short(diagnostics: &[Diagnostic]) -> Vec<(Severity, String)> {
+    let mut groups: Vec<(String, &Diagnostic, usize)> = Vec::new();
+    for diagnostic in diagnostics {
+        let words = diagnostic.message.chars().filter(|c| !c.is_ascii_digit());
+        let shape: String = words.collect();
+        match groups
+            .iter_mut()
+            .find(|(s, first, _)| *s == shape && first.severity == diagnostic.severity)
+        {
+            Some((.., more)) => *more += 1,
+            None => groups.push((shape, diagnostic, 0)),
+        }
+    }
+    groups.sort_by_key(|(_, first, _)| std::cmp::Reverse(first.severity));
+    groups
+        .into_iter()
+        .map(|(_, first, more)| {
+            let more = match more {
+                0 => String::new(),
+                more => format!(" (and {more} more like this)"),
+            };
+            (first.severity, format!("{first}{more}"))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_differs_in_numbers_only_is_told_once() {
+        let diagnostic = |severity, line, message: &str| Diagnostic {
+            severity,
+            line,
+            element: String::new(),
+            message: message.into(),
+        };
+        let all = [
+            diagnostic(Severity::Note, 3, "limit 27.78 as sign 1"),
+            diagnostic(Severity::Warning, 9, "no shape"),
+            diagnostic(Severity::Note, 12, "limit 13.9 as sign 2"),
+        ];
+        let short = in_short(&all);
+        assert_eq!(short.len(), 2);
+        assert_eq!(short[0].1, "warning: line 9: no shape");
+        assert_eq!(
+            short[1].1,
+            "note: line 3: limit 27.78 as sign 1 (and 1 more like this)"
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::options::{Options, heading, lanelets, name};
+use super::options::{NO_EGO, Options, heading, lanelets, name};
 use crate::scenario::{Motion, Scene, Window};
 
 pub(super) fn describe(scene: &Scene, window: &Window, options: &Options) -> String {
@@ -10,14 +10,16 @@ pub(super) fn describe(scene: &Scene, window: &Window, options: &Options) -> Str
     for step in window.steps() {
         text.push('\n');
         text.push_str(&heading(scene, step));
-        if let Some(ego) = scene.ego.track.at(step) {
-            let _ = writeln!(
-                text,
-                "  ego {}: {}",
-                scene.ego.id,
-                state(scene, ego, options)
-            );
-        }
+        let Some(ego) = scene.ego.track.at(step) else {
+            text.push_str(NO_EGO);
+            continue;
+        };
+        let _ = writeln!(
+            text,
+            "  ego {}: {}",
+            scene.ego.id,
+            state(scene, ego, options)
+        );
         for (participant, motion) in options.near(scene, step) {
             let _ = writeln!(
                 text,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::options::{Options, heading, lanelets, name};
+use super::options::{NO_EGO, Options, heading, lanelets, name};
 use crate::metrics::{Direction, Encounter, Relation};
 use crate::scenario::{Scene, Window};
 
@@ -14,15 +14,17 @@ pub(super) fn describe(scene: &Scene, window: &Window, options: &Options) -> Str
     for step in window.steps() {
         text.push('\n');
         text.push_str(&heading(scene, step));
-        if let Some(ego) = scene.ego.track.at(step) {
-            let _ = writeln!(
-                text,
-                "  The ego drives at {} m/s with acceleration {} m/s², {}.",
-                options.number(ego.velocity),
-                options.number(ego.acceleration),
-                lanelets(scene, ego),
-            );
-        }
+        let Some(ego) = scene.ego.track.at(step) else {
+            text.push_str(NO_EGO);
+            continue;
+        };
+        let _ = writeln!(
+            text,
+            "  The ego drives at {} m/s with acceleration {} m/s², {}.",
+            options.number(ego.velocity),
+            options.number(ego.acceleration),
+            lanelets(scene, ego),
+        );
         let near = options.near(scene, step);
         if near.is_empty() {
             let radius = options.number(options.radius);

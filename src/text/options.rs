@@ -77,6 +77,9 @@ impl Options {
     }
 }
 
+/// What is said of a step that the ego's recording leaves out.
+pub(super) const NO_EGO: &str = "  The ego is not recorded at this step.\n";
+
 /// What an obstacle is called: its type and id.
 pub(super) fn name(participant: &Participant<'_>) -> String {
     format!("{} {}", participant.obstacle.kind, participant.obstacle.id)

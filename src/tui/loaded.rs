@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::judge::{Judgement, judge};
 use crate::metrics::{Danger, Headline, MEASURES, Measure, Series};
-use crate::scenario::{Entry, Scenario, Scene, Window};
+use crate::scenario::{Entry, Scenario, Scene, Severity, Window};
 use crate::verdict::Task;
 
 /// What is worth knowing before a scenario is opened.
@@ -96,6 +96,14 @@ impl Opened {
             headline,
             collision,
         })
+    }
+
+    /// How many warnings there are about the scenario and its ego.
+    #[must_use]
+    pub fn warnings(&self) -> usize {
+        let ego = self.scene.iter().flat_map(|s| &s.ego.diagnostics);
+        let all = self.scenario.diagnostics.iter().chain(ego);
+        all.filter(|d| d.severity == Severity::Warning).count()
     }
 
     /// The steps to show: those of the ego, or of all obstacles where there is none.

@@ -315,8 +315,10 @@ impl Model {
 
     /// Says something.
     pub fn say(&mut self, text: impl Into<String>) {
+        let text = text.into();
+        self.toasts.retain(|t| t.text != text);
         self.toasts.push(Toast {
-            text: text.into(),
+            text,
             bad: false,
             left: 4.0,
         });

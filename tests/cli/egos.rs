@@ -157,7 +157,7 @@ fn a_solution_is_not_a_scenario() {
         shown.contains("solution KS2 of planning problem"),
         "{shown}"
     );
-    assert!(shown.contains("ego note: no size in it"), "{shown}");
+    assert!(shown.contains("note: no size in it"), "{shown}");
 }
 
 #[test]

@@ -147,7 +147,7 @@ fn inspect_names_file_line_and_element_of_what_is_wrong() {
         (
             "bytes.xml",
             vec![0xff, 0x00, 0xfe, 0x3c, 0x80],
-            vec!["bytes.xml", "UTF-8"],
+            vec!["bytes.xml", "no text"],
         ),
         (
             "wrong.xml",

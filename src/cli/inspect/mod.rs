@@ -10,8 +10,8 @@ use super::{Failure, Outcome, open, output, routes};
 use crate::geometry::{Point, Shape, Truck};
 use crate::scenario::commonroad::{Root, root_of_file};
 use crate::scenario::{
-    Adjacent, Entry, Goal, Lanelet, Obstacle, Place, Prediction, Quantity, Scenario, State,
-    benchmark_id,
+    Adjacent, Ego, EgoError, Entry, Goal, Lanelet, Obstacle, Place, Prediction, Quantity, Scenario,
+    State, benchmark_id, in_short,
 };
 
 /// Arguments of `inspect`.
@@ -33,58 +33,73 @@ pub fn run(arguments: &Inspect) -> Outcome {
         return solution::run(path, arguments.json);
     }
     let scenario = entry.read().map_err(Failure::input)?;
+    let ego = entry.recorded_ego(&scenario);
     if arguments.json {
-        output::json(&document(&scenario))?;
+        let mut document = document(&scenario);
+        document["ego"] = match &ego {
+            Ok(Some(ego)) => json!({
+                "id": ego.id,
+                "source": ego.source.to_string(),
+                "steps": [ego.track.steps().start, ego.track.steps().end - 1],
+                "diagnostics": ego.diagnostics,
+            }),
+            Ok(None) => Value::Null,
+            Err(error) => json!({ "error": error.to_string() }),
+        };
+        output::json(&document)?;
     } else {
-        output::text(&summary(&entry, &scenario)?)?;
+        output::text(&summary(&entry, &scenario, &ego))?;
     }
-    Ok(())
+    // The scenario is shown all the same.
+    ego.map(|_| ()).map_err(Failure::input)
 }
 
-fn summary(entry: &Entry, scenario: &Scenario) -> Result<String, Failure> {
-    let mut doubts = Vec::new();
-    let ego = match entry.recorded_ego(scenario) {
-        Ok(Some(ego)) => {
-            let (first, last) = (ego.track.steps().start, ego.track.steps().end - 1);
-            doubts.clone_from(&ego.diagnostics);
-            format!("{}, {}, steps {first} to {last}", ego.id, ego.source)
-        }
-        Ok(None) => {
-            let moving = scenario
-                .obstacles
-                .iter()
-                .filter(|o| o.track().iter().count() > 1);
-            match moving.count() {
-                0 => "no recording found, and no obstacle has a trajectory".to_string(),
-                n => format!(
-                    "no recording found; {n} obstacles have a trajectory and can be taken as ego (--ego ID)"
-                ),
-            }
-        }
-        Err(error) => return Err(Failure::input(error)),
+fn summary(entry: &Entry, scenario: &Scenario, ego: &Result<Option<Ego>, EgoError>) -> String {
+    let id = match scenario.header.benchmark_id.as_str() {
+        "" => "(no benchmark id)",
+        id => id,
     };
-    let mut text = format!("{}\n", scenario.header.benchmark_id);
+    let mut text = format!("{id}\n");
     let mut line = |word: &str, said: &str| text.push_str(&format!("  {word:<11} {said}\n"));
     line("file", &entry.display());
     line("hash", &scenario.hash.to_string());
     for (word, said) in scenario.summary() {
         line(word, &said);
     }
-    line("ego", &ego);
-    for doubt in &doubts {
-        text.push_str(&format!("  ego {doubt}\n"));
+    let possible = scenario.possible_egos();
+    match ego {
+        Ok(Some(ego)) => {
+            let (first, last) = (ego.track.steps().start, ego.track.steps().end - 1);
+            line(
+                "ego",
+                &format!("{}, {}, steps {first} to {last}", ego.id, ego.source),
+            );
+            for (_, doubt) in in_short(&ego.diagnostics) {
+                line("", &doubt);
+            }
+        }
+        Ok(None) => line("ego", "no recording found"),
+        Err(error) => line("ego", &format!("cannot be read: {error}")),
+    }
+    if possible.is_empty() {
+        line("as ego", "no obstacle has a trajectory");
+    } else {
+        let ids: Vec<String> = possible.iter().map(i64::to_string).collect();
+        line(
+            "as ego",
+            &format!("--ego takes obstacle {}", ids.join(", ")),
+        );
     }
     text.push_str(&routes::summary(scenario));
     if scenario.diagnostics.is_empty() {
         text.push_str("  diagnostics none\n");
     }
-    for d in &scenario.diagnostics {
-        text.push_str(&format!("  {d}\n"));
+    for (_, diagnostic) in in_short(&scenario.diagnostics) {
+        text.push_str(&format!("  {diagnostic}\n"));
     }
-    Ok(output::visible(&text))
+    output::visible(&text)
 }
 
-/// A diagnostic on a line of its own.
 fn document(scenario: &Scenario) -> Value {
     let network = &scenario.network;
     let ids = |ids: Vec<i64>| {
@@ -94,6 +109,7 @@ fn document(scenario: &Scenario) -> Value {
     };
     json!({
         "benchmark_id": benchmark_id::normalized(&scenario.header.benchmark_id),
+        "benchmark_id_as_written": scenario.header.benchmark_id,
         "version": scenario.header.version,
         "time_step_size": scenario.header.time_step_size,
         "attributes": scenario.header.attributes,

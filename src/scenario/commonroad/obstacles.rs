@@ -87,6 +87,9 @@ pub(super) fn obstacle<'a>(
         prediction,
         signals,
     };
+    if let Some(message) = parts.uncertainty() {
+        xml.note(Severity::Warning, element, message);
+    }
     Ok(Obstacle::new(parts, dt))
 }
 

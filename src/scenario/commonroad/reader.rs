@@ -12,7 +12,11 @@ use crate::scenario::{
 pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
     let mut xml = Xml::new(bytes, file)?;
     let Some(root) = xml.next()? else {
-        let message = "there is no XML element in it; a scenario begins with <commonRoad …>";
+        let message = if looks_like_an_ego(bytes) {
+            "this is no scenario but looks like an ego's trajectory or log; --ego takes it, beside its scenario"
+        } else {
+            "there is no XML element in it; a scenario begins with <commonRoad …>"
+        };
         return Err(xml.fail(0, message.into()));
     };
     if root.name == "CommonRoadSolution" {
@@ -106,6 +110,12 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
         diagnostics: xml.into_diagnostics(),
         hash: ContentHash::of(bytes),
     })
+}
+
+fn looks_like_an_ego(bytes: &[u8]) -> bool {
+    let first = bytes.split(|b| *b == b'\n').next().unwrap_or_default();
+    let first = String::from_utf8_lossy(first);
+    first.contains("timestep") || first.contains("trajectory_number")
 }
 
 /// A tag; one that could not be the name of an element is left out.

@@ -6,7 +6,7 @@ use quick_xml::Reader;
 use quick_xml::events::Event;
 use quick_xml::events::attributes::Attributes;
 
-use super::error::ReadError;
+use super::error::{ReadError, not_text};
 use crate::scenario::{Diagnostic, Severity};
 
 /// An opened element.
@@ -50,8 +50,7 @@ impl<'a> Xml<'a> {
                 line: 1 + before.iter().filter(|&&b| b == b'\n').count(),
                 column: 1 + before.iter().rev().take_while(|&&b| b != b'\n').count(),
                 element: String::new(),
-                message: "bytes that are not UTF-8; CommonRoad files are UTF-8, save it as such"
-                    .into(),
+                message: not_text(bytes).into(),
             }
         })?;
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);

@@ -45,6 +45,16 @@ pub enum EgoError {
         /// Which column.
         column: &'static str,
     },
+    /// The columns are not separated by commas.
+    #[error(
+        "{file}: line 1: the columns are separated by {separator}; an ego trajectory is separated by commas"
+    )]
+    Separator {
+        /// Which file.
+        file: String,
+        /// By what instead.
+        separator: &'static str,
+    },
     /// A value is not a number.
     #[error("{file}: line {line}: column `{column}` is `{value}`, a finite number is needed")]
     Value {

@@ -1,5 +1,6 @@
 //! Egos from files: recordings, planners' logs and solutions, told apart by what is in them.
 
+mod checks;
 mod error;
 mod find;
 mod log;
@@ -103,13 +104,15 @@ pub fn read_ego(
             "these are all trajectories that a planner sampled; what was driven is in logs.csv",
         ));
     }
-    let ego = if has(b"trajectory_number") {
+    let mut ego = if has(b"trajectory_number") {
         log::read(bytes, file, scenario, planning_problem)?
     } else if has(b"timestep") || has(b"x_position") {
         read_recording(bytes, file, scenario)?
     } else {
         return Err(unknown("its first line is no header of a known kind"));
     };
+    let doubts = checks::check(&ego, scenario);
+    ego.diagnostics.extend(doubts);
     match planning_problem {
         Some(problem) if problem != ego.id => Err(EgoError::NoSuchProblem {
             file: file.to_string(),

@@ -25,6 +25,15 @@ pub fn read_recording(bytes: &[u8], file: &str, scenario: &Scenario) -> Result<E
         .trim(csv::Trim::All)
         .from_reader(bytes);
     let header = reader.headers().map_err(csv_error)?.clone();
+    if let Some(separator) = header
+        .get(0)
+        .and_then(|h| h.chars().find(|c| matches!(c, ';' | '\t')))
+    {
+        return Err(EgoError::Separator {
+            file: named(),
+            separator: if separator == ';' { "`;`" } else { "tabs" },
+        });
+    }
     let column = |name: &'static str| header.iter().position(|h| h == name);
     let needed = |name| {
         column(name).ok_or(EgoError::Column {

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
-use crate::scenario::Severity;
+use crate::scenario::{Severity, in_short};
 use crate::text::visible;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
@@ -14,7 +14,10 @@ use crate::tui::widgets::words::pad;
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
     let text = match &model.opened {
         Some(opened) => about(model, opened, super::text_width(screen)),
-        None => Text::raw("no scenario is open"),
+        None => Text::raw(match &model.open_error {
+            Some(error) => visible(error).into_owned(),
+            None => "no scenario is open".into(),
+        }),
     };
     super::scrolled(frame, screen, model, "scenario", text, scroll);
 }
@@ -45,20 +48,33 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
         line(name, &said);
     }
     match (&opened.scene, &opened.no_ego) {
-        (Some(scene), _) => line("ego", &scene.ego.to_string()),
+        (Some(scene), _) => {
+            let (first, last) = (scene.steps().start, scene.last_step());
+            line("ego", &format!("{}, steps {first} to {last}", scene.ego));
+        }
         (None, why) => line("ego", why.as_deref().unwrap_or("none")),
+    }
+    let possible = scenario.possible_egos();
+    if !possible.is_empty() {
+        let ids: Vec<String> = possible.iter().map(i64::to_string).collect();
+        line("as ego", &format!("{} (o picks, E takes)", ids.join(", ")));
     }
     text.push_line("");
     text.push_line(Line::styled("what reading it had to assume or skip", title));
-    if scenario.diagnostics.is_empty() {
+    let ego = opened
+        .scene
+        .iter()
+        .flat_map(|s| in_short(&s.ego.diagnostics));
+    let ego = ego.map(|(severity, words)| (severity, format!("ego {words}")));
+    let all: Vec<_> = ego.chain(in_short(&scenario.diagnostics)).collect();
+    if all.is_empty() {
         text.push_line("  nothing");
     }
-    for diagnostic in &scenario.diagnostics {
-        let color = match diagnostic.severity {
+    for (severity, words) in all {
+        let color = match severity {
             Severity::Warning => theme.warning,
             Severity::Note => theme.dim,
         };
-        let words = diagnostic.to_string();
         let hanging = textwrap::Options::new(width.max(10))
             .initial_indent("  ")
             .subsequent_indent("    ");

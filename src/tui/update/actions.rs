@@ -221,7 +221,9 @@ fn go_to_nearest(
             model.clock.go(nearest.step);
             model.picked = Some(nearest.obstacle);
         }
-        None if model.scene().is_none() => model.say("no scenario with an ego is open"),
+        None if model.scene().is_none() => {
+            model.say("this needs an ego: o picks an obstacle, E takes it as the ego")
+        }
         None => model.say("there is nobody near at any step"),
     }
 }

@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 
 use crate::tui::action::{ACTIONS, Action};
 use crate::tui::keymap;
-use crate::tui::model::Model;
+use crate::tui::model::{Model, Overlay};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut left = usize::from(area.width);
@@ -37,6 +37,9 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             .map(|(k, w)| ((*k).to_string(), (*w).to_string()))
             .collect()
     };
+    if let Some(Overlay::Help { .. } | Overlay::About { .. }) = model.overlays.last() {
+        return fixed(&[("↑↓", "scroll"), ("Esc", "close")]);
+    }
     if !model.overlays.is_empty() {
         return fixed(&[("↑↓", "select"), ("Enter", "choose"), ("Esc", "close")]);
     }

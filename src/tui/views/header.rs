@@ -40,10 +40,10 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         let shown = fit(&facts, rest);
         let left = rest.saturating_sub(shown.chars().count());
         line.push_span(Span::styled(shown, dim));
-        let assumed = match opened.scenario.warnings_and_notes() {
-            (0, _) => String::new(),
-            (1, _) => " · ! 1 warning (i)".into(),
-            (n, _) => format!(" · ! {n} warnings (i)"),
+        let assumed = match opened.warnings() {
+            0 => String::new(),
+            1 => " · ! 1 warning (i)".into(),
+            n => format!(" · ! {n} warnings (i)"),
         };
         if assumed.chars().count() <= left {
             line.push_span(Span::styled(assumed, Style::new().fg(theme.warning)));

@@ -23,7 +23,7 @@ pub(super) fn fixed<B: BodyMessage>(
     let kind = kind(report, at, message.obstacle_type)?;
     let body = report.need(at, "shape", message.shape.as_ref())?;
     let initial = report.need(at, "initial_state", message.initial_state.as_ref())?;
-    Ok(ObstacleParts {
+    let parts = ObstacleParts {
         id: id.into(),
         role: ObstacleRole::Static,
         kind,
@@ -36,7 +36,11 @@ pub(super) fn fixed<B: BodyMessage>(
             message.initial_signal_state.as_ref(),
             &message.signal_series,
         )?,
-    })
+    };
+    if let Some(message) = parts.uncertainty() {
+        report.warn(at, message);
+    }
+    Ok(parts)
 }
 
 pub(super) fn moving<B: BodyMessage>(
@@ -66,7 +70,7 @@ pub(super) fn moving<B: BodyMessage>(
             format!("`{name}` has no place here and was left out"),
         );
     }
-    Ok(ObstacleParts {
+    let parts = ObstacleParts {
         id: id.into(),
         role: ObstacleRole::Dynamic,
         kind,
@@ -79,7 +83,11 @@ pub(super) fn moving<B: BodyMessage>(
             message.initial_signal_state.as_ref(),
             &message.signal_series,
         )?,
-    })
+    };
+    if let Some(message) = parts.uncertainty() {
+        report.warn(at, message);
+    }
+    Ok(parts)
 }
 
 /// `kinds` are the words of its type, which differ between the versions.
