@@ -138,3 +138,29 @@ fn several_go_into_a_folder() {
     );
     assert!(folder.join("a.xml").exists() && !folder.join("b.xml").exists());
 }
+
+#[test]
+fn what_reading_left_out_is_said_and_names_do_not_clash() {
+    let home = Home::new();
+    let text = bundled_xml(CUT_IN).replacen("<type>", "<hue>red</hue><type>", 1);
+    let first = home.write("a/s.xml", &text);
+    let second = home.write("b/s.xml", bundled_xml(CUT_IN));
+    let (first, second) = (first.to_str().unwrap(), second.to_str().unwrap());
+    let ended = home.run(&["convert", first]).status(0);
+    assert!(
+        ended.stderr.contains("<hue> is not known"),
+        "{}",
+        ended.stderr
+    );
+    let folder = home.files().join("out");
+    std::fs::create_dir(&folder).unwrap();
+    let folder = folder.to_str().unwrap();
+    let ended = home
+        .run(&["convert", first, second, "-o", folder, "--overwrite"])
+        .status(2);
+    assert!(
+        ended.stderr.contains("would both be written as s.xml"),
+        "{}",
+        ended.stderr
+    );
+}

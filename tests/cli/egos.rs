@@ -229,3 +229,61 @@ fn what_is_no_ego_is_named() {
         ended.says(&words);
     }
 }
+
+#[test]
+fn an_ego_that_does_not_fit_its_scenario_is_doubted() {
+    let home = Home::new();
+    let rows: Vec<String> = bundled_ego(CUT_IN).lines().map(String::from).collect();
+    let change = |name: &str, column: usize, by: f64| {
+        let mut text = rows[0].clone();
+        for row in &rows[1..] {
+            let mut cells: Vec<String> = row.split(',').map(String::from).collect();
+            let value: f64 = cells[column].parse().unwrap();
+            cells[column] = (value + by).to_string();
+            text += &format!("\n{}", cells.join(","));
+        }
+        home.write(name, text)
+    };
+    let doubts = |file: &std::path::Path| {
+        let ended = home.run(&["describe", CUT_IN, "--ego", file.to_str().unwrap()]);
+        ended.status(0).stderr
+    };
+    let later = doubts(&change("later.csv", 1, 1000.0));
+    assert!(later.contains("they never meet"), "{later}");
+    let far = doubts(&change("far.csv", 2, 5e4));
+    assert!(
+        far.contains("50000.00 m from where planning problem"),
+        "{far}"
+    );
+    let degrees = doubts(&change("degrees.csv", 4, 109.0));
+    assert!(degrees.contains("look like degrees"), "{degrees}");
+    let mut gap = rows.clone();
+    gap.drain(60..70);
+    let gap = home.write("gap.csv", gap.join("\n"));
+    let gap = gap.to_str().unwrap();
+    let ended = home
+        .run(&["describe", CUT_IN, "--ego", gap, "--at", "62"])
+        .status(0);
+    assert!(
+        ended.stderr.contains("10 steps between"),
+        "{}",
+        ended.stderr
+    );
+    assert!(
+        ended
+            .stdout
+            .contains("The ego is not recorded at this step."),
+        "{}",
+        ended.stdout
+    );
+    assert_eq!(doubts(&home.write("good.csv", rows.join("\n"))), "");
+    let tabs = home.write("tabs.csv", rows.join("\n").replace(',', "\t"));
+    let ended = home
+        .run(&["describe", CUT_IN, "--ego", tabs.to_str().unwrap()])
+        .status(2);
+    assert!(
+        ended.stderr.contains("separated by tabs"),
+        "{}",
+        ended.stderr
+    );
+}
