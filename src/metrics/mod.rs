@@ -6,6 +6,7 @@
 mod distance;
 mod encounter;
 mod headline;
+pub mod paper;
 mod reading;
 mod registry;
 mod relation;
