@@ -54,9 +54,7 @@ impl Relation {
         let v_rel_lat = other.velocity * turned.sin();
         let a_rel_long = other.acceleration * other.pose.heading.cos() - ego.acceleration * cos;
         let a_rel_lat = other.acceleration * other.pose.heading.sin() - ego.acceleration * sin;
-        let numbers = [
-            d_long, d_lat, v_rel_long, v_rel_lat, a_rel_long, a_rel_lat,
-        ];
+        let numbers = [d_long, d_lat, v_rel_long, v_rel_lat, a_rel_long, a_rel_lat];
         if !numbers.iter().all(|n| n.is_finite()) {
             return None;
         }

@@ -47,8 +47,7 @@ pub struct TooLarge {
 /// # Errors
 /// [`TooLarge`], where a row would hold no finite number.
 pub fn rows(scene: &Scene) -> Result<Vec<Row>, TooLarge> {
-    let recorded: HashMap<i64, &Sample> =
-        scene.ego.recorded.iter().map(|s| (s.step, s)).collect();
+    let recorded: HashMap<i64, &Sample> = scene.ego.recorded.iter().map(|s| (s.step, s)).collect();
     let taken = match scene.ego.source {
         EgoSource::Obstacle(id) => Some(id),
         _ => None,
