@@ -101,6 +101,8 @@ pub fn run(arguments: &Metrics) -> Outcome {
         ));
     }
     let entries = find(&arguments.paths).map_err(Failure::input)?;
+    // Before the file is begun, so that it never stays behind.
+    let stop = interrupted(file.is_some()).map_err(Failure::input)?;
     let mut job = Job {
         table: Table::new(
             arguments.convention.name(),
@@ -113,7 +115,6 @@ pub fn run(arguments: &Metrics) -> Outcome {
         failed: 0,
     };
     let table = job.table.clone();
-    let stop = interrupted(file.is_some()).map_err(Failure::input)?;
     let progress = Progress::new(entries.len(), "scenarios", file.is_some());
     let mut written = Ok(());
     in_order(
