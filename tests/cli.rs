@@ -13,6 +13,10 @@ mod encode;
 mod hostile;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
+#[path = "cli/long_jobs.rs"]
+mod long_jobs;
+#[path = "cli/metrics.rs"]
+mod metrics;
 #[path = "cli/prompts.rs"]
 mod prompts;
 #[path = "cli/protobuf.rs"]

@@ -73,6 +73,16 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
 
 /// The scene of an entry, with an obstacle or a file's ego. What is doubtful about the ego is said.
 pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
+    let (scene, doubts) = scene_and_doubts(entry, choice)?;
+    doubts.iter().for_each(|doubt| output::say(doubt));
+    Ok(scene)
+}
+
+/// The scene of an entry, with an obstacle or a file's ego, and what is doubtful about the ego, in words.
+pub fn scene_and_doubts(
+    entry: &Entry,
+    choice: &EgoChoice,
+) -> Result<(Arc<Scene>, Vec<String>), Failure> {
     let scenario = entry.read().map_err(Failure::input)?;
     let ego = match &choice.ego {
         Some(wanted) => {
@@ -86,7 +96,7 @@ pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
                 }
                 let scene = Scene::with_obstacle_as_ego(scenario, id)
                     .map_err(|e| Failure::input(format!("{}: {e}", entry.display())))?;
-                return Ok(Arc::new(scene));
+                return Ok((Arc::new(scene), Vec::new()));
             }
             read_ego_file(wanted, &scenario, choice.planning_problem).map_err(advised)?
         }
@@ -102,19 +112,17 @@ pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
             }
         },
     };
-    for doubt in &ego.diagnostics {
-        if doubt.severity == Severity::Warning {
-            let line = match doubt.line {
-                0 => String::new(),
-                line => format!("line {line}: "),
-            };
-            output::say(&format!(
-                "nearmiss: ego {}: {line}{}",
-                ego.source, doubt.message
-            ));
-        }
-    }
-    Ok(Arc::new(Scene::new(scenario, ego)))
+    let doubts = ego.diagnostics.iter();
+    let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
+    let doubts = doubts.map(|doubt| {
+        let line = match doubt.line {
+            0 => String::new(),
+            line => format!("line {line}: "),
+        };
+        format!("nearmiss: ego {}: {line}{}", ego.source, doubt.message)
+    });
+    let doubts = doubts.collect();
+    Ok((Arc::new(Scene::new(scenario, ego)), doubts))
 }
 
 /// Some obstacles that could be the ego.

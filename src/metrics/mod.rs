@@ -1,11 +1,12 @@
 //! Safety measures: one file each, a registry, and series over steps and obstacles.
 //!
-//! Everything here uses the real shapes and the ego's own frame. A measure without a value
+//! Everything here but [`crate::metrics::paper`] uses the real shapes and the ego's own frame. A measure without a value
 //! says why; no NaN and no infinity leaves this module.
 
 mod distance;
 mod encounter;
 mod headline;
+pub mod paper;
 mod reading;
 mod registry;
 mod relation;

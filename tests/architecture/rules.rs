@@ -50,7 +50,7 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
 }
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
-const HOMES: [(&str, &[&str]); 11] = [
+const HOMES: [(&str, &[&str]); 13] = [
     ("ratatui", &["tui/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
@@ -62,6 +62,8 @@ const HOMES: [(&str, &[&str]); 11] = [
     ("rstar", &["geometry/", "scenario/road/"]),
     ("i_overlay", &["geometry/"]),
     ("petgraph", &["scenario/road/"]),
+    ("parquet", &["cli/metrics/"]),
+    ("indicatif", &["cli/"]),
 ];
 
 /// What the parts of the terminal may import of each other; parts that are not here are free.

@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 pub use conform::{Conformed, conform};
 pub use error::ReadError;
 pub use root::{Root, root_of, root_of_file};
-pub use save::{SaveError, save};
+pub use save::{NewFile, SaveError, save};
 pub use solution::{
     Field, ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory,
     TrajectoryKind, read_solution, write_solution,

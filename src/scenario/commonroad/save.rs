@@ -1,5 +1,6 @@
 //! Saving a file: whole or not at all, and never over another one unasked.
 
+use std::fs::Permissions;
 use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -27,84 +28,137 @@ pub enum SaveError {
     },
 }
 
-/// Saves `bytes` as the file `path`, in a folder that exists.
+/// A file in the making: nothing is at its path before [`NewFile::finish`], and nothing stays behind if that is not called.
 ///
-/// They are written to a new file beside it, which is then renamed: whoever looks sees the old contents or
-/// all of the new ones, also after a crash. With `overwrite` a file at `path` is replaced and its
-/// permissions stay; a symbolic link stays and the file it leads to is replaced. Without it nothing is
-/// ever replaced, not even what another program puts there meanwhile.
+/// What is written goes to a new file beside it, which is renamed at the end: whoever looks sees the old
+/// contents or all of the new ones, also after a crash.
+#[derive(Debug)]
+pub struct NewFile {
+    part: tempfile::NamedTempFile,
+    path: PathBuf,
+    /// Where a symbolic link at the path leads.
+    target: PathBuf,
+    replaced: Option<Permissions>,
+    overwrite: bool,
+}
+
+impl NewFile {
+    /// Begins the file `path`, in a folder that exists.
+    ///
+    /// With `overwrite` a file at `path` is replaced and its permissions stay; a symbolic link stays and the
+    /// file it leads to is replaced. Without it nothing is ever replaced, not even what another program puts there meanwhile.
+    ///
+    /// # Errors
+    /// See [`SaveError`].
+    pub fn begin(path: &Path, overwrite: bool) -> Result<Self, SaveError> {
+        let io = |source| SaveError::Io {
+            path: path.to_path_buf(),
+            source,
+        };
+        let present = match path.symlink_metadata() {
+            Ok(_) => true,
+            Err(e) if e.kind() == ErrorKind::NotFound => false,
+            Err(e) => return Err(io(e)),
+        };
+        if present && !overwrite {
+            return Err(SaveError::Exists(path.to_path_buf()));
+        }
+        let target = if present {
+            path.canonicalize().map_err(io)?
+        } else {
+            path.to_path_buf()
+        };
+        let replaced = present.then(|| target.metadata()).transpose().map_err(io)?;
+        if replaced.as_ref().is_some_and(|m| !m.is_file()) {
+            return Err(SaveError::NotAFile(path.to_path_buf()));
+        }
+        let name = path.file_name();
+        let name = name.ok_or_else(|| io(Error::new(ErrorKind::InvalidInput, "no file's name")))?;
+        let folder = match target.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        if !folder.is_dir() {
+            return Err(SaveError::NoFolder(
+                path.to_path_buf(),
+                folder.to_path_buf(),
+            ));
+        }
+        let mut prefix = std::ffi::OsString::from(".");
+        prefix.push(name.to_string_lossy().chars().take(40).collect::<String>());
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix).suffix(".part");
+        if let Some(permissions) = new_file_permissions() {
+            builder.permissions(permissions);
+        }
+        Ok(Self {
+            part: builder.tempfile_in(folder).map_err(io)?,
+            path: path.to_path_buf(),
+            target,
+            replaced: replaced.map(|m| m.permissions()),
+            overwrite,
+        })
+    }
+
+    /// Puts the file in its place.
+    ///
+    /// # Errors
+    /// See [`SaveError`]; nothing is left behind.
+    pub fn finish(self) -> Result<(), SaveError> {
+        let path = self.path;
+        let io = |source| SaveError::Io {
+            path: path.clone(),
+            source,
+        };
+        if let Some(permissions) = self.replaced {
+            let file = self.part.as_file();
+            file.set_permissions(permissions).map_err(io)?;
+        }
+        self.part.as_file().sync_all().map_err(io)?;
+        let persisted = if self.overwrite {
+            self.part.persist(&self.target)
+        } else {
+            self.part.persist_noclobber(&self.target)
+        };
+        persisted.map(drop).map_err(|e| match e.error.kind() {
+            ErrorKind::AlreadyExists => SaveError::Exists(path.clone()),
+            _ => io(e.error),
+        })
+    }
+}
+
+impl Write for NewFile {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.part.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.part.flush()
+    }
+}
+
+/// Saves `bytes` as the file `path`, in a folder that exists; see [`NewFile`].
 ///
 /// # Errors
 /// See [`SaveError`]; nothing is left behind.
 pub fn save(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), SaveError> {
-    let io = |source| SaveError::Io {
+    let mut file = NewFile::begin(path, overwrite)?;
+    file.write_all(bytes).map_err(|source| SaveError::Io {
         path: path.to_path_buf(),
         source,
-    };
-    let exists = || SaveError::Exists(path.to_path_buf());
-    let present = match path.symlink_metadata() {
-        Ok(_) => true,
-        Err(e) if e.kind() == ErrorKind::NotFound => false,
-        Err(e) => return Err(io(e)),
-    };
-    if present && !overwrite {
-        return Err(exists());
-    }
-    let target = if present {
-        path.canonicalize().map_err(io)?
-    } else {
-        path.to_path_buf()
-    };
-    let replaced = present.then(|| target.metadata()).transpose().map_err(io)?;
-    if replaced.as_ref().is_some_and(|m| !m.is_file()) {
-        return Err(SaveError::NotAFile(path.to_path_buf()));
-    }
-    let name = path.file_name();
-    let name = name.ok_or_else(|| io(Error::new(ErrorKind::InvalidInput, "no file's name")))?;
-    let folder = match target.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        return Err(SaveError::NoFolder(
-            path.to_path_buf(),
-            folder.to_path_buf(),
-        ));
-    }
-    let mut prefix = std::ffi::OsString::from(".");
-    prefix.push(name.to_string_lossy().chars().take(40).collect::<String>());
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix).suffix(".part");
-    if let Some(permissions) = new_file_permissions() {
-        builder.permissions(permissions);
-    }
-    let mut file = builder.tempfile_in(folder).map_err(io)?;
-    file.write_all(bytes).map_err(io)?;
-    if let Some(replaced) = replaced {
-        let permissions = replaced.permissions();
-        file.as_file().set_permissions(permissions).map_err(io)?;
-    }
-    file.as_file().sync_all().map_err(io)?;
-    let persisted = if overwrite {
-        file.persist(&target)
-    } else {
-        file.persist_noclobber(&target)
-    };
-    persisted.map(drop).map_err(|e| match e.error.kind() {
-        ErrorKind::AlreadyExists => exists(),
-        _ => io(e.error),
-    })
+    })?;
+    file.finish()
 }
 
 /// What every program gives its files, less the user's mask; temporary files are closed to others otherwise.
 #[cfg(unix)]
-fn new_file_permissions() -> Option<std::fs::Permissions> {
+fn new_file_permissions() -> Option<Permissions> {
     use std::os::unix::fs::PermissionsExt;
-    Some(std::fs::Permissions::from_mode(0o666))
+    Some(Permissions::from_mode(0o666))
 }
 
 #[cfg(not(unix))]
-fn new_file_permissions() -> Option<std::fs::Permissions> {
+fn new_file_permissions() -> Option<Permissions> {
     None
 }
 
@@ -132,6 +186,23 @@ mod tests {
         assert_eq!(std::fs::read(&path).unwrap(), b"two");
         save(&folder.path().join("new.xml"), b"three", true).unwrap();
         assert_eq!(names(folder.path()), ["a.xml", "new.xml"]);
+    }
+
+    #[test]
+    fn what_is_not_finished_was_never_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        let mut file = NewFile::begin(&path, false).unwrap();
+        file.write_all(b"half").unwrap();
+        assert!(!path.exists());
+        drop(file);
+        assert!(names(folder.path()).is_empty());
+        let mut file = NewFile::begin(&path, false).unwrap();
+        file.write_all(b"yours").unwrap();
+        std::fs::write(&path, b"mine").unwrap();
+        assert!(matches!(file.finish(), Err(SaveError::Exists(_))));
+        assert_eq!(std::fs::read(&path).unwrap(), b"mine");
+        assert_eq!(names(folder.path()), ["a.csv"]);
     }
 
     #[test]

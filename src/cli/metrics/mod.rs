@@ -1,0 +1,221 @@
+//! `nearmiss metrics`: every measure of every obstacle at every step, as a table.
+
+mod columnar;
+mod exact;
+mod paper;
+mod table;
+mod target;
+mod text;
+
+use std::io;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use super::in_order::in_order;
+use super::interrupt::{INTERRUPTED, interrupted};
+use super::open::{EgoChoice, scene_and_doubts};
+use super::progress::Progress;
+use super::{Failure, Outcome, output};
+use crate::scenario::{Entry, Scene, find};
+use table::{Column, Sheet, Table};
+use target::{Encoded, Format, TableWriter, Target};
+
+/// Arguments of `metrics`.
+#[derive(Debug, clap::Args)]
+pub struct Metrics {
+    /// CommonRoad files or folders, or names of bundled scenarios.
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    #[command(flatten)]
+    ego: EgoChoice,
+    /// How the measures are defined.
+    #[arg(long, value_enum, default_value = "exact")]
+    convention: Convention,
+    /// Rows of obstacles whose centre is farther than this from the ego's are left out, metres (the paper: 30).
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
+    radius: Option<f64>,
+    /// After the other columns, for each that may lack a value one that says why: MEASURE_reason.
+    #[arg(long)]
+    reasons: bool,
+    /// How the table is written [default: as the ending of FILE says, else csv].
+    #[arg(long, value_enum)]
+    format: Option<Format>,
+    /// A file to write to, instead of standard output.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace the file if it is there already.
+    #[arg(long, requires = "output")]
+    overwrite: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Convention {
+    /// Real bodies, exact geometry, every measure.
+    Exact,
+    /// The numbers of the tables that the paper published, with their defects: boxes of one size that never turn,
+    /// headings of 0 at standstill, accelerations along the axes of the map.
+    Paper,
+}
+
+impl Convention {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Paper => "paper",
+        }
+    }
+
+    fn columns(self) -> Vec<Column> {
+        match self {
+            Self::Exact => exact::columns(),
+            Self::Paper => paper::columns(),
+        }
+    }
+
+    fn sheet(self, name: String, scene: &Scene, radius: Option<f64>) -> Result<Sheet, String> {
+        match self {
+            Self::Exact => Ok(exact::sheet(name, scene, radius)),
+            Self::Paper => paper::sheet(name, scene, radius),
+        }
+    }
+}
+
+fn radius(word: &str) -> Result<f64, String> {
+    let metres = word.parse::<f64>().ok();
+    metres
+        .filter(|m| m.is_finite() && *m > 0.0)
+        .ok_or_else(|| "a positive number of metres is needed".into())
+}
+
+/// Runs `metrics`.
+pub fn run(arguments: &Metrics) -> Outcome {
+    let file = arguments.output.as_deref();
+    let format = arguments
+        .format
+        .or_else(|| Format::of_name(file?))
+        .unwrap_or(Format::Csv);
+    if format == Format::Parquet && file.is_none() {
+        return Err(Failure::input(
+            "Parquet is not for terminals and pipes: name a file with -o FILE",
+        ));
+    }
+    let entries = find(&arguments.paths).map_err(Failure::input)?;
+    // Before the file is begun, so that it never stays behind.
+    let stop = interrupted(file.is_some()).map_err(Failure::input)?;
+    let mut job = Job {
+        table: Table::new(
+            arguments.convention.name(),
+            arguments.convention.columns(),
+            arguments.reasons,
+        ),
+        format,
+        target: Some(Target::begin(file, arguments.overwrite)?),
+        writer: None,
+        failed: 0,
+    };
+    let table = job.table.clone();
+    let progress = Progress::new(entries.len(), "scenarios", file.is_some());
+    let mut written = Ok(());
+    in_order(
+        entries.len(),
+        &stop,
+        |i| measure(&entries[i], arguments, format, &table),
+        |(doubts, rows)| {
+            progress.suspend(|| {
+                doubts.iter().for_each(|doubt| output::say(doubt));
+                if let Err(failure) = &rows {
+                    failure.say();
+                }
+            });
+            progress.step();
+            written = job.take(rows);
+            match &written {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(_) => ControlFlow::Break(()),
+            }
+        },
+    );
+    drop(progress);
+    if stop.load(Ordering::Relaxed) {
+        return Err(Failure {
+            message: "interrupted; no file was written".into(),
+            status: INTERRUPTED,
+        });
+    }
+    let written = written.and_then(|()| job.finish());
+    match (written, file) {
+        // The reader of the pipe has seen enough.
+        (Err(error), None) if error.kind() == io::ErrorKind::BrokenPipe => {}
+        (Err(error), None) => return Err(Failure::input(error)),
+        (Err(error), Some(path)) => {
+            return Err(Failure::input(format!("{}: {error}", path.display())));
+        }
+        (Ok(target), _) if job.failed < entries.len() => {
+            target.map_or(Ok(()), Target::finish)?;
+        }
+        // A file without a single scenario in it is not kept.
+        (Ok(_), _) => {}
+    }
+    match job.failed {
+        0 => Ok(()),
+        failed if failed == entries.len() => Err(Failure::input("no scenario could be measured")),
+        failed => Err(Failure {
+            message: format!(
+                "{failed} of {} scenarios could not be measured",
+                entries.len()
+            ),
+            status: 1,
+        }),
+    }
+}
+
+/// What is doubtful about the ego, and the rows of one scenario.
+fn measure(
+    entry: &Entry,
+    arguments: &Metrics,
+    format: Format,
+    table: &Table,
+) -> (Vec<String>, Result<Encoded, Failure>) {
+    let (scene, doubts) = match scene_and_doubts(entry, &arguments.ego) {
+        Ok(opened) => opened,
+        Err(failure) => return (Vec::new(), Err(failure)),
+    };
+    let name = output::visible(&entry.name);
+    let sheet = arguments.convention.sheet(name, &scene, arguments.radius);
+    let rows = sheet
+        .map(|sheet| format.encode(table, sheet))
+        .map_err(|why| Failure::input(format!("{}: {why}", entry.display())));
+    (doubts, rows)
+}
+
+/// The table in the making.
+struct Job {
+    table: Table,
+    format: Format,
+    /// Until the first scenario is measured, so that a table of nothing has no header either.
+    target: Option<Target>,
+    writer: Option<TableWriter>,
+    failed: usize,
+}
+
+impl Job {
+    fn take(&mut self, rows: Result<Encoded, Failure>) -> io::Result<()> {
+        let Ok(rows) = rows else {
+            self.failed += 1;
+            return Ok(());
+        };
+        if let Some(target) = self.target.take() {
+            self.writer = Some(TableWriter::begin(target, self.format, &self.table)?);
+        }
+        match &mut self.writer {
+            Some(writer) => writer.write(rows),
+            None => Ok(()),
+        }
+    }
+
+    /// Everything written, but not yet in its place.
+    fn finish(&mut self) -> io::Result<Option<Target>> {
+        self.writer.take().map(TableWriter::finish).transpose()
+    }
+}
