@@ -3,3 +3,9 @@
 
 #[path = "measures/expected.rs"]
 mod expected;
+#[path = "measures/invariance.rs"]
+mod invariance;
+#[path = "measures/random.rs"]
+mod random;
+#[path = "measures/transform.rs"]
+mod transform;
