@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use nearmiss::metrics::{MEASURES, Measure, Series, measure};
+use nearmiss::metrics::{Context, MEASURES, Measure, Series, measure};
 use nearmiss::scenario::{Entry, Scene, bundled, find};
 
 fn scenes(entries: &[Entry]) -> Vec<Scene> {
@@ -68,6 +68,17 @@ fn report(name: &str, scenes: &[Scene]) {
         times[times.len() / 2],
         times[times.len() - 1],
     );
+    let routes: Duration = scenes
+        .iter()
+        .map(|scene| {
+            let scene = fresh(scene);
+            let start = Instant::now();
+            let context = Context::new(&scene);
+            let _ = black_box(context.road());
+            start.elapsed()
+        })
+        .sum();
+    println!("  {:16} alone {routes:.1?}", "(routes)");
     for m in MEASURES {
         let time: Duration = scenes
             .iter()
