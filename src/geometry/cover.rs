@@ -90,9 +90,16 @@ impl Placed<'_> {
     /// Whether the body and the simple polygon `ring` (not closed) share more than borders.
     #[must_use]
     pub fn overlaps_ring(&self, ring: &[Point]) -> bool {
+        let around = self.bounds();
+        let near = |a: &Point, b: &Point| {
+            a.x.min(b.x) <= around.max.x
+                && a.x.max(b.x) >= around.min.x
+                && a.y.min(b.y) <= around.max.y
+                && a.y.max(b.y) >= around.min.y
+        };
         let next = ring.iter().cycle().skip(1);
         let mut edges = ring.iter().zip(next);
-        edges.any(|(a, b)| self.is_cut_by(a, b, super::area::SLACK))
+        edges.any(|(a, b)| near(a, b) && self.is_cut_by(a, b, super::area::SLACK))
             || self.inner_points().any(|p| super::contains(ring, &p))
     }
 }

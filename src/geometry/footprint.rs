@@ -18,6 +18,7 @@ pub struct Footprint {
     reach: f64,
     /// A point inside each convex part, in the object's frame.
     pub(super) inner_points: Arc<[Point]>,
+    corners: Arc<[Point]>,
 }
 
 /// A footprint standing somewhere.
@@ -60,20 +61,17 @@ impl Footprint {
         } else {
             SharedShape::compound(parts)
         };
+        let corners: Arc<[Point]> = shape.outlines().into_iter().flatten().collect();
         let reach = match &shape {
             Shape::Circle { radius, center } => center.coords.norm() + radius,
-            other => other
-                .outlines()
-                .iter()
-                .flatten()
-                .map(|p| p.coords.norm())
-                .fold(0.0, f64::max),
+            _ => corners.iter().map(|p| p.coords.norm()).fold(0.0, f64::max),
         };
         Ok(Self {
             shape: Arc::new(shape),
             collider,
             reach,
             inner_points,
+            corners,
         })
     }
 
@@ -81,6 +79,12 @@ impl Footprint {
     #[must_use]
     pub fn shape(&self) -> &Shape {
         &self.shape
+    }
+
+    /// Corners of its outlines in the object's frame, metres; for a circle, points on it.
+    #[must_use]
+    pub fn corners(&self) -> &[Point] {
+        &self.corners
     }
 
     /// Distance of the farthest point from the object's origin, metres.
@@ -138,9 +142,15 @@ impl Placed<'_> {
     ) -> Contact {
         let between = other.pose.position - self.pose.position;
         let closing = velocity - other_velocity;
-        // Discs around both that cannot meet in time spare the exact sweep.
-        let gap = between.norm() - self.footprint.reach - other.footprint.reach;
-        if gap > closing.norm() * horizon {
+        // Discs around both that do not meet in time spare the exact sweep.
+        let speed = closing.norm_squared();
+        let nearest = if speed > 0.0 {
+            (between.dot(&closing) / speed).clamp(0.0, horizon)
+        } else {
+            0.0
+        };
+        let reach = self.footprint.reach + other.footprint.reach;
+        if (between - closing * nearest).norm() > reach {
             return Contact::NotWithinHorizon;
         }
         let hit = query::cast_shapes(
@@ -185,6 +195,20 @@ fn stretch(shape: &Shape, pose: &Pose, origin: &Point, axis: &Vector) -> (f64, f
         Shape::Circle { radius, center } => {
             let middle = along(center);
             (middle - radius, middle + radius)
+        }
+        Shape::Rectangle {
+            length,
+            width,
+            center,
+            orientation,
+            origin_x_shift,
+        } => {
+            let frame = box_frame(center, *orientation, *origin_x_shift);
+            let middle = along(&frame.position);
+            let (sin, cos) = (pose.heading + frame.heading).sin_cos();
+            let (forward, left) = (Vector::new(cos, sin), Vector::new(-sin, cos));
+            let half = length / 2.0 * forward.dot(axis).abs() + width / 2.0 * left.dot(axis).abs();
+            (middle - half, middle + half)
         }
         Shape::Group(members) => members
             .iter()

@@ -109,7 +109,7 @@ impl PathPoint {
     ///
     /// # Errors
     /// The offset is not within the radius of curvature.
-    fn stretch(&self, at: Frenet) -> Result<f64, FrenetError> {
+    pub fn stretch(&self, at: Frenet) -> Result<f64, FrenetError> {
         let stretch = 1.0 - self.curvature * at.d;
         if stretch > SINGULAR {
             return Ok(stretch);

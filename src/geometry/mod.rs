@@ -6,6 +6,7 @@
 mod angle;
 mod area;
 mod convert;
+mod convex;
 mod cover;
 mod footprint;
 mod frenet;
@@ -20,6 +21,7 @@ mod truck;
 
 pub use angle::{angle_between, normalize_angle};
 pub use area::{Area, Outside};
+pub use convex::{convex_hull, convex_overlap};
 pub use footprint::{Contact, Footprint, Placed};
 pub use frenet::{Frenet, FrenetError, FrenetMotion, LateralProfile, PlaneMotion};
 pub use polygon::{Bounds, contains};

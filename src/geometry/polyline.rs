@@ -22,6 +22,10 @@ pub struct Projection {
 /// Points closer than this are one point, metres.
 const SAME_POINT: f64 = 1e-9;
 
+/// An arc length this close before a point is at the point, metres: far from the origin rounding moves
+/// points by nearly as much, and the direction there must not depend on it.
+const AT_POINT: f64 = 1e-7;
+
 impl Polyline {
     /// A polyline through `points`; repeated neighbours are dropped, fewer than two left give nothing.
     pub fn new(points: impl IntoIterator<Item = Point>) -> Option<Self> {
@@ -68,7 +72,7 @@ impl Polyline {
     pub fn pose_at(&self, s: f64) -> Pose {
         let next = self
             .arc
-            .partition_point(|&a| a <= s)
+            .partition_point(|&a| a <= s + AT_POINT)
             .clamp(1, self.points.len() - 1);
         let (from, to) = (self.points[next - 1], self.points[next]);
         let direction = (to - from) / (self.arc[next] - self.arc[next - 1]);

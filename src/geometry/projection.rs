@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::frenet::{Frenet, FrenetError};
 use super::spline::SQUARE;
-use super::{Point, ReferencePath, Vector};
+use super::{PathPoint, Point, ReferencePath, Vector};
 
 /// Feet whose distances differ by less are equally near, metres.
 const EQUALLY_NEAR: f64 = 1e-10;
@@ -29,6 +29,14 @@ impl ReferencePath {
     /// # Errors
     /// Two points of the path are equally near, or `p` is the centre of the curve there.
     pub fn project(&self, p: &Point) -> Result<Frenet, FrenetError> {
+        Ok(self.project_point(p)?.0)
+    }
+
+    /// As [`Self::project`], with the point of the path beside `p`.
+    ///
+    /// # Errors
+    /// Those of [`Self::project`].
+    pub fn project_point(&self, p: &Point) -> Result<(Frenet, PathPoint), FrenetError> {
         let local = self.local(p)?;
         let mut search = Search::default();
         for (chord, squared) in self
@@ -75,7 +83,7 @@ impl ReferencePath {
         let beside = self.settle(&search, &local)?;
         let [first, last] = [false, true].map(|last| self.beyond(last, &local));
         let candidates = [
-            beside,
+            beside.map(|(at, _)| at),
             (first.s <= self.arc[0]).then_some(first),
             (last.s >= self.arc[self.spans.len()]).then_some(last),
         ];
@@ -123,7 +131,11 @@ impl ReferencePath {
     }
 
     /// The coordinates by the foot that was found; nothing where it is not square to the path.
-    fn settle(&self, search: &Search, p: &Vector) -> Result<Option<Frenet>, FrenetError> {
+    fn settle(
+        &self,
+        search: &Search,
+        p: &Vector,
+    ) -> Result<Option<(Frenet, PathPoint)>, FrenetError> {
         let Some(best) = search.best else {
             return Ok(None);
         };
@@ -142,7 +154,8 @@ impl ReferencePath {
         let first_end = best.place == 0 && best.u == 0.0 && beside < 0.0;
         let last_end = best.place + 1 == self.spans.len() && best.u == 1.0 && beside > 0.0;
         if first_end || last_end {
-            return Ok(Some(self.beyond(last_end, p)));
+            let at = self.beyond(last_end, p);
+            return Ok(Some((at, self.at(at.s))));
         }
         if beside.abs() > 10.0 * SQUARE {
             return Ok(None);
@@ -152,7 +165,9 @@ impl ReferencePath {
             d: along.perp(&off),
         };
         // Refuses the centre of curvature, where every direction is square.
-        self.to_plane(at).map(|_| Some(at))
+        let here = self.point(best.place, best.u);
+        here.stretch(at)?;
+        Ok(Some((at, here)))
     }
 
     fn arc_at(&self, foot: Foot) -> f64 {

@@ -66,6 +66,9 @@ pub enum ReferencePathError {
 /// Distances between control points that are tried, metres: the widest that keeps to the line is smoothest.
 const SPACINGS: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
 
+/// Parts of a piece that rounding may add to a line.
+const WHOLE: f64 = 1e-6;
+
 /// How far the curve may leave the line, metres, while closer control points could bring it nearer.
 const DEVIATION: f64 = 0.1;
 
@@ -108,7 +111,8 @@ impl ReferencePath {
     }
 
     fn with_spacing(line: &Polyline, spacing: f64) -> Self {
-        let pieces = (line.length() / spacing).ceil().max(1.0);
+        // A line as long as a whole number of pieces must not get one more from rounding.
+        let pieces = (line.length() / spacing - WHOLE).ceil().max(1.0);
         let spacing = line.length() / pieces;
         let last = pieces as i64;
         let origin = line.points()[0];

@@ -1,8 +1,18 @@
 //! Distance: the exact distance between the two bodies, 0 when they touch.
 
-use super::{Encounter, Reading};
+use super::{Danger, Encounter, Measure, Mirrored, Reading};
+
+pub(super) const MEASURE: Measure = Measure {
+    id: "distance",
+    name: "distance",
+    unit: "m",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    source: "exact distance of the bodies (GJK, parry)",
+    compute,
+};
 
 /// Metres between the nearest points of the two bodies.
-pub(super) fn compute(encounter: &Encounter<'_>) -> Reading {
+fn compute(encounter: &Encounter<'_>) -> Reading {
     Reading::Value(encounter.distance())
 }

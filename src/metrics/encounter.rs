@@ -1,6 +1,6 @@
 //! The ego and one other participant at one step: what every measure looks at.
 
-use super::Relation;
+use super::{Context, NoValue, Relation};
 use crate::geometry::{Footprint, Placed};
 use crate::scenario::{Motion, Participant, Scene};
 
@@ -15,10 +15,26 @@ pub struct Encounter<'a> {
     pub other: &'a Motion,
     /// The other's body.
     pub other_body: &'a Footprint,
+    place: Place<'a>,
+}
+
+/// Where the rest of the recording is.
+#[derive(Debug, Clone, Copy)]
+enum Place<'a> {
+    /// Prepared, with the places of the other and of the step.
+    Context(&'a Context<'a>, usize, usize),
+    /// Not prepared, with the id of the other and the step.
+    Scene(&'a Scene, i64, i64),
+    /// There is none.
+    #[cfg(test)]
+    Nowhere,
 }
 
 impl<'a> Encounter<'a> {
     /// The encounter of a scene's ego with `other` at `step`; nothing if one of them is not there.
+    ///
+    /// Measures that look along the road or into the recording prepare the scene anew for each such
+    /// encounter: for more than a few of those, make a [`Context`] once and ask it.
     #[must_use]
     pub fn at(scene: &'a Scene, other: &Participant<'a>, step: i64) -> Option<Self> {
         Some(Self {
@@ -26,7 +42,36 @@ impl<'a> Encounter<'a> {
             ego_body: scene.ego_footprint_at(step),
             other: other.at(step)?,
             other_body: other.footprint_at(step),
+            place: Place::Scene(scene, other.obstacle.id, step),
         })
+    }
+
+    pub(super) fn in_context(
+        (ego, ego_body): (&'a Motion, &'a Footprint),
+        (other, other_body): (&'a Motion, &'a Footprint),
+        (context, participant, index): (&'a Context<'a>, usize, usize),
+    ) -> Self {
+        Self {
+            ego,
+            ego_body,
+            other,
+            other_body,
+            place: Place::Context(context, participant, index),
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn nowhere(
+        (ego, ego_body): (&'a Motion, &'a Footprint),
+        (other, other_body): (&'a Motion, &'a Footprint),
+    ) -> Self {
+        Self {
+            ego,
+            ego_body,
+            other,
+            other_body,
+            place: Place::Nowhere,
+        }
     }
 
     /// The ego where it stands.
@@ -44,12 +89,39 @@ impl<'a> Encounter<'a> {
     /// Exact distance between the two bodies, metres; 0 when they touch.
     #[must_use]
     pub fn distance(&self) -> f64 {
-        self.ego_placed().distance(&self.other_placed())
+        let known = match self.place {
+            Place::Context(context, participant, index) => context.distances(participant)[index],
+            _ => None,
+        };
+        known.unwrap_or_else(|| self.ego_placed().distance(&self.other_placed()))
     }
 
     /// Where the other is and how it moves, seen from the ego.
     #[must_use]
     pub fn relation(&self) -> Relation {
-        Relation::of(self)
+        let known = match self.place {
+            Place::Context(context, participant, index) => context.relation(participant, index),
+            _ => None,
+        };
+        known.unwrap_or_else(|| Relation::of(self))
+    }
+
+    /// Asks the whole recording: `question` is given the places of the other and of the step.
+    pub(super) fn ask<T>(
+        &self,
+        question: impl FnOnce(&Context<'_>, usize, usize) -> Result<T, NoValue>,
+    ) -> Result<T, NoValue> {
+        match self.place {
+            Place::Context(context, participant, index) => question(context, participant, index),
+            Place::Scene(scene, id, step) => {
+                let context = Context::new(scene);
+                let mut all = context.participants().iter();
+                let place = all.position(|p| p.obstacle.id == id);
+                let (participant, index) = place.zip(context.index(step)).ok_or(NoValue::Absent)?;
+                question(&context, participant, index)
+            }
+            #[cfg(test)]
+            Place::Nowhere => Err(NoValue::Absent),
+        }
     }
 }

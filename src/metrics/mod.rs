@@ -1,26 +1,38 @@
 //! Safety measures: one file each, a registry, and series over steps and obstacles.
 //!
-//! Everything here but [`crate::metrics::paper`] uses the real shapes and the ego's own frame. A measure without a value
-//! says why; no NaN and no infinity leaves this module.
+//! Everything here but [`crate::metrics::paper`] uses the real shapes, and the ego's own frame or its route. A
+//! measure without a value says why; no NaN and no infinity leaves this module. Turning, moving or mirroring a
+//! scene, or starting it at another time step, changes no measure but the sign of those that count to the left.
 
+mod along;
+mod context;
 mod distance;
 mod encounter;
+mod frame;
 mod headline;
+pub mod limits;
+mod pair;
 pub mod paper;
 mod reading;
+mod recorded;
 mod registry;
 mod relation;
 mod risk;
+mod scene_measures;
 mod series;
 mod thresholds;
 mod time_to_collision;
+mod worst_case;
 
+pub use along::{LaneBody, LaneSet, Road};
+pub use context::Context;
 pub use encounter::Encounter;
 pub use headline::{Headline, Nearest};
 pub use reading::{NoValue, Reading};
-pub use registry::{Danger, MEASURES, Measure, measure};
+pub use registry::{Danger, MEASURES, Measure, Mirrored, measure};
 pub use relation::{Direction, Relation};
 pub use risk::{RISK_LEVELS, RiskLevel, RiskTable};
+pub use scene_measures::{SCENE_MEASURES, SceneMeasure, scene_measure};
 pub use series::Series;
 pub use thresholds::{Threshold, thresholds};
 pub use time_to_collision::HORIZON;

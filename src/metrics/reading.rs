@@ -16,8 +16,32 @@ pub enum NoValue {
     Absent,
     /// They do not come closer along this direction.
     NotApproaching,
-    /// With their present velocities they do not touch within the horizon.
+    /// With their present motion they do not touch within the horizon.
     NoContact,
+    /// The ego has no route on the road; [`super::Context::road`] says why.
+    NoRoute,
+    /// The ego or the other is nowhere beside the ego's route.
+    OffRoute,
+    /// The other stands on no lane that the ego stands on.
+    OtherLane,
+    /// The other is behind the ego along its route.
+    Behind,
+    /// The bodies overlap along the ego's route, so there is no gap.
+    Beside,
+    /// The ego hardly moves along its route.
+    Standing,
+    /// In the recording the ego does not get to where the other is now.
+    NotReached,
+    /// The recorded bodies do not overlap at this step or later.
+    NoRecordedOverlap,
+    /// No start from this step on avoids the recorded overlap.
+    TooLate,
+    /// Nobody drives where the other does, or one of them stands all the time.
+    NoConflictArea,
+    /// Both are in the conflict area at the same time.
+    Together,
+    /// The recording begins or ends inside the conflict area.
+    CutOff,
 }
 
 impl NoValue {
@@ -28,6 +52,18 @@ impl NoValue {
             Self::Absent => "not there",
             Self::NotApproaching => "not approaching",
             Self::NoContact => "no contact within the horizon",
+            Self::NoRoute => "the ego has no route",
+            Self::OffRoute => "not beside the ego's route",
+            Self::OtherLane => "other lane",
+            Self::Behind => "behind",
+            Self::Beside => "beside",
+            Self::Standing => "the ego hardly moves",
+            Self::NotReached => "not reached in the recording",
+            Self::NoRecordedOverlap => "no recorded overlap to come",
+            Self::TooLate => "too late",
+            Self::NoConflictArea => "no conflict area",
+            Self::Together => "in the conflict area together",
+            Self::CutOff => "the recording begins or ends in the conflict area",
         }
     }
 }
@@ -39,6 +75,17 @@ impl Reading {
         match self {
             Self::Value(value) => Some(value),
             Self::None(_) => None,
+        }
+    }
+}
+
+impl From<Result<f64, NoValue>> for Reading {
+    /// A number that is not finite is none: it stands for something out of reach.
+    fn from(result: Result<f64, NoValue>) -> Self {
+        match result {
+            Ok(value) if value.is_finite() => Self::Value(value),
+            Ok(_) => Self::None(NoValue::NoContact),
+            Err(why) => Self::None(why),
         }
     }
 }

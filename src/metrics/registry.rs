@@ -1,12 +1,23 @@
 //! The table of measures: what each is called, its unit, its source, and what is dangerous.
 
-use super::{Encounter, NoValue, Reading, distance, risk, time_to_collision};
+use super::along::{
+    brake_threat, crash_potential, drac, headway, integrated, lane_ttc, lateral_deceleration,
+    longitudinal_deceleration, rss_lateral, rss_longitudinal, steer_threat, time_exposed, time_gap,
+    time_headway,
+};
+use super::recorded::{
+    closest_distance, encroachment, first_overlap, post_encroachment, time_to_closest,
+    time_to_manoeuvre,
+};
+use super::{Encounter, Reading, distance, frame, risk, time_to_collision, worst_case};
 
 /// Which values of a measure are dangerous.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Danger {
-    /// Small ones.
+    /// Small ones; of required accelerations, the most negative.
     Low,
+    /// Large ones.
+    High,
     /// Neither: the measure describes.
     Neutral,
 }
@@ -17,8 +28,27 @@ impl Danger {
     pub fn extreme(self) -> &'static str {
         match self {
             Self::Low | Self::Neutral => "min",
+            Self::High => "max",
         }
     }
+
+    /// Orders two values, the more dangerous one first; of a measure that only describes, the lower one.
+    #[must_use]
+    pub fn compare(self, a: f64, b: f64) -> std::cmp::Ordering {
+        match self {
+            Self::Low | Self::Neutral => a.total_cmp(&b),
+            Self::High => b.total_cmp(&a),
+        }
+    }
+}
+
+/// What becomes of a measure in the mirror image of a scene, where left is right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mirrored {
+    /// It stays.
+    Kept,
+    /// Its sign turns: it counts to the left.
+    Negated,
 }
 
 /// A measure of one obstacle at one step.
@@ -32,6 +62,8 @@ pub struct Measure {
     pub unit: &'static str,
     /// Which values are dangerous.
     pub danger: Danger,
+    /// What becomes of it in a mirror.
+    pub mirrored: Mirrored,
     /// Where its definition comes from.
     pub source: &'static str,
     /// Computes it.
@@ -40,99 +72,44 @@ pub struct Measure {
 
 /// Every measure, in the order of columns.
 pub const MEASURES: &[Measure] = &[
-    Measure {
-        id: "distance",
-        name: "distance",
-        unit: "m",
-        danger: Danger::Low,
-        source: "exact distance of the bodies (GJK, parry)",
-        compute: distance::compute,
-    },
-    Measure {
-        id: "ttc",
-        name: "time to collision",
-        unit: "s",
-        danger: Danger::Low,
-        source: "Hayward 1972, bodies in the plane at constant velocity",
-        compute: time_to_collision::compute,
-    },
-    Measure {
-        id: "risk",
-        name: "risk score",
-        unit: "",
-        danger: Danger::Low,
-        source: "From Words to Collisions, with real bodies",
-        compute: risk::compute,
-    },
-    Measure {
-        id: "gap_long",
-        name: "longitudinal gap",
-        unit: "m",
-        danger: Danger::Neutral,
-        source: "ego frame, bumper to bumper",
-        compute: |e| Reading::Value(e.relation().gap_long),
-    },
-    Measure {
-        id: "gap_lat",
-        name: "lateral gap",
-        unit: "m",
-        danger: Danger::Neutral,
-        source: "ego frame, side to side",
-        compute: |e| Reading::Value(e.relation().gap_lat),
-    },
-    Measure {
-        id: "ttc_long",
-        name: "time to close the longitudinal gap",
-        unit: "s",
-        danger: Danger::Low,
-        source: "gap over closing speed, ego frame",
-        compute: |e| or_not_approaching(e.relation().time_long()),
-    },
-    Measure {
-        id: "ttc_lat",
-        name: "time to close the lateral gap",
-        unit: "s",
-        danger: Danger::Low,
-        source: "gap over closing speed, ego frame",
-        compute: |e| or_not_approaching(e.relation().time_lat()),
-    },
-    Measure {
-        id: "v_rel_long",
-        name: "relative velocity, longitudinal",
-        unit: "m/s",
-        danger: Danger::Neutral,
-        source: "ego frame",
-        compute: |e| Reading::Value(e.relation().velocity.x),
-    },
-    Measure {
-        id: "v_rel_lat",
-        name: "relative velocity, lateral",
-        unit: "m/s",
-        danger: Danger::Neutral,
-        source: "ego frame",
-        compute: |e| Reading::Value(e.relation().velocity.y),
-    },
-    Measure {
-        id: "a_rel_long",
-        name: "relative acceleration, longitudinal",
-        unit: "m/s²",
-        danger: Danger::Neutral,
-        source: "ego frame",
-        compute: |e| Reading::Value(e.relation().acceleration.x),
-    },
-    Measure {
-        id: "a_rel_lat",
-        name: "relative acceleration, lateral",
-        unit: "m/s²",
-        danger: Danger::Neutral,
-        source: "ego frame",
-        compute: |e| Reading::Value(e.relation().acceleration.y),
-    },
+    distance::MEASURE,
+    time_to_collision::MEASURE,
+    risk::MEASURE,
+    frame::GAP_LONG,
+    frame::GAP_LAT,
+    frame::TTC_LONG,
+    frame::TTC_LAT,
+    frame::V_REL_LONG,
+    frame::V_REL_LAT,
+    frame::A_REL_LONG,
+    frame::A_REL_LAT,
+    closest_distance::MEASURE,
+    time_to_closest::MEASURE,
+    first_overlap::MEASURE,
+    worst_case::MEASURE,
+    headway::MEASURE,
+    time_gap::MEASURE,
+    time_headway::MEASURE,
+    lane_ttc::MEASURE,
+    longitudinal_deceleration::MEASURE,
+    lateral_deceleration::MEASURE,
+    drac::MEASURE,
+    brake_threat::MEASURE,
+    steer_threat::MEASURE,
+    time_exposed::MEASURE,
+    integrated::MEASURE,
+    crash_potential::MEASURE,
+    encroachment::MEASURE,
+    post_encroachment::MEASURE,
+    time_to_manoeuvre::BRAKE,
+    time_to_manoeuvre::KICK_DOWN,
+    time_to_manoeuvre::STEER,
+    time_to_manoeuvre::REACT,
+    rss_longitudinal::DISTANCE,
+    rss_longitudinal::MARGIN,
+    rss_lateral::DISTANCE,
+    rss_lateral::MARGIN,
 ];
-
-fn or_not_approaching(time: Option<f64>) -> Reading {
-    time.map_or(Reading::None(NoValue::NotApproaching), Reading::Value)
-}
 
 /// The measure with this id.
 #[must_use]

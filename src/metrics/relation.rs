@@ -174,12 +174,7 @@ pub(super) mod tests {
 
     pub(crate) fn with<T>(ego: Motion, other: Motion, f: impl Fn(&Encounter<'_>) -> T) -> T {
         let car = Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap();
-        f(&Encounter {
-            ego: &ego,
-            ego_body: &car,
-            other: &other,
-            other_body: &car,
-        })
+        f(&Encounter::nowhere((&ego, &car), (&other, &car)))
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Direction, Encounter, Reading, Relation};
+use super::{Danger, Direction, Encounter, Measure, Mirrored, Reading, Relation};
 
 /// One level of the table.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -91,8 +91,18 @@ impl RiskTable {
     }
 }
 
+pub(super) const MEASURE: Measure = Measure {
+    id: "risk",
+    name: "risk score",
+    unit: "",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    source: "From Words to Collisions, with real bodies",
+    compute,
+};
+
 /// The risk score, 0 to 5.
-pub(super) fn compute(encounter: &Encounter<'_>) -> Reading {
+fn compute(encounter: &Encounter<'_>) -> Reading {
     Reading::Value(f64::from(
         RISK_LEVELS.of(&encounter.relation(), encounter.distance()),
     ))

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Encounter, Measure, NoValue, Reading};
+use super::{Context, Measure, NoValue, Reading};
 use crate::scenario::Scene;
 
 /// Readings of some measures for every obstacle at every step of the ego.
@@ -19,17 +19,26 @@ impl Series {
     /// Computes `measures` over a scene.
     #[must_use]
     pub fn compute(scene: &Scene, measures: Vec<&'static Measure>) -> Self {
-        let steps = scene.steps();
-        let participants: Vec<_> = scene.participants().collect();
-        let mut readings = Vec::with_capacity(
-            measures.len() * participants.len() * (steps.end - steps.start).max(0) as usize,
-        );
-        for measure in &measures {
-            for participant in &participants {
-                readings.extend(steps.clone().map(|step| {
-                    Encounter::at(scene, participant, step)
-                        .map_or(Reading::None(NoValue::Absent), |e| (measure.compute)(&e))
-                }));
+        Self::of(&Context::new(scene), measures)
+    }
+
+    /// Computes `measures` over a prepared scene.
+    #[must_use]
+    pub fn of(context: &Context<'_>, measures: Vec<&'static Measure>) -> Self {
+        let steps = context.steps();
+        let participants = context.participants();
+        let length = (steps.end - steps.start).max(0) as usize;
+        let block = participants.len() * length;
+        let mut readings = vec![Reading::None(NoValue::Absent); measures.len() * block];
+        for participant in 0..participants.len() {
+            for (index, step) in steps.clone().enumerate() {
+                let Some(encounter) = context.encounter(participant, step) else {
+                    continue;
+                };
+                let place = participant * length + index;
+                for (m, measure) in measures.iter().enumerate() {
+                    readings[m * block + place] = (measure.compute)(&encounter);
+                }
             }
         }
         Self {
@@ -94,16 +103,22 @@ impl Series {
     /// The most dangerous value of a measure at one step, and whose it is; of a measure that only describes, the lowest.
     #[must_use]
     pub fn most_dangerous_at(&self, measure: &str, step: i64) -> Option<(i64, f64)> {
-        self.lowest_at(measure, step)
+        let danger = self.measures.iter().find(|m| m.id == measure)?.danger;
+        let values = self.obstacles.iter().filter_map(|&id| {
+            let value = self.at(measure, id, step).value()?;
+            Some((id, value))
+        });
+        values.min_by(|a, b| danger.compare(a.1, b.1))
     }
 
     /// The most dangerous value of a measure over all steps, and the first step at which it occurs.
     #[must_use]
     pub fn most_dangerous(&self, measure: &str) -> Option<(i64, f64)> {
+        let danger = self.measures.iter().find(|m| m.id == measure)?.danger;
         let values = self
             .steps()
             .filter_map(|step| Some((step, self.most_dangerous_at(measure, step)?.1)));
-        values.min_by(|a, b| a.1.total_cmp(&b.1))
+        values.min_by(|a, b| danger.compare(a.1, b.1))
     }
 
     fn length(&self) -> usize {

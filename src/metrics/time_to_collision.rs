@@ -2,14 +2,24 @@
 //!
 //! Swept, not sampled. The two-dimensional form of the measure of Hayward (1972).
 
-use super::{Encounter, NoValue, Reading};
+use super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
 use crate::geometry::Contact;
+
+pub(super) const MEASURE: Measure = Measure {
+    id: "ttc",
+    name: "time to collision",
+    unit: "s",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    source: "Hayward 1972, bodies in the plane at constant velocity",
+    compute,
+};
 
 /// Contacts later than this are not looked for, seconds.
 pub const HORIZON: f64 = 10.0;
 
 /// Seconds to contact; 0 in contact.
-pub(super) fn compute(encounter: &Encounter<'_>) -> Reading {
+fn compute(encounter: &Encounter<'_>) -> Reading {
     let contact = encounter.ego_placed().contact(
         &encounter.ego.velocity_vector(),
         &encounter.other_placed(),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::judge::{Judgement, judge};
-use crate::metrics::{Danger, Headline, MEASURES, Measure, Series};
+use crate::metrics::{Headline, MEASURES, Measure, Series};
 use crate::scenario::{Entry, Scenario, Scene, Severity, Window};
 use crate::verdict::Task;
 
@@ -156,8 +156,5 @@ pub fn worst_of(entry: &Entry, measure: &str) -> Option<f64> {
         .iter()
         .map(|&id| series.row(measure.id, id));
     let values = rows.flatten().filter_map(|r| r.value());
-    match measure.danger {
-        Danger::Low => values.reduce(f64::min),
-        Danger::Neutral => None,
-    }
+    values.min_by(|a, b| measure.danger.compare(*a, *b))
 }

@@ -1,7 +1,7 @@
 //! The table of the exact convention: every measure there is, of real bodies.
 
 use super::table::{Cell, Column, Form, Kind, Sheet, Values};
-use crate::metrics::{Encounter, MEASURES, Reading};
+use crate::metrics::{Context, MEASURES, Reading};
 use crate::scenario::Scene;
 
 const HEAD: [Column; 5] = [
@@ -57,10 +57,10 @@ pub fn columns() -> Vec<Column> {
 pub fn sheet(name: String, scene: &Scene, radius: Option<f64>) -> Sheet {
     let (mut steps, mut times, mut ids, mut directions) = (vec![], vec![], vec![], vec![]);
     let mut measures: Vec<Vec<Cell>> = vec![Vec::new(); MEASURES.len()];
-    let participants: Vec<_> = scene.participants().collect();
-    for step in scene.steps() {
-        for participant in &participants {
-            let Some(encounter) = Encounter::at(scene, participant, step) else {
+    let context = Context::new(scene);
+    for step in context.steps() {
+        for (place, participant) in context.participants().iter().enumerate() {
+            let Some(encounter) = context.encounter(place, step) else {
                 continue;
             };
             let apart = encounter.other.pose.position - encounter.ego.pose.position;

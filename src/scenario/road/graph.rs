@@ -285,7 +285,7 @@ impl<'a> LaneGraph<'a> {
         };
         let mut found: Vec<(f64, NodeIndex)> = others
             .filter(|&o| !self.graph[o].first_row)
-            .map(|o| (turn(&o), o))
+            .map(|o| ((turn(&o) / SAME_TURN).round(), o))
             .collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         found.into_iter().map(|(_, node)| node).collect()
@@ -295,8 +295,11 @@ impl<'a> LaneGraph<'a> {
 /// How far ahead the turn of a lanelet is measured, metres.
 const LOOK: f64 = 30.0;
 
+/// Turns that differ by less are alike, radians: which of two equal forks is taken must not depend on rounding.
+const SAME_TURN: f64 = 1e-6;
+
 impl Direction {
-    fn other(self) -> Self {
+    pub(super) fn other(self) -> Self {
         match self {
             Self::Along => Self::Against,
             Self::Against => Self::Along,

@@ -11,7 +11,7 @@ use petgraph::visit::EdgeRef;
 use super::candidates::Candidate;
 use super::graph::Step;
 use super::route::{Destination, Part, Route};
-use super::{LaneGraph, RouteError, Side};
+use super::{ALIKE, LaneGraph, RouteError, Side, least};
 use crate::geometry::Pose;
 
 /// Positions nearer to the one before are skipped, metres.
@@ -57,7 +57,8 @@ impl LaneGraph<'_> {
         let mut last: Option<Pose> = None;
         let mut near: HashMap<NodeIndex, Vec<Reached>> = HashMap::new();
         for pose in poses {
-            if last.is_some_and(|l| (l.position - pose.position).norm() < APART) {
+            // What is just this far apart must not depend on rounding.
+            if last.is_some_and(|l| (l.position - pose.position).norm() < APART - ALIKE) {
                 continue;
             }
             let candidates = self.lanes_at(&pose.position, Some(pose.heading), false);
@@ -97,7 +98,8 @@ impl LaneGraph<'_> {
                 // Backwards on one lane is slower than any recording's noise.
                 Some((state.cost + way.cost, place, way))
             });
-            let best = ways.min_by(|a, b| a.0.total_cmp(&b.0));
+            let mut ways: Vec<_> = ways.collect();
+            let best = least(&ways, |way| way.0).map(|i| ways.swap_remove(i));
             column.extend(best.map(|(cost, place, way)| State {
                 candidate: *candidate,
                 cost: cost + emission(candidate),
@@ -147,7 +149,7 @@ impl LaneGraph<'_> {
                         way,
                     };
                     match all.iter().position(|r| r.node == e.target()) {
-                        Some(known) if all[known].cost <= cost => {}
+                        Some(known) if all[known].cost <= cost + ALIKE => {}
                         Some(known) => {
                             all[known] = found;
                             next.push(known);
@@ -169,8 +171,7 @@ impl LaneGraph<'_> {
         let Some(last) = columns.last() else {
             return (Vec::new(), 0.0, 0.0);
         };
-        let cheapest = (0..last.len()).min_by(|&a, &b| last[a].cost.total_cmp(&last[b].cost));
-        let mut place = cheapest.unwrap_or(0);
+        let mut place = least(last, |state| state.cost).unwrap_or(0);
         let until = last[place].candidate.s;
         let mut ways: Vec<(&Candidate, &[NodeIndex])> = Vec::new();
         for column in columns.iter().rev() {

@@ -1,5 +1,6 @@
 //! The lanelet network as a road: what lies where, lanes, the graph, routes, the drivable area.
 
+mod beside;
 mod candidates;
 mod drivable;
 mod error;
@@ -19,3 +20,18 @@ pub(super) use index::Index;
 pub use lane::Lane;
 pub use merge::{MergeLimits, MergedLanes};
 pub use route::{Destination, Leg, Route};
+
+/// Costs and distances that differ by less are alike, metres: rounding must not choose between them.
+const ALIKE: f64 = 1e-6;
+
+/// Place of the item with the least cost; of several alike the first, so that rounding does not choose.
+fn least<T>(items: &[T], cost: impl Fn(&T) -> f64) -> Option<usize> {
+    let mut best: Option<(usize, f64)> = None;
+    for (place, item) in items.iter().enumerate() {
+        let cost = cost(item);
+        if best.is_none_or(|(_, least)| cost < least - ALIKE) {
+            best = Some((place, cost));
+        }
+    }
+    best.map(|(place, _)| place)
+}

@@ -17,6 +17,10 @@ pub(super) struct Line {
     pub last: f64,
     /// Length of the last row of lanes, metres.
     pub last_length: f64,
+    /// The lanes that lead to the first one, in driving direction.
+    pub before: Vec<NodeIndex>,
+    /// The lanes that go on from the last one.
+    pub after: Vec<NodeIndex>,
 }
 
 /// How far the line goes on before and after the route where the road does, metres.
@@ -24,6 +28,9 @@ const LEAD: f64 = 100.0;
 
 /// Distance between points in a lane change, metres.
 const STEP: f64 = 1.0;
+
+/// Parts of a step that rounding may add to a lane.
+const WHOLE: f64 = 1e-6;
 
 impl LaneGraph<'_> {
     /// The middle of the lanes of a route.
@@ -33,7 +40,9 @@ impl LaneGraph<'_> {
             end.map_or(Vec::new(), |p| self.lead(p.node, forward, &used))
         };
         let mut points = Vec::new();
-        for &node in lead(parts.first(), false).iter().rev() {
+        let mut before = lead(parts.first(), false);
+        before.reverse();
+        for &node in &before {
             points.extend(self.middle(node));
         }
         let mut marks = Vec::new();
@@ -50,7 +59,8 @@ impl LaneGraph<'_> {
             points.extend(self.row(row));
             marks.push((from, points.len()));
         }
-        for node in lead(parts.last(), true) {
+        let after = lead(parts.last(), true);
+        for &node in &after {
             points.extend(self.middle(node));
         }
         let mut arcs = vec![0.0];
@@ -71,6 +81,8 @@ impl LaneGraph<'_> {
             first_length,
             last,
             last_length,
+            before,
+            after,
         }
     }
 
@@ -107,7 +119,7 @@ impl LaneGraph<'_> {
             .map(|lane| lane.centre().clone())
             .collect();
         let longest = lanes.iter().map(Polyline::length).fold(0.0, f64::max);
-        let steps = (longest / STEP).ceil().clamp(8.0, 100_000.0) as usize;
+        let steps = (longest / STEP - WHOLE).ceil().clamp(8.0, 100_000.0) as usize;
         let at = |line: &Polyline, share: f64| line.pose_at(share * line.length()).position;
         let point = |i: usize| {
             let share = i as f64 / steps as f64;

@@ -5,7 +5,7 @@ use petgraph::graph::NodeIndex;
 
 use super::candidates::Candidate;
 use super::graph::{Node, Step};
-use super::{Driven, LaneGraph, RouteError, Side};
+use super::{Driven, LaneGraph, RouteError, Side, least};
 use crate::geometry::{Pose, ReferencePath};
 use crate::scenario::{Goal, PlanningProblem};
 
@@ -14,6 +14,10 @@ use crate::scenario::{Goal, PlanningProblem};
 pub struct Route {
     /// The lanelets in order; neighbours that are changed to follow each other.
     pub legs: Vec<Leg>,
+    /// The lanelets that the path follows before the first leg, in driving direction.
+    pub before: Vec<Driven>,
+    /// The lanelets that the path follows after the last leg.
+    pub after: Vec<Driven>,
     /// Where it leads.
     pub destination: Destination,
     /// The smooth path along the middle of the lanes. It begins before the route and ends after it
@@ -120,7 +124,7 @@ impl LaneGraph<'_> {
             );
             let found = found.map(|(cost, way)| (cost + MISALIGNED * from.turn, from, way));
             best = match (best, found) {
-                (Some(a), Some(b)) => Some(if b.0 < a.0 { b } else { a }),
+                (Some(a), Some(b)) => Some(if b.0 < a.0 - super::ALIKE { b } else { a }),
                 (a, b) => a.or(b),
             };
         }
@@ -149,10 +153,8 @@ impl LaneGraph<'_> {
     pub fn road_ahead(&self, start: &Pose, distance: f64) -> Result<Route, RouteError> {
         let starts = self.starts(start)?;
         let badness = |c: &Candidate| MISALIGNED * c.turn + c.d.abs();
-        let from = starts
-            .iter()
-            .min_by(|a, b| badness(a).total_cmp(&badness(b)))
-            .ok_or(RouteError::NoRoad)?;
+        let from = least(&starts, badness).ok_or(RouteError::NoRoad)?;
+        let from = &starts[from];
         let mut way = vec![self.plain(from.node)];
         let mut left = distance + from.s;
         let mut end = from.node;
@@ -249,8 +251,11 @@ impl LaneGraph<'_> {
         let last =
             line.last + line.last_length * until / self.length_of(&parts).max(f64::MIN_POSITIVE);
         let end = path.station(last).max(start);
+        let driven = |nodes: &[NodeIndex]| nodes.iter().map(|&n| self.driven(n)).collect();
         Ok(Route {
             legs,
+            before: driven(&line.before),
+            after: driven(&line.after),
             destination,
             path,
             start,

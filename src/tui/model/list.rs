@@ -1,9 +1,11 @@
 //! The list of scenarios: filtered as one types, with the facts that are known so far.
 
+use std::cmp::Ordering;
+
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
 
-use crate::metrics::{Danger, Measure};
+use crate::metrics::Measure;
 use crate::scenario::Entry;
 use crate::tui::loaded::Facts;
 
@@ -91,13 +93,16 @@ impl List {
         }
     }
 
-    /// What comes first in the order: a small key. Scenarios without a value come last.
-    fn key(&self, place: usize) -> f64 {
-        let value = self.rows[place].value.flatten();
-        match self.order.map(|m| m.danger) {
-            Some(Danger::Low) => value.unwrap_or(f64::MAX),
-            Some(Danger::Neutral) | None => 0.0,
+    /// The order of two places, the more dangerous one first; scenarios without a value come last.
+    fn compare(&self, measure: &Measure, a: usize, b: usize) -> Ordering {
+        let value = |place: usize| self.rows[place].value.flatten();
+        match (value(a), value(b)) {
+            (Some(x), Some(y)) => measure.danger.compare(x, y),
+            (Some(_), None) => Ordering::Less,
+            (None, Some(_)) => Ordering::Greater,
+            (None, None) => Ordering::Equal,
         }
+        .then(a.cmp(&b))
     }
 
     fn apply_filter(&mut self) {
@@ -112,8 +117,8 @@ impl List {
                 scored.push((score, place));
             }
         }
-        if self.order.is_some() {
-            scored.sort_by(|a, b| self.key(a.1).total_cmp(&self.key(b.1)).then(a.1.cmp(&b.1)));
+        if let Some(measure) = self.order {
+            scored.sort_by(|a, b| self.compare(measure, a.1, b.1));
         } else if !self.filter.is_empty() {
             scored.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
         }

@@ -1,0 +1,24 @@
+//! Brake-threat number: the required longitudinal deceleration over the available one.
+//!
+//! BTN = a_long_req / −a_max, with a_max = 11.5 m/s²; from 1 on braking alone does not help. Source: Åsljung,
+//! Nilsson and Fredriksson 2017.
+
+use super::super::{Danger, Encounter, Measure, Mirrored, Reading, limits};
+use super::longitudinal_deceleration::required;
+
+pub(in crate::metrics) const MEASURE: Measure = Measure {
+    id: "btn",
+    name: "brake-threat number",
+    unit: "",
+    danger: Danger::High,
+    mirrored: Mirrored::Kept,
+    source: "a_long_req over −11.5 m/s² (Åsljung 2017)",
+    compute,
+};
+
+fn compute(encounter: &Encounter<'_>) -> Reading {
+    let following = encounter.ask(|c, other, index| c.following(other, index));
+    let number = following.and_then(|f| Ok(required(&f)? / -limits::BRAKE_THREAT));
+    // Without a sign where nothing is required.
+    number.map(|n| n + 0.0).into()
+}

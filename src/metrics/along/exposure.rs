@@ -1,0 +1,42 @@
+//! Sums over the rest of the recording that several measures share, from the last step to the first.
+
+use super::{crash_potential, drac, lane_ttc};
+use crate::metrics::{Context, limits};
+
+/// What is summed from a step to the end of the recording.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::metrics) struct Exposure {
+    /// Seconds with a time to collision below the threshold.
+    pub exposed: f64,
+    /// What is missing to the threshold, times the time, s².
+    pub integrated: f64,
+    /// Probabilities that the needed deceleration is not available, added up.
+    pub crash: f64,
+    /// Steps at which both are there.
+    pub steps: u32,
+}
+
+impl Exposure {
+    /// The sums from every step of the ego on.
+    pub fn rows(context: &Context<'_>, participant: usize) -> Vec<Self> {
+        let mut rows = vec![Self::default(); context.length()];
+        let mut sum = Self::default();
+        for index in (0..context.length()).rev() {
+            let both = context.ego[index].is_some() && context.other(participant, index).is_some();
+            sum.steps += u32::from(both);
+            if both && let Ok(following) = context.following(participant, index) {
+                if let Ok(time) = lane_ttc::time(&following)
+                    && time < limits::TAU
+                {
+                    sum.exposed += context.dt();
+                    sum.integrated += (limits::TAU - time) * context.dt();
+                }
+                if let Ok(rate) = drac::rate(&following) {
+                    sum.crash += crash_potential::probability(rate);
+                }
+            }
+            rows[index] = sum;
+        }
+        rows
+    }
+}

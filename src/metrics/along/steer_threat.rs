@@ -1,0 +1,24 @@
+//! Steer-threat number: the required lateral acceleration over the available one.
+//!
+//! STN = a_lat_req / a_lat,max, with a_lat,max = 8.0 m/s²; from 1 on steering alone does not help. Source:
+//! Hosseini, Murgovski, de Campos and Sjöberg 2016.
+
+use super::super::{Danger, Encounter, Measure, Mirrored, Reading, limits};
+use super::lateral_deceleration::required;
+
+pub(in crate::metrics) const MEASURE: Measure = Measure {
+    id: "stn",
+    name: "steer-threat number",
+    unit: "",
+    danger: Danger::High,
+    mirrored: Mirrored::Kept,
+    source: "a_lat_req over 8.0 m/s² (Hosseini 2016)",
+    compute,
+};
+
+fn compute(encounter: &Encounter<'_>) -> Reading {
+    let following = encounter.ask(|c, other, index| c.following(other, index));
+    following
+        .and_then(|f| Ok(required(&f)? / limits::STEER_THREAT))
+        .into()
+}

@@ -1,0 +1,179 @@
+//! A scene prepared for measuring: what measures share is worked out once, when it is first asked.
+
+use std::cell::OnceCell;
+use std::ops::Range;
+
+use super::along::{LaneBody, LaneSet, Road};
+use super::pair::Pair;
+use super::recorded::{Starts, Swept};
+use super::{Encounter, NoValue};
+use crate::geometry::{Footprint, Placed};
+use crate::scenario::{Motion, Participant, RouteError, Scene};
+
+/// Somebody at a step: motion and body.
+pub(super) type Here<'s> = (&'s Motion, &'s Footprint);
+
+/// A scene prepared for measuring.
+///
+/// Nothing is worked out before it is asked: the distances alone cost nothing more than distances.
+#[derive(Debug)]
+pub struct Context<'s> {
+    pub(super) scene: &'s Scene,
+    steps: Range<i64>,
+    /// The ego by step; nothing in gaps of its recording.
+    pub(super) ego: Vec<Option<Here<'s>>>,
+    participants: Vec<Participant<'s>>,
+    pairs: Vec<Pair>,
+    road: OnceCell<Result<Road, RouteError>>,
+    ego_along: OnceCell<Vec<Option<LaneBody>>>,
+    ego_lanes: Vec<OnceCell<LaneSet>>,
+    /// The farthest that the ego's front has got along its route, by step.
+    farthest: OnceCell<Vec<f64>>,
+    pub(super) ego_swept: OnceCell<Swept>,
+    pub(super) starts: OnceCell<Starts>,
+}
+
+impl<'s> Context<'s> {
+    /// Prepares a scene.
+    #[must_use]
+    pub fn new(scene: &'s Scene) -> Self {
+        let steps = scene.steps();
+        let at = |step| Some((scene.ego.track.at(step)?, scene.ego_footprint_at(step)));
+        let ego: Vec<_> = steps.clone().map(at).collect();
+        let participants: Vec<_> = scene.participants().collect();
+        Self {
+            scene,
+            ego_lanes: vec![OnceCell::new(); ego.len()],
+            pairs: participants.iter().map(|_| Pair::default()).collect(),
+            steps,
+            ego,
+            participants,
+            road: OnceCell::new(),
+            ego_along: OnceCell::new(),
+            farthest: OnceCell::new(),
+            ego_swept: OnceCell::new(),
+            starts: OnceCell::new(),
+        }
+    }
+
+    /// The steps of the ego.
+    #[must_use]
+    pub fn steps(&self) -> Range<i64> {
+        self.steps.clone()
+    }
+
+    /// Everyone but the ego, in the file's order.
+    #[must_use]
+    pub fn participants(&self) -> &[Participant<'s>] {
+        &self.participants
+    }
+
+    /// The ego with the participant at a place of [`Self::participants`] at a step; nothing if one of them
+    /// is not there.
+    #[must_use]
+    pub fn encounter(&self, participant: usize, step: i64) -> Option<Encounter<'_>> {
+        let index = self.index(step)?;
+        let (ego, ego_body) = self.ego[index]?;
+        let (other, other_body) = self.other(participant, index)?;
+        Some(Encounter::in_context(
+            (ego, ego_body),
+            (other, other_body),
+            (self, participant, index),
+        ))
+    }
+
+    /// The road along which measures look: the route that the ego drove, or else the one it was to drive.
+    ///
+    /// # Errors
+    /// Why there is no route along what the ego drove.
+    pub fn road(&self) -> Result<&Road, &RouteError> {
+        let road = self.road.get_or_init(|| Road::of(self.scene));
+        road.as_ref()
+    }
+
+    /// Place of a step among the ego's.
+    pub(super) fn index(&self, step: i64) -> Option<usize> {
+        let index = usize::try_from(step.checked_sub(self.steps.start)?).ok()?;
+        (index < self.ego.len()).then_some(index)
+    }
+
+    pub(super) fn step(&self, index: usize) -> i64 {
+        self.steps.start + index as i64
+    }
+
+    /// How many steps there are.
+    pub(super) fn length(&self) -> usize {
+        self.ego.len()
+    }
+
+    pub(super) fn dt(&self) -> f64 {
+        self.scene.scenario.dt()
+    }
+
+    /// Seconds from one place to a later one.
+    pub(super) fn time(&self, from: usize, to: usize) -> f64 {
+        (to - from) as f64 * self.dt()
+    }
+
+    pub(super) fn other(&self, participant: usize, index: usize) -> Option<Here<'s>> {
+        let participant = self.participants.get(participant)?;
+        let step = self.step(index);
+        Some((participant.at(step)?, participant.footprint_at(step)))
+    }
+
+    /// Both where they stand; nothing if one of them is not there.
+    pub(super) fn placed(
+        &self,
+        participant: usize,
+        index: usize,
+    ) -> Option<(Placed<'s>, Placed<'s>)> {
+        let (ego, ego_body) = self.ego.get(index).copied()??;
+        let (other, other_body) = self.other(participant, index)?;
+        Some((ego_body.at(ego.pose), other_body.at(other.pose)))
+    }
+
+    pub(super) fn pair(&self, participant: usize) -> &Pair {
+        &self.pairs[participant]
+    }
+
+    /// The ego along its route.
+    pub(super) fn ego_along(&self, index: usize) -> Result<LaneBody, NoValue> {
+        let road = self.road().map_err(|_| NoValue::NoRoute)?;
+        let all = self.ego_along.get_or_init(|| {
+            let along = |here: &Option<Here<'_>>| here.and_then(|(m, body)| road.along(m, body));
+            self.ego.iter().map(along).collect()
+        });
+        all[index].ok_or(NoValue::OffRoute)
+    }
+
+    /// The first place from `index` on at which the ego's front is at arc length `s` or beyond.
+    pub(super) fn ego_reaches(&self, s: f64, index: usize) -> Option<usize> {
+        let front = |index| self.ego_along(index).map_or(f64::MIN, |ego| ego.front);
+        let farthest = self.farthest.get_or_init(|| {
+            let mut most = f64::MIN;
+            let steps = 0..self.length();
+            steps
+                .map(|index| {
+                    most = most.max(front(index));
+                    most
+                })
+                .collect()
+        });
+        let reached = farthest.partition_point(|&f| f < s);
+        if reached >= index {
+            return (reached < self.length()).then_some(reached);
+        }
+        // It was there before and went back.
+        (index..self.length()).find(|&index| front(index) >= s)
+    }
+
+    /// The lanes that the ego stands on.
+    pub(super) fn ego_lanes(&self, road: &Road, index: usize) -> LaneSet {
+        *self.ego_lanes[index].get_or_init(|| {
+            let here = self.ego[index];
+            here.map_or(LaneSet::default(), |(m, body)| {
+                road.lanes_under(self.scene, &body.at(m.pose))
+            })
+        })
+    }
+}

@@ -1,0 +1,114 @@
+//! The conflict area of the ego and another: all places that both bodies sweep in the recording.
+//!
+//! Source: Allen, Shin and Cooper, Analysis of traffic conflicts and collisions, 1978. The area is that of the
+//! swept bodies, so it follows what was driven and needs no map.
+
+use super::swept::Swept;
+use crate::metrics::{Context, NoValue};
+
+/// When the two are in their conflict area: first and last recorded step of each.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::metrics) struct Conflict(Result<Both, NoValue>);
+
+#[derive(Debug, Clone, Copy)]
+struct Both {
+    ego: Inside,
+    other: Inside,
+}
+
+/// When somebody is in the conflict area.
+#[derive(Debug, Clone, Copy)]
+struct Inside {
+    first: i64,
+    last: i64,
+    /// Whether the recording begins before, and ends after.
+    enters: bool,
+    leaves: bool,
+}
+
+impl Conflict {
+    /// The conflict of the ego with another over both whole recordings.
+    pub fn of(context: &Context<'_>, participant: usize) -> Self {
+        Self(Both::of(context, participant))
+    }
+
+    /// Time steps from entering to leaving of the ego.
+    pub fn encroachment(&self) -> Result<i64, NoValue> {
+        let ego = self.0?.ego;
+        if ego.enters && ego.leaves {
+            Ok(ego.last - ego.first)
+        } else {
+            Err(NoValue::CutOff)
+        }
+    }
+
+    /// Time steps from the leaving of the first to the entering of the second.
+    pub fn post_encroachment(&self) -> Result<i64, NoValue> {
+        let Both { ego, other } = self.0?;
+        let (first, second) = if ego.last < other.first {
+            (ego, other)
+        } else if other.last < ego.first {
+            (other, ego)
+        } else {
+            return Err(NoValue::Together);
+        };
+        if first.leaves && second.enters {
+            Ok(second.first - first.last)
+        } else {
+            Err(NoValue::CutOff)
+        }
+    }
+}
+
+impl Both {
+    fn of(context: &Context<'_>, participant: usize) -> Result<Self, NoValue> {
+        if context.stands(participant) {
+            return Err(NoValue::NoConflictArea);
+        }
+        let ego = context.ego_swept();
+        let other = context.swept(participant);
+        if !ego.moves() || !other.moves() || !ego.near(&other) {
+            return Err(NoValue::NoConflictArea);
+        }
+        Ok(Self {
+            ego: inside(ego, &other).ok_or(NoValue::NoConflictArea)?,
+            other: inside(&other, ego).ok_or(NoValue::NoConflictArea)?,
+        })
+    }
+}
+
+fn inside(body: &Swept, other: &Swept) -> Option<Inside> {
+    let (first, last) = body.inside(other)?;
+    let (begin, end) = body.steps()?;
+    Some(Inside {
+        first,
+        last,
+        enters: begin < first,
+        leaves: last < end,
+    })
+}
+
+impl Context<'_> {
+    fn ego_swept(&self) -> &Swept {
+        self.ego_swept.get_or_init(|| {
+            let steps = self.steps().zip(&self.ego);
+            let bodies = steps.filter_map(|(step, here)| here.map(|(m, b)| (step, m.pose, b)));
+            Swept::of(bodies, self.origin())
+        })
+    }
+
+    fn swept(&self, participant: usize) -> Swept {
+        let participant = self.participants()[participant];
+        let track = participant.obstacle.track().iter();
+        let bodies = track.map(|(step, m)| (step, m.pose, participant.footprint_at(step)));
+        Swept::of(bodies, self.origin())
+    }
+
+    /// Near everything, so that no digits are lost far from the map's origin.
+    fn origin(&self) -> crate::geometry::Vector {
+        let first = self.ego.iter().flatten().next();
+        first.map_or_else(crate::geometry::Vector::zeros, |(m, _)| {
+            m.pose.position.coords
+        })
+    }
+}

@@ -1,0 +1,24 @@
+//! Recorded time to collision, TTC*: the time until the recorded bodies first overlap.
+//!
+//! Unlike `ttc` it predicts nothing. Source: the TTC* of CommonRoad-CriMe (Lin and Althoff 2023).
+
+use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
+
+pub(in crate::metrics) const MEASURE: Measure = Measure {
+    id: "ttc_star",
+    name: "time to the recorded overlap",
+    unit: "s",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    source: "recorded time until the bodies overlap (TTC* of CriMe)",
+    compute,
+};
+
+fn compute(encounter: &Encounter<'_>) -> Reading {
+    let time = encounter.ask(|c, other, i| {
+        let closest = c.closest(other, i).ok_or(NoValue::Absent)?;
+        let overlap = closest.overlap.ok_or(NoValue::NoRecordedOverlap)?;
+        Ok(c.time(i, overlap))
+    });
+    time.into()
+}

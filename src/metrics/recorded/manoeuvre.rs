@@ -1,0 +1,80 @@
+//! Emergency manoeuvres of the ego: where it is some time after it began to brake, accelerate or steer.
+
+use crate::geometry::{Point, Pose};
+use crate::metrics::limits;
+use crate::scenario::Motion;
+
+/// What the ego does to avoid a collision. All but the acceleration said here is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::metrics) enum Manoeuvre {
+    /// Full braking straight ahead, until it stands.
+    Brake,
+    /// Full acceleration straight ahead.
+    KickDown,
+    /// Full lateral acceleration to the left.
+    Left,
+    /// Full lateral acceleration to the right.
+    Right,
+}
+
+impl Manoeuvre {
+    /// The pose after `time` seconds, from `start` on.
+    ///
+    /// A point mass with constant acceleration along or across its first heading; while it steers, the
+    /// body turns into the direction of its motion (Jansson 2005, 5.3).
+    pub fn pose(self, start: &Motion, time: f64) -> Pose {
+        let (v, sign) = (start.velocity.abs(), 1.0_f64.copysign(start.velocity));
+        let (along, across, turn) = match self {
+            Self::Brake => {
+                let time = time.min(v / limits::FULL_BRAKING);
+                (
+                    v * time - limits::FULL_BRAKING * time * time / 2.0,
+                    0.0,
+                    0.0,
+                )
+            }
+            Self::KickDown => (v * time + limits::KICK_DOWN * time * time / 2.0, 0.0, 0.0),
+            Self::Left | Self::Right => {
+                let side = if self == Self::Left { 1.0 } else { -1.0 };
+                let most = limits::EVASION.min(v * v * limits::TIGHTEST);
+                let turn = if v > 0.0 {
+                    (most * time / v).atan()
+                } else {
+                    0.0
+                };
+                (
+                    v * time,
+                    side * most * time * time / 2.0,
+                    side * sign * turn,
+                )
+            }
+        };
+        Pose {
+            position: start.pose.to_world(&Point::new(sign * along, across)),
+            heading: start.pose.heading + turn,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn braking_stops_and_steering_goes_aside() {
+        let start = Motion {
+            pose: Pose::new(0.0, 0.0, 0.0),
+            velocity: 8.0,
+            acceleration: 0.0,
+        };
+        let stood = Manoeuvre::Brake.pose(&start, 9.0);
+        assert!((stood.position.x - 64.0 / (2.0 * limits::FULL_BRAKING)).abs() < 1e-12);
+        let aside = Manoeuvre::Right.pose(&start, 0.5);
+        assert!((aside.position.y + limits::EVASION / 8.0).abs() < 1e-12 && aside.heading < 0.0);
+        assert!(
+            (Manoeuvre::KickDown.pose(&start, 2.0).position.x - 16.0 - 2.0 * limits::KICK_DOWN)
+                .abs()
+                < 1e-12
+        );
+    }
+}

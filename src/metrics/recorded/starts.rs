@@ -1,0 +1,131 @@
+//! The latest start of each emergency manoeuvre that still avoids the recorded overlap.
+//!
+//! Source: Hillenbrand, Spieker and Kroschel 2006; Tamke, Dang and Breuel 2011. Until its start the ego does what
+//! was recorded, all others do so always, and bodies are compared at the recorded steps to the end of the ego's
+//! recording. Who avoids it with a late start is taken to avoid it with an earlier one: the latest start is looked
+//! for backwards from the overlap in doubled strides, then by bisection.
+
+use std::ops::Range;
+
+use super::Manoeuvre;
+use crate::metrics::{Context, NoValue};
+
+/// Latest starts, as places of steps.
+#[derive(Debug, Clone)]
+pub(in crate::metrics) struct Starts {
+    /// The first recorded overlap.
+    overlap: Option<usize>,
+    /// The last recorded overlap.
+    last: usize,
+    brake: Option<usize>,
+    kick_down: Option<usize>,
+    steer: Option<usize>,
+}
+
+impl Starts {
+    /// For the overlap with any of some participants; the manoeuvres avoid them all.
+    pub fn of(context: &Context<'_>, participants: Range<usize>) -> Self {
+        let (mut first, mut last): (Option<usize>, usize) = (None, 0);
+        for participant in participants.clone() {
+            for (index, distance) in context.distances(participant).iter().enumerate() {
+                if *distance == Some(0.0) {
+                    first = Some(first.map_or(index, |f| f.min(index)));
+                    last = last.max(index);
+                }
+            }
+        }
+        let latest =
+            |manoeuvre| first.and_then(|f| latest(context, participants.clone(), manoeuvre, f));
+        Self {
+            overlap: first,
+            last,
+            brake: latest(Manoeuvre::Brake),
+            kick_down: latest(Manoeuvre::KickDown),
+            steer: latest(Manoeuvre::Left).max(latest(Manoeuvre::Right)),
+        }
+    }
+
+    /// Places of steps until the latest start of braking.
+    pub fn brake(&self, now: usize) -> Result<usize, NoValue> {
+        self.until(self.brake, now)
+    }
+
+    /// Places of steps until the latest start of accelerating.
+    pub fn kick_down(&self, now: usize) -> Result<usize, NoValue> {
+        self.until(self.kick_down, now)
+    }
+
+    /// Places of steps until the latest start of steering to either side.
+    pub fn steer(&self, now: usize) -> Result<usize, NoValue> {
+        self.until(self.steer, now)
+    }
+
+    /// Places of steps until the latest start of any of them.
+    pub fn react(&self, now: usize) -> Result<usize, NoValue> {
+        self.until(self.brake.max(self.kick_down).max(self.steer), now)
+    }
+
+    fn until(&self, start: Option<usize>, now: usize) -> Result<usize, NoValue> {
+        match (self.overlap, start) {
+            (None, _) => Err(NoValue::NoRecordedOverlap),
+            _ if now > self.last => Err(NoValue::NoRecordedOverlap),
+            (_, Some(start)) if start >= now => Ok(start - now),
+            _ => Err(NoValue::TooLate),
+        }
+    }
+}
+
+/// The latest place before `overlap` at which the manoeuvre can start and avoids it.
+fn latest(
+    context: &Context<'_>,
+    participants: Range<usize>,
+    manoeuvre: Manoeuvre,
+    overlap: usize,
+) -> Option<usize> {
+    let avoids = |start| avoids(context, participants.clone(), manoeuvre, start);
+    let (mut late, mut stride) = (overlap, 1);
+    let mut early = loop {
+        // The first step is tried before giving up.
+        let start = overlap.saturating_sub(stride);
+        if late == 0 {
+            return None;
+        }
+        if avoids(start) {
+            break start;
+        }
+        late = start;
+        stride *= 2;
+    };
+    while late - early > 1 {
+        let middle = usize::midpoint(early, late);
+        if avoids(middle) {
+            early = middle;
+        } else {
+            late = middle;
+        }
+    }
+    Some(early)
+}
+
+/// Whether the ego touches none of the participants if it starts at a place.
+fn avoids(
+    context: &Context<'_>,
+    participants: Range<usize>,
+    manoeuvre: Manoeuvre,
+    start: usize,
+) -> bool {
+    let Some((motion, body)) = context.ego[start] else {
+        return false;
+    };
+    (start..context.length()).all(|index| {
+        let ego = body.at(manoeuvre.pose(motion, context.time(start, index)));
+        participants.clone().all(|participant| {
+            let Some((other, other_body)) = context.other(participant, index) else {
+                return true;
+            };
+            let reach = body.reach() + other_body.reach();
+            let apart = (other.pose.position - ego.pose.position).norm() > reach;
+            apart || ego.distance(&other_body.at(other.pose)) > 0.0
+        })
+    })
+}

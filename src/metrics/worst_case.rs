@@ -1,0 +1,115 @@
+//! Worst-case time to collision: when the two can touch at the earliest, whatever both do.
+//!
+//! Around where each would be at constant velocity grows a circle of radius R + ½·a·t², with R that of the body
+//! around its position and a = 11.5 m/s² in any direction, 0 for what stands for ever; WTTC is the first t at
+//! which the circles touch. Source: Wachenfeld, Junietz, Wenzel and Winner 2016.
+
+use super::{Danger, Encounter, Measure, Mirrored, Reading, limits};
+
+pub(super) const MEASURE: Measure = Measure {
+    id: "wttc",
+    name: "worst-case time to collision",
+    unit: "s",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    source: "first touch of reachable circles, 11.5 m/s² (Wachenfeld 2016)",
+    compute,
+};
+
+fn compute(encounter: &Encounter<'_>) -> Reading {
+    let stands = encounter.ask(|c, other, _| Ok(c.stands(other)));
+    let others = if stands == Ok(true) {
+        0.0
+    } else {
+        limits::WORST_CASE
+    };
+    let away = encounter.other.pose.position - encounter.ego.pose.position;
+    let velocity = encounter.other.velocity_vector() - encounter.ego.velocity_vector();
+    let reach = encounter.ego_body.reach() + encounter.other_body.reach();
+    let circles = Circles {
+        growth: (limits::WORST_CASE + others) / 2.0,
+        reach,
+        distance: away.norm_squared(),
+        closing: -away.dot(&velocity),
+        speed: velocity.norm_squared(),
+    };
+    Reading::Value(circles.touch())
+}
+
+/// Two circles: they touch where (R + g·t²)² = |p + v·t|².
+struct Circles {
+    /// g, m/s².
+    growth: f64,
+    /// R, metres.
+    reach: f64,
+    /// |p|², m².
+    distance: f64,
+    /// −p·v, m²/s.
+    closing: f64,
+    /// |v|², m²/s².
+    speed: f64,
+}
+
+impl Circles {
+    /// The difference of the squares, which is negative until they touch, and its slope.
+    fn value(&self, t: f64) -> (f64, f64) {
+        let radius = self.reach + self.growth * t * t;
+        let apart = self.distance - 2.0 * self.closing * t + self.speed * t * t;
+        let slope = 4.0 * self.growth * t * radius + 2.0 * self.closing - 2.0 * self.speed * t;
+        (radius * radius - apart, slope)
+    }
+
+    /// The first touch, seconds.
+    fn touch(&self) -> f64 {
+        if self.value(0.0).0 >= 0.0 {
+            return 0.0;
+        }
+        // The second derivative of the difference grows with t: first it is concave, then convex. Where it is
+        // concave, Newton's steps from the left stop short of a root, so that none is passed over.
+        let bend = 2.0 * self.speed - 4.0 * self.growth * self.reach;
+        let concave = (bend.max(0.0) / 12.0).sqrt() / self.growth;
+        let mut low = 0.0;
+        while low < concave {
+            let (value, slope) = self.value(low);
+            let step = -value / slope;
+            if slope <= 0.0 || low + step > concave {
+                break;
+            }
+            if step <= 1e-15 * low || value >= 0.0 {
+                return low;
+            }
+            low += step;
+        }
+        self.beyond(low)
+    }
+
+    /// The touch after `low`, between which and the touch there is no other.
+    fn beyond(&self, mut low: f64) -> f64 {
+        let mut high = low.max(0.1);
+        while self.value(high).0 < 0.0 {
+            low = high;
+            high *= 2.0;
+        }
+        let mut t = high;
+        for _ in 0..100 {
+            let (value, slope) = self.value(t);
+            if value < 0.0 {
+                low = t;
+            } else {
+                high = t;
+            }
+            let newton = t - value / slope;
+            let next = if newton > low && newton < high {
+                newton
+            } else {
+                f64::midpoint(low, high)
+            };
+            let step = (next - t).abs();
+            t = next;
+            if step <= 1e-14 * t {
+                break;
+            }
+        }
+        t
+    }
+}

@@ -1,0 +1,11 @@
+//! Measures: published values, and that no measure depends on where, which way and when a scene is.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "measures/expected.rs"]
+mod expected;
+#[path = "measures/invariance.rs"]
+mod invariance;
+#[path = "measures/random.rs"]
+mod random;
+#[path = "measures/transform.rs"]
+mod transform;
