@@ -3,11 +3,13 @@
 mod ask;
 mod convert;
 mod describe;
+mod evaluate;
 mod generated;
 mod inspect;
 mod metrics;
 mod open;
 mod output;
+mod progress;
 mod prompt;
 mod routes;
 mod verdicts;
@@ -43,6 +45,8 @@ pub enum Command {
     Prompt(prompt::PromptArguments),
     /// One verdict: by the built-in judge, or by a language model.
     Ask(ask::Ask),
+    /// How good the built-in judge is, and how long before a collision.
+    Evaluate(evaluate::Evaluate),
     /// Completions for a shell.
     Completions(generated::Completions),
     /// The manual page.
@@ -88,6 +92,7 @@ pub fn run(command: &Command) -> Outcome {
         Command::Describe(arguments) => describe::run(arguments),
         Command::Prompt(arguments) => prompt::run(arguments),
         Command::Ask(arguments) => ask::run(arguments),
+        Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),
     }

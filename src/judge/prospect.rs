@@ -58,7 +58,8 @@ impl Criterion {
             return Vec::new();
         };
         let mut predictor = Predictor::new(past, self.model);
-        let ticks = (self.horizon / TICK).round() as usize;
+        // A horizon between two ticks ends inside the last one.
+        let ticks = (self.horizon / TICK - 1e-9).ceil() as usize;
         let own = predictor.predict(ego, self.horizon);
         let mine = own.trajectories(TICK, ticks);
         let near = |other: &&Observed<'_>| {
@@ -105,7 +106,8 @@ impl Sides<'_> {
             let mut by_ways = vec![0.0; self.own.courses.len() * courses];
             for theirs in self.theirs.trajectories(TICK, ticks) {
                 for mine in self.mine {
-                    if let Some(time) = self.contact(mine, &theirs) {
+                    let time = self.contact(mine, &theirs);
+                    if let Some(time) = time.filter(|time| *time <= horizon) {
                         let weight = mine.weight * theirs.weight;
                         contacts.push((time, weight));
                         by_ways[mine.course * courses + theirs.course] += weight;
@@ -118,7 +120,8 @@ impl Sides<'_> {
                 }
             }
         }
-        let probability = contacts.iter().map(|(_, weight)| weight).sum::<f64>();
+        // The sum of nothing is -0.
+        let probability = contacts.iter().map(|(_, weight)| weight).sum::<f64>() + 0.0;
         Prospect {
             id: self.other.who.id,
             kind: self.other.who.kind,
@@ -177,4 +180,17 @@ fn median(mut contacts: Vec<(f64, f64)>) -> Option<f64> {
         sum >= half
     });
     found.map(|(time, _)| *time)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::median;
+
+    #[test]
+    fn half_of_the_weight_lies_before_the_median() {
+        assert_eq!(median(vec![]), None);
+        let contacts = vec![(1.5, 0.2), (0.5, 0.1), (1.0, 0.1)];
+        assert_eq!(median(contacts), Some(1.0));
+        assert_eq!(median(vec![(0.3, 0.1), (0.9, 0.4)]), Some(0.9));
+    }
 }

@@ -177,7 +177,8 @@ fn probability(p: f64) -> String {
     if p > 0.0 && p < 0.01 {
         "below 0.01".into()
     } else {
-        format!("{:.2}", (p * 100.0).floor() / 100.0)
+        // Certainty is a sum of many weights.
+        format!("{:.2}", (p * 100.0 + 1e-9).floor() / 100.0)
     }
 }
 

@@ -1,12 +1,12 @@
-//! The lanes somebody may follow: those it is on, and all that they lead to.
+//! The lanes somebody may follow: those it is on, those beside that it drifts to, and all that they lead to.
 
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
 use super::Observed;
-use crate::geometry::{Polyline, angle_between};
-use crate::scenario::{Direction, Driven, Lane, LaneletNetwork};
+use crate::geometry::{Point, Polyline, angle_between};
+use crate::scenario::{Direction, Driven, Lane, LaneletNetwork, Motion};
 
 /// A way along lanelets.
 #[derive(Debug, Clone)]
@@ -34,6 +34,12 @@ const MOST_TURN: f64 = FRAC_PI_4;
 const TURN: f64 = 0.2;
 const OFFSET: f64 = 1.0;
 
+/// The offset that counts is that to which somebody drifts within this time, seconds: it tells who changes lanes.
+const DRIFT: f64 = 1.0;
+
+/// Ways that are less likely than this share of the likeliest are not followed.
+const LEAST: f64 = 0.01;
+
 /// What is longer ago does not tell which lane is followed, seconds.
 const MEMORY: f64 = 1.0;
 
@@ -51,11 +57,12 @@ impl<'a> Lanes<'a> {
         }
     }
 
-    /// The ways on from where somebody is, `reach` metres long where the road goes on; the likeliest first.
-    pub fn ways(&mut self, seen: &Observed<'_>, reach: f64) -> Vec<LaneWay> {
-        let mut found = Vec::new();
+    /// The ways on from where somebody is who drives `speed` m/s, `reach` metres long where the road goes on; the
+    /// likeliest first.
+    pub fn ways(&mut self, seen: &Observed<'_>, speed: f64, reach: f64) -> Vec<LaneWay> {
+        let mut found: Vec<LaneWay> = Vec::new();
         let pose = seen.motion.pose;
-        for lanelet in self.network.lanelets_at(&pose.position) {
+        for lanelet in self.here_and_beside(&pose.position) {
             for direction in [Direction::Along, Direction::Against] {
                 let from = Driven { lanelet, direction };
                 let Some(middle) = self.middle(from) else {
@@ -74,16 +81,33 @@ impl<'a> Lanes<'a> {
                     };
                     found.push(LaneWay {
                         lanelets: way.iter().map(|d| d.lanelet).collect(),
-                        weight: share * fit(&line, seen),
+                        weight: share * fit(&line, seen, speed),
                         line,
                     });
                 }
             }
         }
         found.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+        let least = found.first().map_or(0.0, |way| way.weight * LEAST);
         found.truncate(MOST_WAYS);
-        found.retain(|way| way.weight > 0.0);
+        // Where nothing fits at all, all weights may be 0.
+        found.retain(|way| way.weight > 0.0 && way.weight >= least);
         found
+    }
+
+    /// The lanelets under a point, then their neighbours in the same direction.
+    fn here_and_beside(&self, p: &Point) -> Vec<i64> {
+        let mut ids = self.network.lanelets_at(p);
+        for place in 0..ids.len() {
+            let here = self.network.lanelet(ids[place]);
+            let beside = here.map(|l| [l.adjacent_left, l.adjacent_right]);
+            for beside in beside.into_iter().flatten().flatten() {
+                if beside.same_direction && !ids.contains(&beside.id) {
+                    ids.push(beside.id);
+                }
+            }
+        }
+        ids
     }
 
     /// The middle of a lanelet as it is driven; nothing where it may not be driven so.
@@ -149,17 +173,23 @@ impl<'a> Lanes<'a> {
     }
 }
 
-/// How well a line explains what was seen beside it, 0 to 1.
-fn fit(line: &Polyline, seen: &Observed<'_>) -> f64 {
-    let (mut cost, mut n) = (0.0, 0.0);
-    for (step, motion) in seen.motions.iter().rev() {
+/// How well a line explains what was seen, 0 to 1: the headings of the last second, and where it drifts.
+fn fit(line: &Polyline, seen: &Observed<'_>, speed: f64) -> f64 {
+    let turn_at = |motion: &Motion| {
         let at = line.project(&motion.pose.position);
+        let along = line.pose_at(at.s).heading;
+        (at, angle_between(along, motion.pose.heading))
+    };
+    let (now, turn) = turn_at(seen.motion);
+    let drifted = now.d + speed * turn.sin() * DRIFT;
+    let (mut turns, mut n) = (0.0, 0.0);
+    for (step, motion) in seen.motions.iter().rev() {
+        let (at, turn) = turn_at(motion);
         if n > 0.0 && (at.s <= 0.0 || seen.ago(*step) > MEMORY) {
             break;
         }
-        let turn = angle_between(line.pose_at(at.s).heading, motion.pose.heading);
-        cost += (turn / TURN).powi(2) + (at.d / OFFSET).powi(2);
+        turns += (turn / TURN).powi(2);
         n += 1.0;
     }
-    (-cost / (2.0 * n)).exp()
+    (-(turns / n + (drifted / OFFSET).powi(2)) / 2.0).exp()
 }

@@ -111,3 +111,46 @@ fn chord(line: &Polyline, s: f64) -> Pose {
         heading: between.y.atan2(between.x),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::geometry::Point;
+
+    fn apart(a: &Pose, b: &Pose) -> f64 {
+        (a.position - b.position).norm() + angle_between(a.heading, b.heading).abs()
+    }
+
+    #[test]
+    fn a_quarter_of_a_circle() {
+        let arc = |curvature| Path::Arc {
+            start: Pose::new(1.0, 2.0, 0.0),
+            curvature,
+        };
+        let quarter = 10.0 * std::f64::consts::FRAC_PI_2;
+        let left = arc(0.1).pose_at(quarter);
+        assert!(apart(&left, &Pose::new(11.0, 12.0, std::f64::consts::FRAC_PI_2)) < 1e-9);
+        let straight = Path::Straight(Pose::new(1.0, 2.0, 0.0));
+        assert!(apart(&arc(0.0).pose_at(7.0), &straight.pose_at(7.0)) < 1e-12);
+        assert!(apart(&arc(1e-8).pose_at(7.0), &arc(2e-6).pose_at(7.0)) < 1e-3);
+    }
+
+    #[test]
+    fn a_lane_is_joined_where_one_stands_and_followed_afterwards() {
+        let points = [(0., 0.), (50., 0.), (50., 80.)].map(|(x, y)| Point::new(x, y));
+        let line = Arc::new(Polyline::new(points).unwrap());
+        for (x, y, heading) in [(5.0, 1.2, -0.2), (20.0, -0.7, 0.3), (10.0, 0.0, 1.2)] {
+            let start = Pose::new(x, y, heading);
+            let path = Path::along(line.clone(), &start);
+            assert!(apart(&path.pose_at(0.0), &start) < 1e-9, "{x} {y}");
+            // It begins into the direction of the heading, as far as lanes are crossed at all.
+            let moved = path.pose_at(0.01).position - start.position;
+            let steep = heading.abs() > std::f64::consts::FRAC_PI_4;
+            assert!(steep || (moved.y.atan2(moved.x) - heading).abs() < 0.01);
+            let far = path.pose_at(110.0);
+            assert!((far.position.x - 50.0).abs() < 0.01, "{far:?}");
+            assert!((far.heading - std::f64::consts::FRAC_PI_2).abs() < 0.01);
+        }
+    }
+}

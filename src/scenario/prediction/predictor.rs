@@ -82,8 +82,9 @@ const MOST_CURVATURE: f64 = 0.1;
 /// Seconds after which 1/e of an acceleration is left: manoeuvres last a few seconds.
 const FADE: f64 = 2.0;
 
-/// How likely somebody on a lane goes on along lanes instead of with its present turn.
-const LANES: f64 = 2.0 / 3.0;
+/// How likely somebody on a lane goes on along lanes instead of with its present turn: so likely that leaving the lane
+/// for no visible reason is not critical by itself.
+const LANES: f64 = 0.75;
 
 /// The medians of five equally likely parts of the standard normal distribution.
 const FIFTHS: [f64; 5] = [-1.2816, -0.5244, 0.0, 0.5244, 1.2816];
@@ -153,7 +154,7 @@ impl<'a> Predictor<'a> {
         let lanes = if free {
             Vec::new()
         } else {
-            self.lanes.ways(seen, reach)
+            self.lanes.ways(seen, present.speed, reach)
         };
         let total: f64 = lanes.iter().map(|way| way.weight).sum();
         let turning = if lanes.is_empty() { 1.0 } else { 1.0 - LANES };

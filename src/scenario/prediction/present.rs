@@ -26,6 +26,9 @@ const LONGEST_MEMORY: f64 = 1.0;
 /// A shorter path shows no curvature, metres.
 const SHORTEST: f64 = 1.0;
 
+/// Slower than this is standing, m/s: files round to centimetres.
+const STANDSTILL: f64 = 0.1;
+
 /// Nothing on a road turns tighter (1/m), is faster (m/s), or has tyres for more (m/s²): what is beyond is an
 /// error of the recording and not carried on.
 const TIGHTEST: f64 = 0.2;
@@ -76,7 +79,11 @@ impl Present {
             0.0
         };
         Self {
-            speed: bounded(speed, FASTEST),
+            speed: if speed.abs() < STANDSTILL {
+                0.0
+            } else {
+                bounded(speed, FASTEST)
+            },
             acceleration: slope.map_or(recorded.acceleration, |a| bounded(a, STRONGEST)),
             curvature,
             ..recorded
@@ -134,5 +141,80 @@ impl Line {
         }
         let slope = (self.n * self.xy - self.x * self.y) / spread;
         Some(((self.y - slope * self.x) / self.n, Some(slope)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::super::Who;
+    use super::*;
+    use crate::geometry::{Footprint, Shape};
+
+    fn present(dt: f64, steps: &[i64], pose: impl Fn(f64) -> Pose) -> Present {
+        let motions: Vec<(i64, Motion)> = steps
+            .iter()
+            .map(|&step| {
+                let motion = Motion {
+                    pose: pose(step as f64 * dt),
+                    velocity: 77.0,
+                    acceleration: 7.0,
+                };
+                (step, motion)
+            })
+            .collect();
+        let footprint = Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap();
+        Present::of(&Observed {
+            who: Who {
+                id: 1,
+                kind: None,
+                parked: false,
+            },
+            footprint: &footprint,
+            motion: &motions[motions.len() - 1].1,
+            motions: &motions,
+            dt,
+        })
+    }
+
+    #[test]
+    fn positions_tell_speed_acceleration_and_turn() {
+        let brakes = |t: f64| Pose::new(12.0 * t - 1.5 * t * t, 4.0, 0.0);
+        let p = present(0.1, &[0, 1, 2, 3, 4, 5], brakes);
+        assert!((p.speed - 10.5).abs() < 1e-9 && (p.acceleration + 3.0).abs() < 1e-9);
+        assert_eq!(p.curvature, 0.0);
+        let back = present(0.1, &[0, 1, 2, 3], |t| Pose::new(-2.0 * t, 0.0, 0.0));
+        assert!((back.speed + 2.0).abs() < 1e-9);
+        // 8 m/s on a circle of 20 m to the right.
+        let circle = |t: f64| {
+            let turn = 0.4 * t;
+            Pose::new(20.0 * turn.sin(), 20.0 * (turn.cos() - 1.0), -turn)
+        };
+        let p = present(0.1, &[0, 1, 2, 3, 4], circle);
+        assert!((p.curvature + 0.05).abs() < 1e-4, "{p:?}");
+        assert!((p.speed - 8.0).abs() < 1e-2, "{p:?}");
+    }
+
+    #[test]
+    fn few_steps_long_steps_and_gaps() {
+        let drives = |t: f64| Pose::new(9.0 * t, 0.0, 0.0);
+        let once = present(0.1, &[4], drives);
+        assert_eq!((once.speed, once.acceleration), (77.0, 7.0));
+        let twice = present(0.1, &[3, 4], drives);
+        assert!((twice.speed - 9.0).abs() < 1e-9 && twice.acceleration == 7.0);
+        let slow = present(0.4, &[0, 1, 2], drives);
+        assert!((slow.speed - 9.0).abs() < 1e-9 && slow.acceleration.abs() < 1e-9);
+        // What is long ago is not asked.
+        let gap = present(0.1, &[0, 60], drives);
+        assert_eq!(gap.speed, 77.0);
+    }
+
+    #[test]
+    fn a_jump_is_not_carried_on() {
+        let jump = |t: f64| Pose::new(if t > 0.25 { 1e9 } else { 0.0 }, 0.0, 0.0);
+        let p = present(0.1, &[0, 1, 2, 3], jump);
+        assert!(p.speed <= FASTEST && p.acceleration <= STRONGEST);
+        let nowhere = present(0.1, &[0, 1, 2], |_| Pose::new(f64::MAX, f64::MIN, 0.0));
+        assert!(nowhere.speed.is_finite() && nowhere.acceleration.is_finite());
     }
 }

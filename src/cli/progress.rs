@@ -1,0 +1,45 @@
+//! How far a long job is: a bar on standard error where a person sees it, nothing in a pipe.
+
+use std::io::IsTerminal;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// A bar, or nothing.
+pub struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    /// A bar over `count` things, called `what`; `to_file` says that standard output stays empty.
+    ///
+    /// It is not shown where standard error is no terminal, nor where data runs over the same terminal.
+    pub fn new(count: usize, what: &str, to_file: bool) -> Self {
+        let shown = count > 1 && (to_file || !std::io::stdout().is_terminal());
+        let bar = if shown {
+            ProgressBar::with_draw_target(Some(count as u64), ProgressDrawTarget::stderr())
+        } else {
+            ProgressBar::hidden()
+        };
+        let template = format!("{{wide_bar}} {{pos}}/{{len}} {what}, {{eta}} left");
+        if let Ok(style) = ProgressStyle::with_template(&template) {
+            bar.set_style(style);
+        }
+        Self { bar }
+    }
+
+    /// One more is done.
+    pub fn step(&self) {
+        self.bar.inc(1);
+    }
+
+    /// Says something without the bar in the way.
+    pub fn suspend(&self, say: impl FnOnce()) {
+        self.bar.suspend(say);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
