@@ -6,6 +6,8 @@
 mod built;
 #[path = "safety/future.rs"]
 mod future;
+#[path = "safety/hostile.rs"]
+mod hostile;
 #[path = "safety/published.rs"]
 mod published;
 #[path = "safety/scenes.rs"]

@@ -101,7 +101,11 @@ impl Sides<'_> {
     fn prospect(&self, horizon: f64, ticks: usize) -> Prospect {
         let mut contacts: Vec<(f64, f64)> = Vec::new();
         let mut likeliest: Option<(f64, usize, usize)> = None;
-        if self.can_meet(horizon) {
+        let touch = self.ego.placed().distance(&self.other.placed()) == 0.0;
+        if touch {
+            // Whatever they do next.
+            contacts.push((0.0, 1.0));
+        } else if self.can_meet(horizon) {
             let courses = self.theirs.courses.len();
             let mut by_ways = vec![0.0; self.own.courses.len() * courses];
             for theirs in self.theirs.trajectories(TICK, ticks) {

@@ -44,7 +44,7 @@ const LEAST: f64 = 0.01;
 const MEMORY: f64 = 1.0;
 
 /// More ways are not followed: roads fork into few.
-const MOST_WAYS: usize = 8;
+const MOST_WAYS: usize = 6;
 
 /// More lanelets are not followed one after the other.
 const MOST_LANELETS: usize = 64;
@@ -60,8 +60,8 @@ impl<'a> Lanes<'a> {
     /// The ways on from where somebody is who drives `speed` m/s, `reach` metres long where the road goes on; the
     /// likeliest first.
     pub fn ways(&mut self, seen: &Observed<'_>, speed: f64, reach: f64) -> Vec<LaneWay> {
-        let mut found: Vec<LaneWay> = Vec::new();
-        let pose = seen.motion.pose;
+        let pose = &seen.motion.pose;
+        let mut starts: Vec<(f64, Driven, f64)> = Vec::new();
         for lanelet in self.here_and_beside(&pose.position) {
             for direction in [Direction::Along, Direction::Against] {
                 let from = Driven { lanelet, direction };
@@ -70,21 +70,26 @@ impl<'a> Lanes<'a> {
                 };
                 let at = middle.project(&pose.position);
                 let turn = angle_between(middle.pose_at(at.s).heading, pose.heading);
-                if turn.abs() > MOST_TURN {
+                if turn.abs() <= MOST_TURN {
+                    starts.push((drift(at.d, turn, speed).abs(), from, at.s));
+                }
+            }
+        }
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        starts.truncate(MOST_WAYS);
+        let mut found: Vec<LaneWay> = Vec::new();
+        for (_, from, s) in starts {
+            let ways = self.ways_from(from, s + reach);
+            let share = 1.0 / ways.len() as f64;
+            for way in ways {
+                let Some(line) = self.line(&way) else {
                     continue;
-                }
-                let ways = self.ways_from(from, at.s + reach);
-                let share = 1.0 / ways.len() as f64;
-                for way in ways {
-                    let Some(line) = self.line(&way) else {
-                        continue;
-                    };
-                    found.push(LaneWay {
-                        lanelets: way.iter().map(|d| d.lanelet).collect(),
-                        weight: share * fit(&line, seen, speed),
-                        line,
-                    });
-                }
+                };
+                found.push(LaneWay {
+                    lanelets: way.iter().map(|d| d.lanelet).collect(),
+                    weight: share * fit(&line, seen, speed),
+                    line,
+                });
             }
         }
         found.sort_by(|a, b| b.weight.total_cmp(&a.weight));
@@ -132,25 +137,26 @@ impl<'a> Lanes<'a> {
         while let Some((way, before)) = open.pop() {
             let last = way[way.len() - 1];
             let here = before + self.middle(last).map_or(0.0, |m| m.length());
+            let room = MOST_WAYS.saturating_sub(whole.len() + open.len());
             let next = if here < length && way.len() < MOST_LANELETS {
-                self.following(last, &way)
+                self.following(last, &way, room)
             } else {
                 Vec::new()
             };
-            let room = MOST_WAYS.saturating_sub(whole.len() + open.len());
-            if next.is_empty() || room == 0 {
+            if next.is_empty() {
                 whole.push(way);
                 continue;
             }
             // The last one opened is the first one followed.
-            for next in next.into_iter().take(room).rev() {
+            for next in next.into_iter().rev() {
                 open.push(([way.as_slice(), &[next]].concat(), here));
             }
         }
         whole
     }
 
-    fn following(&mut self, driven: Driven, way: &[Driven]) -> Vec<Driven> {
+    /// What follows a lanelet and is not on the way yet, at most `room` of it.
+    fn following(&mut self, driven: Driven, way: &[Driven], room: usize) -> Vec<Driven> {
         let Some(lanelet) = self.network.lanelet(driven.lanelet) else {
             return Vec::new();
         };
@@ -160,6 +166,7 @@ impl<'a> Lanes<'a> {
         };
         let next = ids.iter().map(|&lanelet| Driven { lanelet, ..driven });
         next.filter(|next| !way.contains(next) && self.middle(*next).is_some())
+            .take(room)
             .collect()
     }
 
@@ -181,7 +188,7 @@ fn fit(line: &Polyline, seen: &Observed<'_>, speed: f64) -> f64 {
         (at, angle_between(along, motion.pose.heading))
     };
     let (now, turn) = turn_at(seen.motion);
-    let drifted = now.d + speed * turn.sin() * DRIFT;
+    let drifted = drift(now.d, turn, speed);
     let (mut turns, mut n) = (0.0, 0.0);
     for (step, motion) in seen.motions.iter().rev() {
         let (at, turn) = turn_at(motion);
@@ -192,4 +199,9 @@ fn fit(line: &Polyline, seen: &Observed<'_>, speed: f64) -> f64 {
         n += 1.0;
     }
     (-(turns / n + (drifted / OFFSET).powi(2)) / 2.0).exp()
+}
+
+/// Where somebody at offset `d` gets to who points `turn` away from the lane and drives `speed` m/s, metres.
+fn drift(d: f64, turn: f64, speed: f64) -> f64 {
+    d + speed * turn.sin() * DRIFT
 }
