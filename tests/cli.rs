@@ -9,6 +9,8 @@ mod convert;
 mod egos;
 #[path = "protobuf/encode.rs"]
 mod encode;
+#[path = "cli/evaluate.rs"]
+mod evaluate;
 #[path = "cli/hostile.rs"]
 mod hostile;
 #[path = "cli/interrupted.rs"]

@@ -9,11 +9,11 @@ use super::open::configuration;
 use super::prompt::Asked;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use crate::evaluation::{self, Answer, Event, Judge, Judged};
+use crate::evaluation::{self, Answer, Case, Event, Judge, Judged};
 use crate::judge;
 use crate::llm::{Client, Parameters, Registry};
 use crate::store::Store;
-use crate::verdict::How;
+use crate::verdict::{How, Task};
 
 /// Arguments of `ask`.
 #[derive(Debug, clap::Args)]
@@ -79,7 +79,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         }
     })?;
     if arguments.json {
-        output::json(&document(&answer))?;
+        output::json(&document(&answer, &question.case))?;
     } else {
         output::text(&summary(&answer))?;
     }
@@ -178,7 +178,7 @@ impl Words {
     }
 }
 
-fn document(answer: &Answer) -> Value {
+fn document(answer: &Answer, case: &Case) -> Value {
     let mut value = match &answer.judged {
         Judged::Verdict(parsed) => {
             let mut value = json!(parsed.verdict);
@@ -198,7 +198,30 @@ fn document(answer: &Answer) -> Value {
     if let Some(returned) = &answer.model_returned {
         value["model_returned"] = json!(returned);
     }
+    if answer.model == judge::MODEL && case.task == Task::Safety {
+        value["prediction"] = prediction(case);
+    }
     value
+}
+
+/// What the built-in judge's verdict on safety rests on.
+fn prediction(case: &Case) -> Value {
+    let rounded = |value: f64| (value * 1e6).round() / 1e6;
+    let judgement = judge::judge(&case.scene, case.task, &case.window);
+    let obstacles = judgement.prospects.iter().map(|p| {
+        json!({
+            "id": p.id,
+            "probability": rounded(p.probability),
+            "time": p.time.map(rounded),
+        })
+    });
+    json!({
+        "horizon": judge::Criterion::REFERENCE.horizon,
+        "threshold": judge::Criterion::REFERENCE.threshold,
+        "first_step": case.window.first(),
+        "last_step": case.window.last(),
+        "obstacles": obstacles.collect::<Vec<_>>(),
+    })
 }
 
 fn summary(answer: &Answer) -> String {

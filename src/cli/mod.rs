@@ -3,6 +3,7 @@
 mod ask;
 mod convert;
 mod describe;
+mod evaluate;
 mod generated;
 mod in_order;
 mod inspect;
@@ -46,6 +47,8 @@ pub enum Command {
     Prompt(prompt::PromptArguments),
     /// One verdict: by the built-in judge, or by a language model.
     Ask(ask::Ask),
+    /// How good the built-in judge is, and how long before a collision.
+    Evaluate(evaluate::Evaluate),
     /// Completions for a shell.
     Completions(generated::Completions),
     /// The manual page.
@@ -91,6 +94,7 @@ pub fn run(command: &Command) -> Outcome {
         Command::Describe(arguments) => describe::run(arguments),
         Command::Prompt(arguments) => prompt::run(arguments),
         Command::Ask(arguments) => ask::run(arguments),
+        Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),
     }

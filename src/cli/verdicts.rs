@@ -25,7 +25,7 @@ pub fn has_terminal() -> bool {
 pub fn without_terminal(paths: &[PathBuf]) -> Outcome {
     output::say(&format!(
         "nearmiss: there is no terminal here, so the workbench cannot open. These commands work without one: \
-         inspect, convert, metrics, describe, prompt, ask (see `nearmiss --help`).\n\
+         inspect, convert, metrics, describe, prompt, ask, evaluate (see `nearmiss --help`).\n\
          The verdicts of the built-in judge, {}, on the collision task:",
         judge::MODEL
     ));

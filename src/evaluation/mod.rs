@@ -1,11 +1,18 @@
-//! One case from end to end: a scene is described, put into a prompt, judged, read and kept.
+//! One case from end to end: a scene is described, put into a prompt, judged, read and kept; and how good the
+//! built-in judge is.
 
 mod answer;
 mod case;
+mod confusion;
 mod judges;
+mod labels;
+mod lead;
 mod question;
 
 pub use answer::{Answer, Judged, Missing};
 pub use case::{Event, run};
+pub use confusion::Confusion;
 pub use judges::{Judge, ModelJudge};
+pub use labels::{Label, LabelError, Labels};
+pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
 pub use question::{Case, CaseError, Question, prepare};

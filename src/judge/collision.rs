@@ -66,6 +66,7 @@ pub(super) fn judge(scene: &Scene) -> Judgement {
             justification,
         },
         reasoning,
+        prospects: Vec::new(),
     }
 }
 

@@ -1,8 +1,11 @@
 //! The built-in reference judge: exact geometry instead of a language model, without a network.
 
 mod collision;
+mod prospect;
 mod reasoning;
 mod safety;
+
+pub use prospect::{Criterion, Prospect};
 
 use crate::scenario::{Scene, Window};
 use crate::verdict::{Task, Verdict};
@@ -19,12 +22,14 @@ pub struct Judgement {
     pub reasoning: String,
     /// The step that decided: first contact, or the present of a prediction.
     pub decisive_step: Option<i64>,
+    /// What was predicted about the obstacles of the verdict, in its order; nothing for the collision task.
+    pub prospects: Vec<Prospect>,
 }
 
 /// Judges a scene.
 ///
-/// The collision task looks at every recorded step of the ego, whatever the window. The safety task looks at the
-/// last step of `window` only, never beyond it.
+/// The collision task looks at every recorded step of the ego, whatever the window. The safety task predicts from
+/// `window` alone, never from anything beyond it: see [`Criterion::REFERENCE`].
 #[must_use]
 pub fn judge(scene: &Scene, task: Task, window: &Window) -> Judgement {
     match task {

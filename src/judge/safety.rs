@@ -1,96 +1,199 @@
-//! Safety: will bodies touch soon if everyone keeps the present velocity and heading?
+//! Safety: how probable is it that bodies touch soon, from what was seen until now and nothing later?
 
+use std::collections::HashMap;
 use std::fmt::Write;
 
 use super::Judgement;
+use super::prospect::{Criterion, Prospect};
 use super::reasoning::{moment, name, risk, situation, value};
 use crate::metrics::{Encounter, RISK_LEVELS};
-use crate::scenario::{Scene, Window};
+use crate::scenario::prediction::{Past, Way};
+use crate::scenario::{Participant, Scene, Window};
 use crate::verdict::{ObstacleRisk, Task, Verdict};
 
-/// A predicted contact within this time is safety-critical, seconds. With it, constant-velocity bodies reach
-/// F1 0.97 on the paper's windows, 0.2 s before the collision; 1.0 s before, 0.80.
-const HORIZON: f64 = 1.0;
-
-/// Obstacles listed beside those that are predicted to touch.
+/// Obstacles listed beside the critical ones.
 const MOST_LISTED: usize = 5;
 
+/// The worst risk score of whoever is not critical, and the best of whoever is: a list in the order of its scores
+/// has the critical ones first.
+const NOT_CRITICAL: u8 = 3;
+const CRITICAL: u8 = 2;
+
+/// What is said about one obstacle.
+struct Finding {
+    prospect: Prospect,
+    critical: bool,
+    entry: ObstacleRisk,
+    line: String,
+}
+
 pub(super) fn judge(scene: &Scene, window: &Window) -> Judgement {
-    let now = window.last();
-    let mut found: Vec<(ObstacleRisk, Option<f64>, String)> = Vec::new();
-    for participant in scene.participants() {
-        let Some(encounter) = Encounter::at(scene, &participant, now) else {
-            continue;
-        };
-        let who = name(&participant);
-        let contact = value("ttc", &encounter);
-        let critical = contact.filter(|t| *t <= HORIZON);
-        let now_risk = value("risk", &encounter).map_or(5, |r| r as u8);
-        let score = match critical {
-            Some(time) => now_risk.min(RISK_LEVELS.of_time(Some(time))),
-            // Contact is neither there nor predicted: never below "high".
-            None => now_risk.max(2),
-        };
-        let when = match contact {
-            Some(0.0) => "in contact".to_string(),
-            Some(time) => format!("predicted contact in {time:.2} s"),
-            None => "no contact predicted".to_string(),
-        };
-        let line = format!(
-            "{who}: {when}; {}. Risk {}.",
-            situation(&encounter),
-            risk(score)
-        );
-        let entry = ObstacleRisk {
-            id: participant.obstacle.id,
-            risk_score: score,
-            reason: when,
-        };
-        found.push((entry, contact, line));
-    }
-    found.sort_by(|a, b| {
-        let time = |t: Option<f64>| t.unwrap_or(f64::MAX);
-        a.0.risk_score
-            .cmp(&b.0.risk_score)
-            .then(time(a.1).total_cmp(&time(b.1)))
-    });
-    let critical: Vec<_> = found
-        .iter()
-        .filter(|f| f.1.is_some_and(|t| t <= HORIZON))
+    let criterion = Criterion::REFERENCE;
+    // All that is predicted comes from here, and it ends with the window.
+    let past = Past::of(scene, window);
+    let people: HashMap<i64, Participant<'_>> =
+        scene.participants().map(|p| (p.obstacle.id, p)).collect();
+    let prospects = criterion.prospects(&past, None).into_iter();
+    let mut found: Vec<Finding> = prospects
+        .filter_map(|prospect| {
+            let who = people.get(&prospect.id)?;
+            finding(scene, &criterion, past.now(), who, prospect)
+        })
         .collect();
-    let listed = critical.len().max(MOST_LISTED);
-    let justification = match critical.first() {
-        Some((entry, time, _)) => format!(
-            "At {}, obstacle {} is {:.2} s from contact if both keep velocity and heading; the horizon is {HORIZON:.1} s.",
-            moment(scene, now),
-            entry.id,
-            time.unwrap_or_default(),
-        ),
-        None => format!(
-            "At {}, no contact is predicted within {HORIZON:.1} s if everyone keeps velocity and heading.",
-            moment(scene, now),
-        ),
-    };
+    found.sort_by_key(|f| (!f.critical, f.entry.risk_score));
+    let critical = found.iter().filter(|f| f.critical).count();
+    found.truncate(critical.max(MOST_LISTED));
+
+    let justification = justification(scene, &criterion, &past, &found);
     let mut reasoning = format!(
-        "Present: {}; the ego is {}. Prediction: constant velocity and heading, real bodies, horizon {HORIZON:.1} s. \
-         Nothing after the present is used.\n\n",
-        moment(scene, now),
+        "Seen: {} to {}; the ego is {}. Nothing later is used, and no goal.\n\nPrediction: positions and headings of the \
+         last steps give speed, acceleration and turn; everyone goes on along each lane ahead or with its present turn, \
+         with accelerations that fade and may be other than seen. Probability: the weights of the predicted motions of \
+         both whose real bodies touch. Critical: at least {:.2} within {:.1} s.\n\n",
+        moment(scene, window.first()),
+        moment(scene, past.now()),
         scene.ego.source.short(),
+        criterion.threshold,
+        criterion.horizon,
     );
-    for (_, _, line) in found.iter().take(listed) {
-        let _ = writeln!(reasoning, "- {line}");
+    for f in &found {
+        let _ = writeln!(reasoning, "- {}", f.line);
     }
     let _ = write!(reasoning, "\n{justification}");
-    let dangerous = !critical.is_empty();
-    found.truncate(listed);
     Judgement {
-        decisive_step: Some(now),
+        decisive_step: Some(past.now()),
         verdict: Verdict {
             task: Task::Safety,
-            dangerous,
-            obstacles: found.into_iter().map(|f| f.0).collect(),
+            dangerous: critical > 0,
+            obstacles: found.iter().map(|f| f.entry.clone()).collect(),
             justification,
         },
         reasoning,
+        prospects: found.into_iter().map(|f| f.prospect).collect(),
+    }
+}
+
+fn finding(
+    scene: &Scene,
+    criterion: &Criterion,
+    now: i64,
+    who: &Participant<'_>,
+    prospect: Prospect,
+) -> Option<Finding> {
+    let encounter = Encounter::at(scene, who, now)?;
+    let critical = criterion.critical(&prospect);
+    let at_present = value("risk", &encounter).map_or(5, |r| r as u8);
+    let score = if critical {
+        let coming = RISK_LEVELS.of_time(prospect.time);
+        at_present.min(coming).min(CRITICAL)
+    } else {
+        at_present.max(NOT_CRITICAL)
+    };
+    let when = match prospect.time {
+        Some(0.0) => "in contact".to_string(),
+        Some(time) => format!(
+            "contact within {:.1} s with probability {}, in {time:.2} s",
+            criterion.horizon,
+            probability(prospect.probability),
+        ),
+        None => format!("no contact predicted within {:.1} s", criterion.horizon),
+    };
+    let ways = prospect
+        .ways
+        .as_ref()
+        .map_or(String::new(), |(mine, theirs)| {
+            format!(" (ego {}, it {})", words(mine), words(theirs))
+        });
+    let line = format!(
+        "{}: {when}{ways}; at {}: {}. Risk {}.",
+        name(who),
+        moment(scene, now),
+        situation(&encounter),
+        risk(score)
+    );
+    Some(Finding {
+        entry: ObstacleRisk {
+            id: who.obstacle.id,
+            risk_score: score,
+            reason: when,
+        },
+        prospect,
+        critical,
+        line,
+    })
+}
+
+fn justification(
+    scene: &Scene,
+    criterion: &Criterion,
+    past: &Past<'_>,
+    found: &[Finding],
+) -> String {
+    let Criterion {
+        horizon, threshold, ..
+    } = criterion;
+    let at = moment(scene, past.now());
+    if past.ego().is_none() {
+        return format!("At {at} the recording of the ego has a gap: nothing can be predicted.");
+    }
+    let rule = format!("critical is {threshold:.2} within {horizon:.1} s");
+    match found.first() {
+        Some(Finding {
+            critical, prospect, ..
+        }) => {
+            if let (true, Some(time)) = (critical, prospect.time) {
+                return if time == 0.0 {
+                    format!(
+                        "At {at}, the bodies of the ego and obstacle {} touch.",
+                        prospect.id
+                    )
+                } else {
+                    format!(
+                        "At {at}, contact with obstacle {} within {horizon:.1} s has probability {}, in {time:.2} s if it \
+                         comes to it; {rule}.",
+                        prospect.id,
+                        probability(prospect.probability),
+                    )
+                };
+            }
+            let most = found
+                .iter()
+                .max_by(|a, b| a.prospect.probability.total_cmp(&b.prospect.probability));
+            match most.map(|f| &f.prospect).filter(|p| p.probability > 0.0) {
+                Some(p) => format!(
+                    "At {at}, the most probable contact, with obstacle {}, has probability {}; {rule}.",
+                    p.id,
+                    probability(p.probability),
+                ),
+                None => format!("At {at}, no predicted motions touch; {rule}."),
+            }
+        }
+        None => format!("At {at}, nobody else is there."),
+    }
+}
+
+/// With two decimals; never rounded to impossible, certain, or over the threshold.
+fn probability(p: f64) -> String {
+    if p > 0.0 && p < 0.01 {
+        "below 0.01".into()
+    } else {
+        // Certainty is a sum of many weights.
+        format!("{:.2}", (p * 100.0 + 1e-9).floor() / 100.0)
+    }
+}
+
+fn words(way: &Way) -> String {
+    match way {
+        Way::Straight => "straight on".into(),
+        Way::Turn => "on with its turn".into(),
+        Way::Lanes(lanelets) => {
+            let ids: Vec<String> = lanelets.iter().take(6).map(i64::to_string).collect();
+            let more = if lanelets.len() > ids.len() {
+                " …"
+            } else {
+                ""
+            };
+            format!("along {}{more}", ids.join(" "))
+        }
     }
 }

@@ -9,6 +9,7 @@ mod names;
 mod network;
 mod obstacle;
 mod planning;
+pub mod prediction;
 mod quantity;
 mod road;
 mod scene;

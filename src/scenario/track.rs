@@ -136,6 +136,14 @@ impl Track {
         }
     }
 
+    /// Steps and motions that are recorded from `steps.start()` to `steps.end()`, in order.
+    #[must_use]
+    pub fn during(&self, steps: &std::ops::RangeInclusive<i64>) -> &[(i64, Motion)] {
+        let from = self.motions.partition_point(|(s, _)| s < steps.start());
+        let to = self.motions.partition_point(|(s, _)| s <= steps.end());
+        self.motions.get(from..to).unwrap_or_default()
+    }
+
     /// Steps and motions that are recorded, in order.
     pub fn iter(&self) -> impl Iterator<Item = (i64, &Motion)> {
         self.motions.iter().map(|(step, motion)| (*step, motion))

@@ -56,9 +56,23 @@ fn the_safety_task_has_its_own_key() {
             "safety_critical",
             "obstacles",
             "justification",
-            "model"
+            "model",
+            "prediction"
         ]
     );
+    let prediction = &document["prediction"];
+    assert_eq!(prediction["horizon"], 2.0);
+    assert_eq!(prediction["threshold"], 0.3);
+    let last = prediction["last_step"].as_i64().unwrap();
+    assert_eq!(prediction["first_step"].as_i64().unwrap(), last - 9);
+    let first = &prediction["obstacles"][0];
+    assert_eq!(first["id"], document["obstacles"][0]["id"]);
+    assert!(
+        first["probability"]
+            .as_f64()
+            .is_some_and(|p| p > 0.3 && p <= 1.0)
+    );
+    assert!(first["time"].as_f64().is_some_and(|t| t < 2.0));
 }
 
 #[test]

@@ -1,0 +1,247 @@
+//! The safety task: precision, recall and F1 by the time to the collision, and false alarms.
+
+use serde_json::{Value, json};
+
+use super::{Batch, Evaluate, Format, Truth, batch, csv, share};
+use crate::cli::{Outcome, output};
+use crate::evaluation::{Alarms, Answers, Candidate, Confusion, Lead, Setting, confusion};
+use crate::scenario::Entry;
+
+pub(super) fn run(
+    arguments: &Evaluate,
+    candidates: Vec<Candidate>,
+    truth: &Truth,
+    entries: &[Entry],
+) -> Outcome {
+    let setting = Setting {
+        leads: arguments.lead.clone(),
+        history: arguments.history as usize,
+        radius: arguments.radius,
+        candidates,
+        every_window: true,
+    };
+    let batch = batch(truth, entries, |case| setting.ask(case));
+    if !batch.judged.is_empty() {
+        let rows = rows(&setting, &batch);
+        match arguments.format {
+            Format::Table => output::text(&table(&setting, truth, &batch, &rows))?,
+            Format::Csv => output::text(&csv(&cells(&setting, &rows))?)?,
+            Format::Json => output::json(&document(&setting, truth, &batch, &rows))?,
+        }
+    }
+    batch.outcome()
+}
+
+/// What one candidate reached.
+struct Row {
+    candidate: Candidate,
+    /// At each lead.
+    leads: Vec<Confusion>,
+    alarms: Alarms,
+}
+
+fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
+    let row = |(place, candidate): (usize, &Candidate)| {
+        let mut alarms = Alarms::default();
+        for judged in &batch.judged {
+            alarms.add(&judged.result[place].alarms);
+        }
+        let at = |lead| {
+            let answers = batch.judged.iter().map(|j| (j.label, j.result.as_slice()));
+            confusion(answers, place, lead)
+        };
+        Row {
+            candidate: *candidate,
+            leads: (0..setting.leads.len()).map(at).collect(),
+            alarms,
+        }
+    };
+    setting.candidates.iter().enumerate().map(row).collect()
+}
+
+/// What a block of the table shows, and its number for one candidate and lead.
+type Block = (&'static str, fn(&Confusion) -> Option<f64>);
+
+const BLOCKS: [Block; 3] = [
+    ("F1", Confusion::f1),
+    ("precision", Confusion::precision),
+    ("recall", Confusion::recall),
+];
+
+fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[Row]) -> String {
+    let mut text = format!(
+        "safety task: {} collisions, {} safe scenarios\ntruth: {}\nwindows: {} steps, obstacles within {} m; of a \
+         collision, ending so many seconds before the bodies first\noverlap (paper: two steps before the last recorded \
+         one); of a safe scenario, its first steps at every lead\n",
+        batch.collisions(),
+        batch.safe(),
+        truth.words(),
+        setting.history,
+        setting.radius,
+    );
+    let line = |label: &str, horizon: &str, threshold: &str, cells: Vec<String>| {
+        let cells: String = cells.iter().map(|c| format!(" {c:>6}")).collect();
+        format!("{label:<32}{horizon:>5}{threshold:>6}{cells}\n")
+    };
+    let leads = || setting.leads.iter().map(Lead::to_string).collect();
+    for (name, number) in BLOCKS {
+        text.push('\n');
+        text.push_str(&line(name, "s", "p ≥", leads()));
+        for Row {
+            candidate, leads, ..
+        } in rows
+        {
+            let c = candidate.criterion;
+            text.push_str(&line(
+                candidate.name,
+                &format!("{:.1}", c.horizon),
+                &format!("{:.2}", c.threshold),
+                leads.iter().map(|l| share(number(l))).collect(),
+            ));
+        }
+    }
+    if let Some(first) = rows.first() {
+        let count = |of: fn(&Confusion) -> u32| -> Vec<String> {
+            first.leads.iter().map(|l| of(l).to_string()).collect()
+        };
+        text.push('\n');
+        text.push_str(&line(
+            "windows of collisions",
+            "",
+            "",
+            count(Confusion::positives),
+        ));
+        text.push_str(&line(
+            "windows of safe scenarios",
+            "",
+            "",
+            count(Confusion::negatives),
+        ));
+        text.push_str(&format!(
+            "\nfalse alarms over all {} windows of the safe scenarios ({:.1} min)\n{:<32}{:>5}{:>6}  share  a minute\n",
+            first.alarms.windows,
+            first.alarms.seconds / 60.0,
+            "", "s", "p ≥",
+        ));
+    }
+    for Row {
+        candidate, alarms, ..
+    } in rows
+    {
+        let c = candidate.criterion;
+        text.push_str(&format!(
+            "{:<32}{:>5.1}{:>6.2}  {:>5}  {:>8}\n",
+            candidate.name,
+            c.horizon,
+            c.threshold,
+            share(alarmed(alarms)),
+            alarms
+                .per_minute()
+                .map_or("–".into(), |a| format!("{a:.2}")),
+        ));
+    }
+    text
+}
+
+fn alarmed(alarms: &Alarms) -> Option<f64> {
+    (alarms.windows > 0).then(|| f64::from(alarms.alarmed) / f64::from(alarms.windows))
+}
+
+fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
+    let head = "model,horizon,threshold,lead,collisions,safe,tp,fp,fn,tn,precision,recall,f1,all_safe_windows,\
+                alarmed_windows,alarms,alarms_per_minute";
+    let mut table = vec![head.split(',').map(str::to_string).collect()];
+    let number = |v: Option<f64>| v.map_or_else(String::new, |v| rounded(v).to_string());
+    for Row {
+        candidate,
+        leads,
+        alarms,
+    } in rows
+    {
+        for (lead, c) in setting.leads.iter().zip(leads) {
+            table.push(vec![
+                candidate.name.to_string(),
+                candidate.criterion.horizon.to_string(),
+                candidate.criterion.threshold.to_string(),
+                lead.to_string(),
+                c.positives().to_string(),
+                c.negatives().to_string(),
+                c.true_positives.to_string(),
+                c.false_positives.to_string(),
+                c.false_negatives.to_string(),
+                c.true_negatives.to_string(),
+                number(c.precision()),
+                number(c.recall()),
+                number(c.f1()),
+                alarms.windows.to_string(),
+                alarms.alarmed.to_string(),
+                alarms.alarms.to_string(),
+                number(alarms.per_minute()),
+            ]);
+        }
+    }
+    table
+}
+
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
+fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[Row]) -> Value {
+    let judges: Vec<Value> = rows
+        .iter()
+        .enumerate()
+        .map(|(place, row)| {
+            let leads = row.leads.iter().enumerate().map(|(at, c)| {
+                let wrong = |truth: bool| -> Vec<&str> {
+                    let of = batch.judged.iter().filter(|j| j.label.collides() == truth);
+                    of.filter(|j| j.result[place].dangerous[at] == Some(!truth))
+                        .map(|j| j.name.as_str())
+                        .collect()
+                };
+                json!({
+                    "lead": match setting.leads[at] {
+                        Lead::Paper => json!("paper"),
+                        Lead::Seconds(s) => json!(s),
+                    },
+                    "collisions": c.positives(),
+                    "safe": c.negatives(),
+                    "tp": c.true_positives,
+                    "fp": c.false_positives,
+                    "fn": c.false_negatives,
+                    "tn": c.true_negatives,
+                    "precision": c.precision().map(rounded),
+                    "recall": c.recall().map(rounded),
+                    "f1": c.f1().map(rounded),
+                    "missed": wrong(true),
+                    "false_alarms": wrong(false),
+                })
+            });
+            let leads: Vec<Value> = leads.collect();
+            json!({
+                "model": row.candidate.name,
+                "horizon": row.candidate.criterion.horizon,
+                "threshold": row.candidate.criterion.threshold,
+                "leads": leads,
+                "all_safe_windows": {
+                    "windows": row.alarms.windows,
+                    "alarmed": row.alarms.alarmed,
+                    "alarms": row.alarms.alarms,
+                    "minutes": rounded(row.alarms.seconds / 60.0),
+                    "alarms_per_minute": row.alarms.per_minute().map(rounded),
+                },
+            })
+        })
+        .collect();
+    json!({
+        "task": "safety",
+        "truth": truth.json(),
+        "history": setting.history,
+        "radius": setting.radius,
+        "collisions": batch.collisions(),
+        "safe": batch.safe(),
+        "failed": batch.failed,
+        "unlabelled": batch.unlabelled,
+        "judges": judges,
+    })
+}

@@ -1,0 +1,92 @@
+//! How often a yes-or-no judge is right: counts, precision, recall, F1.
+
+/// Answers by what was said and what is true.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Confusion {
+    /// Said yes, and it is.
+    pub true_positives: u32,
+    /// Said yes, and it is not.
+    pub false_positives: u32,
+    /// Said no, and it is.
+    pub false_negatives: u32,
+    /// Said no, and it is not.
+    pub true_negatives: u32,
+}
+
+impl Confusion {
+    /// Counts one answer.
+    pub fn count(&mut self, said: bool, truth: bool) {
+        *match (said, truth) {
+            (true, true) => &mut self.true_positives,
+            (true, false) => &mut self.false_positives,
+            (false, true) => &mut self.false_negatives,
+            (false, false) => &mut self.true_negatives,
+        } += 1;
+    }
+
+    /// Cases that are positive in truth.
+    #[must_use]
+    pub fn positives(&self) -> u32 {
+        self.true_positives + self.false_negatives
+    }
+
+    /// Cases that are negative in truth.
+    #[must_use]
+    pub fn negatives(&self) -> u32 {
+        self.false_positives + self.true_negatives
+    }
+
+    /// The share of yes that is right; nothing if yes was never said.
+    #[must_use]
+    pub fn precision(&self) -> Option<f64> {
+        ratio(
+            self.true_positives,
+            self.true_positives + self.false_positives,
+        )
+    }
+
+    /// The share of positives that were found; nothing without positives.
+    #[must_use]
+    pub fn recall(&self) -> Option<f64> {
+        ratio(self.true_positives, self.positives())
+    }
+
+    /// The harmonic mean of precision and recall, 2 TP / (2 TP + FP + FN); nothing without positives.
+    #[must_use]
+    pub fn f1(&self) -> Option<f64> {
+        let wrong = self.false_positives + self.false_negatives;
+        (self.positives() > 0)
+            .then(|| ratio(2 * self.true_positives, 2 * self.true_positives + wrong))?
+    }
+}
+
+fn ratio(part: u32, whole: u32) -> Option<f64> {
+    (whole > 0).then(|| f64::from(part) / f64::from(whole))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_of_what_was_said_and_of_what_is() {
+        let mut c = Confusion::default();
+        assert_eq!((c.precision(), c.recall(), c.f1()), (None, None, None));
+        let answers = [(true, true), (true, true), (true, false), (false, true)];
+        for (said, truth) in answers {
+            c.count(said, truth);
+        }
+        c.count(false, false);
+        assert_eq!((c.positives(), c.negatives()), (3, 2));
+        assert_eq!(c.precision(), Some(2.0 / 3.0));
+        assert_eq!(c.recall(), Some(2.0 / 3.0));
+        assert!(c.f1().is_some_and(|f| (f - 2.0 / 3.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn who_never_says_yes_has_no_precision_and_no_merit() {
+        let mut c = Confusion::default();
+        c.count(false, true);
+        assert_eq!((c.precision(), c.f1()), (None, Some(0.0)));
+    }
+}

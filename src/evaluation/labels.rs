@@ -1,0 +1,211 @@
+//! What people say is true: labels by scenario, from CSV.
+
+use std::collections::BTreeMap;
+
+/// What is true about one scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Label {
+    /// Nobody collides with the ego.
+    Safe,
+    /// Somebody does: this obstacle, where it is said.
+    Collision(Option<i64>),
+}
+
+/// Labels by the scenario's name.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Labels(BTreeMap<String, Label>);
+
+/// Why there are no labels.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum LabelError {
+    /// It is no CSV.
+    #[error("{file}: {message}")]
+    Csv {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// A column is missing.
+    #[error("{file}: no column for the {what}; one of {known} is needed in the first line")]
+    Column {
+        /// The file.
+        file: String,
+        /// What the column says.
+        what: &'static str,
+        /// Names it may have.
+        known: String,
+    },
+    /// A value that says neither yes nor no.
+    #[error("{file}, line {line}: `{value}` is no {what}")]
+    Value {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// What was found.
+        value: String,
+        /// What it should be.
+        what: &'static str,
+    },
+    /// A scenario has two different labels.
+    #[error("{file}, line {line}: {scenario} has another label before; leave one of them out")]
+    Contradiction {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// Which scenario.
+        scenario: String,
+    },
+    /// There is nothing in it.
+    #[error("{file}: there is no label in it")]
+    Empty {
+        /// The file.
+        file: String,
+    },
+}
+
+const SCENARIO: [&str; 3] = ["scenario", "scenario_name", "name"];
+const ANSWER: [&str; 2] = ["label", "collision"];
+const OBSTACLE: [&str; 2] = ["obstacle_id", "obstacle"];
+
+impl Labels {
+    /// Reads CSV `bytes` with a header; `file` names it in errors.
+    ///
+    /// The scenario's name is in the column `scenario`, `scenario_name` or `name`, without an ending. A column
+    /// `label` or `collision` says `collision`, `yes`, `true`, `1` or `safe`, `normal`, `no`, `false`, `0`; or a
+    /// column `obstacle_id` or `obstacle` has the id of the obstacle that collides, and `none` or nothing where
+    /// none does, as the annotations of "From Words to Collisions" have it.
+    ///
+    /// # Errors
+    /// See [`LabelError`].
+    pub fn read(&mut self, bytes: &[u8], file: &str) -> Result<(), LabelError> {
+        let csv_error = |e: csv::Error| LabelError::Csv {
+            file: file.to_string(),
+            message: e.to_string(),
+        };
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(bytes);
+        let header = reader.headers().map_err(csv_error)?.clone();
+        let place = |names: &[&str]| {
+            let known = |h: &str| names.iter().any(|n| h.eq_ignore_ascii_case(n));
+            header
+                .iter()
+                .position(|h| known(h.trim_start_matches('\u{feff}')))
+        };
+        let missing = |what, known: &[&str]| LabelError::Column {
+            file: file.to_string(),
+            what,
+            known: known.join(", "),
+        };
+        let scenario = place(&SCENARIO).ok_or_else(|| missing("scenario", &SCENARIO))?;
+        let (answer, obstacle) = (place(&ANSWER), place(&OBSTACLE));
+        if answer.is_none() && obstacle.is_none() {
+            return Err(missing("label", &[&ANSWER[..], &OBSTACLE[..]].concat()));
+        }
+        let mut any = false;
+        for row in reader.records() {
+            let row = row.map_err(csv_error)?;
+            let line = row.position().map_or(0, csv::Position::line);
+            let cell = |at: Option<usize>| at.and_then(|at| row.get(at)).unwrap_or("");
+            let wrong = |value: &str, what| LabelError::Value {
+                file: file.to_string(),
+                line,
+                value: value.chars().take(40).collect(),
+                what,
+            };
+            let name = cell(Some(scenario));
+            if name.is_empty() {
+                return Err(wrong(name, "name of a scenario"));
+            }
+            let id = match cell(obstacle).to_ascii_lowercase().as_str() {
+                "" | "none" => None,
+                text => Some(
+                    text.parse::<i64>()
+                        .map_err(|_| wrong(text, "id of an obstacle, nor none"))?,
+                ),
+            };
+            let label = match (answer, cell(answer).to_ascii_lowercase().as_str()) {
+                (None, _) => id.map_or(Label::Safe, |id| Label::Collision(Some(id))),
+                (_, "collision" | "yes" | "true" | "1") => Label::Collision(id),
+                (_, "safe" | "normal" | "none" | "no" | "false" | "0") => Label::Safe,
+                (_, text) => return Err(wrong(text, "label: yes or no, collision or safe")),
+            };
+            any = true;
+            if self
+                .0
+                .insert(name.to_string(), label)
+                .is_some_and(|before| before != label)
+            {
+                return Err(LabelError::Contradiction {
+                    file: file.to_string(),
+                    line,
+                    scenario: name.chars().take(80).collect(),
+                });
+            }
+        }
+        if any {
+            Ok(())
+        } else {
+            Err(LabelError::Empty {
+                file: file.to_string(),
+            })
+        }
+    }
+
+    /// The label of a scenario.
+    #[must_use]
+    pub fn of(&self, scenario: &str) -> Option<Label> {
+        self.0.get(scenario).copied()
+    }
+}
+
+impl Label {
+    /// Whether the ego collides.
+    #[must_use]
+    pub fn collides(self) -> bool {
+        matches!(self, Self::Collision(_))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn read(text: &str) -> Result<Labels, String> {
+        let mut labels = Labels::default();
+        let read = labels.read(text.as_bytes(), "truth.csv");
+        read.map(|()| labels).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn labels_and_annotated_obstacles() {
+        let labels = read("Scenario_Name,Obstacle_ID\r\nA-1,7\r\nB-1,none\r\n").unwrap();
+        assert_eq!(labels.of("A-1"), Some(Label::Collision(Some(7))));
+        assert_eq!(labels.of("B-1"), Some(Label::Safe));
+        assert_eq!(labels.of("C-1"), None);
+        let labels = read("\u{feff}name,label\nA, Collision\nB,0\n").unwrap();
+        assert_eq!(labels.of("A"), Some(Label::Collision(None)));
+        assert_eq!(labels.of("B"), Some(Label::Safe));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        for (text, words) in [
+            ("a,b\nx,1\n", "no column for the scenario"),
+            ("name,b\nx,1\n", "no column for the label"),
+            ("name,label\nx,1\ny,perhaps\n", "line 3: `perhaps`"),
+            ("name,obstacle_id\nx,7b\n", "line 2: `7b`"),
+            ("name,label\nx,1\nx,0\n", "line 3: x has another label"),
+            ("name,label\n,1\n", "line 2: `` is no name"),
+            ("name,label\n", "no label in it"),
+            ("name,label\nx\n", "found record with 1 field"),
+        ] {
+            let error = read(text).unwrap_err();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! How long before a collision the built-in judge sees it, and how often it cries wolf.
+
+use super::{Confusion, Label};
+use crate::judge::{self, Criterion, judge};
+use crate::scenario::prediction::{Model, Past};
+use crate::scenario::{Scene, Window};
+use crate::verdict::Task;
+
+/// Where a window of a collision ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lead {
+    /// Two steps before the last recorded one, as in "From Words to Collisions".
+    Paper,
+    /// This many seconds before the first step at which the bodies of the ego and anyone else overlap; to the
+    /// nearest step.
+    Seconds(f64),
+}
+
+/// A predictor that is evaluated, by name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// As on the command line: `reference/…`.
+    pub name: &'static str,
+    /// What it does.
+    pub criterion: Criterion,
+}
+
+/// What is looked at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// Where the windows of collisions end.
+    pub leads: Vec<Lead>,
+    /// Steps in a window, at least one.
+    pub history: usize,
+    /// Only obstacles whose centre is this near to the ego's at the end of a window, metres.
+    pub radius: f64,
+    /// Who is evaluated.
+    pub candidates: Vec<Candidate>,
+    /// Whether every window of safe scenarios is looked at, for [`Answers::alarms`].
+    pub every_window: bool,
+}
+
+/// Alarms over every window of safe scenarios.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Alarms {
+    /// Windows looked at, one for each step that has a whole window behind it.
+    pub windows: u32,
+    /// Windows with an alarm.
+    pub alarmed: u32,
+    /// Alarms: runs of windows with one; those less than a second apart are one alarm.
+    pub alarms: u32,
+    /// Seconds that the windows' last steps span.
+    pub seconds: f64,
+}
+
+/// What one candidate said about one scenario.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answers {
+    /// At each lead of the setting; nothing where the recording begins later than the window would end.
+    pub dangerous: Vec<Option<bool>>,
+    /// Over all windows, of a safe scenario.
+    pub alarms: Alarms,
+}
+
+/// One scenario, with what is true about it.
+#[derive(Debug, Clone, Copy)]
+pub struct Labelled<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What is true.
+    pub label: Label,
+    /// The first step with an exact overlap of the ego with anyone.
+    pub contact: Option<i64>,
+}
+
+impl<'a> Labelled<'a> {
+    /// A scene with its exact geometric truth, or with a label that says otherwise.
+    #[must_use]
+    pub fn new(scene: &'a Scene, label: Option<Label>) -> Self {
+        let whole = Window::ending_at(scene, i64::MAX, 1);
+        let collision = judge(scene, Task::Collision, &whole);
+        let hit = collision.decisive_step.is_some();
+        let who = collision.verdict.obstacles.first().map(|o| o.id);
+        Self {
+            scene,
+            label: label.unwrap_or(if hit {
+                Label::Collision(who)
+            } else {
+                Label::Safe
+            }),
+            contact: collision.decisive_step,
+        }
+    }
+
+    /// The window at a lead: of a collision, `history` steps that end this long before it, fewer where the
+    /// recording begins later; of a safe scenario always its first `history` steps.
+    ///
+    /// Where a label says collision and no bodies overlap, the last recorded step stands for the contact.
+    #[must_use]
+    pub fn window(&self, lead: Lead, history: usize) -> Option<Window> {
+        let steps = self.scene.steps();
+        let last = match (self.label, lead) {
+            (Label::Safe, _) => first_whole(self.scene, history),
+            (_, Lead::Paper) => steps.end - 1 - 2,
+            (_, Lead::Seconds(lead)) => {
+                let contact = self.contact.unwrap_or(steps.end - 1);
+                contact - (lead / self.scene.scenario.dt()).round() as i64
+            }
+        };
+        steps
+            .contains(&last)
+            .then(|| Window::ending_at(self.scene, last, history))
+    }
+}
+
+/// The last step of the first whole window; of a shorter recording its last step.
+fn first_whole(scene: &Scene, history: usize) -> i64 {
+    let steps = scene.steps();
+    let before = i64::try_from(history.max(1) - 1).unwrap_or(i64::MAX);
+    steps.start.saturating_add(before).min(steps.end - 1)
+}
+
+/// Alarms that are nearer in time are one, seconds.
+const APART: f64 = 1.0;
+
+impl Setting {
+    /// What every candidate says about a scenario, in their order.
+    #[must_use]
+    pub fn ask(&self, case: &Labelled<'_>) -> Vec<Answers> {
+        let ask = |candidate: &Candidate| {
+            let says = |window: Window| self.dangerous(candidate, case.scene, &window);
+            // A safe scenario has the same window at every lead.
+            let same = match case.label {
+                Label::Safe => case.window(Lead::Paper, self.history).map(says),
+                Label::Collision(_) => None,
+            };
+            let at = |lead: &Lead| same.or_else(|| case.window(*lead, self.history).map(says));
+            Answers {
+                dangerous: self.leads.iter().map(at).collect(),
+                alarms: match case.label {
+                    Label::Safe if self.every_window => self.alarms(candidate, case.scene),
+                    _ => Alarms::default(),
+                },
+            }
+        };
+        self.candidates.iter().map(ask).collect()
+    }
+
+    fn dangerous(&self, candidate: &Candidate, scene: &Scene, window: &Window) -> bool {
+        let past = Past::of(scene, window);
+        let prospects = candidate.criterion.prospects(&past, Some(self.radius));
+        prospects.iter().any(|p| candidate.criterion.critical(p))
+    }
+
+    fn alarms(&self, candidate: &Candidate, scene: &Scene) -> Alarms {
+        let mut found = Alarms::default();
+        let dt = scene.scenario.dt();
+        let mut before: Option<i64> = None;
+        for last in first_whole(scene, self.history)..scene.steps().end {
+            let window = Window::ending_at(scene, last, self.history);
+            let alarm = self.dangerous(candidate, scene, &window);
+            found.windows += 1;
+            found.alarmed += u32::from(alarm);
+            if alarm {
+                let new = before.is_none_or(|before| (last - before) as f64 * dt > APART);
+                found.alarms += u32::from(new);
+                before = Some(last);
+            }
+        }
+        found.seconds = f64::from(found.windows) * dt;
+        found
+    }
+}
+
+impl Alarms {
+    /// Adds the alarms of another scenario.
+    pub fn add(&mut self, other: &Self) {
+        self.windows += other.windows;
+        self.alarmed += other.alarmed;
+        self.alarms += other.alarms;
+        self.seconds += other.seconds;
+    }
+
+    /// Alarms a minute; nothing where nothing was looked at.
+    #[must_use]
+    pub fn per_minute(&self) -> Option<f64> {
+        (self.seconds > 0.0).then(|| f64::from(self.alarms) * 60.0 / self.seconds)
+    }
+}
+
+/// Counts the answers of one candidate at one lead, by their places in the setting.
+#[must_use]
+pub fn confusion<'a>(
+    answers: impl IntoIterator<Item = (Label, &'a [Answers])>,
+    candidate: usize,
+    lead: usize,
+) -> Confusion {
+    let mut counts = Confusion::default();
+    for (label, of_scenario) in answers {
+        if let Some(said) = of_scenario[candidate].dangerous[lead] {
+            counts.count(said, label.collides());
+        }
+    }
+    counts
+}
+
+impl Candidate {
+    /// The reference judge as it answers everywhere.
+    pub const REFERENCE: Self = Self {
+        name: judge::MODEL,
+        criterion: Criterion::REFERENCE,
+    };
+
+    /// The names that [`Self::named`] knows.
+    pub const NAMES: [&str; 3] = [
+        judge::MODEL,
+        "reference/constant-velocity",
+        "reference/constant-acceleration",
+    ];
+
+    /// The candidates with a name: of what the judge is compared with, one for each of the `horizons`, seconds.
+    #[must_use]
+    pub fn named(name: &str, horizons: &[f64]) -> Option<Vec<Self>> {
+        let place = Self::NAMES.iter().position(|known| *known == name)?;
+        let model = match place {
+            0 => return Some(vec![Self::REFERENCE]),
+            1 => Model::ConstantVelocity,
+            _ => Model::ConstantAcceleration,
+        };
+        let of = |&horizon: &f64| Self {
+            name: Self::NAMES[place],
+            // A single motion either touches or not.
+            criterion: Criterion {
+                model,
+                horizon,
+                threshold: 1.0,
+            },
+        };
+        Some(horizons.iter().map(of).collect())
+    }
+}
+
+impl std::fmt::Display for Lead {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Paper => f.write_str("paper"),
+            Self::Seconds(seconds) => write!(f, "{seconds}"),
+        }
+    }
+}
+
+impl std::str::FromStr for Lead {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "paper" {
+            return Ok(Self::Paper);
+        }
+        match text.parse::<f64>() {
+            Ok(seconds) if (0.0..=LONGEST).contains(&seconds) => Ok(Self::Seconds(seconds)),
+            _ => Err(format!("`paper` or seconds from 0 to {LONGEST} are needed")),
+        }
+    }
+}
+
+/// No recording is longer, seconds.
+const LONGEST: f64 = 3600.0;

@@ -1,0 +1,207 @@
+//! The lanes somebody may follow: those it is on, those beside that it drifts to, and all that they lead to.
+
+use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_4;
+use std::sync::Arc;
+
+use super::Observed;
+use crate::geometry::{Point, Polyline, angle_between};
+use crate::scenario::{Direction, Driven, Lane, LaneletNetwork, Motion};
+
+/// A way along lanelets.
+#[derive(Debug, Clone)]
+pub(super) struct LaneWay {
+    /// One after the other.
+    pub lanelets: Vec<i64>,
+    /// Their middle.
+    pub line: Arc<Polyline>,
+    /// How likely it is that this is the way, up to a factor.
+    pub weight: f64,
+}
+
+/// The lanes of one network; each is worked out once, and only where somebody is near it. (A
+/// [`crate::scenario::LaneGraph`] works out all of them, which is too slow for something that is asked at every step.)
+#[derive(Debug)]
+pub(super) struct Lanes<'a> {
+    network: &'a LaneletNetwork,
+    middles: HashMap<Driven, Option<Arc<Polyline>>>,
+}
+
+/// Nobody who points this much away from a lane follows it, radians.
+const MOST_TURN: f64 = FRAC_PI_4;
+
+/// The spread of headings against the lane that is followed, radians, and of offsets from its middle, metres.
+const TURN: f64 = 0.2;
+const OFFSET: f64 = 1.0;
+
+/// The offset that counts is that to which somebody drifts within this time, seconds: it tells who changes lanes.
+const DRIFT: f64 = 1.0;
+
+/// Ways that are less likely than this share of the likeliest are not followed.
+const LEAST: f64 = 0.01;
+
+/// What is longer ago does not tell which lane is followed, seconds.
+const MEMORY: f64 = 1.0;
+
+/// More ways are not followed: roads fork into few.
+const MOST_WAYS: usize = 6;
+
+/// More lanelets are not followed one after the other.
+const MOST_LANELETS: usize = 64;
+
+impl<'a> Lanes<'a> {
+    pub fn new(network: &'a LaneletNetwork) -> Self {
+        Self {
+            network,
+            middles: HashMap::new(),
+        }
+    }
+
+    /// The ways on from where somebody is who drives `speed` m/s, `reach` metres long where the road goes on; the
+    /// likeliest first.
+    pub fn ways(&mut self, seen: &Observed<'_>, speed: f64, reach: f64) -> Vec<LaneWay> {
+        let pose = &seen.motion.pose;
+        let mut starts: Vec<(f64, Driven, f64)> = Vec::new();
+        for lanelet in self.here_and_beside(&pose.position) {
+            for direction in [Direction::Along, Direction::Against] {
+                let from = Driven { lanelet, direction };
+                let Some(middle) = self.middle(from) else {
+                    continue;
+                };
+                let at = middle.project(&pose.position);
+                let turn = angle_between(middle.pose_at(at.s).heading, pose.heading);
+                if turn.abs() <= MOST_TURN {
+                    starts.push((drift(at.d, turn, speed).abs(), from, at.s));
+                }
+            }
+        }
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        starts.truncate(MOST_WAYS);
+        let mut found: Vec<LaneWay> = Vec::new();
+        for (_, from, s) in starts {
+            let ways = self.ways_from(from, s + reach);
+            let share = 1.0 / ways.len() as f64;
+            for way in ways {
+                let Some(line) = self.line(&way) else {
+                    continue;
+                };
+                found.push(LaneWay {
+                    lanelets: way.iter().map(|d| d.lanelet).collect(),
+                    weight: share * fit(&line, seen, speed),
+                    line,
+                });
+            }
+        }
+        found.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+        let least = found.first().map_or(0.0, |way| way.weight * LEAST);
+        found.truncate(MOST_WAYS);
+        // Where nothing fits at all, all weights may be 0.
+        found.retain(|way| way.weight > 0.0 && way.weight >= least);
+        found
+    }
+
+    /// The lanelets under a point, then their neighbours in the same direction.
+    fn here_and_beside(&self, p: &Point) -> Vec<i64> {
+        let mut ids = self.network.lanelets_at(p);
+        for place in 0..ids.len() {
+            let here = self.network.lanelet(ids[place]);
+            let beside = here.map(|l| [l.adjacent_left, l.adjacent_right]);
+            for beside in beside.into_iter().flatten().flatten() {
+                if beside.same_direction && !ids.contains(&beside.id) {
+                    ids.push(beside.id);
+                }
+            }
+        }
+        ids
+    }
+
+    /// The middle of a lanelet as it is driven; nothing where it may not be driven so.
+    fn middle(&mut self, driven: Driven) -> Option<Arc<Polyline>> {
+        let network = self.network;
+        let middle = || {
+            let lanelet = network.lanelet(driven.lanelet)?;
+            let lane = Lane::of(lanelet)?;
+            match driven.direction {
+                Direction::Along => Some(Arc::new(lane.centre().clone())),
+                Direction::Against if lanelet.users_bidirectional.is_empty() => None,
+                Direction::Against => Some(Arc::new(lane.reversed().centre().clone())),
+            }
+        };
+        self.middles.entry(driven).or_insert_with(middle).clone()
+    }
+
+    /// Every way on from a lanelet, until `length` metres are there.
+    fn ways_from(&mut self, from: Driven, length: f64) -> Vec<Vec<Driven>> {
+        let mut open = vec![(vec![from], 0.0)];
+        let mut whole = Vec::new();
+        while let Some((way, before)) = open.pop() {
+            let last = way[way.len() - 1];
+            let here = before + self.middle(last).map_or(0.0, |m| m.length());
+            let room = MOST_WAYS.saturating_sub(whole.len() + open.len());
+            let next = if here < length && way.len() < MOST_LANELETS {
+                self.following(last, &way, room)
+            } else {
+                Vec::new()
+            };
+            if next.is_empty() {
+                whole.push(way);
+                continue;
+            }
+            // The last one opened is the first one followed.
+            for next in next.into_iter().rev() {
+                open.push(([way.as_slice(), &[next]].concat(), here));
+            }
+        }
+        whole
+    }
+
+    /// What follows a lanelet and is not on the way yet, at most `room` of it.
+    fn following(&mut self, driven: Driven, way: &[Driven], room: usize) -> Vec<Driven> {
+        let Some(lanelet) = self.network.lanelet(driven.lanelet) else {
+            return Vec::new();
+        };
+        let ids = match driven.direction {
+            Direction::Along => &lanelet.successors,
+            Direction::Against => &lanelet.predecessors,
+        };
+        let next = ids.iter().map(|&lanelet| Driven { lanelet, ..driven });
+        next.filter(|next| !way.contains(next) && self.middle(*next).is_some())
+            .take(room)
+            .collect()
+    }
+
+    fn line(&mut self, way: &[Driven]) -> Option<Arc<Polyline>> {
+        if let [only] = way {
+            return self.middle(*only);
+        }
+        let middles: Vec<_> = way.iter().filter_map(|d| self.middle(*d)).collect();
+        let points = middles.iter().flat_map(|m| m.points().iter().copied());
+        Polyline::new(points).map(Arc::new)
+    }
+}
+
+/// How well a line explains what was seen, 0 to 1: the headings of the last second, and where it drifts.
+fn fit(line: &Polyline, seen: &Observed<'_>, speed: f64) -> f64 {
+    let turn_at = |motion: &Motion| {
+        let at = line.project(&motion.pose.position);
+        let along = line.pose_at(at.s).heading;
+        (at, angle_between(along, motion.pose.heading))
+    };
+    let (now, turn) = turn_at(seen.motion);
+    let drifted = drift(now.d, turn, speed);
+    let (mut turns, mut n) = (0.0, 0.0);
+    for (step, motion) in seen.motions.iter().rev() {
+        let (at, turn) = turn_at(motion);
+        if n > 0.0 && (at.s <= 0.0 || seen.ago(*step) > MEMORY) {
+            break;
+        }
+        turns += (turn / TURN).powi(2);
+        n += 1.0;
+    }
+    (-(turns / n + (drifted / OFFSET).powi(2)) / 2.0).exp()
+}
+
+/// Where somebody at offset `d` gets to who points `turn` away from the lane and drives `speed` m/s, metres.
+fn drift(d: f64, turn: f64, speed: f64) -> f64 {
+    d + speed * turn.sin() * DRIFT
+}

@@ -1,0 +1,16 @@
+//! Where everyone may go next, from what was seen up to now: straight on, turning, or along the lanes.
+//!
+//! Nothing here can see what comes after the present: see [`Past`].
+
+mod lanes;
+mod past;
+mod path;
+mod predictor;
+mod present;
+mod speeds;
+
+pub use past::{Observed, Past, Who};
+pub use path::Path;
+pub use predictor::{Course, Model, Prediction, Predictor, Trajectory, Way};
+pub use present::Present;
+pub use speeds::Speeds;

@@ -1,0 +1,212 @@
+//! What somebody may do next, as a few weighted hypotheses: no chance in it, the same each time.
+
+use super::lanes::Lanes;
+use super::{Observed, Past, Path, Present, Speeds};
+use crate::geometry::Pose;
+use crate::scenario::ObstacleType;
+
+/// How the future is thought to go on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Model {
+    /// Straight on with the recorded velocity.
+    ConstantVelocity,
+    /// Straight on with the recorded velocity and acceleration, to standstill at most.
+    ConstantAcceleration,
+    /// Along the lanes, or on with the present turn, with accelerations that fade and are not quite known.
+    AlongLanes,
+}
+
+/// Which way somebody goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Way {
+    /// Straight on.
+    Straight,
+    /// On with the present turn, a little less or a little more of it.
+    Turn,
+    /// Along these lanelets.
+    Lanes(Vec<i64>),
+}
+
+/// A line somebody may follow.
+#[derive(Debug, Clone)]
+pub struct Course {
+    /// Which way.
+    pub way: Way,
+    /// Its line.
+    pub path: Path,
+    /// How likely, 0 to 1.
+    pub weight: f64,
+}
+
+/// What somebody may do: any of the courses at any of the speeds.
+#[derive(Debug, Clone)]
+pub struct Prediction {
+    /// The state it starts from.
+    pub present: Present,
+    /// The lines; their weights sum to 1.
+    pub courses: Vec<Course>,
+    /// Speeds along them, all equally likely.
+    pub speeds: Vec<Speeds>,
+}
+
+/// One course at one speed.
+#[derive(Debug, Clone)]
+pub struct Trajectory {
+    /// How likely, 0 to 1; those of a prediction sum to 1.
+    pub weight: f64,
+    /// The place of its course in [`Prediction::courses`].
+    pub course: usize,
+    /// The fastest it ever is, m/s, however the line bends.
+    pub fastest: f64,
+    /// Poses at 0, `tick`, 2 `tick`, … seconds from now.
+    pub poses: Vec<Pose>,
+}
+
+/// Makes predictions for the participants of one past.
+#[derive(Debug)]
+pub struct Predictor<'a> {
+    model: Model,
+    lanes: Lanes<'a>,
+}
+
+/// Standard deviation of the acceleration along the line, m/s²: what SUMO's drivers and planners change within
+/// a second or two without a cause that could be seen.
+const LONGITUDINAL: f64 = 1.0;
+
+/// Standard deviation of the acceleration across the line of whoever follows no lane, m/s².
+const LATERAL: f64 = 0.5;
+
+/// The turn it adds is at most this, 1/m, however slow somebody is.
+const MOST_CURVATURE: f64 = 0.1;
+
+/// Seconds after which 1/e of an acceleration is left: manoeuvres last a few seconds.
+const FADE: f64 = 2.0;
+
+/// How likely somebody on a lane goes on along lanes instead of with its present turn: so likely that leaving the lane
+/// for no visible reason is not critical by itself.
+const LANES: f64 = 0.75;
+
+/// The medians of five equally likely parts of the standard normal distribution.
+const FIFTHS: [f64; 5] = [-1.2816, -0.5244, 0.0, 0.5244, 1.2816];
+
+/// Three-point Gauss–Hermite quadrature of the standard normal distribution: places and weights.
+const THREE: [(f64, f64); 3] = [
+    (-1.732_050_808, 1.0 / 6.0),
+    (0.0, 2.0 / 3.0),
+    (1.732_050_808, 1.0 / 6.0),
+];
+
+impl<'a> Predictor<'a> {
+    /// A predictor for what `past` shows.
+    #[must_use]
+    pub fn new(past: &Past<'a>, model: Model) -> Self {
+        Self {
+            model,
+            lanes: Lanes::new(past.network()),
+        }
+    }
+
+    /// What `seen` may do within `horizon` seconds.
+    #[must_use]
+    pub fn predict(&mut self, seen: &Observed<'_>, horizon: f64) -> Prediction {
+        let present = match self.model {
+            Model::AlongLanes => Present::of(seen),
+            _ => Present::recorded(seen),
+        };
+        let speeds = self.speeds(&present, seen.who.parked);
+        let reach = reach(&speeds, horizon);
+        let courses = if self.model != Model::AlongLanes || seen.who.parked {
+            vec![Course {
+                way: Way::Straight,
+                path: Path::Straight(present.pose),
+                weight: 1.0,
+            }]
+        } else {
+            self.courses(seen, &present, reach)
+        };
+        Prediction {
+            present,
+            courses,
+            speeds,
+        }
+    }
+
+    fn speeds(&self, present: &Present, parked: bool) -> Vec<Speeds> {
+        let of = |acceleration: f64, fade| Speeds {
+            speed: present.speed,
+            acceleration,
+            fade,
+        };
+        match self.model {
+            _ if parked => vec![of(0.0, None)],
+            Model::ConstantVelocity => vec![of(0.0, None)],
+            Model::ConstantAcceleration => vec![of(present.acceleration, None)],
+            Model::AlongLanes => FIFTHS
+                .iter()
+                .map(|z| of(present.acceleration + z * LONGITUDINAL, Some(FADE)))
+                .collect(),
+        }
+    }
+
+    fn courses(&mut self, seen: &Observed<'_>, present: &Present, reach: f64) -> Vec<Course> {
+        // Pedestrians keep to no lane, and whoever reverses is manoeuvring.
+        let free = seen.who.kind == Some(ObstacleType::Pedestrian) || present.speed < 0.0;
+        let lanes = if free {
+            Vec::new()
+        } else {
+            self.lanes.ways(seen, present.speed, reach)
+        };
+        let total: f64 = lanes.iter().map(|way| way.weight).sum();
+        let turning = if lanes.is_empty() { 1.0 } else { 1.0 - LANES };
+        let spread = LATERAL / present.speed.powi(2);
+        let spread = spread.min(MOST_CURVATURE);
+        let turns = THREE.iter().map(|(z, weight)| Course {
+            way: Way::Turn,
+            path: Path::Arc {
+                start: present.pose,
+                curvature: present.curvature + z * spread,
+            },
+            weight: turning * weight,
+        });
+        let along = lanes.into_iter().map(|way| Course {
+            path: Path::along(way.line, &present.pose),
+            way: Way::Lanes(way.lanelets),
+            weight: LANES * way.weight / total,
+        });
+        turns.chain(along).collect()
+    }
+}
+
+impl Prediction {
+    /// Metres it gets at most within `horizon` seconds, whichever way.
+    #[must_use]
+    pub fn reach(&self, horizon: f64) -> f64 {
+        reach(&self.speeds, horizon)
+    }
+
+    /// Every course at every speed, at `ticks` + 1 moments that are `tick` seconds apart.
+    #[must_use]
+    pub fn trajectories(&self, tick: f64, ticks: usize) -> Vec<Trajectory> {
+        let share = 1.0 / self.speeds.len() as f64;
+        let mut found = Vec::with_capacity(self.courses.len() * self.speeds.len());
+        for (course, line) in self.courses.iter().enumerate() {
+            for speeds in &self.speeds {
+                let pose = |k: usize| line.path.pose_at(speeds.distance(k as f64 * tick));
+                let poses: Vec<Pose> = (0..=ticks).map(pose).collect();
+                let moved = |pair: &[Pose]| (pair[1].position - pair[0].position).norm() / tick;
+                found.push(Trajectory {
+                    weight: line.weight * share,
+                    course,
+                    fastest: poses.windows(2).map(moved).fold(0.0, f64::max),
+                    poses,
+                });
+            }
+        }
+        found
+    }
+}
+
+fn reach(speeds: &[Speeds], horizon: f64) -> f64 {
+    let far = speeds.iter().map(|s| s.distance(horizon).abs());
+    far.fold(0.0, f64::max)
+}
