@@ -44,7 +44,7 @@ impl BoxTree {
     pub fn any_meeting(&self, around: &Bounds, mut wanted: impl FnMut(usize) -> bool) -> bool {
         let leaves = self.nodes.len() / 2;
         let mut open = [1; DEEPEST];
-        let mut count = usize::from(leaves > 0);
+        let mut count = usize::from(self.bounds().is_some());
         while count > 0 {
             count -= 1;
             let node = open[count];
@@ -71,7 +71,7 @@ impl BoxTree {
         let far = |node: usize| self.nodes[node].map_or(f64::INFINITY, |b| b.squared_distance(p));
         let mut reach = f64::MAX;
         let mut open = [(1, 0.0); DEEPEST];
-        let mut count = usize::from(leaves > 0);
+        let mut count = usize::from(self.bounds().is_some());
         while count > 0 {
             count -= 1;
             let (node, squared) = open[count];
