@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::open::{EgoChoice, scene};
 use super::{Failure, Outcome, output};
-use crate::metrics::{Encounter, MEASURES, Reading};
+use crate::metrics::{Context, MEASURES, Reading};
 use crate::scenario::{Scene, find};
 
 /// Arguments of `metrics`.
@@ -113,10 +113,10 @@ fn rows(name: &str, scene: &Scene, format: Format) -> String {
     let name = output::visible(name);
     let mut text = String::new();
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let participants: Vec<_> = scene.participants().collect();
+    let context = Context::new(scene);
     for step in scene.steps() {
-        for participant in &participants {
-            let Some(encounter) = Encounter::at(scene, participant, step) else {
+        for (place, participant) in context.participants().iter().enumerate() {
+            let Some(encounter) = context.encounter(place, step) else {
                 continue;
             };
             let readings = MEASURES.iter().map(|m| (m.id, (m.compute)(&encounter)));
