@@ -5,6 +5,7 @@
 
 mod angle;
 mod area;
+mod box_tree;
 mod convert;
 mod convex;
 mod cover;
@@ -21,6 +22,7 @@ mod truck;
 
 pub use angle::{angle_between, normalize_angle};
 pub use area::{Area, Outside};
+pub use box_tree::BoxTree;
 pub use convex::{convex_hull, convex_overlap};
 pub use footprint::{Contact, Footprint, Placed};
 pub use frenet::{Frenet, FrenetError, FrenetMotion, LateralProfile, PlaneMotion};

@@ -47,6 +47,14 @@ impl Bounds {
             && self.max.y >= other.min.y
     }
 
+    /// The square of the distance from `p` to the box, m²; 0 inside.
+    #[must_use]
+    pub fn squared_distance(&self, p: &Point) -> f64 {
+        let x = (self.min.x - p.x).max(p.x - self.max.x).max(0.0);
+        let y = (self.min.y - p.y).max(p.y - self.max.y).max(0.0);
+        x * x + y * y
+    }
+
     /// The middle.
     #[must_use]
     pub fn center(&self) -> Point {

@@ -24,7 +24,7 @@ impl ReferencePath {
     /// The coordinates of `p` by the nearest point of the whole path.
     ///
     /// A point whose nearest point is an end of the path is measured along the straight line that
-    /// continues it. An R-tree of the curve's pieces spares all but the few that can be nearest.
+    /// continues it. A tree of the curve's pieces spares all but the few that can be nearest.
     ///
     /// # Errors
     /// Two points of the path are equally near, or `p` is the centre of the curve there.
@@ -39,16 +39,13 @@ impl ReferencePath {
     pub fn project_point(&self, p: &Point) -> Result<(Frenet, PathPoint), FrenetError> {
         let local = self.local(p)?;
         let mut search = Search::default();
-        for (chord, squared) in self
-            .chords
-            .nearest_neighbor_iter_with_distance_2([local.x, local.y])
-        {
-            if squared.sqrt() - self.sagitta > search.reach() {
-                break;
+        self.chords.visit_near(&Point::from(local), |place| {
+            let span = &self.spans[place];
+            if span.distance_to_chord(&local) - span.sagitta <= search.reach() {
+                search.try_foot(self, place, span.nearest(&local), &local);
             }
-            let place = chord.data as usize;
-            search.try_foot(self, place, self.spans[place].nearest(&local), &local);
-        }
+            search.reach() + self.sagitta
+        });
         let at = self.settle(&search, &local)?;
         at.ok_or(FrenetError::NotNear {
             from: self.arc[0],

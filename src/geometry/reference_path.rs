@@ -1,10 +1,7 @@
 //! Smooth reference paths: a curve with continuous curvature rate along a polyline, by arc length.
 
-use rstar::RTree;
-use rstar::primitives::{GeomWithData, Line};
-
 use super::spline::Span;
-use super::{Point, Polyline, Pose, Vector};
+use super::{Bounds, BoxTree, Point, Polyline, Pose, Vector};
 
 /// A smooth curve along a polyline, continued straight beyond both ends.
 ///
@@ -19,7 +16,7 @@ pub struct ReferencePath {
     pub(super) spans: Vec<Span>,
     /// Arc length at the beginning of each span and the end of the last, metres.
     pub(super) arc: Vec<f64>,
-    pub(super) chords: RTree<Chord>,
+    pub(super) chords: BoxTree,
     /// No span leaves its chord by more than this, metres.
     pub(super) sagitta: f64,
     deviation: f64,
@@ -27,8 +24,6 @@ pub struct ReferencePath {
     /// Length of the polyline between two control points, metres.
     spacing: f64,
 }
-
-pub(super) type Chord = GeomWithData<Line<[f64; 2]>, u32>;
 
 /// The curve at one arc length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -139,13 +134,16 @@ impl ReferencePath {
         for span in &spans {
             arc.push(arc[arc.len() - 1] + span.arc_to(1.0));
         }
-        let chord = |(i, span): (usize, &Span)| {
-            let [from, to] = [span.at(0.0), span.at(1.0)].map(|v| [v.x, v.y]);
-            GeomWithData::new(Line::new(from, to), i as u32)
+        let chord = |span: &Span| {
+            let [from, to] = [span.at(0.0), span.at(1.0)].map(Point::from);
+            Bounds {
+                min: from.inf(&to),
+                max: from.sup(&to),
+            }
         };
         let mut path = Self {
             origin,
-            chords: RTree::bulk_load(spans.iter().enumerate().map(chord).collect()),
+            chords: BoxTree::new(spans.iter().map(chord)),
             sagitta: spans.iter().map(|s| s.sagitta).fold(0.0, f64::max),
             length: arc[arc.len() - 2],
             spans,

@@ -119,18 +119,39 @@ fn check(name: &str, scene: &Scene, moves: &[Move]) -> Vec<String> {
     moves.iter().flat_map(of).collect()
 }
 
+/// All moves of all scenes instead of a sample: set this to look closely (minutes without optimisation).
+fn thorough() -> bool {
+    std::env::var_os("NEARMISS_ALL_MOVES").is_some()
+}
+
+/// The moves for the scene at a place: each move is on one scene or another.
+fn moves(place: usize, count: usize) -> Vec<Move> {
+    let count = if thorough() { MOVES.len() } else { count };
+    MOVES
+        .iter()
+        .copied()
+        .cycle()
+        .skip(place * count)
+        .take(count)
+        .collect()
+}
+
+fn none(found: &[String]) {
+    let shown = &found[..found.len().min(40)];
+    assert!(found.is_empty(), "{} differences: {shown:#?}", found.len());
+}
+
 #[test]
 fn bundled_scenes_can_be_moved() {
     let mut found = Vec::new();
-    for entry in bundled() {
-        found.extend(check(&entry.name, &opened(&entry).unwrap(), &MOVES));
+    for (place, entry) in bundled().iter().enumerate() {
+        found.extend(check(
+            &entry.name,
+            &opened(entry).unwrap(),
+            &moves(place, 2),
+        ));
     }
-    assert!(
-        found.is_empty(),
-        "{} differences: {:#?}",
-        found.len(),
-        &found[..found.len().min(40)]
-    );
+    none(&found);
 }
 
 #[test]
@@ -145,26 +166,36 @@ fn recorded_scenes_can_be_moved() {
         );
         return;
     }
-    let wanted = std::env::var("NEARMISS_ALL_SCENES").is_ok();
     let entries = find(&[published]).unwrap();
-    let every = if wanted { 1 } else { 8 };
+    let scenes: Vec<_> = entries
+        .iter()
+        .filter_map(|e| Some((e, opened(e)?)))
+        .collect();
+    let every = if thorough() { 1 } else { 8 };
     let mut found = Vec::new();
-    for (place, entry) in entries.iter().enumerate().step_by(every) {
-        let Some(scene) = opened(entry) else { continue };
-        // All moves on one scene are as good as one on each of many.
-        let moves = if wanted {
-            &MOVES[..]
-        } else {
-            &MOVES[place / every % 5..][..3]
-        };
-        found.extend(check(&entry.name, &scene, moves));
+    for (place, (entry, scene)) in scenes.iter().step_by(every).enumerate() {
+        found.extend(check(&entry.name, scene, &moves(place, 1)));
     }
-    assert!(
-        found.is_empty(),
-        "{} differences: {:#?}",
-        found.len(),
-        &found[..found.len().min(60)]
-    );
+    none(&found);
+}
+
+/// What holds for moved scenes would hold for measures that never have a value.
+#[test]
+fn every_measure_has_values() {
+    let scenes: Vec<Scene> = bundled().iter().filter_map(opened).collect();
+    for m in MEASURES {
+        let has = |scene: &Scene| {
+            let series = Series::compute(scene, vec![m]);
+            let values = series
+                .obstacles()
+                .iter()
+                .flat_map(|&id| series.row(m.id, id));
+            values.filter(|r| r.value().is_some()).count()
+        };
+        let values: usize = scenes.iter().map(has).sum();
+        println!("{:16} {values}", m.id);
+        assert!(values > 0, "{} has no value in any bundled scene", m.id);
+    }
 }
 
 proptest! {

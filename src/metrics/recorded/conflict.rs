@@ -4,6 +4,7 @@
 //! swept bodies, so it follows what was driven and needs no map.
 
 use super::swept::Swept;
+use crate::geometry::{Bounds, Vector};
 use crate::metrics::{Context, NoValue};
 
 /// When the two are in their conflict area: first and last recorded step of each.
@@ -66,8 +67,20 @@ impl Both {
             return Err(NoValue::NoConflictArea);
         }
         let ego = context.ego_swept();
+        let who = context.participants()[participant];
+        let discs = who.obstacle.track().iter().map(|(step, motion)| {
+            let half = Vector::repeat(who.footprint_at(step).reach());
+            let middle = motion.pose.position;
+            Bounds {
+                min: middle - half,
+                max: middle + half,
+            }
+        });
+        if !ego.moves() || !near(ego, discs) {
+            return Err(NoValue::NoConflictArea);
+        }
         let other = context.swept(participant);
-        if !ego.moves() || !other.moves() || !ego.near(&other) {
+        if !other.moves() {
             return Err(NoValue::NoConflictArea);
         }
         Ok(Self {
@@ -75,6 +88,17 @@ impl Both {
             other: inside(&other, ego).ok_or(NoValue::NoConflictArea)?,
         })
     }
+}
+
+/// Whether somebody comes near the area; between two steps he is in the box around both.
+fn near(area: &Swept, places: impl Iterator<Item = Bounds>) -> bool {
+    let mut before: Option<Bounds> = None;
+    let mut places = places.map(|here| {
+        let both = before.map_or(here, |b| b.union(&here));
+        before = Some(here);
+        both
+    });
+    places.any(|both| area.near(&both))
 }
 
 fn inside(body: &Swept, other: &Swept) -> Option<Inside> {
@@ -105,10 +129,8 @@ impl Context<'_> {
     }
 
     /// Near everything, so that no digits are lost far from the map's origin.
-    fn origin(&self) -> crate::geometry::Vector {
+    fn origin(&self) -> Vector {
         let first = self.ego.iter().flatten().next();
-        first.map_or_else(crate::geometry::Vector::zeros, |(m, _)| {
-            m.pose.position.coords
-        })
+        first.map_or_else(Vector::zeros, |(m, _)| m.pose.position.coords)
     }
 }

@@ -1,6 +1,8 @@
 //! The area that a body sweeps in its recording, as convex pieces in a tree of boxes over time.
 
-use crate::geometry::{Bounds, Footprint, Point, Pose, Vector, convex_hull, convex_overlap};
+use crate::geometry::{
+    Bounds, BoxTree, Footprint, Point, Pose, Vector, convex_hull, convex_overlap,
+};
 
 /// A body that stands from one step to another.
 #[derive(Debug, Clone)]
@@ -20,8 +22,10 @@ struct Stay {
 #[derive(Debug, Clone, Default)]
 pub(in crate::metrics) struct Swept {
     stays: Vec<Stay>,
-    /// A heap of boxes: node n has the children 2n and 2n + 1, the leaves are the stays.
-    tree: Vec<Option<Bounds>>,
+    /// Boxes around what the stays sweep.
+    tree: BoxTree,
+    /// Coordinates are taken from here.
+    origin: Vector,
 }
 
 /// Movements below this are none, metres and radians.
@@ -69,19 +73,12 @@ impl Swept {
                 body,
             });
         }
-        let leaves = stays.len().next_power_of_two();
-        let mut tree = vec![None; 2 * leaves];
-        for (place, stay) in stays.iter().enumerate() {
-            tree[leaves + place] = Some(stay.bounds);
+        let tree = BoxTree::new(stays.iter().map(|stay| stay.bounds));
+        Self {
+            stays,
+            tree,
+            origin,
         }
-        for node in (1..leaves).rev() {
-            let (a, b): (Option<Bounds>, Option<Bounds>) = (tree[2 * node], tree[2 * node + 1]);
-            tree[node] = match (a, b) {
-                (Some(a), Some(b)) => Some(a.union(&b)),
-                (a, b) => a.or(b),
-            };
-        }
-        Self { stays, tree }
     }
 
     /// The first and the last step at which this body is where the other sweeps.
@@ -102,37 +99,22 @@ impl Swept {
         Some((self.stays.first()?.from, self.stays.last()?.to))
     }
 
-    /// Whether the boxes of both areas meet at all.
-    pub fn near(&self, other: &Self) -> bool {
-        let root = |s: &Self| s.tree.get(1).copied().flatten();
-        root(self)
-            .zip(root(other))
-            .is_some_and(|(a, b)| a.overlaps(&b))
+    /// Whether a box meets that of any part of the area; both in the world.
+    pub fn near(&self, around: &Bounds) -> bool {
+        let local = Bounds {
+            min: around.min - self.origin,
+            max: around.max - self.origin,
+        };
+        self.tree.any_meeting(&local, |_| true)
     }
 
     fn meets(&self, body: &[Vec<Point>], around: &Bounds) -> bool {
-        let leaves = self.tree.len() / 2;
-        let mut open = vec![1];
-        while let Some(node) = open.pop() {
-            let Some(Some(bounds)) = self.tree.get(node) else {
-                continue;
-            };
-            if !bounds.overlaps(around) {
-                continue;
-            }
-            if node < leaves {
-                open.extend([2 * node + 1, 2 * node]);
-                continue;
-            }
-            let swept = &self.stays[node - leaves].swept;
-            if swept
+        self.tree.any_meeting(around, |place| {
+            let swept = &self.stays[place].swept;
+            swept
                 .iter()
                 .any(|a| body.iter().any(|b| convex_overlap(a, b)))
-            {
-                return true;
-            }
-        }
-        false
+        })
     }
 }
 
