@@ -34,6 +34,9 @@ pub fn convex_hull(points: &[Point]) -> Vec<Point> {
     hull
 }
 
+/// Polygons nearer than this touch, metres: rounding must not part what touches.
+const TOUCHING: f64 = 1e-7;
+
 /// Whether two convex polygons (counter-clockwise, not closed) share a point.
 ///
 /// By the separating-axis theorem: they do not if and only if one has an edge with the other outside of it.
@@ -46,7 +49,8 @@ fn separates(ring: &[Point], other: &[Point]) -> bool {
     let next = ring.iter().cycle().skip(1);
     ring.iter().zip(next).any(|(from, to)| {
         let edge: Vector = to - from;
-        other.iter().all(|p| edge.perp(&(p - from)) < 0.0)
+        let slack = TOUCHING * edge.norm();
+        other.iter().all(|p| edge.perp(&(p - from)) < -slack)
     })
 }
 

@@ -113,3 +113,55 @@ impl Circles {
         t
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first of many small steps at which the circles touch.
+    fn scanned(circles: &Circles) -> f64 {
+        let steps = (0..600_000).map(|i| f64::from(i) * 1e-4);
+        steps
+            .into_iter()
+            .find(|t| circles.value(*t).0 >= 0.0)
+            .unwrap_or(f64::MAX)
+    }
+
+    #[test]
+    fn the_first_touch_is_found_where_fast_circles_pass_and_grow_again() {
+        let mut passing = 0;
+        for (x, y) in [
+            (20.0, 0.0),
+            (20.0, 6.0),
+            (40.0, 9.0),
+            (60.0, -15.0),
+            (5.0, 30.0),
+        ] {
+            for (u, v) in [
+                (-10.0, 0.0),
+                (-30.0, 0.0),
+                (-45.0, 4.0),
+                (20.0, 0.0),
+                (0.0, 0.0),
+            ] {
+                for growth in [1.0, 2.0, 11.5] {
+                    let circles = Circles {
+                        growth,
+                        reach: 4.6,
+                        distance: x * x + y * y,
+                        closing: -(x * u + y * v),
+                        speed: u * u + v * v,
+                    };
+                    let (found, expected) = (circles.touch(), scanned(&circles));
+                    assert!(
+                        (found - expected).abs() <= 1e-4,
+                        "{x} {y} {u} {v} {growth}: {found} {expected}"
+                    );
+                    // Touching early and parting again before the circles have grown.
+                    passing += u32::from(circles.value(found + 2.0).0 < 0.0);
+                }
+            }
+        }
+        assert!(passing > 0, "no case has several touches");
+    }
+}

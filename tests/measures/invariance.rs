@@ -199,7 +199,7 @@ fn every_measure_has_values() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(if thorough() { 1000 } else { 24 }))]
 
     #[test]
     fn random_scenes_can_be_moved(

@@ -118,10 +118,18 @@ impl Swept {
     }
 }
 
+/// Boxes are wider by this, metres, so that they hold what touches.
+const BORDER: f64 = 1e-6;
+
 fn bounds(rings: &[Vec<Point>]) -> Bounds {
     let none = Bounds {
         min: Point::origin(),
         max: Point::origin(),
     };
-    Bounds::of(rings.iter().flatten()).unwrap_or(none)
+    let tight = Bounds::of(rings.iter().flatten()).unwrap_or(none);
+    let border = Vector::repeat(BORDER);
+    Bounds {
+        min: tight.min - border,
+        max: tight.max + border,
+    }
 }

@@ -1,0 +1,224 @@
+//! Definitions on made-up roads, where the values can be worked out by hand.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nearmiss::geometry::{Footprint, Point, Shape};
+use nearmiss::metrics::{Context, NoValue, Reading, measure};
+use nearmiss::scenario::*;
+
+/// A straight road along x with two lanes: lanelet 1 at −1.75 < y < 1.75, lanelet 2 on its left.
+fn network() -> LaneletNetwork {
+    let lanelet = |id: i64, right: f64| {
+        let bound = |y: f64| Bound {
+            points: (0..=50)
+                .map(|i| Point::new(f64::from(i) * 10.0 - 100.0, y))
+                .collect(),
+            heights: Vec::new(),
+            marking: LineMarking::Dashed,
+        };
+        let neighbour = |id| Adjacent {
+            id,
+            same_direction: true,
+        };
+        Lanelet {
+            id,
+            left: bound(right + 3.5),
+            right: bound(right),
+            predecessors: Vec::new(),
+            successors: Vec::new(),
+            adjacent_left: (id == 1).then(|| neighbour(2)),
+            adjacent_right: (id == 2).then(|| neighbour(1)),
+            stop_line: None,
+            types: Vec::new(),
+            users_one_way: Vec::new(),
+            users_bidirectional: Vec::new(),
+            signs: Vec::new(),
+            lights: Vec::new(),
+        }
+    };
+    LaneletNetwork::new(
+        vec![lanelet(1, -1.75), lanelet(2, 1.75)],
+        vec![],
+        vec![],
+        vec![],
+    )
+}
+
+/// A car of 4 m × 2 m from (x, y) at a heading, with constant velocity and acceleration, for 10 s.
+fn car(id: i64, (x, y): (f64, f64), heading: f64, v: f64, a: f64) -> Obstacle {
+    let state = |step: i64| {
+        let t = step as f64 * 0.1;
+        let way = v * t + a * t * t / 2.0;
+        State {
+            position: Some(Position::Point(Point::new(
+                x + way * heading.cos(),
+                y + way * heading.sin(),
+            ))),
+            orientation: Some(Quantity::Exact(heading)),
+            velocity: Some(Quantity::Exact(v + a * t)),
+            acceleration: Some(Quantity::Exact(a)),
+            ..State::at(Steps::exact(step))
+        }
+    };
+    let parts = ObstacleParts {
+        id,
+        role: ObstacleRole::Dynamic,
+        kind: ObstacleType::Car,
+        footprint: Some(Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap()),
+        initial: Some(state(0)),
+        prediction: Prediction::Trajectory((1..=100).map(state).collect()),
+        signals: Vec::new(),
+    };
+    Obstacle::new(parts, 0.1)
+}
+
+/// The ego is obstacle 1.
+fn scene(obstacles: Vec<Obstacle>) -> Scene {
+    let scenario = Scenario {
+        header: Header {
+            benchmark_id: "ZAM_Test-1_1_T-1".into(),
+            version: "2020a".into(),
+            time_step_size: 0.1,
+            attributes: BTreeMap::new(),
+        },
+        location: None,
+        tags: Vec::new(),
+        network: network(),
+        obstacles,
+        planning_problems: Vec::new(),
+        diagnostics: Vec::new(),
+        hash: ContentHash::of(b""),
+    };
+    Scene::with_obstacle_as_ego(Arc::new(scenario), 1).unwrap()
+}
+
+fn reading(scene: &Scene, id: &str, obstacle: i64, step: i64) -> Reading {
+    let context = Context::new(scene);
+    let place = context
+        .participants()
+        .iter()
+        .position(|p| p.obstacle.id == obstacle);
+    (measure(id).unwrap().compute)(&context.encounter(place.unwrap(), step).unwrap())
+}
+
+#[track_caller]
+fn is(scene: &Scene, id: &str, expected: f64) {
+    let found = reading(scene, id, 2, 0);
+    let value = found.value().unwrap_or_else(|| panic!("{id}: {found:?}"));
+    assert!(
+        (value - expected).abs() < 1e-6,
+        "{id}: {value} instead of {expected}"
+    );
+}
+
+#[track_caller]
+fn is_none(scene: &Scene, id: &str, expected: NoValue) {
+    assert_eq!(reading(scene, id, 2, 0), Reading::None(expected), "{id}");
+}
+
+#[test]
+fn following_a_slower_car() {
+    // Gap 36 m, closing with 5 m/s, the one ahead braking with 1 m/s².
+    let scene = scene(vec![
+        car(1, (0.0, 0.0), 0.0, 15.0, 0.0),
+        car(2, (40.0, 0.5), 0.0, 10.0, -1.0),
+    ]);
+    is(&scene, "headway", 36.0);
+    is(&scene, "time_gap", 36.0 / 15.0);
+    is(&scene, "thw", 2.4);
+    let time = (25.0_f64 + 72.0).sqrt() - 5.0;
+    is(&scene, "ttc_lane", time);
+    is(&scene, "a_long_req", -1.0 - 25.0 / 72.0);
+    is(&scene, "btn", (1.0 + 25.0 / 72.0) / 11.5);
+    is(&scene, "drac", 25.0 / 72.0);
+    // To the right 1.5 m are missing: half of both widths less the offset.
+    is(&scene, "a_lat_req", 2.0 * 1.5 / (time * time));
+    is(&scene, "stn", 2.0 * 1.5 / (time * time) / 8.0);
+    is(
+        &scene,
+        "rss_long",
+        15.0 + 1.75 + 18.5 * 18.5 / 8.0 - 100.0 / 16.0,
+    );
+    is(&scene, "rss_lat", 0.1 + 2.0 * 0.125);
+    is(&scene, "rss_lat_margin", -0.35);
+}
+
+#[test]
+fn the_recorded_collision() {
+    let scene = scene(vec![
+        car(1, (0.0, 0.0), 0.0, 10.0, 0.0),
+        car(2, (44.5, 0.0), 0.0, 0.0, 0.0),
+    ]);
+    // The front is at the rear after 4.05 s, between two steps.
+    is(&scene, "ttc_star", 4.1);
+    is(&scene, "dce", 0.0);
+    is(&scene, "ttce", 4.1);
+    is(&scene, "ttc_lane", 4.05);
+    // Braking takes 100/16 = 6.25 m, which are left until 3.4 s.
+    is(&scene, "ttb", 3.4);
+    is_none(&scene, "ttk", NoValue::TooLate);
+    is(&scene, "tet", 2.0);
+    let steps = (21..=40).map(|i| 2.0 - (4.05 - 0.1 * f64::from(i)));
+    is(&scene, "tit", 0.1 * steps.sum::<f64>());
+    is_none(&scene, "pet", NoValue::NoConflictArea);
+    assert_eq!(
+        reading(&scene, "ttb", 2, 35),
+        Reading::None(NoValue::TooLate)
+    );
+    assert_eq!(
+        reading(&scene, "headway", 2, 45),
+        Reading::None(NoValue::Beside)
+    );
+}
+
+#[test]
+fn crossing_one_after_the_other() {
+    // The area is 49 < x < 51 (the other is 2 m wide) by −1 < y < 1. The ego's front is at 49 after 4.7 s, its
+    // rear leaves 51 after 5.3 s; the other's front is at −1 after 6.7 s.
+    let up = std::f64::consts::FRAC_PI_2;
+    let scene = scene(vec![
+        car(1, (0.0, 0.0), 0.0, 10.0, 0.0),
+        car(2, (50.0, -70.05), up, 10.0, 0.0),
+    ]);
+    is(&scene, "et", 5.3 - 4.7);
+    // Its first step beyond −1 is at 6.8 s: 70.05 − 2 − 1 = 67.05 m.
+    is(&scene, "pet", 6.8 - 5.3);
+    is_none(&scene, "ttc_star", NoValue::NoRecordedOverlap);
+    is_none(&scene, "headway", NoValue::OtherLane);
+}
+
+#[test]
+fn reasons_along_the_road() {
+    let with = |place, heading, v| {
+        scene(vec![
+            car(1, (0.0, 0.0), 0.0, 10.0, 0.0),
+            car(2, place, heading, v, 0.0),
+        ])
+    };
+    is_none(&with((30.0, 3.5), 0.0, 5.0), "headway", NoValue::OtherLane);
+    is(&with((30.0, 2.0), 0.0, 5.0), "headway", 26.0);
+    is_none(&with((-30.0, 0.0), 0.0, 5.0), "ttc_lane", NoValue::Behind);
+    is_none(&with((2.0, 2.5), 0.0, 5.0), "ttc_lane", NoValue::Beside);
+    is_none(
+        &with((30.0, 0.0), 0.0, 12.0),
+        "ttc_lane",
+        NoValue::NotApproaching,
+    );
+    is_none(
+        &with((30.0, 0.0), 0.0, 12.0),
+        "drac",
+        NoValue::NotApproaching,
+    );
+    // Oncoming in the ego's lane.
+    is(
+        &with((30.0, 0.0), std::f64::consts::PI, 5.0),
+        "ttc_lane",
+        26.0 / 15.0,
+    );
+    let mut bare = with((30.0, 0.0), 0.0, 5.0);
+    Arc::make_mut(&mut bare.scenario).network = LaneletNetwork::default();
+    is_none(&bare, "ttc_lane", NoValue::NoRoute);
+    is_none(&bare, "rss_long", NoValue::NoRoute);
+    is(&bare, "ttc", 26.0 / 5.0);
+}
