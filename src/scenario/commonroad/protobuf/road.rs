@@ -188,7 +188,7 @@ fn sign_element(
     }
     Ok(SignElement {
         id: id.unwrap_or_default().to_string(),
-        values: message.additional_values.clone(),
+        values: super::values::texts(&message.additional_values),
     })
 }
 

@@ -35,7 +35,7 @@ pub(super) fn elements(
         };
         found.push(SignElement {
             id: id.to_string(),
-            values: message.additional_values.clone(),
+            values: super::values::texts(&message.additional_values),
         });
     }
     Ok(found)

@@ -8,6 +8,13 @@ use crate::scenario::commonroad::states::LATEST;
 use crate::scenario::commonroad::xml::LARGEST;
 use crate::scenario::{Quantity, Steps};
 
+/// Texts as XML gives them: trimmed, and without the control characters that no XML file can hold, which
+/// show as U+FFFD.
+pub(super) fn texts(texts: &[String]) -> Vec<String> {
+    let plain = |text: &String| crate::scenario::commonroad::out::allowed(text.trim()).into_owned();
+    texts.iter().map(plain).collect()
+}
+
 /// A number that the schema requires, finite.
 pub(super) fn number(
     report: &Report,
