@@ -4,7 +4,10 @@ mod ask;
 mod convert;
 mod describe;
 mod evaluate;
+mod export;
+mod filters;
 mod generated;
+mod import;
 mod in_order;
 mod inspect;
 mod interrupt;
@@ -14,6 +17,8 @@ mod output;
 mod progress;
 mod prompt;
 mod routes;
+mod runs;
+mod time;
 mod verdicts;
 
 pub use verdicts::{has_terminal, without_terminal};
@@ -49,6 +54,12 @@ pub enum Command {
     Ask(ask::Ask),
     /// How good the built-in judge is, and how long before a collision.
     Evaluate(evaluate::Evaluate),
+    /// What was asked and answered: the store of runs.
+    Runs(runs::Runs),
+    /// Runs of the store as a file.
+    Export(export::Export),
+    /// Runs of another store, or the recorded answers of a published repository, into the store.
+    Import(import::Import),
     /// Completions for a shell.
     Completions(generated::Completions),
     /// The manual page.
@@ -95,6 +106,9 @@ pub fn run(command: &Command) -> Outcome {
         Command::Prompt(arguments) => prompt::run(arguments),
         Command::Ask(arguments) => ask::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
+        Command::Runs(arguments) => runs::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
+        Command::Import(arguments) => import::run(arguments),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),
     }

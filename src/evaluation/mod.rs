@@ -5,12 +5,14 @@ mod answer;
 mod case;
 mod confusion;
 mod judges;
+mod keeper;
 mod labels;
 mod lead;
 mod question;
+mod request;
 
-pub use answer::{Answer, Judged, Missing};
-pub use case::{Event, run};
+pub use answer::{Answer, Judged, Missing, Past};
+pub use case::{Event, Wanted, run};
 pub use confusion::Confusion;
 pub use judges::{Judge, ModelJudge};
 pub use labels::{Label, LabelError, Labels};

@@ -19,7 +19,8 @@ use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::scenario::{Entry, Scene, find};
 use table::{Column, Sheet, Table};
-use target::{Encoded, Format, TableWriter, Target};
+pub use target::Target;
+use target::{Encoded, Format, TableWriter};
 
 /// Arguments of `metrics`.
 #[derive(Debug, clap::Args)]

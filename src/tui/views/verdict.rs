@@ -6,10 +6,11 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
-use crate::evaluation::{Answer, Judged};
+use crate::evaluation::{Answer, Judged, Past};
 use crate::judge;
+use crate::store::{Origin, RunId};
 use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown};
-use crate::tui::widgets::words::{duration, fit, pad, thousands};
+use crate::tui::widgets::words::{date, duration, fit, pad, thousands};
 use crate::tui::widgets::{frame, scroll};
 use crate::verdict::{How, Verdict};
 
@@ -48,7 +49,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut table = Table {
         model,
         width,
-        lines: vec![Line::default(); 7],
+        lines: vec![Line::default(); if answers.columns.is_empty() { 7 } else { 8 }],
     };
     table.labels();
     for i in seen {
@@ -85,7 +86,7 @@ struct Table<'a> {
 impl Table<'_> {
     fn labels(&mut self) {
         let key = self.model.task.key();
-        let names = ["", key, "who", "risk", "steps", "tokens", "time"];
+        let names = ["", key, "who", "risk", "steps", "tokens", "time", "how"];
         for (line, name) in self.lines.iter_mut().zip(names) {
             let name = name.replace("safety_critical", "critical");
             line.push_span(Span::styled(
@@ -158,6 +159,7 @@ impl Table<'_> {
             .split_once('/')
             .map_or(column.model.as_str(), |(_, m)| m);
         self.head(short, shown);
+        self.cell(7, &short_how(&column.how), dim);
         let waiting = match &column.progress {
             Progress::Done(answer) => return self.answer(answer, column.steps, truth),
             Progress::Waiting(_) => "waiting…",
@@ -167,7 +169,7 @@ impl Table<'_> {
         };
         self.cell(1, waiting, dim);
         for row in 2..6 {
-            let steps = format!("{}–{}", column.steps.0, column.steps.1);
+            let steps = steps(column.steps);
             self.cell(row, if row == 4 { &steps } else { "" }, base);
         }
         let time = match column.progress {
@@ -177,7 +179,7 @@ impl Table<'_> {
         self.cell(6, &time, base);
     }
 
-    fn answer(&mut self, answer: &Answer, steps: (i64, i64), truth: &Verdict) {
+    fn answer(&mut self, answer: &Answer, told: Option<(i64, i64)>, truth: &Verdict) {
         let theme = &self.model.theme;
         let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
         let mark = |text: String, same: bool| {
@@ -214,13 +216,35 @@ impl Table<'_> {
             }
         }
         let consumed = &answer.consumed;
+        let recorded = answer.past.filter(|p| p.origin == Origin::Recorded);
         let tokens = match (consumed.input_tokens, consumed.output_tokens) {
+            _ if recorded.is_some() => "recorded".into(),
             (Some(i), Some(o)) => format!("{}+{}", thousands(i), thousands(o)),
             _ => "unknown".into(),
         };
-        self.cell(4, &format!("{}–{}", steps.0, steps.1), dim);
+        self.cell(4, &steps(told), dim);
         self.cell(5, &tokens, dim);
         self.cell(6, &consumed.duration_ms.map_or("–".into(), duration), dim);
+    }
+}
+
+fn steps(told: Option<(i64, i64)>) -> String {
+    told.map_or("unknown".into(), |(first, last)| format!("{first}–{last}"))
+}
+
+/// Frame and techniques in few columns.
+fn short_how(how: &str) -> String {
+    crate::text::visible(&how.replace("cartesian", "cart").replace(" · ", "·")).into_owned()
+}
+
+/// Whence an answer of the store.
+fn stored(past: &Past, run: Option<RunId>) -> String {
+    let run = run.map_or(String::new(), |run| format!(" as run {run}"));
+    let at = date(past.created_ms);
+    match past.origin {
+        Origin::Asked => format!("from the store: asked {at}{run}"),
+        Origin::Replayed => format!("from the store: replayed, asked {at} elsewhere{run}"),
+        Origin::Recorded => format!("from the store: recorded, imported {at}{run}"),
     }
 }
 
@@ -248,6 +272,10 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
         }
         Some(column) => match column.answer() {
             Some(answer) => {
+                if let Some(past) = &answer.past {
+                    let words = stored(past, answer.run);
+                    text.push_line(Line::styled(words, Style::new().fg(theme.dim)));
+                }
                 if answer.model_differs() {
                     let returned = answer.model_returned.as_deref().unwrap_or_default();
                     text.push_line(Line::styled(
