@@ -7,9 +7,9 @@ use serde_json::{Value, json};
 
 use super::open::configuration;
 use super::prompt::Asked;
+use super::time;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use super::time;
 use crate::evaluation::{self, Answer, Case, Event, Judge, Judged, Past, Wanted};
 use crate::judge;
 use crate::llm::{Client, Parameters, Registry};
@@ -186,7 +186,10 @@ impl Words {
                 writeln!(err, "{why}; try {attempt} in {:.0} s", wait.as_secs_f64())
             }
             Event::Awaiting(run) => {
-                writeln!(err, "another program is asking the same, as run {run}; waiting for its answer")
+                writeln!(
+                    err,
+                    "another program is asking the same, as run {run}; waiting for its answer"
+                )
             }
             Event::Kept(_) | Event::Answering(_) => Ok(()),
         };
@@ -284,7 +287,9 @@ fn summary(answer: &Answer) -> String {
         ));
     }
     match (answer.run, &answer.past) {
-        (Some(run), Some(past)) => text.push_str(&format!("run           {run}, {}\n", stored(past))),
+        (Some(run), Some(past)) => {
+            text.push_str(&format!("run           {run}, {}\n", stored(past)))
+        }
         (Some(run), None) => text.push_str(&format!("run           {run}\n")),
         (None, _) => {}
     }
@@ -297,7 +302,9 @@ fn stored(past: &Past) -> String {
     match past.origin {
         Origin::Asked => format!("from the store, asked {asked}; --fresh asks anew"),
         Origin::Replayed => {
-            format!("from the store, replayed: asked {asked} elsewhere and imported; --fresh asks anew")
+            format!(
+                "from the store, replayed: asked {asked} elsewhere and imported; --fresh asks anew"
+            )
         }
         Origin::Recorded => format!("from the store, recorded, imported {asked}"),
     }

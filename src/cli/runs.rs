@@ -76,7 +76,10 @@ pub fn run(arguments: &Runs) -> Outcome {
     match &arguments.what {
         None => list(&store, &arguments.list, None),
         Some(What::List(wanted)) => list(&store, wanted, None),
-        Some(What::Search { words, list: wanted }) => list(&store, wanted, Some(words.join(" "))),
+        Some(What::Search {
+            words,
+            list: wanted,
+        }) => list(&store, wanted, Some(words.join(" "))),
         Some(What::Show { id, json }) => show(&store, RunId(*id), *json),
         Some(What::Delete(ids)) => each(ids, |id| store.delete(id, true)),
         Some(What::Restore(ids)) => each(ids, |id| store.delete(id, false)),
@@ -173,13 +176,23 @@ fn words(run: &Run) -> String {
         "how",
         Some(format!("{} · {}", question.frame, question.techniques)),
     );
-    let steps = question.window.map(|(first, last)| format!("{first} to {last}"));
+    let steps = question
+        .window
+        .map(|(first, last)| format!("{first} to {last}"));
     row("steps", steps);
     row("model", Some(question.model.clone()));
     row("answered by", ending.model_returned.clone());
     row("server", Some(question.endpoint.clone()));
-    row("parameters", Some(question.parameters.clone()).filter(|p| p != "{}"));
-    row("sample", Some(question.sample).filter(|n| *n > 0).map(|n| n.to_string()));
+    row(
+        "parameters",
+        Some(question.parameters.clone()).filter(|p| p != "{}"),
+    );
+    row(
+        "sample",
+        Some(question.sample)
+            .filter(|n| *n > 0)
+            .map(|n| n.to_string()),
+    );
     row("batch", question.batch.clone());
     row("state", Some(ending.state.name().into()));
     row("problem", ending.error.clone());

@@ -182,9 +182,9 @@ impl From<Run> for Answer {
                 };
                 Judged::Verdict(Parsed { verdict, how })
             }
-            (None, RunState::Answered | RunState::Truncated) => Judged::Missing(Missing::NotInAnswer(
-                ending.reading.unwrap_or_else(|| "none was found".into()),
-            )),
+            (None, RunState::Answered | RunState::Truncated) => Judged::Missing(
+                Missing::NotInAnswer(ending.reading.unwrap_or_else(|| "none was found".into())),
+            ),
             (None, RunState::Failed) => Judged::Missing(Missing::NoAnswer(
                 ending.error.unwrap_or_else(|| "it failed".into()),
             )),

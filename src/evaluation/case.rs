@@ -69,7 +69,14 @@ pub async fn run(
 ) -> Result<Answer, StoreError> {
     let mut kept = None;
     if let Some(store) = store {
-        match claim(&store, &record(question, judge, wanted)?, wanted, &mut on_event).await? {
+        match claim(
+            &store,
+            &record(question, judge, wanted)?,
+            wanted,
+            &mut on_event,
+        )
+        .await?
+        {
             Ok(run) => {
                 on_event(Event::Kept(run));
                 kept = Some((store, run));

@@ -104,7 +104,9 @@ pub fn prepare(
     let shipped;
     let (file, source, hash, version) = match draft {
         Some((file, source)) => {
-            let version = prompts::Template::read(source).ok().map(|t| t.front.version);
+            let version = prompts::Template::read(source)
+                .ok()
+                .map(|t| t.front.version);
             (file, source, prompts::hash(source), version)
         }
         None => {
@@ -113,7 +115,12 @@ pub fn prepare(
                 .ok_or(CaseError::NoTemplate { task, frame })?;
             let (file, template) = shipped;
             let version = Some(template.front.version.clone());
-            (file, template.source.as_str(), template.hash.clone(), version)
+            (
+                file,
+                template.source.as_str(),
+                template.hash.clone(),
+                version,
+            )
         }
     };
     let (file, source) = (file.to_string(), source.to_string());

@@ -40,7 +40,8 @@ impl Store {
                 if let Some(found) = answered(transaction, key.as_str(), run.sample)? {
                     return Ok(Claim::Stored(Box::new(found)));
                 }
-                let asking = "SELECT id FROM runs WHERE key = ?1 AND sample = ?2 AND state = 'running'
+                let asking =
+                    "SELECT id FROM runs WHERE key = ?1 AND sample = ?2 AND state = 'running'
                     AND deleted_ms IS NULL ORDER BY id LIMIT 1";
                 let found = transaction
                     .query_row(asking, params![key.as_str(), run.sample], |row| row.get(0))
@@ -79,7 +80,9 @@ fn answered(connection: &Connection, key: &str, sample: u32) -> Result<Option<Ru
         "SELECT * FROM runs WHERE key = ?1 AND sample = ?2 AND state = 'answered' AND deleted_ms IS NULL
          ORDER BY created_ms DESC, id DESC LIMIT 1",
     )?;
-    Ok(statement.query_row(params![key, sample], rows::run).optional()?)
+    Ok(statement
+        .query_row(params![key, sample], rows::run)
+        .optional()?)
 }
 
 fn hold(connection: &Connection, run: RunId) -> Result<(), StoreError> {

@@ -71,7 +71,8 @@ mod tests {
 
     #[test]
     fn the_order_of_names_does_not_count_and_everything_else_does() {
-        let a: Value = serde_json::from_str(r#"{"b": [1, {"d": 2, "c": "x\n"}], "a": null}"#).unwrap();
+        let a: Value =
+            serde_json::from_str(r#"{"b": [1, {"d": 2, "c": "x\n"}], "a": null}"#).unwrap();
         let b: Value = serde_json::from_str(r#"{"a":null,"b":[1,{"c":"x\n","d":2}]}"#).unwrap();
         assert_eq!(Key::of(&a), Key::of(&b));
         for other in [

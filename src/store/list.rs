@@ -117,7 +117,8 @@ impl Store {
                      AND deleted_ms IS NULL)
              ORDER BY created_ms DESC, id DESC LIMIT ?4",
         )?;
-        let found = statement.query_map(params![scenario_hash, name, task.name(), most], rows::run)?;
+        let found =
+            statement.query_map(params![scenario_hash, name, task.name(), most], rows::run)?;
         found
             .map(|run| rows::with_pieces(&connection, run?))
             .collect()
@@ -192,7 +193,10 @@ impl Filter {
         let text = |text: &Option<String>| text.clone().map(Value::from);
         let name = |name: Option<&'static str>| name.map(|n| Value::from(n.to_string()));
         part("instr(lower(model), lower(?)) > 0", text(&self.model));
-        part("instr(lower(runs.scenario), lower(?)) > 0", text(&self.scenario));
+        part(
+            "instr(lower(runs.scenario), lower(?)) > 0",
+            text(&self.scenario),
+        );
         part("task = ?", name(self.task.map(Task::name)));
         part("state = ?", name(self.state.map(RunState::name)));
         part("origin = ?", name(self.origin.map(Origin::name)));

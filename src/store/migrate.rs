@@ -53,7 +53,8 @@ mod tests {
             window_first, window_last, model, endpoint, template, template_hash, messages, parameters, state, answer,
             finish, verdict, cost_usd) VALUES (?1, ?1, 'ZAM_A-1', 'h', '1', 'collision', 'ego', 'base', 3, 12,
             'lab/x/y', 'lab (http://a)', 't.md', 'th', '[]', '{}', ?2, ?3, ?4, ?5, ?6)";
-        let verdict = r#"{"task":"collision","collision":true,"obstacles":[],"justification":"it brakes"}"#;
+        let verdict =
+            r#"{"task":"collision","collision":true,"obstacles":[],"justification":"it brakes"}"#;
         let rows = [
             ("answered", "whole", "stop", Some(verdict), Some(0.5)),
             ("answered", "cut", "length", None, None),
@@ -77,16 +78,29 @@ mod tests {
         let whole = run(1);
         assert_eq!((whole.created_ms, whole.answer.as_str()), (1000, "whole"));
         assert_eq!(whole.question.window, Some((3, 12)));
-        assert_eq!((whole.question.provider.as_str(), whole.question.key()), ("lab", None));
+        assert_eq!(
+            (whole.question.provider.as_str(), whole.question.key()),
+            ("lab", None)
+        );
         assert!(whole.ending.verdict.is_some_and(|v| v.dangerous));
         assert_eq!(whole.ending.consumed.cost_usd, Some(0.5));
         assert_eq!(run(2).ending.state, RunState::Truncated);
         let killed = run(3);
         assert_eq!(killed.ending.state, RunState::Interrupted);
-        assert_eq!((killed.answer.as_str(), killed.reasoning.as_str()), ("so far", "hm "));
-        let words = Filter { words: Some("brakes".into()), ..Filter::default() };
+        assert_eq!(
+            (killed.answer.as_str(), killed.reasoning.as_str()),
+            ("so far", "hm ")
+        );
+        let words = Filter {
+            words: Some("brakes".into()),
+            ..Filter::default()
+        };
         let found = store.list(&words, 10);
-        assert_eq!(found.unwrap().len(), 1, "old answers are found by their words");
+        assert_eq!(
+            found.unwrap().len(),
+            1,
+            "old answers are found by their words"
+        );
         drop(store);
         assert!(Store::open(&path).is_ok(), "and once is enough");
     }

@@ -194,15 +194,22 @@ impl Run {
             parameters: text(record.parameters),
             answer_schema: record.answer_schema.map(text),
         };
-        let key = record.key.as_deref().map(|text| Key::parse(text).ok_or(RecordError::Key));
+        let key = record
+            .key
+            .as_deref()
+            .map(|text| Key::parse(text).ok_or(RecordError::Key));
         let key = key.transpose()?;
         // The key of a recorded answer is made of more than the request, which is not known.
         let own = question.key();
-        if (origin != Origin::Recorded && own != key) || (origin == Origin::Recorded && own.is_some()) {
+        if (origin != Origin::Recorded && own != key)
+            || (origin == Origin::Recorded && own.is_some())
+        {
             return Err(RecordError::Key);
         }
         let verdict_json = record.verdict.map(|verdict| verdict.to_string());
-        let verdict = verdict_json.as_deref().and_then(|json| serde_json::from_str(json).ok());
+        let verdict = verdict_json
+            .as_deref()
+            .and_then(|json| serde_json::from_str(json).ok());
         Ok(Self {
             id: RunId(record.id),
             created_ms: record.created_ms,

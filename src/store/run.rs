@@ -71,7 +71,10 @@ impl NewRun {
             Some(text) => json(text)?,
             None => serde_json::Value::Null,
         };
-        let name = self.model.split_once('/').map_or(self.model.as_str(), |(_, name)| name);
+        let name = self
+            .model
+            .split_once('/')
+            .map_or(self.model.as_str(), |(_, name)| name);
         Some(Key::of(&json!({
             "address": self.address.as_ref()?,
             "dialect": self.dialect.as_ref()?,

@@ -88,7 +88,11 @@ fn pieces_are_there_at_once_and_put_together_at_the_end() {
     let of = |hash, name, task| store.of_scenario(hash, name, task, 5).unwrap().len();
     assert_eq!(of("h", "other", Task::Collision), 1);
     assert_eq!(of("h", "ZAM_A-1", Task::Safety), 0);
-    assert_eq!(of("other", "ZAM_A-1", Task::Collision), 0, "another file of that name");
+    assert_eq!(
+        of("other", "ZAM_A-1", Task::Collision),
+        0,
+        "another file of that name"
+    );
 }
 
 #[test]
@@ -116,22 +120,54 @@ fn another_request_or_sample_is_another_question_and_the_newest_answer_counts() 
     let found = store.claim(&question(), false).unwrap();
     assert!(matches!(found, Claim::Stored(run) if run.id == newer && run.answer == "second"));
     // What people call things does not reach the server.
-    let renamed = NewRun { scenario: "B".into(), model: "house/x".into(), ..question() };
-    assert!(matches!(store.claim(&renamed, false).unwrap(), Claim::Stored(_)));
+    let renamed = NewRun {
+        scenario: "B".into(),
+        model: "house/x".into(),
+        ..question()
+    };
+    assert!(matches!(
+        store.claim(&renamed, false).unwrap(),
+        Claim::Stored(_)
+    ));
     let text = |s: &str| s.to_string();
     for other in [
-        NewRun { sample: 1, ..question() },
-        NewRun { model: text("local/y"), ..question() },
-        NewRun { address: Some(text("http://b")), ..question() },
-        NewRun { dialect: Some(text("gemini")), ..question() },
-        NewRun { messages: text("[]"), ..question() },
-        NewRun { parameters: text(r#"{"temperature":0.6}"#), ..question() },
-        NewRun { answer_schema: Some(text("{}")), ..question() },
+        NewRun {
+            sample: 1,
+            ..question()
+        },
+        NewRun {
+            model: text("local/y"),
+            ..question()
+        },
+        NewRun {
+            address: Some(text("http://b")),
+            ..question()
+        },
+        NewRun {
+            dialect: Some(text("gemini")),
+            ..question()
+        },
+        NewRun {
+            messages: text("[]"),
+            ..question()
+        },
+        NewRun {
+            parameters: text(r#"{"temperature":0.6}"#),
+            ..question()
+        },
+        NewRun {
+            answer_schema: Some(text("{}")),
+            ..question()
+        },
     ] {
         granted(&store, &other, false);
     }
     // The built-in judge is asked over no network.
-    let built_in = NewRun { dialect: None, address: None, ..question() };
+    let built_in = NewRun {
+        dialect: None,
+        address: None,
+        ..question()
+    };
     answered(&store, &built_in, "a");
     granted(&store, &built_in, false);
 }
@@ -180,19 +216,30 @@ fn a_record_is_the_run_again_and_a_changed_one_is_refused() {
     let run = store.run(id).unwrap().unwrap();
     let line = run.to_record().to_string();
     let back = Run::from_record(&line).unwrap();
-    let replayed = Run { origin: Origin::Replayed, ..run.clone() };
+    let replayed = Run {
+        origin: Origin::Replayed,
+        ..run.clone()
+    };
     assert_eq!(back, replayed);
     assert_eq!(store.add(&[back.clone()]).unwrap(), 0, "it is there");
     let other = Store::in_memory().unwrap();
     assert_eq!(other.add(&[back.clone(), back.clone()]).unwrap(), 1);
     let found = other.claim(&question(), false).unwrap();
-    assert!(matches!(found, Claim::Stored(run) if run.origin == Origin::Replayed && run.notes == "odd"));
+    assert!(
+        matches!(found, Claim::Stored(run) if run.origin == Origin::Replayed && run.notes == "odd")
+    );
     let changed = line.replace("0.5", "0.7");
     assert!(matches!(Run::from_record(&changed), Err(RecordError::Key)));
     let newer = line.replace("\"nearmiss_run\":2", "\"nearmiss_run\":3");
-    assert!(matches!(Run::from_record(&newer), Err(RecordError::Newer(3))));
+    assert!(matches!(
+        Run::from_record(&newer),
+        Err(RecordError::Newer(3))
+    ));
     let odd = line.replace("\"answered\"", "\"pondering\"");
-    assert!(matches!(Run::from_record(&odd), Err(RecordError::Word { field: "state", .. })));
+    assert!(matches!(
+        Run::from_record(&odd),
+        Err(RecordError::Word { field: "state", .. })
+    ));
     assert!(Run::from_record("{}").is_err() && Run::from_record("hello").is_err());
 }
 
@@ -200,43 +247,109 @@ fn a_record_is_the_run_again_and_a_changed_one_is_refused() {
 fn lists_are_narrowed_down_by_words_and_columns() {
     let store = Store::in_memory().unwrap();
     let a = answered(&store, &question(), "The car in front brakes hard.");
-    let other = NewRun { scenario: "ZAM_Merge-1".into(), model: "lab/big".into(), ..question() };
+    let other = NewRun {
+        scenario: "ZAM_Merge-1".into(),
+        model: "lab/big".into(),
+        ..question()
+    };
     answered(&store, &other, "Nothing OR anything \"quoted\"");
     let runs = |filter: Filter| {
         let found = store.list(&filter, 10).unwrap();
         assert_eq!(found.len(), store.numbers(&filter).unwrap().len());
         found.into_iter().map(|s| s.run).collect::<Vec<_>>()
     };
-    let words = |words: &str| runs(Filter { words: Some(words.into()), ..Filter::default() });
+    let words = |words: &str| {
+        runs(Filter {
+            words: Some(words.into()),
+            ..Filter::default()
+        })
+    };
     assert_eq!(runs(Filter::default()), [2, 1], "the newest first");
     assert_eq!(words("BRAK front"), [1]);
     assert_eq!(words("\"quoted"), [2]);
     assert_eq!(words("OR AND"), [] as [i64; 0]);
     assert_eq!(words("ZAM_Merge-1"), [2]);
-    let excerpt = store.list(&Filter { words: Some("hard".into()), ..Filter::default() }, 1).unwrap();
-    assert_eq!(excerpt[0].excerpt.as_deref(), Some("The car in front brakes [hard]."));
-    assert_eq!(runs(Filter { model: Some("BIG".into()), ..Filter::default() }), [2]);
-    assert_eq!(runs(Filter { scenario: Some("a-1".into()), ..Filter::default() }), [1]);
-    assert_eq!(runs(Filter { verdict: Some(Said::Dangerous), ..Filter::default() }), [2, 1]);
-    assert!(runs(Filter { verdict: Some(Said::Safe), ..Filter::default() }).is_empty());
-    assert!(runs(Filter { state: Some(RunState::Failed), ..Filter::default() }).is_empty());
-    assert!(runs(Filter { before_ms: Some(5), ..Filter::default() }).is_empty());
+    let excerpt = store
+        .list(
+            &Filter {
+                words: Some("hard".into()),
+                ..Filter::default()
+            },
+            1,
+        )
+        .unwrap();
+    assert_eq!(
+        excerpt[0].excerpt.as_deref(),
+        Some("The car in front brakes [hard].")
+    );
+    assert_eq!(
+        runs(Filter {
+            model: Some("BIG".into()),
+            ..Filter::default()
+        }),
+        [2]
+    );
+    assert_eq!(
+        runs(Filter {
+            scenario: Some("a-1".into()),
+            ..Filter::default()
+        }),
+        [1]
+    );
+    assert_eq!(
+        runs(Filter {
+            verdict: Some(Said::Dangerous),
+            ..Filter::default()
+        }),
+        [2, 1]
+    );
+    assert!(
+        runs(Filter {
+            verdict: Some(Said::Safe),
+            ..Filter::default()
+        })
+        .is_empty()
+    );
+    assert!(
+        runs(Filter {
+            state: Some(RunState::Failed),
+            ..Filter::default()
+        })
+        .is_empty()
+    );
+    assert!(
+        runs(Filter {
+            before_ms: Some(5),
+            ..Filter::default()
+        })
+        .is_empty()
+    );
     store.pin(a, true).unwrap();
     assert!(matches!(store.delete(a, true), Err(StoreError::Pinned(id)) if id == a));
     store.pin(a, false).unwrap();
     store.delete(a, true).unwrap();
     assert_eq!(runs(Filter::default()), [2]);
-    assert_eq!(runs(Filter { deleted: true, ..Filter::default() }), [1]);
+    assert_eq!(
+        runs(Filter {
+            deleted: true,
+            ..Filter::default()
+        }),
+        [1]
+    );
     store.delete(a, false).unwrap();
     assert_eq!(runs(Filter::default()), [2, 1]);
-    assert!(matches!(store.pin(RunId(9), true), Err(StoreError::NoRun(RunId(9)))));
+    assert!(matches!(
+        store.pin(RunId(9), true),
+        Err(StoreError::NoRun(RunId(9)))
+    ));
 }
 
 #[test]
 fn the_view_speaks_plain_words() {
     let store = Store::in_memory().unwrap();
     answered(&store, &question(), "a");
-    let sql = "SELECT scenario || ' ' || dangerous || ' ' || justification || ' ' || state FROM answers";
+    let sql =
+        "SELECT scenario || ' ' || dangerous || ' ' || justification || ' ' || state FROM answers";
     let words: String = store.lock().query_row(sql, [], |row| row.get(0)).unwrap();
     assert_eq!(words, "ZAM_A-1 yes it brakes answered");
 }

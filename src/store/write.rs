@@ -131,16 +131,13 @@ impl Store {
         self.set(run, "UPDATE runs SET notes = ?2 WHERE id = ?1", notes)
     }
 
-    fn set(
-        &self,
-        run: RunId,
-        sql: &str,
-        value: impl rusqlite::ToSql,
-    ) -> Result<(), StoreError> {
-        self.durably(|transaction| match transaction.execute(sql, params![run.0, value])? {
-            1 => Ok(()),
-            _ => Err(StoreError::NoRun(run)),
-        })
+    fn set(&self, run: RunId, sql: &str, value: impl rusqlite::ToSql) -> Result<(), StoreError> {
+        self.durably(
+            |transaction| match transaction.execute(sql, params![run.0, value])? {
+                1 => Ok(()),
+                _ => Err(StoreError::NoRun(run)),
+            },
+        )
     }
 }
 
@@ -154,10 +151,13 @@ fn is_there(connection: &Connection, run: &Run) -> Result<bool, StoreError> {
     let question = &run.question;
     if let (Origin::Recorded, Some(key)) = (run.origin, key) {
         let sql = "SELECT EXISTS (SELECT 1 FROM runs WHERE key = ?1 AND origin = 'recorded')";
-        return Ok(connection.prepare_cached(sql)?.query_row([key], |row| row.get(0))?);
+        return Ok(connection
+            .prepare_cached(sql)?
+            .query_row([key], |row| row.get(0))?);
     }
     // Without a key, what it would have been made of.
-    let sql = "SELECT EXISTS (SELECT 1 FROM runs WHERE created_ms = ?1 AND sample = ?2 AND key IS ?3
+    let sql =
+        "SELECT EXISTS (SELECT 1 FROM runs WHERE created_ms = ?1 AND sample = ?2 AND key IS ?3
         AND (?3 IS NOT NULL OR (model = ?4 AND scenario_hash IS ?5 AND ego = ?6 AND task = ?7
             AND messages = ?8 AND answer = ?9)))";
     let values = params![
@@ -171,7 +171,9 @@ fn is_there(connection: &Connection, run: &Run) -> Result<bool, StoreError> {
         question.messages,
         run.answer,
     ];
-    Ok(connection.prepare_cached(sql)?.query_row(values, |row| row.get(0))?)
+    Ok(connection
+        .prepare_cached(sql)?
+        .query_row(values, |row| row.get(0))?)
 }
 
 /// Inserts a run of which only the question is known.

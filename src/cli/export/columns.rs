@@ -131,7 +131,11 @@ mod tests {
     #[test]
     fn no_name_is_there_twice() {
         for (place, column) in COLUMNS.iter().enumerate() {
-            assert!(COLUMNS[..place].iter().all(|c| c.name != column.name), "{}", column.name);
+            assert!(
+                COLUMNS[..place].iter().all(|c| c.name != column.name),
+                "{}",
+                column.name
+            );
         }
     }
 }

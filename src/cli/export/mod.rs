@@ -125,10 +125,7 @@ type Item = Result<Option<Run>, Failure>;
 /// The runs, one after the other.
 type Runs<'a> = &'a mut dyn Iterator<Item = Item>;
 
-fn lines(
-    mut target: Target,
-    mut runs: impl Iterator<Item = Item>,
-) -> Result<Target, Stopped> {
+fn lines(mut target: Target, mut runs: impl Iterator<Item = Item>) -> Result<Target, Stopped> {
     each(&mut runs, |run| {
         let line = output::escaped(&run.to_record().to_string());
         target.write_all(line.as_bytes())?;
@@ -138,10 +135,7 @@ fn lines(
     Ok(target)
 }
 
-fn table(
-    target: Target,
-    mut runs: impl Iterator<Item = Item>,
-) -> Result<Target, Stopped> {
+fn table(target: Target, mut runs: impl Iterator<Item = Item>) -> Result<Target, Stopped> {
     let mut writer = csv::Writer::from_writer(target);
     let header = columns::COLUMNS.iter().map(|column| column.name);
     writer.write_record(header).map_err(io::Error::other)?;

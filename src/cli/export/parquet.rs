@@ -30,8 +30,7 @@ pub fn write(
         .set_created_by(created_by)
         .build();
     let schema = schema().map_err(io::Error::other)?;
-    let mut file =
-        File::new(target, schema, Arc::new(properties)).map_err(io::Error::other)?;
+    let mut file = File::new(target, schema, Arc::new(properties)).map_err(io::Error::other)?;
     let mut rows: Vec<Vec<Cell>> = Vec::new();
     let runs: Runs<'_> = &mut runs;
     each(runs, |run| {
@@ -86,7 +85,9 @@ fn values<'a>(
 ) -> Result<(), ParquetError> {
     match writer {
         ColumnWriter::ByteArrayColumnWriter(writer) => {
-            let text = |cell: &Cell| (!cell.0.is_null()).then(|| ByteArray::from(cell.text().into_bytes()));
+            let text = |cell: &Cell| {
+                (!cell.0.is_null()).then(|| ByteArray::from(cell.text().into_bytes()))
+            };
             let (found, there) = parted(cells.map(text));
             writer.write_batch(&found, Some(&there), None)?;
         }

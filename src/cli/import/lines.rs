@@ -27,7 +27,9 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
         unreadable += 1;
         match unreadable {
             n if n <= NAMED => output::say(&format!("nearmiss: {shown}:{number}: {why}")),
-            n if n == NAMED + 1 => output::say(&format!("nearmiss: {shown}: further ones are counted only")),
+            n if n == NAMED + 1 => {
+                output::say(&format!("nearmiss: {shown}: further ones are counted only"))
+            }
             _ => {}
         }
     };

@@ -64,8 +64,9 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
     match event {
         Event::Kept(_) => {}
         Event::Awaiting(run) => {
-            column.progress =
-                Progress::Retrying(format!("the same is being asked as run {run}; waiting for it"));
+            column.progress = Progress::Retrying(format!(
+                "the same is being asked as run {run}; waiting for it"
+            ));
         }
         Event::Answering(_) => column.progress = Progress::Arriving(seconds(column)),
         Event::Reasoning(text) => {

@@ -49,7 +49,8 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut table = Table {
         model,
         width,
-        lines: vec![Line::default(); if answers.columns.is_empty() { 7 } else { 8 }],
+        // Without answers nothing was asked in any way.
+        lines: vec![Line::default(); if answers.columns.is_empty() { 7 } else { 9 }],
     };
     table.labels();
     for i in seen {
@@ -86,7 +87,9 @@ struct Table<'a> {
 impl Table<'_> {
     fn labels(&mut self) {
         let key = self.model.task.key();
-        let names = ["", key, "who", "risk", "steps", "tokens", "time", "how"];
+        let names = [
+            "", key, "who", "risk", "steps", "tokens", "time", "frame", "how",
+        ];
         for (line, name) in self.lines.iter_mut().zip(names) {
             let name = name.replace("safety_critical", "critical");
             line.push_span(Span::styled(
@@ -159,7 +162,15 @@ impl Table<'_> {
             .split_once('/')
             .map_or(column.model.as_str(), |(_, m)| m);
         self.head(short, shown);
-        self.cell(7, &short_how(&column.how), dim);
+        let (frame, techniques) = column.how.split_once(" · ").unwrap_or((&column.how, ""));
+        for (row, words) in [(7, frame), (8, techniques)] {
+            let words = match words {
+                "cartesian" => "cart",
+                "cp+cot+icl" => "all",
+                other => other,
+            };
+            self.cell(row, &crate::text::visible(words), dim);
+        }
         let waiting = match &column.progress {
             Progress::Done(answer) => return self.answer(answer, column.steps, truth),
             Progress::Waiting(_) => "waiting…",
@@ -232,19 +243,16 @@ fn steps(told: Option<(i64, i64)>) -> String {
     told.map_or("unknown".into(), |(first, last)| format!("{first}–{last}"))
 }
 
-/// Frame and techniques in few columns.
-fn short_how(how: &str) -> String {
-    crate::text::visible(&how.replace("cartesian", "cart").replace(" · ", "·")).into_owned()
-}
-
 /// Whence an answer of the store.
 fn stored(past: &Past, run: Option<RunId>) -> String {
-    let run = run.map_or(String::new(), |run| format!(" as run {run}"));
+    let run = run.map_or("of the store".into(), |run| {
+        format!("run {run} of the store")
+    });
     let at = date(past.created_ms);
     match past.origin {
-        Origin::Asked => format!("from the store: asked {at}{run}"),
-        Origin::Replayed => format!("from the store: replayed, asked {at} elsewhere{run}"),
-        Origin::Recorded => format!("from the store: recorded, imported {at}{run}"),
+        Origin::Asked => format!("{run}, asked {at}"),
+        Origin::Replayed => format!("{run}, replayed: asked {at} elsewhere"),
+        Origin::Recorded => format!("{run}, recorded by others"),
     }
 }
 
