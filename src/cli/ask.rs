@@ -1,5 +1,7 @@
 //! `nearmiss ask`: one answer, streamed.
 
+mod words;
+
 use std::io::{IsTerminal, Write};
 use std::sync::Arc;
 
@@ -102,7 +104,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         ));
     }
     match &answer.judged {
-        Judged::Verdict(_) => Ok(()),
+        Judged::Verdict(_) | Judged::Other(_) => Ok(()),
         Judged::Missing(missing) => Err(Failure {
             message: missing.to_string(),
             status: 1,
@@ -205,6 +207,13 @@ fn document(answer: &Answer, case: &Case) -> Value {
             }
             value
         }
+        Judged::Other(reading) => {
+            let mut value = json!(reading.said);
+            if let How::Repaired(notes) = &reading.how {
+                value["repaired"] = json!(notes);
+            }
+            value
+        }
         Judged::Missing(missing) => json!({
             "verdict": null,
             "problem": missing.to_string(),
@@ -268,6 +277,12 @@ fn summary(answer: &Answer) -> String {
             }
             text.push_str(&format!("justification {}\n", verdict.justification));
             if let How::Repaired(notes) = &parsed.how {
+                text.push_str(&format!("repaired      {}\n", notes.join("; ")));
+            }
+        }
+        Judged::Other(reading) => {
+            text.push_str(&words::said(&reading.said, &answer.model));
+            if let How::Repaired(notes) = &reading.how {
                 text.push_str(&format!("repaired      {}\n", notes.join("; ")));
             }
         }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Failure, open, time};
-use crate::store::{Filter, Origin, RunState, Said, Store};
+use crate::store::{Decision, Filter, Origin, RunState, Store};
 use crate::verdict::Task;
 
 /// Narrows runs down.
@@ -29,7 +29,7 @@ pub struct Filters {
     batch: Option<String>,
     /// Runs whose verdict is dangerous, safe or none.
     #[arg(long, value_parser = said)]
-    verdict: Option<Said>,
+    verdict: Option<Decision>,
     /// Runs of this day or later, e.g. 2026-01-31.
     #[arg(long, value_name = "DAY", value_parser = time::parse)]
     since: Option<i64>,
@@ -80,11 +80,11 @@ fn there_are(words: impl Iterator<Item = &'static str>) -> String {
     format!("there are {}", words.collect::<Vec<_>>().join(", "))
 }
 
-fn said(word: &str) -> Result<Said, String> {
+fn said(word: &str) -> Result<Decision, String> {
     match word {
-        "dangerous" => Ok(Said::Dangerous),
-        "safe" => Ok(Said::Safe),
-        "none" => Ok(Said::Nothing),
+        "dangerous" => Ok(Decision::Dangerous),
+        "safe" => Ok(Decision::Safe),
+        "none" => Ok(Decision::Nothing),
         _ => Err("there are dangerous, safe and none".into()),
     }
 }

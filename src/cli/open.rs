@@ -209,9 +209,9 @@ pub fn configuration() -> Result<(Folders, Config), Failure> {
     Ok((folders, config))
 }
 
-/// `collision` or `safety`.
+/// `collision`, `safety`, `attacker` or `trajectory`.
 pub fn task(word: &str) -> Result<Task, String> {
-    Task::parse(word).ok_or_else(|| "there are collision and safety".into())
+    Task::parse(word).ok_or_else(|| "there are collision, safety, attacker and trajectory".into())
 }
 
 /// `ego` or `cartesian`.

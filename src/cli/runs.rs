@@ -196,7 +196,8 @@ fn words(run: &Run) -> String {
     row("batch", question.batch.clone());
     row("state", Some(ending.state.name().into()));
     row("problem", ending.error.clone());
-    row("verdict", ending.verdict.as_ref().map(|v| v.word().into()));
+    let verdict = ending.verdict.as_ref().and_then(|said| said.verdict());
+    row("verdict", verdict.map(|v| v.word().into()));
     row("reading", ending.reading.clone());
     let tokens = match (consumed.input_tokens, consumed.output_tokens) {
         (None, None) => None,

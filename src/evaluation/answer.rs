@@ -2,7 +2,7 @@
 
 use crate::scenario::Scenario;
 use crate::store::{Consumed, Ending, Origin, Run, RunId, RunState};
-use crate::verdict::{How, Parsed, Verdict};
+use crate::verdict::{How, Parsed, Reading, Said, Verdict};
 
 /// The end of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,10 +47,24 @@ pub struct Past {
 /// What was said.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Judged {
-    /// This.
+    /// This, yes or no.
     Verdict(Parsed),
+    /// This, to a task that asks for more than yes or no.
+    Other(Reading),
     /// No verdict, and why not.
     Missing(Missing),
+}
+
+impl From<Reading> for Judged {
+    fn from(reading: Reading) -> Self {
+        match reading.said {
+            Said::Verdict(verdict) => Self::Verdict(Parsed {
+                verdict,
+                how: reading.how,
+            }),
+            Said::Attacker(_) | Said::Trajectory(_) => Self::Other(reading),
+        }
+    }
 }
 
 /// Why there is no verdict.
@@ -80,7 +94,7 @@ impl Answer {
     pub fn verdict(&self) -> Option<&Verdict> {
         match &self.judged {
             Judged::Verdict(parsed) => Some(&parsed.verdict),
-            Judged::Missing(_) => None,
+            Judged::Other(_) | Judged::Missing(_) => None,
         }
     }
 
@@ -99,12 +113,13 @@ impl Answer {
     /// Ids in the verdict that no obstacle of the scenario has.
     #[must_use]
     pub fn unknown_obstacles(&self, scenario: &Scenario) -> Vec<i64> {
-        let named = self
-            .verdict()
-            .into_iter()
-            .flat_map(|v| &v.obstacles)
-            .map(|o| o.id);
+        let named = match &self.judged {
+            Judged::Verdict(parsed) => parsed.verdict.obstacles.iter().map(|o| o.id).collect(),
+            Judged::Other(reading) => reading.said.named(),
+            Judged::Missing(_) => Vec::new(),
+        };
         named
+            .into_iter()
             .filter(|id| scenario.obstacle(*id).is_none())
             .collect()
     }
@@ -117,10 +132,14 @@ impl Answer {
                 let reading = reading(&parsed.how);
                 (
                     self.whole(),
-                    Some(parsed.verdict.clone()),
+                    Some(Said::Verdict(parsed.verdict.clone())),
                     Some(reading),
                     None,
                 )
+            }
+            Judged::Other(read) => {
+                let reading = reading(&read.how);
+                (self.whole(), Some(read.said.clone()), Some(reading), None)
             }
             Judged::Missing(Missing::NotInAnswer(why)) => {
                 (self.whole(), None, Some(why.clone()), None)
@@ -171,7 +190,7 @@ impl From<Run> for Answer {
     fn from(run: Run) -> Self {
         let ending = run.ending;
         let judged = match (ending.verdict, ending.state) {
-            (Some(verdict), _) => {
+            (Some(said), _) => {
                 let how = match ending
                     .reading
                     .as_deref()
@@ -180,7 +199,7 @@ impl From<Run> for Answer {
                     Some(notes) => How::Repaired(notes.split("; ").map(str::to_string).collect()),
                     None => How::Strict,
                 };
-                Judged::Verdict(Parsed { verdict, how })
+                Judged::from(Reading { said, how })
             }
             (None, RunState::Answered | RunState::Truncated) => Judged::Missing(
                 Missing::NotInAnswer(ending.reading.unwrap_or_else(|| "none was found".into())),

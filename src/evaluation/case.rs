@@ -14,7 +14,7 @@ use super::request::{record, request};
 use crate::judge;
 use crate::llm::{self, Chunk, Finish};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
-use crate::verdict::{self, How, Parsed};
+use crate::verdict::{self, How, Parsed, Task};
 
 /// What happens while a case runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -183,6 +183,11 @@ impl Asking {
 
     fn reference(&mut self, question: &Question) -> Result<(), StoreError> {
         let case = &question.case;
+        if !Task::VERDICTS.contains(&case.task) {
+            let why = "the built-in judge answers collision and safety only; choose a model";
+            self.answer.judged = Judged::Missing(Missing::NoAnswer(why.into()));
+            return Ok(());
+        }
         let judgement = judge::judge(&case.scene, case.task, &case.window);
         let text = serde_json::to_string(&judgement.verdict)?;
         self.piece(Event::Reasoning(judgement.reasoning));
@@ -252,8 +257,8 @@ impl Asking {
         };
         self.answer.judged = match failure {
             Some(missing @ Missing::NoAnswer(_)) => Judged::Missing(missing),
-            stopped => match (verdict::parse(task, whole), stopped) {
-                (Ok(parsed), _) => Judged::Verdict(parsed),
+            stopped => match (verdict::read(task, whole), stopped) {
+                (Ok(reading), _) => Judged::from(reading),
                 (Err(_), Some(stopped)) => Judged::Missing(stopped),
                 (Err(why), None) => Judged::Missing(Missing::NotInAnswer(why.to_string())),
             },

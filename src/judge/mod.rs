@@ -30,10 +30,11 @@ pub struct Judgement {
 ///
 /// The collision task looks at every recorded step of the ego, whatever the window. The safety task predicts from
 /// `window` alone, never from anything beyond it: see [`Criterion::REFERENCE`].
+/// The tasks without a yes or no start from the same prediction: for them this is the judgement of safety, and says so.
 #[must_use]
 pub fn judge(scene: &Scene, task: Task, window: &Window) -> Judgement {
     match task {
         Task::Collision => collision::judge(scene),
-        Task::Safety => safety::judge(scene, window),
+        Task::Safety | Task::Attacker | Task::Trajectory => safety::judge(scene, window),
     }
 }

@@ -25,7 +25,7 @@ pub struct Filter {
     /// The batch they belong to.
     pub batch: Option<String>,
     /// What the verdict says.
-    pub verdict: Option<Said>,
+    pub verdict: Option<Decision>,
     /// Asked at this time or later, milliseconds since 1970.
     pub since_ms: Option<i64>,
     /// Asked before this time.
@@ -36,7 +36,7 @@ pub struct Filter {
 
 /// What a verdict says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Said {
+pub enum Decision {
     /// Yes: a collision, or safety-critical.
     Dangerous,
     /// No.
@@ -204,9 +204,9 @@ impl Filter {
         part("created_ms >= ?", self.since_ms.map(Value::from));
         part("created_ms < ?", self.before_ms.map(Value::from));
         match self.verdict {
-            Some(Said::Dangerous) => parts.push("dangerous = 1".into()),
-            Some(Said::Safe) => parts.push("dangerous = 0".into()),
-            Some(Said::Nothing) => parts.push("verdict IS NULL".into()),
+            Some(Decision::Dangerous) => parts.push("dangerous = 1".into()),
+            Some(Decision::Safe) => parts.push("dangerous = 0".into()),
+            Some(Decision::Nothing) => parts.push("verdict IS NULL".into()),
             None => {}
         }
         (format!("{tables} WHERE {}", parts.join(" AND ")), values)

@@ -82,7 +82,12 @@ mod tests {
             (whole.question.provider.as_str(), whole.question.key()),
             ("lab", None)
         );
-        assert!(whole.ending.verdict.is_some_and(|v| v.dangerous));
+        assert!(
+            whole
+                .ending
+                .verdict
+                .is_some_and(|said| said.verdict().is_some_and(|v| v.dangerous))
+        );
         assert_eq!(whole.ending.consumed.cost_usd, Some(0.5));
         assert_eq!(run(2).ending.state, RunState::Truncated);
         let killed = run(3);

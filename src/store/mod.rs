@@ -13,7 +13,7 @@ mod write;
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
 pub use key::Key;
-pub use list::{Filter, Said, Summary};
+pub use list::{Decision, Filter, Summary};
 pub use record::RecordError;
 pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};
 

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::verdict::{Task, Verdict};
+use crate::verdict::{Said, Task, Verdict};
 
 fn question() -> NewRun {
     let text = |s: &str| s.to_string();
@@ -47,7 +47,7 @@ fn answered(store: &Store, run: &NewRun, text: &str) -> RunId {
         justification: "it brakes".into(),
     };
     let ending = Ending {
-        verdict: Some(verdict),
+        verdict: Some(Said::Verdict(verdict)),
         ..Ending::bare(RunState::Answered)
     };
     store.finish(id, &ending).unwrap();
@@ -298,14 +298,14 @@ fn lists_are_narrowed_down_by_words_and_columns() {
     );
     assert_eq!(
         runs(Filter {
-            verdict: Some(Said::Dangerous),
+            verdict: Some(Decision::Dangerous),
             ..Filter::default()
         }),
         [2, 1]
     );
     assert!(
         runs(Filter {
-            verdict: Some(Said::Safe),
+            verdict: Some(Decision::Safe),
             ..Filter::default()
         })
         .is_empty()

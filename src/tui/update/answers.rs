@@ -146,7 +146,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
             let twice = answer.past.and(answer.run);
             let failed = match &answer.judged {
                 Judged::Missing(missing) => Some(format!("{}: {missing}", answer.model)),
-                Judged::Verdict(_) => None,
+                Judged::Verdict(_) | Judged::Other(_) => None,
             };
             // The whole answer counts, whatever was shown of it so far.
             column.text.clone_from(&answer.text);

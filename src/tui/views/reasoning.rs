@@ -64,6 +64,7 @@ fn state(column: &Column) -> String {
         Progress::Arriving(seconds) => format!("arriving {seconds:.0} s"),
         Progress::Done(answer) => match &answer.judged {
             Judged::Verdict(parsed) => parsed.verdict.word().into(),
+            Judged::Other(reading) => reading.said.task().name().into(),
             Judged::Missing(_) => "no verdict".into(),
         },
         Progress::Broken(_) => "no verdict".into(),

@@ -147,7 +147,7 @@ impl Table<'_> {
             .map_or("–".into(), |w| w.last().to_string());
         let steps = match verdict.task {
             crate::verdict::Task::Collision => "all".into(),
-            crate::verdict::Task::Safety => step,
+            _ => step,
         };
         self.cell(4, &steps, base);
         self.cell(5, "–", base);
@@ -305,6 +305,16 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
                         }
                         text.extend(Text::styled(
                             words(&parsed.verdict.justification),
+                            theme.base(),
+                        ));
+                    }
+                    Judged::Other(reading) => {
+                        if let How::Repaired(notes) = &reading.how {
+                            let notes = format!("repaired: {}", notes.join("; "));
+                            text.push_line(Line::styled(words(&notes), warning));
+                        }
+                        text.extend(Text::styled(
+                            words(reading.said.justification()),
                             theme.base(),
                         ));
                     }
