@@ -356,20 +356,20 @@ fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
     });
     bench.send(Msg::Stored(of, stored.collect()));
     assert_eq!(bench.model.answers.columns.len(), 9);
-    let frame = bench.frame(200, 50);
-    for word in [
-        "gemini",
-        "openai",
-        "deepse",
-        "record",
-        "recorded by others",
-        "cart",
-        "all",
-        "base",
-        "unknown",
-    ] {
-        assert!(frame.contains(word), "{word}: {frame}");
-    }
+    let shows = |bench: &Bench, words: &[&str]| {
+        let frame = bench.frame(200, 50);
+        for word in words {
+            assert!(frame.contains(word), "{word}: {frame}");
+        }
+    };
+    let names = ["gemini", "openai", "deepse"];
+    shows(&bench, &names);
+    shows(
+        &bench,
+        &["record", "recorded by others", "all", "base", "unknown"],
+    );
+    bench.press("[ [ [ [ [ [ [ [");
+    shows(&bench, &["cart", "cot"]);
     // Asked as it would be asked now, beside the built-in judge.
     let last = &bench.model.answers.columns[6..];
     assert!(last.iter().all(|c| c.how == "ego · cp+cot+icl"));

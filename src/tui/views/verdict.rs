@@ -49,8 +49,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut table = Table {
         model,
         width,
-        // Without answers nothing was asked in any way.
-        lines: vec![Line::default(); if answers.columns.is_empty() { 7 } else { 9 }],
+        lines: vec![Line::default(); if differ(&answers.columns) { 9 } else { 7 }],
     };
     table.labels();
     for i in seen {
@@ -162,15 +161,7 @@ impl Table<'_> {
             .split_once('/')
             .map_or(column.model.as_str(), |(_, m)| m);
         self.head(short, shown);
-        let (frame, techniques) = column.how.split_once(" · ").unwrap_or((&column.how, ""));
-        for (row, words) in [(7, frame), (8, techniques)] {
-            let words = match words {
-                "cartesian" => "cart",
-                "cp+cot+icl" => "all",
-                other => other,
-            };
-            self.cell(row, &crate::text::visible(words), dim);
-        }
+        self.way(&column.how);
         let waiting = match &column.progress {
             Progress::Done(answer) => return self.answer(answer, column.steps, truth),
             Progress::Waiting(_) => "waiting…",
@@ -188,6 +179,23 @@ impl Table<'_> {
             _ => String::new(),
         };
         self.cell(6, &time, base);
+    }
+
+    /// Frame and techniques, where answers differ in them.
+    fn way(&mut self, how: &str) {
+        if self.lines.len() < 9 {
+            return;
+        }
+        let (frame, techniques) = how.split_once(" · ").unwrap_or((how, ""));
+        for (row, words) in [(7, frame), (8, techniques)] {
+            let words = match words {
+                "cartesian" => "cart",
+                "cp+cot+icl" => "all",
+                other => other,
+            };
+            let style = Style::new().fg(self.model.theme.dim);
+            self.cell(row, &crate::text::visible(words), style);
+        }
     }
 
     fn answer(&mut self, answer: &Answer, told: Option<(i64, i64)>, truth: &Verdict) {
@@ -237,6 +245,11 @@ impl Table<'_> {
         self.cell(5, &tokens, dim);
         self.cell(6, &consumed.duration_ms.map_or("–".into(), duration), dim);
     }
+}
+
+/// Whether not all were asked in the same way.
+fn differ(columns: &[Column]) -> bool {
+    columns.windows(2).any(|pair| pair[0].how != pair[1].how)
 }
 
 fn steps(told: Option<(i64, i64)>) -> String {
