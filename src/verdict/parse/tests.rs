@@ -54,3 +54,366 @@ fn answers_without_a_verdict() {
         Err(NoVerdict::NoDecision("collision"))
     );
 }
+
+/// What a table expects of an answer: yes or no, and the obstacles with their scores.
+type Wanted<'a> = (bool, &'a [(i64, u8)]);
+
+#[track_caller]
+fn expect(task: Task, answer: &str, (dangerous, obstacles): Wanted<'_>) -> Vec<String> {
+    let parsed = parse(task, answer).unwrap_or_else(|why| panic!("{answer}: {why}"));
+    let found: Vec<_> = parsed
+        .verdict
+        .obstacles
+        .iter()
+        .map(|o| (o.id, o.risk_score))
+        .collect();
+    assert_eq!(
+        (parsed.verdict.dangerous, found.as_slice()),
+        (dangerous, obstacles),
+        "{answer}"
+    );
+    match parsed.how {
+        How::Strict => Vec::new(),
+        How::Repaired(notes) => notes,
+    }
+}
+
+#[test]
+fn collisions_in_many_words() {
+    let cases: &[(&str, Wanted<'_>, &str)] = &[
+        // The form asked for, not quite.
+        (
+            r#"{"collision": "yes", "obstacles": [], "justification": "j"}"#,
+            (true, &[]),
+            "read from `collision`",
+        ),
+        (
+            r#"{"Collision": true, "Obstacles": [{"ID": "4", "RiskScore": "1"}]}"#,
+            (true, &[(4, 1)]),
+            "read from `Collision`",
+        ),
+        (
+            r#"{"collision": true, "obstacles": [{"id": 4, "risk_score": 0}], "justification": "j"}"#,
+            (true, &[(4, 0)]),
+            "against the schema, /obstacles/0",
+        ),
+        (
+            r#"{"collision": true, "obstacles": [], "justification": "j", "confidence": 0.9}"#,
+            (true, &[]),
+            "against the schema, the object",
+        ),
+        (
+            r#"{"answer": {"collision": false, "obstacles": {"id": 4, "risk_score": 3}}}"#,
+            (false, &[(4, 3)]),
+            "read from `collision`",
+        ),
+        (
+            r#"{"collision": false, "obstacles": {"4": 3, "5": {"risk_score": 2}}, "justification": ""}"#,
+            (false, &[(4, 3), (5, 2)]),
+            "against the schema",
+        ),
+        (
+            r#"{"collision": false, "obstacles": [{"id": "4, 5", "risk_score": 3}], "justification": ""}"#,
+            (false, &[]),
+            "is not the id of one obstacle",
+        ),
+        (
+            "{'collision': True, 'obstacles': [{'id': 4, 'risk_score': 0, 'reason': None},], /* sure */}",
+            (true, &[(4, 0)]),
+            "comments were skipped",
+        ),
+        // Drafts, one object for each obstacle, and an end that is missing.
+        (
+            "{\"id\": 4, \"risk_score\": 2}\n{\"id\": 5, \"risk_score\": 0}\n{\"collision\": true, \"justification\": \"j\"}",
+            (true, &[(4, 2), (5, 0)]),
+            "several objects were put together",
+        ),
+        (
+            r#"{"collision": true, "obstacles": [{"id": 4, "risk_score": 0, "reason": "r"}, {"id": 5, "ri"#,
+            (true, &[(4, 0)]),
+            "breaks off",
+        ),
+        (
+            r#"{"collision": true, "obstacles": [], "justification": "a"} {"collision": false, "obstacles": [], "justification": "b"}"#,
+            (false, &[]),
+            "an earlier object",
+        ),
+        // The words of the paper.
+        (
+            r#"{{"CollisionObstacle": {{"ObstacleID": "None"}}, "ExtremeRiskObstacle": {{"ObstacleID": ["4", 5.0], "OverallRiskScore": 1}}, "IsCollisionScenario": false}}"#,
+            (false, &[(4, 1), (5, 1)]),
+            "doubled braces",
+        ),
+        (
+            r#"{"collision_obstacles": [{"obstacle_id": "vehicle_4", "overall_risk_score": 0}], "scenario_analysis": {"is_collision_scenario": true, "reasoning": "r"}}"#,
+            (true, &[(4, 0)]),
+            "read from `is_collision_scenario`",
+        ),
+        (
+            r#"{"CollisionObstacles": [], "HighRiskObstacle": {"ObstacleID": 4, "OverallRiskScore": 2}}"#,
+            (false, &[(4, 2)]),
+            "read from the obstacles named",
+        ),
+        (
+            r#"{"CollisionObstacles": ["Obstacle 4"]}"#,
+            (true, &[(4, 0)]),
+            "read from the obstacles named",
+        ),
+    ];
+    for (answer, wanted, note) in cases {
+        let notes = expect(Task::Collision, answer, *wanted);
+        assert!(
+            notes.iter().any(|n| n.contains(note)),
+            "{answer}: {notes:#?}"
+        );
+    }
+}
+
+#[test]
+fn dangers_in_many_words() {
+    let cases: &[(&str, Wanted<'_>)] = &[
+        (
+            r#"{"safety_critical": true, "obstacles": [], "justification": ""}"#,
+            (true, &[]),
+        ),
+        (
+            r#"{"CollisionObstacles": null, "ExtremeRiskObstacle": null, "HighRiskObstacle": {"ObstacleID": "4", "OverallRiskScore": 2}}"#,
+            (false, &[(4, 2)]),
+        ),
+        (
+            r#"{"CollisionObstacles": [], "ExtremeRiskObstacle": {"ObstacleID": "", "OverallRiskScore": "N/A"}}"#,
+            (false, &[]),
+        ),
+        (
+            r#"{"ExtremeRiskObstacle": {"ObstacleID": "4.0", "OverallRiskScore": 2}}"#,
+            (true, &[(4, 1)]),
+        ),
+        (
+            r#"{"PredictedCollisionObstacle": {"ObstacleID": 4, "OverallRiskScore": "0"}}"#,
+            (true, &[(4, 1)]),
+        ),
+        (
+            r#"{"CollisionObstacles": [], "PredictedExtremeRiskObstacle": {"ObstacleID": 4, "OverallRiskScore": 1}}"#,
+            (false, &[(4, 2)]),
+        ),
+        (
+            r#"{"ExtremeRiskObstacle": {"ObstacleID": "4, 5"}}"#,
+            (true, &[]),
+        ),
+        // Each group in an object of its own.
+        (
+            r#"{"CollisionObstacle": {"ObstacleID": "4"}} {"ExtremeRiskObstacle": null}"#,
+            (true, &[(4, 0)]),
+        ),
+        // A draft, and the same again otherwise.
+        (
+            r#"{"CollisionObstacle": {"ObstacleID": "4"}} no: {"CollisionObstacle": null}"#,
+            (false, &[]),
+        ),
+        // In two groups: the worse one.
+        (
+            r#"{"HighRiskObstacle": "4", "ExtremeRiskObstacle": "4"}"#,
+            (true, &[(4, 1)]),
+        ),
+    ];
+    for (answer, wanted) in cases {
+        expect(Task::Safety, answer, *wanted);
+    }
+}
+
+#[test]
+fn what_cannot_be_read_says_why() {
+    let c = Task::Collision;
+    let cases = [
+        (
+            c,
+            r#"{"collision": true, "is_collision": false}"#,
+            "`collision` and `is_collision` do not agree",
+        ),
+        (c, "```json\n{", "breaks off"),
+        (c, r#"{"obstacles": [{"id": 4"#, "breaks off"),
+        (c, r#"{"collision": "perhaps"}"#, "does not say `collision`"),
+        (
+            Task::Safety,
+            r#"{"HighRiskObstacle": {"ObstacleID": "4"}}"#,
+            "does not say `safety_critical`",
+        ),
+        (
+            Task::Attacker,
+            r#"{"collision": true}"#,
+            "does not say `attacker`",
+        ),
+        (
+            Task::Trajectory,
+            r#"{"obstacle": 4}"#,
+            "does not say `obstacle`",
+        ),
+        (
+            Task::Trajectory,
+            r#"{"waypoints": [[0, 1, 2], [1, 2, 3]]}"#,
+            "which obstacle",
+        ),
+        (
+            Task::Trajectory,
+            r#"{"obstacle": 4, "waypoints": [[1, 1, 2], [0, 2, 3]]}"#,
+            "order of time",
+        ),
+        (
+            Task::Trajectory,
+            r#"{"obstacle": 4, "waypoints": [[1, 1, 2]]}"#,
+            "at least two",
+        ),
+        (
+            Task::Trajectory,
+            r#"{"obstacle": 4, "waypoints": [{"step": 1, "x": 1}]}"#,
+            "waypoint 1: it has no position",
+        ),
+        (
+            Task::Trajectory,
+            r#"{"obstacle": 4, "manoeuvre": {"kind": "fly", "start": 1, "duration": 1}}"#,
+            "no manoeuvre `fly`",
+        ),
+        (
+            Task::Trajectory,
+            r#"{"obstacle": 4, "waypoints": null, "manoeuvre": {"kind": "drift", "start": 1, "duration": 0, "gap": null, "speed": null}, "justification": ""}"#,
+            "duration above 0",
+        ),
+    ];
+    for (task, answer, words) in cases {
+        let why = read(task, answer)
+            .map(|r| format!("{r:?}"))
+            .unwrap_err()
+            .to_string();
+        assert!(why.contains(words), "{answer}: {why}");
+    }
+}
+
+#[test]
+fn attackers() {
+    let strict = r#"{"attacker": 4, "obstacles": [{"id": 4, "risk_score": 1, "reason": "r"}], "justification": "j"}"#;
+    let nobody = r#"{"attacker": null, "obstacles": [], "justification": "j"}"#;
+    let paper = r#"{"CollisionObstacle": null, "ExtremeRiskObstacle": {"ObstacleID": "5", "OverallRiskScore": "1"},
+        "PotentialAttackers": [{"ObstacleID": "4", "AttackPotential": "High", "RiskScore": "2", "AttackReason": "r"}]}"#;
+    let cases: &[(&str, Option<i64>, &[i64], bool)] = &[
+        (strict, Some(4), &[4], true),
+        (nobody, None, &[], true),
+        (paper, Some(4), &[4, 5], false),
+        (
+            r#"{"CollisionObstacle": null, "ExtremeRiskObstacle": {"ObstacleID": "5"}}"#,
+            Some(5),
+            &[5],
+            false,
+        ),
+        (
+            r#"{"CollisionObstacle": null, "ExtremeRiskObstacle": null}"#,
+            None,
+            &[],
+            false,
+        ),
+        (
+            r#"{"EgoAttacker": "Obstacle 4", "ranking": [{"id": 5, "risk_score": 0}]}"#,
+            Some(4),
+            &[5],
+            false,
+        ),
+        (
+            r#"{"attacker": {"id": 4, "risk_score": 3, "reason": "r"}}"#,
+            Some(4),
+            &[4],
+            false,
+        ),
+        (
+            r#"{"ranking": [{"id": 5, "risk_score": 3}, {"id": 6, "risk_score": 1}]}"#,
+            Some(6),
+            &[5, 6],
+            false,
+        ),
+    ];
+    for (answer, who, listed, as_asked) in cases {
+        let reading = read(Task::Attacker, answer).unwrap();
+        let Said::Attacker(choice) = &reading.said else {
+            panic!("{reading:?}")
+        };
+        let ids: Vec<_> = choice.obstacles.iter().map(|o| o.id).collect();
+        assert_eq!(
+            (choice.attacker, ids.as_slice()),
+            (*who, *listed),
+            "{answer}"
+        );
+        assert_eq!(
+            reading.how == How::Strict,
+            *as_asked,
+            "{answer}: {:?}",
+            reading.how
+        );
+    }
+}
+
+#[test]
+fn trajectories() {
+    use crate::verdict::{ManoeuvreKind, Moment, Motion};
+    let point = r#""y": 2.0, "heading": null, "velocity": 3.0"#;
+    let strict = format!(
+        r#"{{"obstacle": 4, "waypoints": [{{"step": 1, "time": null, "x": 1.0, {point}}}, {{"step": 2, "time": null, "x": 2.0, {point}}}],
+            "manoeuvre": null, "justification": "j"}}"#
+    );
+    let others = [
+        r#"{"attacker": "car 4", "trajectory": [[1, 1.0, 2.0, 0.0, 3.0], [2, 2.0, 2.0, 0.0, 3.0]]}"#,
+        r#"{"obstacle_id": 4, "trajectory": {"points": [{"timestep": 1, "position": [1.0, 2.0], "velocity": "3 m/s"}, {"timestep": 2, "position": {"x": 2, "y": 2}, "speed": 3}]}}"#,
+        "Attacker: {\"attacker\": 4}\n{\"step\": 1, \"x\": 1, \"y\": 2, \"v\": 3}\n{\"step\": 2, \"x\": 2, \"y\": 2, \"v\": 3}",
+        "{'obstacle': 4} [(1, 1.0, 2.0, 0, 3), (2, 2.0, 2.0, 0, 3)]",
+    ];
+    for answer in others.into_iter().chain([strict.as_str()]) {
+        let reading =
+            read(Task::Trajectory, answer).unwrap_or_else(|why| panic!("{answer}: {why}"));
+        let Said::Trajectory(new) = &reading.said else {
+            panic!("{reading:?}")
+        };
+        let Motion::Waypoints(points) = &new.motion else {
+            panic!("{new:?}")
+        };
+        let found: Vec<_> = points
+            .iter()
+            .map(|p| (p.at, p.x, p.y, p.velocity))
+            .collect();
+        let wanted = [
+            (Moment::Step(1), 1.0, 2.0, Some(3.0)),
+            (Moment::Step(2), 2.0, 2.0, Some(3.0)),
+        ];
+        assert_eq!(
+            (new.obstacle, found.as_slice()),
+            (4, wanted.as_slice()),
+            "{answer}"
+        );
+        assert_eq!(
+            reading.how == How::Strict,
+            answer == strict,
+            "{:?}",
+            reading.how
+        );
+    }
+    let by_time =
+        r#"{"obstacle": 4, "waypoints": {"0.5": {"x": 1, "y": 2}, "1.0": {"x": 2, "y": 2}}}"#;
+    let Said::Trajectory(new) = read(Task::Trajectory, by_time).unwrap().said else {
+        panic!()
+    };
+    assert!(matches!(&new.motion, Motion::Waypoints(p) if p[1].at == Moment::Seconds(1.0)));
+    for kind in ManoeuvreKind::ALL {
+        for word in [
+            kind.name().to_string(),
+            kind.name().replace('-', " ").to_uppercase(),
+        ] {
+            let answer = format!(
+                r#"{{"obstacle": 4, "waypoints": null, "manoeuvre": {{"kind": "{word}", "start": 1.0, "duration": 2.5, "gap": 3.0, "speed": null}}, "justification": "j"}}"#
+            );
+            let reading = read(Task::Trajectory, &answer).unwrap();
+            assert_eq!(reading.how == How::Strict, word == kind.name(), "{answer}");
+            let Said::Trajectory(new) = reading.said else {
+                panic!()
+            };
+            assert!(
+                matches!(new.motion, Motion::Manoeuvre(m) if m.kind == kind && m.gap == Some(3.0))
+            );
+        }
+    }
+}
