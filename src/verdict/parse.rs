@@ -313,4 +313,6 @@ pub(super) fn justification(object: &Object, notes: &mut Notes) -> String {
 }
 
 #[cfg(test)]
+mod proposals;
+#[cfg(test)]
 mod tests;
