@@ -16,7 +16,7 @@ use crate::evaluation::{self, Answer, Case, Event, Judge, Judged, Past, Wanted};
 use crate::judge;
 use crate::llm::{Client, Parameters, Registry};
 use crate::store::{Origin, Store};
-use crate::verdict::{How, Task};
+use crate::verdict::Task;
 
 /// Arguments of `ask`.
 #[derive(Debug, clap::Args)]
@@ -201,19 +201,9 @@ impl Words {
 fn document(answer: &Answer, case: &Case) -> Value {
     let mut value = match &answer.judged {
         Judged::Verdict(parsed) => {
-            let mut value = json!(parsed.verdict);
-            if let How::Repaired(notes) = &parsed.how {
-                value["repaired"] = json!(notes);
-            }
-            value
+            json!(parsed.verdict)
         }
-        Judged::Other(reading) => {
-            let mut value = json!(reading.said);
-            if let How::Repaired(notes) = &reading.how {
-                value["repaired"] = json!(notes);
-            }
-            value
-        }
+        Judged::Other(reading) => json!(reading.said),
         Judged::Missing(missing) => json!({
             "verdict": null,
             "problem": missing.to_string(),
@@ -221,6 +211,9 @@ fn document(answer: &Answer, case: &Case) -> Value {
             "reasoning": answer.reasoning,
         }),
     };
+    if !answer.repairs().is_empty() {
+        value["repaired"] = json!(answer.repairs());
+    }
     value["model"] = json!(answer.model);
     if let Some(returned) = &answer.model_returned {
         value["model_returned"] = json!(returned);
@@ -276,17 +269,12 @@ fn summary(answer: &Answer) -> String {
                 ));
             }
             text.push_str(&format!("justification {}\n", verdict.justification));
-            if let How::Repaired(notes) = &parsed.how {
-                text.push_str(&format!("repaired      {}\n", notes.join("; ")));
-            }
         }
-        Judged::Other(reading) => {
-            text.push_str(&words::said(&reading.said, &answer.model));
-            if let How::Repaired(notes) = &reading.how {
-                text.push_str(&format!("repaired      {}\n", notes.join("; ")));
-            }
-        }
+        Judged::Other(reading) => text.push_str(&words::said(&reading.said, &answer.model)),
         Judged::Missing(_) => text.push_str(&format!("\n{}\n", answer.text)),
+    }
+    if !answer.repairs().is_empty() {
+        text.push_str(&format!("repaired      {}\n", answer.repairs().join("; ")));
     }
     if answer.model_differs() {
         let returned = answer.model_returned.as_deref().unwrap_or_default();

@@ -98,6 +98,36 @@ impl Answer {
         }
     }
 
+    /// What had to be put right to read it; nothing where it was as asked for, or was not read.
+    #[must_use]
+    pub fn repairs(&self) -> &[String] {
+        let how = match &self.judged {
+            Judged::Verdict(parsed) => &parsed.how,
+            Judged::Other(reading) => &reading.how,
+            Judged::Missing(_) => return &[],
+        };
+        match how {
+            How::Strict => &[],
+            How::Repaired(notes) => notes,
+        }
+    }
+
+    /// What was said, in a word or two, and whether it had to be repaired.
+    #[must_use]
+    pub fn word(&self) -> String {
+        let word = match &self.judged {
+            Judged::Verdict(parsed) => parsed.verdict.word(),
+            Judged::Other(reading) => reading.said.task().name(),
+            Judged::Missing(_) => "no verdict",
+        };
+        let repaired = if self.repairs().is_empty() {
+            ""
+        } else {
+            ", repaired"
+        };
+        format!("{word}{repaired}")
+    }
+
     /// Whether the server named another model than the one asked for, in a way that is not just a date or a path.
     #[must_use]
     pub fn model_differs(&self) -> bool {
@@ -178,7 +208,8 @@ impl Answer {
 const STRICT: &str = "strict";
 const REPAIRED: &str = "repaired: ";
 
-fn reading(how: &How) -> String {
+/// How an answer was read, as the store keeps it.
+pub(super) fn reading(how: &How) -> String {
     match how {
         How::Strict => STRICT.into(),
         How::Repaired(notes) => format!("{REPAIRED}{}", notes.join("; ")),

@@ -8,7 +8,11 @@ mod judges;
 mod keeper;
 mod labels;
 mod lead;
+/// Recorded answers as runs for the store.
+pub mod published;
 mod question;
+/// Answers that were recorded by others.
+pub mod recorded;
 mod request;
 
 pub use answer::{Answer, Judged, Missing, Past};

@@ -72,6 +72,7 @@ pub fn schema(task: Task) -> serde_json::Value {
     };
     let mut value = schema.to_value();
     require_all(&mut value);
+    list_words(&mut value);
     value
 }
 
@@ -131,6 +132,34 @@ fn require_all(value: &mut serde_json::Value) {
     }
 }
 
+/// Makes a choice between constants an `enum`, which more servers know, and keeps what the constants mean in words.
+fn list_words(value: &mut serde_json::Value) {
+    match value {
+        serde_json::Value::Object(map) => {
+            if let Some(serde_json::Value::Array(choices)) = map.shift_remove("oneOf") {
+                let text = |choice: &serde_json::Value, key: &str| {
+                    choice[key].as_str().unwrap_or_default().to_string()
+                };
+                let explained = choices
+                    .iter()
+                    .map(|c| format!("{}: {}", text(c, "const"), text(c, "description")));
+                let meant = map
+                    .get("description")
+                    .and_then(|d| d.as_str())
+                    .unwrap_or_default();
+                let description = format!("{meant} {}", explained.collect::<Vec<_>>().join(" "));
+                map.insert("type".into(), "string".into());
+                let words: Vec<_> = choices.iter().map(|c| c["const"].clone()).collect();
+                map.insert("enum".into(), words.into());
+                map.insert("description".into(), description.trim().into());
+            }
+            map.values_mut().for_each(list_words);
+        }
+        serde_json::Value::Array(items) => items.iter_mut().for_each(list_words),
+        _ => {}
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -142,6 +171,9 @@ mod tests {
             let text = schema(task).to_string();
             assert!(!text.contains("$ref") && !text.contains("oneOf"), "{text}");
         }
+        let kind = &schema(Task::Trajectory)["properties"]["manoeuvre"]["properties"]["kind"];
+        assert_eq!(kind["enum"][0], "cut-in");
+        assert_eq!(kind["enum"].as_array().map(Vec::len), Some(7));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::{ObstacleRisk, Task};
 #[derive(Debug, Clone)]
 pub(super) struct Decision {
     pub dangerous: bool,
-    /// Whether the very key that was asked for says so.
+    /// Whether the very key that was asked for says so, plainly and in its place.
     pub as_asked: bool,
     /// Whether it was read from the obstacles named.
     from_groups: bool,
@@ -48,7 +48,7 @@ pub(super) fn of(task: Task, object: &Object) -> Result<Option<Decision>, NoVerd
         Task::Safety => SAFETY,
         Task::Attacker | Task::Trajectory => return Ok(None),
     };
-    for level in values::levels(object) {
+    for (depth, level) in values::levels(object).into_iter().enumerate() {
         let pairs = level.iter().flat_map(|o| o.iter());
         let mut said = pairs
             .filter(|(key, _)| names.contains(&values::plain(key).as_str()))
@@ -61,7 +61,7 @@ pub(super) fn of(task: Task, object: &Object) -> Result<Option<Decision>, NoVerd
         }
         return Ok(Some(Decision {
             dangerous,
-            as_asked: key == task.key() && plainly,
+            as_asked: depth == 0 && key == task.key() && plainly,
             from_groups: false,
             note: format!("the decision was read from `{key}`"),
         }));

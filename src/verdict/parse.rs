@@ -172,9 +172,10 @@ impl<'a> Found<'a> {
             notes.add("an earlier object of the answer says otherwise, and the last one counts");
         }
         let obstacles = decision::obstacles(object, &decision, &mut notes);
-        notes.add(decision.note.clone());
         if decision.as_asked {
             answer::violations(task, object, &mut notes);
+        } else {
+            notes.add(decision.note.clone());
         }
         let justification = justification(object, &mut notes);
         Ok(Some(Reading {
@@ -275,9 +276,14 @@ fn rows(value: &Value) -> Option<&[Value]> {
     items.iter().all(Value::is_array).then_some(items)
 }
 
-/// The object as the answer it was asked to be, if it keeps to the schema.
+/// The object as the answer it was asked to be, if it keeps to the schema. It may name the task, as it does where it
+/// is printed and stored.
 fn strict<T: serde::de::DeserializeOwned>(task: Task, object: &Object) -> Option<T> {
-    let value = Value::Object(object.clone());
+    let mut object = object.clone();
+    if object.get("task").is_some_and(|named| named == task.name()) {
+        object.shift_remove("task");
+    }
+    let value = Value::Object(object);
     answer::is_valid(task, &value).then(|| serde_json::from_value(value).ok())?
 }
 
@@ -306,5 +312,7 @@ pub(super) fn justification(object: &Object, notes: &mut Notes) -> String {
     })
 }
 
+#[cfg(test)]
+mod proposals;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,7 @@
-//! `nearmiss import`: runs of another store into this one.
+//! `nearmiss import`: runs of another store, or answers recorded by others, into this one.
 
 mod lines;
+mod recorded;
 
 use std::path::PathBuf;
 
@@ -12,7 +13,7 @@ use super::{Failure, Outcome, output};
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
 pub struct Import {
-    /// Files that `nearmiss export` wrote as JSONL.
+    /// Files that `nearmiss export` wrote as JSONL; folders laid out as the repository of "From Words to Collisions".
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// What was imported as one line of JSON.
@@ -33,7 +34,11 @@ pub fn run(arguments: &Import) -> Outcome {
     let store = store()?;
     let mut counts = Counts::default();
     for path in &arguments.paths {
-        lines::import(path, &store, &mut counts)?;
+        if path.is_dir() {
+            recorded::import(path, &store, &mut counts)?;
+        } else {
+            lines::import(path, &store, &mut counts)?;
+        }
     }
     if arguments.json {
         output::json(&json!({

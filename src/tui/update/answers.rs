@@ -111,9 +111,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
                 let run = answer
                     .run
                     .map_or("not kept".into(), |r| format!("kept as run {r}"));
-                let word = answer
-                    .verdict()
-                    .map_or("no verdict", crate::verdict::Verdict::word);
+                let word = answer.word();
                 model.say(format!("{}: {word}, {run}", judge::MODEL));
             }
             Err(error) => model.complain(error),
@@ -129,9 +127,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
         let (_, name) = model.answers.elsewhere.remove(place);
         match result {
             Ok(answer) => {
-                let word = answer
-                    .verdict()
-                    .map_or("no verdict", crate::verdict::Verdict::word);
+                let word = answer.word();
                 model.say(format!("{} on {name}: {word}", answer.model));
             }
             Err(error) => model.complain(error),

@@ -12,7 +12,7 @@ use crate::store::{Origin, RunId};
 use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown};
 use crate::tui::widgets::words::{date, duration, fit, pad, thousands};
 use crate::tui::widgets::{frame, scroll};
-use crate::verdict::{How, Verdict};
+use crate::verdict::{Task, Verdict};
 
 /// Columns of the names of the rows.
 const LABEL: usize = 10;
@@ -211,8 +211,9 @@ impl Table<'_> {
         };
         match answer.verdict() {
             Some(verdict) => {
+                let repaired = if answer.repairs().is_empty() { "" } else { "*" };
                 let (text, style) = mark(
-                    yes(verdict.dangerous).into(),
+                    format!("{}{repaired}", yes(verdict.dangerous)),
                     verdict.dangerous == truth.dangerous,
                 );
                 self.cell(1, &text, style);
@@ -310,22 +311,18 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
                     let note = format!("names obstacles that are not there: {unknown:?}");
                     text.push_line(Line::styled(note, warning));
                 }
+                if !answer.repairs().is_empty() {
+                    let notes = format!("* repaired: {}", answer.repairs().join("; "));
+                    text.push_line(Line::styled(words(&notes), warning));
+                }
                 match &answer.judged {
                     Judged::Verdict(parsed) => {
-                        if let How::Repaired(notes) = &parsed.how {
-                            let notes = format!("repaired: {}", notes.join("; "));
-                            text.push_line(Line::styled(words(&notes), warning));
-                        }
                         text.extend(Text::styled(
                             words(&parsed.verdict.justification),
                             theme.base(),
                         ));
                     }
                     Judged::Other(reading) => {
-                        if let How::Repaired(notes) = &reading.how {
-                            let notes = format!("repaired: {}", notes.join("; "));
-                            text.push_line(Line::styled(words(&notes), warning));
-                        }
                         text.extend(Text::styled(
                             words(reading.said.justification()),
                             theme.base(),

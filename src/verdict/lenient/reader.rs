@@ -189,7 +189,9 @@ impl<'a> Reader<'a> {
             let inner = &self.rest()[first.len_utf8()..];
             let near = window(inner, NEAR);
             let line = near.split('\n').next().unwrap_or(near);
-            if !line.contains(closing(first))
+            let seen = line.len() < near.len() || near.len() == inner.len();
+            if seen
+                && !line.contains(closing(first))
                 && let Some((key, length)) = bare_key(inner)
             {
                 self.note(Repair::MissingQuotes);

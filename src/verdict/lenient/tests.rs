@@ -1,6 +1,7 @@
 //! Slips of models, one by one, and what is read all the same.
 #![allow(clippy::unwrap_used)]
 
+use proptest::prelude::*;
 use serde_json::json;
 
 use super::*;
@@ -214,5 +215,36 @@ fn bombs_are_read_in_linear_time() {
                 found.len()
             );
         }
+    }
+}
+
+/// Any JSON value, with texts that look like the ends of texts.
+fn values() -> impl Strategy<Value = Value> {
+    let text = "[a-c0-9 \"'“”‘’,:;{}\\[\\]()/\\\\*#`\n\té🚗-]{0,12}";
+    let leaf = prop_oneof![
+        Just(Value::Null),
+        any::<bool>().prop_map(Value::from),
+        any::<i64>().prop_map(Value::from),
+        (-1e6..1e6_f64).prop_map(Value::from),
+        text.prop_map(Value::from),
+    ];
+    leaf.prop_recursive(5, 40, 5, move |inner| {
+        let list = proptest::collection::vec(inner.clone(), 0..5).prop_map(Value::from);
+        let entries = proptest::collection::vec((text, inner), 0..5);
+        prop_oneof![
+            list,
+            entries.prop_map(|e| Value::Object(e.into_iter().collect()))
+        ]
+    })
+}
+
+proptest! {
+    #[test]
+    fn any_valid_json_is_read_exactly(value in values(), pretty: bool) {
+        let value = json!({"first": value});
+        let text = if pretty { format!("{value:#}") } else { value.to_string() };
+        let piece = one(&format!("So:\n```json\n{text}\n```\n"));
+        prop_assert_eq!((piece.value, piece.end), (value, End::Whole));
+        prop_assert_eq!(piece.repairs, BTreeSet::new());
     }
 }
