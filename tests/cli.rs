@@ -15,6 +15,8 @@ mod evaluate;
 mod hostile;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
+#[path = "cli/killed.rs"]
+mod killed;
 #[path = "cli/long_jobs.rs"]
 mod long_jobs;
 #[path = "cli/metrics.rs"]
@@ -27,6 +29,8 @@ mod protobuf;
 mod reading;
 #[path = "cli/remote.rs"]
 mod remote;
+#[path = "cli/stored.rs"]
+mod stored;
 mod support;
 #[path = "cli/tasks.rs"]
 mod tasks;

@@ -210,6 +210,14 @@ impl Table<'_> {
             )
         };
         match answer.verdict() {
+            // The truth of the safety task is that of a window.
+            Some(verdict) if told.is_none() && verdict.task == Task::Safety => {
+                let worst = verdict.worst();
+                self.cell(1, yes(verdict.dangerous), base);
+                self.cell(2, &worst.map_or("–".into(), |w| w.id.to_string()), base);
+                let score = worst.map(|w| w.risk_score);
+                self.cell(3, &score.map_or("–".into(), |s| s.to_string()), base);
+            }
             Some(verdict) => {
                 let repaired = if answer.repairs().is_empty() { "" } else { "*" };
                 let (text, style) = mark(
