@@ -56,6 +56,17 @@ impl Store {
         })
     }
 
+    /// The whole answer to the same request that the store has, as [`Store::claim`] finds it; claims nothing.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn answer_to(&self, run: &NewRun) -> Result<Option<Run>, StoreError> {
+        match run.key() {
+            Some(key) => answered(&self.lock(), key.as_str(), run.sample),
+            None => Ok(None),
+        }
+    }
+
     /// Renews the claim on a run whose answer is arriving.
     ///
     /// # Errors
