@@ -21,8 +21,16 @@ const HISTORY: usize = 10;
 #[derive(Debug, Clone, PartialEq)]
 struct Tied {
     hash: String,
-    /// The recorded ego, as the store writes it, with the windows of the paper: of collisions and of safe scenarios.
-    ego: Option<(String, [Option<(i64, i64)>; 2])>,
+    ego: Option<Driven>,
+}
+
+/// A recorded ego.
+#[derive(Debug, Clone, PartialEq)]
+struct Driven {
+    /// As the store writes it.
+    ego: String,
+    /// The paper's window in collisions, and in safe scenarios.
+    windows: [Option<(i64, i64)>; 2],
 }
 
 /// Every answer recorded below `root`, as a run that was read at `now_ms`, and everything there that is none.
@@ -97,7 +105,10 @@ fn tie(entry: &Entry) -> Result<Tied, Problem> {
             window.map(|w| (w.first(), w.last()))
         };
         let windows = [Label::Collision(None), Label::Safe].map(window);
-        (scene.ego.to_string(), windows)
+        Driven {
+            ego: scene.ego.to_string(),
+            windows,
+        }
     });
     Ok(Tied { hash, ego })
 }
@@ -107,7 +118,7 @@ fn run_of(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> R
     let techniques = answer.techniques.to_string();
     let ego = tied.and_then(|tied| tied.ego.as_ref());
     let window = match answer.task {
-        Task::Safety => ego.and_then(|(_, windows)| windows[usize::from(!answer.collision)]),
+        Task::Safety => ego.and_then(|ego| ego.windows[usize::from(!answer.collision)]),
         _ => None,
     };
     let key = Key::of(&json!({
@@ -141,7 +152,7 @@ fn run_of(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> R
             batch: None,
             scenario: answer.scenario.clone(),
             scenario_hash: tied.map(|tied| tied.hash.clone()),
-            ego: ego.map_or_else(|| "recorded".into(), |(ego, _)| ego.clone()),
+            ego: ego.map_or_else(|| "recorded".into(), |found| found.ego.clone()),
             task: answer.task,
             frame: answer.frame.to_string(),
             techniques,

@@ -221,7 +221,11 @@ fn a_record_is_the_run_again_and_a_changed_one_is_refused() {
         ..run.clone()
     };
     assert_eq!(back, replayed);
-    assert_eq!(store.add(&[back.clone()]).unwrap(), 0, "it is there");
+    assert_eq!(
+        store.add(std::slice::from_ref(&back)).unwrap(),
+        0,
+        "it is there"
+    );
     let other = Store::in_memory().unwrap();
     assert_eq!(other.add(&[back.clone(), back.clone()]).unwrap(), 1);
     let found = other.claim(&question(), false).unwrap();
