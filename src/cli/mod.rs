@@ -21,6 +21,8 @@ pub use verdicts::{has_terminal, without_terminal};
 use std::fmt::Display;
 use std::path::PathBuf;
 
+use crate::system;
+
 /// A terminal workbench for safety-critical driving scenarios.
 #[derive(Debug, clap::Parser)]
 #[command(name = "nearmiss", version, about)]
@@ -74,6 +76,11 @@ impl Failure {
             message: error.to_string(),
             status: 2,
         }
+    }
+
+    /// What the system said about a file, or about what else is named.
+    pub fn system(name: impl Display, error: &std::io::Error) -> Self {
+        Self::input(format!("{name}: {}", system::words(error)))
     }
 
     /// Says on standard error what went wrong.

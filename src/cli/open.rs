@@ -7,7 +7,7 @@ use super::{Failure, output};
 use crate::config::{Config, Folders};
 use crate::prompts::Techniques;
 use crate::scenario::{
-    EgoError, Entry, Place, Scenario, Scene, Severity, Window, bundled, read_ego_file,
+    EgoError, Entry, Place, Scenario, Scene, Severity, WantedEgo, Window, bundled, not_standard_input,
 };
 use crate::text::{Frame, Options};
 use crate::verdict::Task;
@@ -38,6 +38,33 @@ pub struct EgoChoice {
     planning_problem: Option<i64>,
 }
 
+impl EgoChoice {
+    /// Who that is.
+    ///
+    /// # Errors
+    /// An obstacle is named and a planning problem too, or standard input.
+    pub fn wanted(&self) -> Result<WantedEgo, Failure> {
+        let Some(wanted) = &self.ego else {
+            return Ok(WantedEgo::Beside);
+        };
+        let planning_problem = self.planning_problem;
+        // A file that is called like a number is meant by `./7`.
+        match wanted.to_str().and_then(|text| text.parse().ok()) {
+            Some(_) if planning_problem.is_some() => Err(Failure::input(
+                "--planning-problem chooses among the egos of a file; --ego names an obstacle",
+            )),
+            Some(id) => Ok(WantedEgo::Obstacle(id)),
+            None => {
+                not_standard_input(wanted).map_err(Failure::input)?;
+                Ok(WantedEgo::File {
+                    path: wanted.clone(),
+                    planning_problem,
+                })
+            }
+        }
+    }
+}
+
 impl Which {
     /// Opens the scene.
     pub fn open(&self) -> Result<(Entry, Arc<Scene>), Failure> {
@@ -49,6 +76,7 @@ impl Which {
 
 /// The entry that an argument means, if it is a file or the name of a bundled scenario.
 pub fn entry(argument: &Path) -> Result<Entry, Failure> {
+    not_standard_input(argument).map_err(Failure::input)?;
     let entry = Entry::of_argument(argument);
     if let Place::File(path) = &entry.place {
         let shown = path.display();
@@ -83,34 +111,15 @@ pub fn scene_and_doubts(
     entry: &Entry,
     choice: &EgoChoice,
 ) -> Result<(Arc<Scene>, Vec<String>), Failure> {
+    let wanted = choice.wanted()?;
     let scenario = entry.read().map_err(Failure::input)?;
-    let ego = match &choice.ego {
-        Some(wanted) => {
-            // A file that is called like a number is meant by `./7`.
-            let id = wanted.to_str().and_then(|text| text.parse::<i64>().ok());
-            if let Some(id) = id {
-                if choice.planning_problem.is_some() {
-                    return Err(Failure::input(
-                        "--planning-problem chooses among the egos of a file; --ego names an obstacle",
-                    ));
-                }
-                let scene = Scene::with_obstacle_as_ego(scenario, id)
-                    .map_err(|e| Failure::input(format!("{}: {e}", entry.display())))?;
-                return Ok((Arc::new(scene), Vec::new()));
-            }
-            read_ego_file(wanted, &scenario, choice.planning_problem).map_err(advised)?
-        }
-        None => match entry.recorded_ego(&scenario).map_err(advised)? {
-            Some(ego) => ego,
-            None => {
-                return Err(Failure::input(format!(
-                    "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID ({}), \
-                     or a file with --ego FILE",
-                    entry.display(),
-                    possible(&scenario)
-                )));
-            }
-        },
+    let Some(ego) = wanted.of(entry, &scenario).map_err(advised)? else {
+        return Err(Failure::input(format!(
+            "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID ({}), \
+             or a file with --ego FILE",
+            entry.display(),
+            possible(&scenario)
+        )));
     };
     let doubts = ego.diagnostics.iter();
     let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
@@ -139,7 +148,7 @@ fn possible(scenario: &Scenario) -> String {
 }
 
 /// An error about an ego, with what to do on the command line.
-fn advised(error: EgoError) -> Failure {
+pub fn advised(error: EgoError) -> Failure {
     let advice = match &error {
         EgoError::Several { .. } => ", with --ego FILE --planning-problem ID",
         EgoError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {

@@ -18,6 +18,7 @@ use crate::llm::Registry;
 use crate::prompts::Library;
 use crate::scenario::{Entry, Place};
 use crate::store::Store;
+use crate::system;
 
 /// Why the workbench ended.
 pub type Ended = Result<(), String>;
@@ -41,22 +42,26 @@ pub fn run(paths: Vec<PathBuf>) -> Ended {
         .worker_threads(2)
         .enable_all()
         .build()
-        .map_err(|e| e.to_string())?;
+        .map_err(|e| system::words(&e))?;
     let ended = runtime.block_on(workbench(paths));
     // Files that are still being read do not keep the program from ending.
     runtime.shutdown_background();
     ended
 }
 
+fn the_terminal(error: &std::io::Error) -> String {
+    format!("the terminal: {}", system::words(error))
+}
+
 async fn workbench(paths: Vec<PathBuf>) -> Ended {
     give_back_on_panic();
     let folders = Folders::find()?;
     let (mut model, registry) = prepare(paths, &folders);
-    let mut screen = Screen::take(model.mouse).map_err(|e| format!("the terminal: {e}"))?;
-    model.size = screen.size().map_err(|e| e.to_string())?;
+    let mut screen = Screen::take(model.mouse).map_err(|e| the_terminal(&e))?;
+    model.size = screen.size().map_err(|e| the_terminal(&e))?;
     screen
         .draw(|frame| views::draw(frame, &model))
-        .map_err(|e| e.to_string())?;
+        .map_err(|e| the_terminal(&e))?;
     std::thread::spawn(widgets::highlight::load);
 
     let store = match Store::open(&folders.store()) {
@@ -75,12 +80,12 @@ async fn workbench(paths: Vec<PathBuf>) -> Ended {
         receiver,
     };
     let effects = start(&looping.model);
-    if looping.perform(effects).map_err(|e| e.to_string())? {
+    if looping.perform(effects).map_err(|e| the_terminal(&e))? {
         return Ok(());
     }
     let ended = looping.until_quit().await;
     looping.tasks.finish().await;
-    ended.map_err(|e| format!("the terminal: {e}"))
+    ended.map_err(|e| the_terminal(&e))
 }
 
 /// The model at the start; what is wrong with the user's files is said, and the defaults are used.

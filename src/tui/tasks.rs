@@ -18,6 +18,7 @@ use crate::llm::{Client, Parameters, Registry};
 use crate::prompts::Library;
 use crate::scenario::{Entry, bundled, find};
 use crate::store::Store;
+use crate::system;
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const PATIENCE: usize = 100;
@@ -184,7 +185,7 @@ impl Tasks {
         if let Err(error) = kept {
             let _ = self
                 .sender
-                .send(Msg::Complaint(format!("{}: {error}", path.display())));
+                .send(Msg::Complaint(format!("{}: {}", path.display(), system::words(&error))));
         }
     }
 
@@ -234,7 +235,7 @@ impl Tasks {
         self.background(move || {
             let result = change()
                 .map(|words| (Library::load(Some(&folder)), words))
-                .map_err(|e| format!("{}: {e}", folder.join(&file).display()));
+                .map_err(|e| format!("{}: {}", folder.join(&file).display(), system::words(&e)));
             Msg::Saved(file, result)
         });
     }
