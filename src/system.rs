@@ -11,7 +11,9 @@ pub fn words(error: &Error) -> String {
         ErrorKind::PermissionDenied => "permission denied",
         ErrorKind::IsADirectory => "this is a folder, and a file is needed",
         ErrorKind::NotADirectory => "a part of this path is a file, and a folder is needed there",
-        ErrorKind::ReadOnlyFilesystem => "nothing can be written here; the file system is read-only",
+        ErrorKind::ReadOnlyFilesystem => {
+            "nothing can be written here; the file system is read-only"
+        }
         ErrorKind::StorageFull => "no space is left on the device",
         _ => return without_number(&error.to_string()),
     };
@@ -37,12 +39,21 @@ mod tests {
         for kind in [ErrorKind::PermissionDenied, ErrorKind::Interrupted] {
             let wrapped = Error::new(kind, "Said so (os error 13) at path \"/a/.b.part\"");
             let said = words(&wrapped);
-            assert!(!said.contains("os error") && !said.contains(".part"), "{said}");
+            assert!(
+                !said.contains("os error") && !said.contains(".part"),
+                "{said}"
+            );
         }
-        let permission = Error::new(ErrorKind::PermissionDenied, "Permission denied (os error 13)");
+        let permission = Error::new(
+            ErrorKind::PermissionDenied,
+            "Permission denied (os error 13)",
+        );
         assert_eq!(words(&permission), "permission denied");
         assert_eq!(words(&Error::other("Too Many (os error 40)")), "too Many");
-        assert_eq!(words(&Error::other("The words as they are")), "The words as they are");
+        assert_eq!(
+            words(&Error::other("The words as they are")),
+            "The words as they are"
+        );
     }
 
     #[cfg(unix)]
@@ -50,7 +61,10 @@ mod tests {
     fn no_error_of_the_system_shows_its_number() {
         for number in 1..=133 {
             let said = words(&Error::from_raw_os_error(number));
-            assert!(!said.is_empty() && !said.contains("os error"), "{number}: {said}");
+            assert!(
+                !said.is_empty() && !said.contains("os error"),
+                "{number}: {said}"
+            );
         }
     }
 }

@@ -7,7 +7,8 @@ use super::{Failure, output};
 use crate::config::{Config, Folders};
 use crate::prompts::Techniques;
 use crate::scenario::{
-    EgoError, Entry, Place, Scenario, Scene, Severity, WantedEgo, Window, bundled, not_standard_input,
+    EgoError, Entry, Place, Scenario, Scene, Severity, WantedEgo, Window, bundled,
+    not_standard_input,
 };
 use crate::text::{Frame, Options};
 use crate::verdict::Task;

@@ -41,8 +41,7 @@ pub enum LibraryError {
     },
     /// The path is `-`.
     #[error(
-        "-: standard input is not read, because a scenario's ego and its other files lie beside it; name a file (one that \
-         is called `-` is meant by `./-`)"
+        "-: standard input is not read; save it in a file and name that (one that is called `-` is meant by `./-`)"
     )]
     StandardInput,
     /// There is no scenario below a path.

@@ -20,7 +20,10 @@ pub struct Store {
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// The folder cannot be made.
-    #[error("{folder}: {}; set NEARMISS_DATA to a folder that can be written", system::words(source))]
+    #[error(
+        "{folder}: {}; set NEARMISS_DATA to a folder that can be written",
+        system::words(source)
+    )]
     Folder {
         /// Which folder.
         folder: String,

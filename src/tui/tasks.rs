@@ -183,9 +183,11 @@ impl Tasks {
             None => remove(&path),
         };
         if let Err(error) = kept {
-            let _ = self
-                .sender
-                .send(Msg::Complaint(format!("{}: {}", path.display(), system::words(&error))));
+            let _ = self.sender.send(Msg::Complaint(format!(
+                "{}: {}",
+                path.display(),
+                system::words(&error)
+            )));
         }
     }
 

@@ -108,8 +108,7 @@ impl Theme {
     pub fn load(name: &str, folder: &Path) -> Result<Self, String> {
         let path = folder.join(format!("{name}.toml"));
         if !name.contains(['/', '\\']) && path.is_file() {
-            let text =
-                std::fs::read_to_string(&path)
+            let text = std::fs::read_to_string(&path)
                 .map_err(|e| format!("{}: {}", path.display(), system::words(&e)))?;
             return Self::parse(&text).map_err(|e| format!("{}: {e}", path.display()));
         }

@@ -176,9 +176,11 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
             problem,
         ])
     };
-    chosen("9000")
-        .status(2)
-        .says(&["planning problem 9000", CUT_IN, "the scenario that was opened"]);
+    chosen("9000").status(2).says(&[
+        "planning problem 9000",
+        CUT_IN,
+        "the scenario that was opened",
+    ]);
     chosen("5")
         .status(2)
         .says(&["no ego for planning problem 5", "9000"]);

@@ -134,7 +134,8 @@ pub enum EgoError {
     /// The solution is of another scenario: of planning problems which this one does not have.
     #[error(
         "{file}: this solves planning problem {problems} of {of}, and the scenario that was opened is {scenario} with \
-         planning problem {known}; {}", other_scenario(of, scenario)
+         planning problem {known}; {}",
+        other_scenario(of, scenario)
     )]
     Foreign {
         /// Which file.
