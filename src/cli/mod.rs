@@ -16,6 +16,7 @@ mod prompt;
 mod routes;
 mod verdicts;
 
+pub use open::{EgoChoice, chosen_ego};
 pub use verdicts::{has_terminal, without_terminal};
 
 use std::fmt::Display;
@@ -25,13 +26,21 @@ use crate::system;
 
 /// A terminal workbench for safety-critical driving scenarios.
 #[derive(Debug, clap::Parser)]
-#[command(name = "nearmiss", version, about)]
+#[command(
+    name = "nearmiss",
+    version,
+    about,
+    args_conflicts_with_subcommands = true
+)]
 pub struct Arguments {
     /// What to do without the workbench.
     #[command(subcommand)]
     pub command: Option<Command>,
     /// Scenario files or folders to open in the workbench [default: the bundled scenarios].
     pub paths: Vec<PathBuf>,
+    /// Who is the ego in the workbench.
+    #[command(flatten)]
+    pub ego: EgoChoice,
 }
 
 /// The headless commands.

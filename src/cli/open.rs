@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{Failure, output};
+use super::{Arguments, Failure, output};
 use crate::config::{Config, Folders};
 use crate::prompts::Techniques;
 use crate::scenario::{
-    EgoError, Entry, Place, Scenario, Scene, Severity, WantedEgo, Window, bundled,
+    EgoError, Entry, Place, Scenario, Scene, Severity, WantedEgo, Window, bundled, find,
     not_standard_input,
 };
 use crate::text::{Frame, Options};
@@ -100,9 +100,38 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
     Ok(entry)
 }
 
+/// Who shall be the ego in the workbench, checked as far as that needs no screen.
+///
+/// # Errors
+/// An ego is chosen, and the paths are not one scenario or it cannot be the ego there.
+pub fn chosen_ego(arguments: &Arguments) -> Result<WantedEgo, Failure> {
+    let wanted = arguments.ego.wanted()?;
+    if wanted == WantedEgo::Beside {
+        return Ok(wanted);
+    }
+    let entries = match &arguments.paths[..] {
+        [] => bundled(),
+        paths => find(paths).map_err(Failure::input)?,
+    };
+    let [entry] = &entries[..] else {
+        return Err(Failure::input(format!(
+            "--ego is the ego of one scenario, and here are {}; name one file or bundled scenario",
+            entries.len()
+        )));
+    };
+    let scenario = entry.read().map_err(Failure::input)?;
+    wanted.of(entry, &scenario).map_err(advised)?;
+    Ok(wanted)
+}
+
 /// The scene of an entry, with an obstacle or a file's ego. What is doubtful about the ego is said.
 pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
-    let (scene, doubts) = scene_and_doubts(entry, choice)?;
+    scene_with(entry, &choice.wanted()?)
+}
+
+/// The same with an ego that is told by id, file or place.
+pub fn scene_with(entry: &Entry, wanted: &WantedEgo) -> Result<Arc<Scene>, Failure> {
+    let (scene, doubts) = wanted_scene(entry, wanted)?;
     doubts.iter().for_each(|doubt| output::say(doubt));
     Ok(scene)
 }
@@ -112,7 +141,11 @@ pub fn scene_and_doubts(
     entry: &Entry,
     choice: &EgoChoice,
 ) -> Result<(Arc<Scene>, Vec<String>), Failure> {
-    let wanted = choice.wanted()?;
+    wanted_scene(entry, &choice.wanted()?)
+}
+
+/// The same with an ego that is already told by id, file or place.
+fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<(Arc<Scene>, Vec<String>), Failure> {
     let scenario = entry.read().map_err(Failure::input)?;
     let Some(ego) = wanted.of(entry, &scenario).map_err(advised)? else {
         return Err(Failure::input(format!(

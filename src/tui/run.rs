@@ -16,7 +16,7 @@ use super::{views, widgets};
 use crate::config::{Config, Folders};
 use crate::llm::Registry;
 use crate::prompts::Library;
-use crate::scenario::{Entry, Place};
+use crate::scenario::{Entry, Place, WantedEgo, not_standard_input};
 use crate::store::Store;
 use crate::system;
 
@@ -26,16 +26,17 @@ pub type Ended = Result<(), String>;
 /// Least time between two frames.
 const FRAME: Duration = Duration::from_micros(16_667);
 
-/// Runs the workbench on the scenarios at `paths`, or on the bundled ones.
+/// Runs the workbench on the scenarios at `paths`, or on the bundled ones, with this ego.
 ///
 /// # Errors
 /// A path is not there; the terminal cannot be taken, or went away.
-pub fn run(paths: Vec<PathBuf>) -> Ended {
+pub fn run(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     // Better said on the shell, where the mistake was made.
     for path in &paths {
+        not_standard_input(path).map_err(|error| error.to_string())?;
         if let Place::File(file) = Entry::of_argument(path).place {
             file.metadata()
-                .map_err(|error| format!("{}: {error}", file.display()))?;
+                .map_err(|error| format!("{}: {}", file.display(), system::words(&error)))?;
         }
     }
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -43,7 +44,7 @@ pub fn run(paths: Vec<PathBuf>) -> Ended {
         .enable_all()
         .build()
         .map_err(|e| system::words(&e))?;
-    let ended = runtime.block_on(workbench(paths));
+    let ended = runtime.block_on(workbench(paths, ego));
     // Files that are still being read do not keep the program from ending.
     runtime.shutdown_background();
     ended
@@ -53,7 +54,7 @@ fn the_terminal(error: &std::io::Error) -> String {
     format!("the terminal: {}", system::words(error))
 }
 
-async fn workbench(paths: Vec<PathBuf>) -> Ended {
+async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     give_back_on_panic();
     let folders = Folders::find()?;
     let (mut model, registry) = prepare(paths, &folders);
@@ -72,7 +73,7 @@ async fn workbench(paths: Vec<PathBuf>) -> Ended {
         }
     };
     let (sender, receiver) = unbounded_channel();
-    let tasks = Tasks::new(sender, folders, registry, &model.config, store);
+    let tasks = Tasks::new(sender, folders, registry, &model.config, store, ego);
     let mut looping = Loop {
         model,
         screen,
