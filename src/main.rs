@@ -17,13 +17,10 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: cli::Arguments) -> cli::Outcome {
-    if let Some(command) = &arguments.command {
-        return cli::run(command);
-    }
     let ego = cli::chosen_ego(&arguments)?;
-    if cli::has_terminal() {
-        tui::run(arguments.paths, ego).map_err(cli::Failure::input)
-    } else {
-        cli::without_terminal(&arguments.paths, &ego)
+    match &arguments.command {
+        Some(command) => cli::run(command),
+        None if cli::has_terminal() => tui::run(arguments.paths, ego).map_err(cli::Failure::input),
+        None => cli::without_terminal(&arguments.paths, &ego),
     }
 }

@@ -26,12 +26,7 @@ use crate::system;
 
 /// A terminal workbench for safety-critical driving scenarios.
 #[derive(Debug, clap::Parser)]
-#[command(
-    name = "nearmiss",
-    version,
-    about,
-    args_conflicts_with_subcommands = true
-)]
+#[command(name = "nearmiss", version, about)]
 pub struct Arguments {
     /// What to do without the workbench.
     #[command(subcommand)]

@@ -103,11 +103,16 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
 /// Who shall be the ego in the workbench, checked as far as that needs no screen.
 ///
 /// # Errors
-/// An ego is chosen, and the paths are not one scenario or it cannot be the ego there.
+/// An ego is chosen, and there is a command, or the paths are not one scenario, or it cannot be the ego there.
 pub fn chosen_ego(arguments: &Arguments) -> Result<WantedEgo, Failure> {
     let wanted = arguments.ego.wanted()?;
     if wanted == WantedEgo::Beside {
         return Ok(wanted);
+    }
+    if arguments.command.is_some() {
+        return Err(Failure::input(
+            "--ego before a command is that of the workbench; put it behind: nearmiss COMMAND FILE --ego ID|FILE",
+        ));
     }
     let entries = match &arguments.paths[..] {
         [] => bundled(),

@@ -258,7 +258,9 @@ fn the_workbench_takes_an_ego_for_one_scenario() {
     home.run(&[CUT_IN, "--planning-problem", "5"])
         .status(2)
         .says(&["--ego"]);
-    home.run(&["--ego", "301", "inspect", CUT_IN]).status(2);
+    home.run(&["--ego", "301", "inspect", CUT_IN])
+        .status(2)
+        .says(&["nearmiss COMMAND FILE --ego"]);
 }
 
 #[test]
