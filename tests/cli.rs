@@ -13,6 +13,8 @@ mod encode;
 mod evaluate;
 #[path = "cli/hostile.rs"]
 mod hostile;
+#[path = "cli/inspecting.rs"]
+mod inspecting;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
 #[path = "cli/long_jobs.rs"]
@@ -27,6 +29,8 @@ mod protobuf;
 mod reading;
 #[path = "cli/remote.rs"]
 mod remote;
+#[path = "protobuf/rich.rs"]
+mod rich;
 mod support;
 
 /// The bundled scenarios and whether the ego collides in them.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::commonroad::{self, ReadError};
 use super::{Ego, EgoError, Scenario, find_recording, read_ego_file, read_recording};
+use crate::system;
 
 /// Where a scenario lies.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -31,13 +32,18 @@ pub struct Entry {
 #[derive(Debug, thiserror::Error)]
 pub enum LibraryError {
     /// A path does not exist or cannot be read.
-    #[error("{path}: {source}")]
+    #[error("{path}: {}", system::words(source))]
     Io {
         /// Which path.
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
     },
+    /// The path is `-`.
+    #[error(
+        "-: standard input is not read; save it in a file and name that (one that is called `-` is meant by `./-`)"
+    )]
+    StandardInput,
     /// There is no scenario below a path.
     #[error(
         "{0}: no CommonRoad scenario (a .xml file with a <commonRoad> root, or a .pb file) in this folder or below"
@@ -146,6 +152,17 @@ impl Entry {
     }
 }
 
+/// Refuses `-`, by which other programs mean their standard input.
+///
+/// # Errors
+/// The path is `-`.
+pub fn not_standard_input(path: &Path) -> Result<(), LibraryError> {
+    if path.as_os_str() == "-" {
+        return Err(LibraryError::StandardInput);
+    }
+    Ok(())
+}
+
 /// The scenarios at `paths`: files as they are, folders searched to the bottom, each file once.
 ///
 /// A scenario that is several files in a folder (2024 protobuf) is there once, with the file that needs the others.
@@ -158,6 +175,7 @@ impl Entry {
 pub fn find(paths: &[PathBuf]) -> Result<Vec<Entry>, LibraryError> {
     let mut found = Vec::new();
     for path in paths {
+        not_standard_input(path)?;
         let io = |source| LibraryError::Io {
             path: path.clone(),
             source,

@@ -21,11 +21,11 @@ mod window;
 use std::collections::BTreeMap;
 
 pub use ego::{
-    EgoError, EgoSource, ego_of_solution, find_recording, read_ego, read_ego_file, read_recording,
-    write_recording,
+    EgoError, EgoSource, WantedEgo, ego_of_solution, find_recording, read_ego, read_ego_file,
+    read_recording, write_recording,
 };
 pub use identity::ContentHash;
-pub use library::{Entry, LibraryError, Place, bundled, find};
+pub use library::{Entry, LibraryError, Place, bundled, find, not_standard_input};
 pub use names::{
     LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, Signal, SignalColor,
     StateField, TrafficDirection,

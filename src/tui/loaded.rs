@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::judge::{Judgement, judge};
 use crate::metrics::{Headline, MEASURES, Measure, Series};
-use crate::scenario::{Entry, Scenario, Scene, Severity, Window};
+use crate::scenario::{Entry, Scenario, Scene, Severity, WantedEgo, Window};
 use crate::verdict::Task;
 
 /// What is worth knowing before a scenario is opened.
@@ -17,13 +17,13 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Reads a scenario and works them out.
+    /// Reads a scenario and works them out with this ego.
     ///
     /// # Errors
     /// It or its ego cannot be read.
-    pub fn read(entry: &Entry) -> Result<Self, String> {
+    pub fn read(entry: &Entry, ego: &WantedEgo) -> Result<Self, String> {
         let scenario = entry.read().map_err(|e| e.to_string())?;
-        let ego = entry.recorded_ego(&scenario).map_err(|e| e.to_string())?;
+        let ego = ego.of(entry, &scenario).map_err(|e| e.to_string())?;
         Ok(Self {
             obstacles: scenario.obstacles.len(),
             headline: ego.map(|ego| Headline::of(&series(&Scene::new(scenario, ego)))),
@@ -44,6 +44,8 @@ pub struct Opened {
     pub scene: Option<Arc<Scene>>,
     /// Why there is no ego.
     pub no_ego: Option<String>,
+    /// Whether the ego's file was chosen, and is not just the one beside the scenario.
+    pub chosen: bool,
     /// Distance, time to collision and risk over all steps.
     pub series: Option<Series>,
     /// The most dangerous values.
@@ -58,22 +60,18 @@ pub struct Opened {
 const SHOWN: [&str; 3] = ["distance", "ttc", "risk"];
 
 impl Opened {
-    /// Reads a scenario and works everything out; `ego` is an obstacle to take as the ego.
+    /// Reads a scenario and works everything out with this ego. One that lies beside it is looked for, and where it is
+    /// missing or broken, there is none.
     ///
     /// # Errors
-    /// It cannot be read, or the obstacle cannot be the ego.
-    pub fn read(entry: &Entry, ego: Option<i64>) -> Result<Self, String> {
+    /// It cannot be read, or the obstacle or file that was asked for cannot be the ego.
+    pub fn read(entry: &Entry, wanted: &WantedEgo) -> Result<Self, String> {
         let scenario = entry.read().map_err(|e| e.to_string())?;
-        let (scene, no_ego) = match ego {
-            Some(id) => {
-                let scene = Scene::with_obstacle_as_ego(scenario.clone(), id);
-                (Some(scene.map_err(|e| e.to_string())?), None)
-            }
-            None => match entry.recorded_ego(&scenario) {
-                Ok(Some(ego)) => (Some(Scene::new(scenario.clone(), ego)), None),
-                Ok(None) => (None, Some("no recorded ego beside it".to_string())),
-                Err(error) => (None, Some(error.to_string())),
-            },
+        let (scene, no_ego) = match wanted.of(entry, &scenario) {
+            Ok(Some(ego)) => (Some(Scene::new(scenario.clone(), ego)), None),
+            Ok(None) => (None, Some("no recorded ego beside it".to_string())),
+            Err(error) if *wanted == WantedEgo::Beside => (None, Some(error.to_string())),
+            Err(error) => return Err(error.to_string()),
         };
         let scene = scene.map(Arc::new);
         let series = scene.as_deref().map(series);
@@ -92,6 +90,7 @@ impl Opened {
             scenario,
             scene,
             no_ego,
+            chosen: matches!(wanted, WantedEgo::File { .. }),
             series,
             headline,
             collision,
@@ -144,12 +143,12 @@ fn ranking(series: &Series) -> Vec<i64> {
     ranked.into_iter().map(|(id, ..)| id).collect()
 }
 
-/// The most dangerous value of a measure in a scenario; nothing without an ego or a value.
+/// The most dangerous value of a measure in a scenario with this ego; nothing without an ego or a value.
 #[must_use]
-pub fn worst_of(entry: &Entry, measure: &str) -> Option<f64> {
+pub fn worst_of(entry: &Entry, ego: &WantedEgo, measure: &str) -> Option<f64> {
     let measure = MEASURES.iter().find(|m| m.id == measure)?;
     let scenario = entry.read().ok()?;
-    let ego = entry.recorded_ego(&scenario).ok()??;
+    let ego = ego.of(entry, &scenario).ok()??;
     let series = Series::compute(&Scene::new(scenario, ego), vec![measure]);
     let rows = series
         .obstacles()

@@ -88,7 +88,7 @@ pub enum Effect {
     Survey(Vec<(usize, Entry)>),
     /// Work out the most dangerous value of a measure in these scenarios, by their places in the list.
     Rank(&'static str, Vec<(usize, Entry)>),
-    /// Open a scenario, with its recorded ego or an obstacle as ego.
+    /// Open a scenario, with an obstacle as ego or without one with its recorded or chosen ego.
     Open(OpenId, Entry, Option<i64>),
     /// Load earlier answers.
     LoadStored(StoredOf),

@@ -11,13 +11,14 @@ use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
 use super::loaded::{Facts, Opened, worst_of};
-use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
+use super::message::{AskId, Effect, Msg, StoredOf};
 use crate::config::{Config, Folders};
 use crate::evaluation::{self, Answer, Judge, Question};
 use crate::llm::{Client, Parameters, Registry};
 use crate::prompts::Library;
-use crate::scenario::{Entry, bundled, find};
+use crate::scenario::{Entry, WantedEgo, bundled, find};
 use crate::store::Store;
+use crate::system;
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const PATIENCE: usize = 100;
@@ -31,6 +32,8 @@ pub struct Tasks {
     parameters: Parameters,
     client: Client,
     store: Option<Arc<Store>>,
+    /// The ego of a scenario where no obstacle is taken in its place.
+    ego: WantedEgo,
     asking: HashMap<AskId, AbortHandle>,
     /// Cancelled, and not yet written down.
     ending: Vec<AbortHandle>,
@@ -62,6 +65,7 @@ impl Tasks {
         registry: Registry,
         config: &Config,
         store: Option<Arc<Store>>,
+        ego: WantedEgo,
     ) -> Self {
         Self {
             sender,
@@ -74,6 +78,7 @@ impl Tasks {
             },
             client: Client::new(),
             store,
+            ego,
             asking: HashMap::new(),
             ending: Vec::new(),
             survey: Arc::new(AtomicU64::new(0)),
@@ -87,7 +92,10 @@ impl Tasks {
             Effect::Find(paths) => self.background(move || Msg::Found(found(paths))),
             Effect::Survey(entries) => self.survey(entries),
             Effect::Rank(measure, entries) => self.rank(measure, entries),
-            Effect::Open(id, entry, ego) => self.background(move || open(id, &entry, ego)),
+            Effect::Open(id, entry, obstacle) => {
+                let ego = obstacle.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
+                self.background(move || Msg::Opened(id, Opened::read(&entry, &ego).map(Box::new)));
+            }
             Effect::LoadStored(of) => self.load_stored(of),
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
             Effect::Ask(id, question, model) => self.ask(id, question, &model),
@@ -126,14 +134,16 @@ impl Tasks {
     }
 
     fn survey(&self, entries: Vec<(usize, Entry)>) {
-        self.for_each(self.survey.clone(), entries, |place, entry| {
-            Msg::Surveyed(place, Facts::read(entry))
+        let ego = self.ego.clone();
+        self.for_each(self.survey.clone(), entries, move |place, entry| {
+            Msg::Surveyed(place, Facts::read(entry, &ego))
         });
     }
 
     fn rank(&self, measure: &'static str, entries: Vec<(usize, Entry)>) {
+        let ego = self.ego.clone();
         self.for_each(self.ranking.clone(), entries, move |place, entry| {
-            Msg::Ranked(measure, place, worst_of(entry, measure))
+            Msg::Ranked(measure, place, worst_of(entry, &ego, measure))
         });
     }
 
@@ -182,9 +192,11 @@ impl Tasks {
             None => remove(&path),
         };
         if let Err(error) = kept {
-            let _ = self
-                .sender
-                .send(Msg::Complaint(format!("{}: {error}", path.display())));
+            let _ = self.sender.send(Msg::Complaint(format!(
+                "{}: {}",
+                path.display(),
+                system::words(&error)
+            )));
         }
     }
 
@@ -234,7 +246,7 @@ impl Tasks {
         self.background(move || {
             let result = change()
                 .map(|words| (Library::load(Some(&folder)), words))
-                .map_err(|e| format!("{}: {e}", folder.join(&file).display()));
+                .map_err(|e| format!("{}: {}", folder.join(&file).display(), system::words(&e)));
             Msg::Saved(file, result)
         });
     }
@@ -268,8 +280,4 @@ fn found(paths: Vec<PathBuf>) -> Result<Vec<Entry>, String> {
     } else {
         find(&paths).map_err(|e| e.to_string())
     }
-}
-
-fn open(id: OpenId, entry: &Entry, ego: Option<i64>) -> Msg {
-    Msg::Opened(id, Opened::read(entry, ego).map(Box::new))
 }

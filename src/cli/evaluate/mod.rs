@@ -13,6 +13,7 @@ use super::{Failure, Outcome, output};
 use crate::evaluation::{Candidate, Label, Labelled, Labels, Lead};
 use crate::judge;
 use crate::scenario::{Entry, find};
+use crate::system;
 use crate::verdict::Task;
 
 /// Arguments of `evaluate`.
@@ -160,7 +161,8 @@ fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
         let file = path.display().to_string();
         let bytes = std::fs::read(path).map_err(|e| {
             Failure::input(format!(
-                "--truth {file}: {e}; it takes CSV files, or `auto` alone for the exact geometry"
+                "--truth {file}: {}; it takes CSV files, or `auto` alone for the exact geometry",
+                system::words(&e)
             ))
         })?;
         labels.read(&bytes, &file).map_err(Failure::input)?;

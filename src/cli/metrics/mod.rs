@@ -102,7 +102,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     }
     let entries = find(&arguments.paths).map_err(Failure::input)?;
     // Before the file is begun, so that it never stays behind.
-    let stop = interrupted(file.is_some()).map_err(Failure::input)?;
+    let stop = interrupted(file.is_some()).map_err(|e| Failure::system("Ctrl-C", &e))?;
     let mut job = Job {
         table: Table::new(
             arguments.convention.name(),
@@ -147,9 +147,9 @@ pub fn run(arguments: &Metrics) -> Outcome {
     match (written, file) {
         // The reader of the pipe has seen enough.
         (Err(error), None) if error.kind() == io::ErrorKind::BrokenPipe => {}
-        (Err(error), None) => return Err(Failure::input(error)),
+        (Err(error), None) => return Err(Failure::system("standard output", &error)),
         (Err(error), Some(path)) => {
-            return Err(Failure::input(format!("{}: {error}", path.display())));
+            return Err(Failure::system(path.display(), &error));
         }
         (Ok(target), _) if job.failed < entries.len() => {
             target.map_or(Ok(()), Target::finish)?;

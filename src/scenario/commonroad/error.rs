@@ -1,5 +1,7 @@
 //! What is wrong with a file that is not a scenario, and where.
 
+use crate::system;
+
 /// Why a file is not a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}{}{}: {message}", place(*line, *column), inside(*line, element))]
@@ -39,7 +41,7 @@ impl ReadError {
             line: 0,
             column: 0,
             element: String::new(),
-            message: error.to_string(),
+            message: system::words(error),
         }
     }
 }

@@ -1,12 +1,14 @@
 //! Why an ego could not be read.
 
+use crate::scenario::SceneError;
 use crate::scenario::commonroad::ReadError;
+use crate::system;
 
 /// Why an ego could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum EgoError {
     /// The file cannot be opened or read.
-    #[error("{file}: {source}")]
+    #[error("{file}: {}", system::words(source))]
     Io {
         /// Which file.
         file: String,
@@ -129,21 +131,31 @@ pub enum EgoError {
         /// Those that are there.
         known: String,
     },
-    /// The ego is that of a planning problem which the scenario does not have.
+    /// The solution is of another scenario: of planning problems which this one does not have.
     #[error(
-        "{file}: the ego of planning problem {problem} of {of}; the scenario {scenario} has the planning problems {known}"
+        "{file}: this solves planning problem {problems} of {of}, and the scenario that was opened is {scenario} with \
+         planning problem {known}; {}",
+        other_scenario(of, scenario)
     )]
     Foreign {
         /// Which file.
         file: String,
-        /// The planning problem it solves.
-        problem: i64,
+        /// The planning problems it solves.
+        problems: String,
         /// The scenario that it is of.
         of: String,
         /// The scenario it was to be put into.
         scenario: String,
         /// The planning problems of that one.
         known: String,
+    },
+    /// The obstacle cannot be the ego.
+    #[error("{file}: {source}")]
+    Obstacle {
+        /// The file with the scenario.
+        file: String,
+        /// What it lacks.
+        source: SceneError,
     },
     /// The file has egos for several planning problems, and none was chosen.
     #[error("{file}: egos for the planning problems {known}; choose one of them")]
@@ -153,4 +165,13 @@ pub enum EgoError {
         /// Those that are there.
         known: String,
     },
+}
+
+/// What to do with a solution of `of` where `scenario` was opened.
+fn other_scenario(of: &str, scenario: &str) -> String {
+    if of == scenario {
+        "open the file of that scenario for which it was made".into()
+    } else {
+        format!("open {of}, or take a solution of {scenario}")
+    }
 }

@@ -6,6 +6,7 @@ mod find;
 mod log;
 mod recording;
 mod solution;
+mod wanted;
 
 use std::path::Path;
 
@@ -13,6 +14,7 @@ pub use error::EgoError;
 pub use find::find_recording;
 pub use recording::{read_recording, write_recording};
 pub use solution::ego_of_solution;
+pub use wanted::WantedEgo;
 
 use super::commonroad::{Root, read_solution, root_of};
 use super::{Diagnostic, Ego, Scenario, Severity};

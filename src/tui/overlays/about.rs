@@ -50,7 +50,8 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
     match (&opened.scene, &opened.no_ego) {
         (Some(scene), _) => {
             let (first, last) = (scene.steps().start, scene.last_step());
-            line("ego", &format!("{}, steps {first} to {last}", scene.ego));
+            let (id, source) = (scene.ego.id, &scene.ego.source);
+            line("ego", &format!("{id}, {source}, steps {first} to {last}"));
         }
         (None, why) => line("ego", why.as_deref().unwrap_or("none")),
     }

@@ -6,7 +6,7 @@ use ratatui::backend::TestBackend;
 use crate::config::Config;
 use crate::evaluation::{Answer, Judged, Missing};
 use crate::prompts::Library;
-use crate::scenario::bundled;
+use crate::scenario::{WantedEgo, bundled};
 use crate::store::Consumed;
 use crate::tui::keymap::Key;
 use crate::tui::loaded::Opened;
@@ -19,6 +19,8 @@ use crate::verdict::{How, ObstacleRisk, Parsed, Task, Verdict};
 
 pub struct Bench {
     pub model: Model,
+    /// The ego of a scenario where no obstacle is taken in its place.
+    pub ego: WantedEgo,
     /// What was asked for and not done.
     pub effects: Vec<Effect>,
 }
@@ -45,6 +47,7 @@ impl Bench {
                 library,
                 offers,
             ),
+            ego: WantedEgo::Beside,
             effects: Vec::new(),
         }
     }
@@ -53,7 +56,8 @@ impl Bench {
     pub fn send(&mut self, msg: Msg) {
         for effect in update(&mut self.model, msg) {
             if let Effect::Open(id, entry, ego) = effect {
-                self.send(Msg::Opened(id, Opened::read(&entry, ego).map(Box::new)));
+                let ego = ego.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
+                self.send(Msg::Opened(id, Opened::read(&entry, &ego).map(Box::new)));
             } else {
                 self.effects.push(effect);
             }

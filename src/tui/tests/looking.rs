@@ -6,7 +6,7 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::bench::Bench;
-use crate::scenario::Entry;
+use crate::scenario::{Entry, WantedEgo, write_recording};
 use crate::tui::action::ACTIONS;
 use crate::tui::message::{Effect, Mouse, Msg, OpenId};
 use crate::tui::model::Pane;
@@ -181,6 +181,33 @@ fn an_obstacle_can_be_the_ego_and_the_recorded_one_comes_back() {
     bench.type_text("recorded-ego");
     bench.press("enter");
     assert_eq!(bench.model.scene().unwrap().ego.id, recorded);
+}
+
+#[test]
+fn a_chosen_file_is_shown_as_the_source_of_the_ego_and_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.csv");
+    let mut bench = Bench::bundled();
+    let scene = bench.model.opened.as_ref().unwrap().scene.clone().unwrap();
+    std::fs::write(&path, write_recording(77, &scene.ego.track).unwrap()).unwrap();
+    bench.ego = WantedEgo::File {
+        path: path.clone(),
+        planning_problem: None,
+    };
+    bench.press("o shift-e");
+    assert!(bench.frame(160, 45).contains("as ego"));
+    bench.press(":");
+    bench.type_text("recorded-ego");
+    bench.press("enter");
+    assert_eq!(bench.model.scene().unwrap().ego.id, 77);
+    assert!(bench.frame(160, 45).contains("ego recorded in mine.csv"));
+    bench.press("i");
+    let folder = folder.path().display().to_string();
+    assert!(
+        bench.frame(200, 45).contains(&folder),
+        "{}",
+        bench.frame(200, 45)
+    );
 }
 
 #[test]
