@@ -127,7 +127,7 @@ impl Asking {
         on_event: &mut impl FnMut(Event),
     ) -> Result<(), StoreError> {
         let case = &question.case;
-        let judgement = judge::judge(&case.scene, case.task, &case.window);
+        let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
         self.piece(Event::Reasoning(judgement.reasoning), on_event)?;
         let text = serde_json::to_string(&judgement.verdict)?;
         self.piece(Event::Text(text), on_event)?;

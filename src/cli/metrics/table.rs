@@ -1,5 +1,7 @@
 //! A table of measures, whatever it is written as: its columns, and the values of one scenario.
 
+use crate::metrics::Thresholds;
+
 /// One column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
@@ -111,6 +113,8 @@ pub struct Field {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     pub convention: &'static str,
+    /// What a file of thresholds changed, in words; nothing where thresholds are not asked.
+    pub thresholds: Option<Vec<String>>,
     pub columns: Vec<Column>,
     pub fields: Vec<Field>,
 }
@@ -137,8 +141,22 @@ impl Table {
         let fields = values.chain(reasons).collect();
         Self {
             convention,
+            thresholds: None,
             columns,
             fields,
+        }
+    }
+
+    /// The same, of values worked out with these thresholds.
+    pub fn under(self, thresholds: &Thresholds) -> Self {
+        let changes = thresholds.changes();
+        let words = changes.iter().map(|c| {
+            let text = format!("{} {} {}", c.entry, c.value, c.unit);
+            text.trim_end().to_string()
+        });
+        Self {
+            thresholds: Some(words.collect()),
+            ..self
         }
     }
 }
