@@ -28,6 +28,8 @@ mod reading;
 #[path = "cli/remote.rs"]
 mod remote;
 mod support;
+#[path = "cli/thresholds.rs"]
+mod thresholds;
 
 /// The bundled scenarios and whether the ego collides in them.
 const BUNDLED: [(&str, bool); 8] = [

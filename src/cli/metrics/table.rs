@@ -149,13 +149,14 @@ impl Table {
 
     /// The same, of values worked out with these thresholds.
     pub fn under(self, thresholds: &Thresholds) -> Self {
-        let changes = thresholds.changes();
-        let words = changes.iter().map(|c| {
-            let text = format!("{} {} {}", c.entry, c.value, c.unit);
-            text.trim_end().to_string()
-        });
         Self {
-            thresholds: Some(words.collect()),
+            thresholds: Some(
+                thresholds
+                    .changes()
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect(),
+            ),
             ..self
         }
     }

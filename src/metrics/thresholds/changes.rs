@@ -14,8 +14,18 @@ pub struct Change {
     pub unit: &'static str,
 }
 
+impl std::fmt::Display for Change {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.entry, self.value)?;
+        match self.unit {
+            "" => Ok(()),
+            unit => write!(f, " {unit}"),
+        }
+    }
+}
+
 impl Thresholds {
-    /// Every entry that the user's file sets, in the order of thresholds, risk scores, limits.
+    /// Every value that the user's file sets, of risk scores those that it changes, in the order of thresholds, risk scores, limits.
     #[must_use]
     pub fn changes(&self) -> Vec<Change> {
         let critical = self.critical.iter().filter(|t| t.own).map(|t| Change {
@@ -23,18 +33,16 @@ impl Thresholds {
             value: t.value,
             unit: measure(&t.measure).map_or("", |m| m.unit),
         });
-        let levels = self.risk.levels.iter();
-        let bounds = levels.filter(|l| self.own_level(l.score)).flat_map(|own| {
-            let bound = |key: &str, value: Option<f64>, unit| {
-                value.map(|value| Change {
-                    entry: format!("risk {} {key}", own.score),
-                    value,
-                    unit,
-                })
+        let levels = self.risk.levels.iter().zip(&Self::shipped().risk.levels);
+        let bounds = levels.flat_map(|(own, shipped)| {
+            let bound = |key: &str, own_bound: Option<f64>, shipped: Option<f64>, unit| {
+                let value = own_bound.filter(|_| own_bound != shipped)?;
+                let entry = format!("risk {} {key}", own.score);
+                Some(Change { entry, value, unit })
             };
             [
-                bound("distance", own.distance, "m"),
-                bound("time", own.time, "s"),
+                bound("distance", own.distance, shipped.distance, "m"),
+                bound("time", own.time, shipped.time, "s"),
             ]
         });
         let limits = LIMITS.iter().filter(|l| self.own_limit(l));

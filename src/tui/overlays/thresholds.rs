@@ -8,12 +8,13 @@ use crate::text::visible;
 use crate::tui::model::Model;
 use crate::tui::widgets::words::{fit, pad, quantity};
 
-/// Columns of what is limited.
-const NAME: usize = 26;
+/// Columns of what is limited, in a narrow window and in a wide one.
+const NAME: [usize; 2] = [28, 40];
 /// Columns of a value with its unit.
 const VALUE: usize = 18;
 
 pub fn text(model: &Model, width: usize) -> Vec<Line<'static>> {
+    let name_width = NAME[usize::from(width > 100)];
     let theme = &model.theme;
     let thresholds = &model.thresholds;
     let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
@@ -32,9 +33,9 @@ pub fn text(model: &Model, width: usize) -> Vec<Line<'static>> {
                 ("  ", Style::new())
             };
             lines.push(Line::from(vec![
-                Span::styled(format!("{sign}{}", pad(&name, NAME - 2)), style),
+                Span::styled(format!("{sign}{} ", pad(&name, name_width - 3)), style),
                 Span::styled(pad(&value, VALUE), style),
-                Span::styled(fit(&source, width.saturating_sub(NAME + VALUE)), dim),
+                Span::styled(fit(&source, width.saturating_sub(name_width + VALUE)), dim),
             ]));
         }
     };

@@ -110,7 +110,7 @@ fn line(
     match reading {
         Reading::None(why) => Line::from(vec![
             Span::styled(pad(&format!("  {id}"), NAME), dim),
-            Span::styled(pad(&format!("– {}", why.reason()), VALUE + LIMIT), dim),
+            Span::styled(cell(&format!("– {}", why.reason()), VALUE + LIMIT), dim),
             Span::styled(source, dim),
         ]),
         Reading::Value(value) => {
@@ -119,9 +119,9 @@ fn line(
                 Some(threshold) => (
                     "!",
                     Style::new().fg(theme.danger).add_modifier(Modifier::BOLD),
-                    pad(&words(threshold, unit), LIMIT),
+                    cell(&words(threshold, unit), LIMIT),
                 ),
-                None => (" ", Style::new(), pad(&nearest(model, id, unit), LIMIT)),
+                None => (" ", Style::new(), cell(&nearest(model, id, unit), LIMIT)),
             };
             let limit_style = if reached.is_some() { style } else { dim };
             Line::from(vec![
@@ -134,6 +134,11 @@ fn line(
     }
 }
 
+/// A cell with a gap behind it.
+fn cell(text: &str, width: usize) -> String {
+    format!("{} ", pad(text, width.saturating_sub(1)))
+}
+
 /// The threshold that a value that is not dangerous would reach first.
 fn nearest(model: &Model, id: &str, unit: &str) -> String {
     let last = model.thresholds.of(id).last();
@@ -144,6 +149,6 @@ fn words(threshold: &Threshold, unit: &str) -> String {
     let own = if threshold.own { "*" } else { "" };
     let value = quantity(threshold.value, unit);
     // The name is cut before the value is.
-    let room = LIMIT.saturating_sub(value.chars().count() + own.len() + 2);
+    let room = LIMIT.saturating_sub(value.chars().count() + own.len() + 3);
     format!("{} {value}{own}", fit(&threshold.name, room))
 }
