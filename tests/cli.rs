@@ -32,6 +32,8 @@ mod remote;
 #[path = "protobuf/rich.rs"]
 mod rich;
 mod support;
+#[path = "cli/thresholds.rs"]
+mod thresholds;
 
 /// The bundled scenarios and whether the ego collides in them.
 const BUNDLED: [(&str, bool); 8] = [

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Arguments, Failure, output};
-use crate::config::{Config, Folders};
+use crate::config::{Config, Folders, TextFile};
+use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
 use crate::scenario::{
     EgoError, Entry, Place, Scenario, Scene, Severity, WantedEgo, Window, bundled, find,
@@ -255,6 +256,21 @@ pub fn configuration() -> Result<(Folders, Config), Failure> {
     let folders = Folders::find().map_err(Failure::input)?;
     let config = Config::read(&folders.config_file()).map_err(Failure::input)?;
     Ok((folders, config))
+}
+
+/// The shipped thresholds, changed by the user's file in the configuration folder if there is one.
+pub fn user_thresholds(folders: &Folders) -> Result<Thresholds, Failure> {
+    match TextFile::read_if_there(&folders.thresholds()).map_err(Failure::input)? {
+        Some(said) => Thresholds::read(&said.text, &said.file).map_err(Failure::input),
+        None => Ok(Thresholds::shipped().clone()),
+    }
+}
+
+/// The shipped thresholds, changed by a file.
+pub fn thresholds_of(path: &Path) -> Result<Thresholds, Failure> {
+    let said =
+        TextFile::read(path).map_err(|error| Failure::input(format!("--thresholds {error}")))?;
+    Thresholds::read(&said.text, &said.file).map_err(Failure::input)
 }
 
 /// `collision` or `safety`.

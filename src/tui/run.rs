@@ -8,7 +8,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::message::{Effect, Msg};
 use super::model::Model;
-use super::tasks::{Remaining, Tasks};
+use super::tasks::{Remaining, Tasks, thresholds};
 use super::terminal::{Events, Screen, give_back_on_panic};
 use super::theme::{Depth, Theme};
 use super::update::{start, update};
@@ -73,7 +73,15 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
         }
     };
     let (sender, receiver) = unbounded_channel();
-    let tasks = Tasks::new(sender, folders, registry, &model.config, store, ego);
+    let tasks = Tasks::new(
+        sender,
+        folders,
+        registry,
+        &model.config,
+        model.thresholds.clone(),
+        store,
+        ego,
+    );
     let mut looping = Loop {
         model,
         screen,
@@ -113,6 +121,10 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
     }
     let offers = registry.offers(env);
     let mut model = Model::new(paths, config, theme, library, offers);
+    match thresholds(&folders.thresholds()) {
+        Ok(thresholds) => model.thresholds = Arc::new(thresholds),
+        Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),
+    }
     for (file, draft) in drafts(&folders.drafts()) {
         model.prompt.take_up(file, draft);
     }

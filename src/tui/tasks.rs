@@ -10,11 +10,12 @@ use rayon::prelude::*;
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
-use super::loaded::{Facts, Opened, worst_of};
-use super::message::{AskId, Effect, Msg, StoredOf};
-use crate::config::{Config, Folders};
+use super::loaded::{Facts, Measured, Opened, worst_of};
+use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
+use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::{self, Answer, Judge, Question};
 use crate::llm::{Client, Parameters, Registry};
+use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo, bundled, find};
 use crate::store::Store;
@@ -30,6 +31,7 @@ pub struct Tasks {
     folders: Folders,
     registry: Registry,
     parameters: Parameters,
+    thresholds: Arc<Thresholds>,
     client: Client,
     store: Option<Arc<Store>>,
     /// The ego of a scenario where no obstacle is taken in its place.
@@ -64,6 +66,7 @@ impl Tasks {
         folders: Folders,
         registry: Registry,
         config: &Config,
+        thresholds: Arc<Thresholds>,
         store: Option<Arc<Store>>,
         ego: WantedEgo,
     ) -> Self {
@@ -76,6 +79,7 @@ impl Tasks {
                 max_tokens: config.max_tokens,
                 seed: None,
             },
+            thresholds,
             client: Client::new(),
             store,
             ego,
@@ -94,8 +98,18 @@ impl Tasks {
             Effect::Rank(measure, entries) => self.rank(measure, entries),
             Effect::Open(id, entry, obstacle) => {
                 let ego = obstacle.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
-                self.background(move || Msg::Opened(id, Opened::read(&entry, &ego).map(Box::new)));
+                let thresholds = self.thresholds.clone();
+                self.background(move || open(id, &entry, &ego, &thresholds));
             }
+            Effect::Measure(id, scene, obstacle, thresholds) => self.background(move || {
+                let measured = Measured::of(&scene, obstacle, &thresholds);
+                Msg::Measured(id, Box::new(measured))
+            }),
+            Effect::ReadThresholds => {
+                let path = self.folders.thresholds();
+                self.background(move || Msg::Thresholds(thresholds(&path).map(Arc::new)));
+            }
+            Effect::UseThresholds(thresholds) => self.thresholds = thresholds,
             Effect::LoadStored(of) => self.load_stored(of),
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
             Effect::Ask(id, question, model) => self.ask(id, question, &model),
@@ -134,16 +148,16 @@ impl Tasks {
     }
 
     fn survey(&self, entries: Vec<(usize, Entry)>) {
-        let ego = self.ego.clone();
+        let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
         self.for_each(self.survey.clone(), entries, move |place, entry| {
-            Msg::Surveyed(place, Facts::read(entry, &ego))
+            Msg::Surveyed(place, Facts::read(entry, &ego, &thresholds))
         });
     }
 
     fn rank(&self, measure: &'static str, entries: Vec<(usize, Entry)>) {
-        let ego = self.ego.clone();
+        let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
         self.for_each(self.ranking.clone(), entries, move |place, entry| {
-            Msg::Ranked(measure, place, worst_of(entry, &ego, measure))
+            Msg::Ranked(measure, place, worst_of(entry, &ego, measure, &thresholds))
         });
     }
 
@@ -279,5 +293,20 @@ fn found(paths: Vec<PathBuf>) -> Result<Vec<Entry>, String> {
         Ok(bundled())
     } else {
         find(&paths).map_err(|e| e.to_string())
+    }
+}
+
+fn open(id: OpenId, entry: &Entry, ego: &WantedEgo, thresholds: &Thresholds) -> Msg {
+    Msg::Opened(id, Opened::read(entry, ego, thresholds).map(Box::new))
+}
+
+/// The shipped thresholds, changed by the user's file if it is there.
+///
+/// # Errors
+/// It cannot be read, or says something that is not allowed: with file and line.
+pub fn thresholds(path: &Path) -> Result<Thresholds, String> {
+    match TextFile::read_if_there(path)? {
+        Some(said) => Thresholds::read(&said.text, &said.file).map_err(|e| e.to_string()),
+        None => Ok(Thresholds::shipped().clone()),
     }
 }

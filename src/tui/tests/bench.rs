@@ -9,7 +9,7 @@ use crate::prompts::Library;
 use crate::scenario::{WantedEgo, bundled};
 use crate::store::Consumed;
 use crate::tui::keymap::Key;
-use crate::tui::loaded::Opened;
+use crate::tui::loaded::{Measured, Opened};
 use crate::tui::message::{AskId, Effect, Msg};
 use crate::tui::model::Model;
 use crate::tui::theme::Theme;
@@ -55,11 +55,17 @@ impl Bench {
     /// Sends a message; scenarios that it asks for are opened at once.
     pub fn send(&mut self, msg: Msg) {
         for effect in update(&mut self.model, msg) {
-            if let Effect::Open(id, entry, ego) = effect {
-                let ego = ego.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
-                self.send(Msg::Opened(id, Opened::read(&entry, &ego).map(Box::new)));
-            } else {
-                self.effects.push(effect);
+            match effect {
+                Effect::Open(id, entry, ego) => {
+                    let ego = ego.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
+                    let opened = Opened::read(&entry, &ego, &self.model.thresholds);
+                    self.send(Msg::Opened(id, opened.map(Box::new)));
+                }
+                Effect::Measure(id, scene, obstacle, thresholds) => {
+                    let measured = Measured::of(&scene, obstacle, &thresholds);
+                    self.send(Msg::Measured(id, Box::new(measured)));
+                }
+                other => self.effects.push(other),
             }
         }
     }

@@ -7,3 +7,4 @@ mod frames;
 mod looking;
 mod plotting;
 mod prompt;
+mod values;
