@@ -2,6 +2,7 @@
 
 mod conform;
 mod elements;
+mod encoding;
 mod error;
 mod location;
 mod obstacles;

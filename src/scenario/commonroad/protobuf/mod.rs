@@ -35,6 +35,7 @@ use report::{At, Report};
 pub(super) use beside::{is_protobuf_name, scenario_name};
 
 use super::ReadError;
+use super::encoding::foreign;
 use crate::scenario::Scenario;
 
 /// Larger files are not read, bytes.
@@ -55,11 +56,18 @@ pub(super) fn read(bytes: &[u8], file: &str, path: Option<&Path>) -> Result<Scen
             kind: Kind::Single, ..
         }) => single::read(bytes, file),
         Some(head) => triple::read(bytes, file, &head, path),
-        None if bytes.is_empty() => Err(fail(file, "it is empty")),
-        None => Err(fail(
-            file,
-            "it is no protobuf message of CommonRoad, or damaged at its beginning: the information of a scenario or a map is expected there as field 1",
-        )),
+        None => Err(fail(file, no_message(bytes))),
+    }
+}
+
+/// What bytes are that do not begin as a message does.
+fn no_message(bytes: &[u8]) -> &'static str {
+    match foreign(bytes) {
+        Some(what) => what,
+        None if bytes.is_empty() => "it is empty",
+        None => {
+            "it is no protobuf message of CommonRoad, or damaged at its beginning: the information of a scenario or a map is expected there as field 1"
+        }
     }
 }
 
