@@ -7,7 +7,7 @@ use super::{Failure, output};
 use crate::config::{Config, Folders};
 use crate::prompts::Techniques;
 use crate::scenario::{
-    EgoError, Entry, Place, Scenario, Scene, Severity, Window, bundled, read_ego_file,
+    EgoError, Entry, Place, Scenario, Scene, Severity, Window, bundled, find, read_ego_file,
 };
 use crate::text::{Frame, Options};
 use crate::verdict::Task;
@@ -69,6 +69,15 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
         }
     }
     Ok(entry)
+}
+
+/// The scenarios at `paths`. What was passed over is said.
+pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
+    let found = find(paths).map_err(Failure::input)?;
+    if let Some(words) = found.passed_over_in_short() {
+        output::say(&format!("nearmiss: {words}"));
+    }
+    Ok(found.entries)
 }
 
 /// The scene of an entry, with an obstacle or a file's ego. What is doubtful about the ego is said.

@@ -16,7 +16,7 @@ use crate::config::{Config, Folders};
 use crate::evaluation::{self, Answer, Judge, Question};
 use crate::llm::{Client, Parameters, Registry};
 use crate::prompts::Library;
-use crate::scenario::{Entry, bundled, find};
+use crate::scenario::{Entry, Found, bundled, find};
 use crate::store::Store;
 
 /// Times five milliseconds that cancelled questions have to be written down.
@@ -262,9 +262,9 @@ fn remove(path: &Path) -> std::io::Result<()> {
     }
 }
 
-fn found(paths: Vec<PathBuf>) -> Result<Vec<Entry>, String> {
+fn found(paths: Vec<PathBuf>) -> Result<Found, String> {
     if paths.is_empty() {
-        Ok(bundled())
+        Ok(bundled().into())
     } else {
         find(&paths).map_err(|e| e.to_string())
     }

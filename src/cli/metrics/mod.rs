@@ -14,10 +14,10 @@ use std::sync::atomic::Ordering;
 
 use super::in_order::in_order;
 use super::interrupt::{INTERRUPTED, interrupted};
-use super::open::{EgoChoice, scene_and_doubts};
+use super::open::{EgoChoice, found, scene_and_doubts};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
-use crate::scenario::{Entry, Scene, find};
+use crate::scenario::{Entry, Scene};
 use table::{Column, Sheet, Table};
 use target::{Encoded, Format, TableWriter, Target};
 
@@ -100,7 +100,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
             "Parquet is not for terminals and pipes: name a file with -o FILE",
         ));
     }
-    let entries = find(&arguments.paths).map_err(Failure::input)?;
+    let entries = found(&arguments.paths)?;
     // Before the file is begun, so that it never stays behind.
     let stop = interrupted(file.is_some()).map_err(Failure::input)?;
     let mut job = Job {

@@ -7,12 +7,12 @@ use super::xml::{Xml, short};
 /// them.
 pub(in crate::scenario) fn foreign(bytes: &[u8]) -> Option<&'static str> {
     Some(match bytes {
-        [0x1f, 0x8b, ..] => "this is compressed with gzip; unpack it first",
-        [b'P', b'K', 3, 4, ..] => "this is a ZIP archive; unpack it first",
-        [b'B', b'Z', b'h', b'1'..=b'9', ..] => "this is compressed with bzip2; unpack it first",
-        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => "this is compressed with xz; unpack it first",
-        [0x28, 0xb5, 0x2f, 0xfd, ..] => "this is compressed with zstd; unpack it first",
-        _ if utf16_unit(bytes).is_some() => "this is UTF-16; save it as UTF-8",
+        [0x1f, 0x8b, ..] => "compressed with gzip; unpack it first",
+        [b'P', b'K', 3, 4, ..] => "a ZIP archive; unpack it first",
+        [b'B', b'Z', b'h', b'1'..=b'9', ..] => "compressed with bzip2; unpack it first",
+        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => "compressed with xz; unpack it first",
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => "compressed with zstd; unpack it first",
+        _ if utf16_unit(bytes).is_some() => "UTF-16; save it as UTF-8",
         _ => return None,
     })
 }
@@ -51,7 +51,7 @@ pub(super) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, ReadError
         message,
     };
     if let Some(what) = foreign(bytes) {
-        return Err(wrong("", String::new(), what.into()));
+        return Err(wrong("", String::new(), format!("this is {what}")));
     }
     std::str::from_utf8(bytes).map_err(|error| {
         let at = error.valid_up_to();

@@ -112,7 +112,7 @@ fn a_file_that_cannot_be_read_says_why_and_the_rest_works() {
     let mut entries = vec![Entry::of_file(&path)];
     entries.extend(crate::scenario::bundled());
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(entries)));
+    bench.send(Msg::Found(Ok(entries.into())));
     let error = bench.model.open_error.clone().unwrap();
     assert!(
         error.contains("broken.xml:1:1") && error.contains("timeStepSize"),
@@ -121,6 +121,28 @@ fn a_file_that_cannot_be_read_says_why_and_the_rest_works() {
     assert!(bench.frame(120, 40).contains("timeStepSize"));
     bench.press("down");
     assert!(bench.model.opened.is_some() && bench.model.open_error.is_none());
+}
+
+#[test]
+fn what_the_search_passed_over_is_said_below_the_list_and_told_by_i() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ZAM_Merge-1_1_T-1.xml");
+    std::fs::copy(source, folder.path().join("good.xml")).unwrap();
+    std::fs::write(folder.path().join("a.xml"), "").unwrap();
+    std::fs::write(folder.path().join("b\u{1b}[31m.xml"), [0x1f, 0x8b, 8]).unwrap();
+    let mut bench = Bench::bundled();
+    assert!(!bench.frame(120, 40).contains("passed over"));
+    let found = crate::scenario::find(&[folder.path().to_path_buf()]).unwrap();
+    bench.send(Msg::Found(Ok(found)));
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("scenarios 1 "), "{frame}");
+    assert!(frame.contains(" 2 passed over · i "), "{frame}");
+    bench.press("i");
+    let told = bench.frame(120, 60);
+    for words in ["is not in the list", "a.xml (empty)", "gzip; unpack it"] {
+        assert!(told.contains(words), "{words}: {told}");
+    }
+    assert!(!told.contains('\u{1b}'));
 }
 
 #[test]
@@ -190,7 +212,7 @@ fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ZAM_Merge-1_1_T-1.xml");
     std::fs::copy(source, &path).unwrap();
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)])));
+    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
     assert!(bench.frame(120, 40).contains("no ego"));
     bench.press("r");
     assert!(bench.effects.iter().all(|e| !matches!(e, Effect::Ask(..))));
@@ -349,7 +371,7 @@ fn what_reading_assumed_is_shown_and_counted() {
         <dynamicObstacle id="7"><type>spaceship</type></dynamicObstacle></commonRoad>"#;
     std::fs::write(&path, text).unwrap();
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)])));
+    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
     assert!(bench.frame(160, 45).contains("! 3 warnings (i)"));
     bench.press("i");
     let frame = bench.frame(160, 45);
