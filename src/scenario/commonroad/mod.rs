@@ -26,6 +26,7 @@ mod xml;
 use std::path::{Path, PathBuf};
 
 pub use conform::{Conformed, conform};
+pub(super) use encoding::foreign;
 pub use error::ReadError;
 pub(super) use root::is_scenario;
 pub use root::{Root, Unrecognised, root_of, root_of_file};
