@@ -117,7 +117,7 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<WantedEgo, Failure> {
     }
     let entries = match &arguments.paths[..] {
         [] => bundled(),
-        paths => find(paths).map_err(Failure::input)?,
+        paths => find(paths).map_err(Failure::input)?.entries,
     };
     let [entry] = &entries[..] else {
         return Err(Failure::input(format!(
@@ -128,6 +128,15 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<WantedEgo, Failure> {
     let scenario = entry.read().map_err(Failure::input)?;
     wanted.of(entry, &scenario).map_err(advised)?;
     Ok(wanted)
+}
+
+/// The scenarios at `paths`. What was passed over is said.
+pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
+    let found = find(paths).map_err(Failure::input)?;
+    if let Some(words) = found.passed_over_in_short() {
+        output::say(&format!("nearmiss: {words}"));
+    }
+    Ok(found.entries)
 }
 
 /// The scene of an entry, with an obstacle or a file's ego. What is doubtful about the ego is said.

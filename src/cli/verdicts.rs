@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 
-use super::open::scene_with;
+use super::open::{found, scene_with};
 use super::{Failure, Outcome, output};
 use crate::judge::{self, judge};
-use crate::scenario::{Entry, Scene, WantedEgo, Window, bundled, find};
+use crate::scenario::{Entry, Scene, WantedEgo, Window, bundled};
 use crate::verdict::Task;
 
 /// Whether somebody is there to look at a screen and press keys.
@@ -32,7 +32,7 @@ pub fn without_terminal(paths: &[PathBuf], ego: &WantedEgo) -> Outcome {
     let entries = if paths.is_empty() {
         bundled()
     } else {
-        find(paths).map_err(Failure::input)?
+        found(paths)?
     };
     let lines: Vec<Result<String, Failure>> = entries
         .par_iter()

@@ -11,7 +11,7 @@ use super::loaded::{Facts, Measured, Opened};
 use crate::evaluation::{Answer, Event, Question};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Entry, Scene};
+use crate::scenario::{Entry, Found, Scene};
 use crate::verdict::Task;
 
 /// Something happened.
@@ -28,7 +28,7 @@ pub enum Msg {
     /// Time passed; sent only while something moves.
     Passed(Duration),
     /// The scenarios were found, or why not.
-    Found(Result<Vec<Entry>, String>),
+    Found(Result<Found, String>),
     /// The facts of a scenario, by its place in the list.
     Surveyed(usize, Result<Facts, String>),
     /// The most dangerous value of a measure in a scenario, by the measure's id and the place in the list.

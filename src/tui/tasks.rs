@@ -17,7 +17,7 @@ use crate::evaluation::{self, Answer, Judge, Question};
 use crate::llm::{Client, Parameters, Registry};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Entry, WantedEgo, bundled, find};
+use crate::scenario::{Entry, Found, WantedEgo, bundled, find};
 use crate::store::Store;
 use crate::system;
 
@@ -288,9 +288,9 @@ fn remove(path: &Path) -> std::io::Result<()> {
     }
 }
 
-fn found(paths: Vec<PathBuf>) -> Result<Vec<Entry>, String> {
+fn found(paths: Vec<PathBuf>) -> Result<Found, String> {
     if paths.is_empty() {
-        Ok(bundled())
+        Ok(bundled().into())
     } else {
         find(&paths).map_err(|e| e.to_string())
     }

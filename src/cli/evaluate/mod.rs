@@ -7,12 +7,12 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 
-use super::open::{EgoChoice, scene, task};
+use super::open::{EgoChoice, found, scene, task};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::evaluation::{Candidate, Label, Labelled, Labels, Lead};
 use crate::judge;
-use crate::scenario::{Entry, find};
+use crate::scenario::Entry;
 use crate::system;
 use crate::verdict::Task;
 
@@ -107,7 +107,7 @@ struct Batch<T> {
 pub fn run(arguments: &Evaluate) -> Outcome {
     let candidates = candidates(arguments)?;
     let truth = truth(&arguments.truth)?;
-    let entries = find(&arguments.paths).map_err(Failure::input)?;
+    let entries = found(&arguments.paths)?;
     match arguments.task {
         Task::Safety => safety::run(arguments, candidates, &truth, &entries),
         Task::Collision => collision::run(arguments, &truth, &entries),

@@ -15,12 +15,12 @@ use std::sync::atomic::Ordering;
 
 use super::in_order::in_order;
 use super::interrupt::{INTERRUPTED, interrupted};
-use super::open::{EgoChoice, scene_and_doubts, thresholds_of, user_thresholds};
+use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::config::Folders;
 use crate::metrics::Thresholds;
-use crate::scenario::{Entry, Scene, find};
+use crate::scenario::{Entry, Scene};
 use table::{Column, Sheet, Table};
 use target::{Encoded, Format, TableWriter, Target};
 
@@ -164,7 +164,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
         ));
     }
     let (rows, thresholds) = measured(arguments)?;
-    let entries = find(&arguments.paths).map_err(Failure::input)?;
+    let entries = found(&arguments.paths)?;
     // Before the file is begun, so that it never stays behind.
     let stop = interrupted(file.is_some()).map_err(|e| Failure::system("Ctrl-C", &e))?;
     let table = Table::new(

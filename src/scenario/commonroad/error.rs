@@ -45,16 +45,3 @@ impl ReadError {
         }
     }
 }
-
-/// What bytes are that are not UTF-8.
-pub(super) fn not_text(bytes: &[u8]) -> &'static str {
-    match bytes {
-        [0x1f, 0x8b, ..] => "this is compressed with gzip; unpack it first",
-        [b'P', b'K', 3, 4, ..] => "this is a ZIP archive; unpack it first",
-        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => {
-            "this is UTF-16; CommonRoad files are UTF-8, save it as such"
-        }
-        _ if bytes.contains(&0) => "bytes that are no text; this is not an XML file",
-        _ => "bytes that are not UTF-8; CommonRoad files are UTF-8, save it as such",
-    }
-}

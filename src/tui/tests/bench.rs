@@ -29,7 +29,7 @@ impl Bench {
     /// The bundled scenarios, with the first one open.
     pub fn bundled() -> Self {
         let mut bench = Self::empty();
-        bench.send(Msg::Found(Ok(bundled())));
+        bench.send(Msg::Found(Ok(bundled().into())));
         bench
     }
 

@@ -138,12 +138,12 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
 
 fn found_scenarios(
     model: &mut Model,
-    found: Result<Vec<crate::scenario::Entry>, String>,
+    found: Result<crate::scenario::Found, String>,
 ) -> Vec<Effect> {
     match found {
-        Ok(entries) => {
-            let survey = entries.iter().cloned().enumerate().collect();
-            model.list.fill(entries);
+        Ok(found) => {
+            let survey = found.entries.iter().cloned().enumerate().collect();
+            model.list.fill(found);
             let mut effects = open_current(model);
             effects.push(Effect::Survey(survey));
             effects
