@@ -282,9 +282,9 @@ pub fn thresholds_of(path: &Path) -> Result<Thresholds, Failure> {
     Thresholds::read(&said.text, &said.file).map_err(Failure::input)
 }
 
-/// `collision` or `safety`.
+/// `collision`, `safety`, `attacker` or `trajectory`.
 pub fn task(word: &str) -> Result<Task, String> {
-    Task::parse(word).ok_or_else(|| "there are collision and safety".into())
+    Task::parse(word).ok_or_else(|| "there are collision, safety, attacker and trajectory".into())
 }
 
 /// `ego` or `cartesian`.

@@ -15,7 +15,7 @@ use crate::verdict::Task;
 pub struct Asked {
     #[command(flatten)]
     which: Which,
-    /// What is asked: collision or safety.
+    /// What is asked: collision, safety, attacker or trajectory.
     #[arg(long, default_value = "collision", value_parser = task)]
     pub task: Task,
     /// From where the scene is described: ego or cartesian.

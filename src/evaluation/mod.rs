@@ -8,6 +8,8 @@ mod judges;
 mod labels;
 mod lead;
 mod question;
+/// Answers that were recorded by others.
+pub mod recorded;
 
 pub use answer::{Answer, Judged, Missing};
 pub use case::{Event, run};
