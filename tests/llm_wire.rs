@@ -50,6 +50,7 @@ fn request() -> Request {
             temperature: Some(0.0),
             max_tokens: Some(64),
             seed: Some(3),
+            effort: None,
         },
         schema: Some(Schema {
             name: "verdict".into(),

@@ -2,31 +2,35 @@
 
 use std::collections::VecDeque;
 use std::mem;
-use std::pin::Pin;
+use std::sync::Arc;
 use std::time::Duration;
 
 use backon::ExponentialBackoff;
-use eventsource_stream::{Event, EventStreamError, Eventsource};
-use futures_util::stream::{Stream, StreamExt};
-use reqwest::header::{AUTHORIZATION, CONTENT_TYPE, HeaderValue};
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use reqwest::header::{CONTENT_TYPE, HeaderMap, HeaderName, HeaderValue};
 use reqwest::{Response, Url};
+use tokio::sync::OwnedSemaphorePermit;
 
-use super::chunk::Chunk;
+use super::budget::Reservation;
+use super::chunk::{Chunk, Cost, CostSource, Finish, Usage};
 use super::client::Client;
+use super::decoder::Decoder;
+use super::dialect::Framing;
 use super::endpoint::Endpoint;
 use super::error::{Error, without_key};
 use super::failure::Failure;
-use super::openai_chat::{self, Decoder};
-use super::patience::{Elapsed, Patience};
+use super::frames::{Frames, ended, frames, step};
+use super::limits::Gate;
+use super::patience::Patience;
 use super::problem::tidy;
+use super::redact::Redactor;
 use super::request::Request;
 use super::retry::waits;
-use super::text::{Fault, texts, whole};
+use super::text::{texts, whole};
 
 /// Most of an unstreamed answer that is read, in bytes.
 const LONGEST_DOCUMENT: usize = 16 << 20;
-
-type Events = Pin<Box<dyn Stream<Item = Result<Event, EventStreamError<Fault>>> + Send>>;
 
 /// The state machine behind [`super::stream`].
 pub(super) struct Exchange {
@@ -35,6 +39,13 @@ pub(super) struct Exchange {
     request: Request,
     queue: VecDeque<Result<Chunk, Error>>,
     state: State,
+    redactors: [Redactor; 2],
+    /// Money set aside for this request.
+    reserved: Option<Reservation>,
+    /// The place among the requests on their way.
+    place: Option<OwnedSemaphorePermit>,
+    returned: Option<String>,
+    asked: Timestamp,
 }
 
 enum State {
@@ -49,15 +60,18 @@ enum State {
 struct Sending {
     http: reqwest::Client,
     url: Url,
-    key: Option<HeaderValue>,
+    headers: HeaderMap,
     body: Vec<u8>,
+    gate: Arc<Gate>,
+    /// What the request counts as towards the tokens of a minute.
+    tokens: u32,
     patience: Patience,
     waits: ExponentialBackoff,
     attempt: u32,
 }
 
 struct Reading {
-    events: Events,
+    frames: Frames,
     decoder: Decoder,
 }
 
@@ -69,6 +83,11 @@ impl Exchange {
             request,
             queue: VecDeque::new(),
             state: State::New,
+            redactors: Default::default(),
+            reserved: None,
+            place: None,
+            returned: None,
+            asked: Timestamp::now(),
         }
     }
 
@@ -80,19 +99,88 @@ impl Exchange {
                     self.state = State::Over;
                     self.queue.clear();
                 }
-                return Some(item.map_err(|e| e.cleared_of(self.endpoint.usable_key())));
+                match self.cleared(item) {
+                    Some(item) => return Some(item),
+                    None => continue,
+                }
             }
             self.state = match mem::replace(&mut self.state, State::Over) {
-                State::New => self.prepare(),
+                State::New => self.prepare().await,
                 State::Sending(sending) => self.send(sending).await,
                 State::Waiting(wait, sending) => {
                     tokio::time::sleep(wait).await;
                     State::Sending(sending)
                 }
                 State::Reading(reading) => self.read(reading).await,
-                State::Over => return None,
+                State::Over => {
+                    self.reserved = None;
+                    self.place = None;
+                    return None;
+                }
             };
         }
+    }
+
+    /// A chunk as it leaves: without the key, and with its cost. `None` if all of it is held back, since it may become the key.
+    fn cleared(&mut self, item: Result<Chunk, Error>) -> Option<Result<Chunk, Error>> {
+        let key = self.endpoint.usable_key();
+        let clear = |text: String| without_key(&text, key);
+        let (redactor, kind): (_, fn(String) -> Chunk) = match &item {
+            Ok(Chunk::Reasoning(_)) => (0, Chunk::Reasoning),
+            Ok(Chunk::Text(_)) => (1, Chunk::Text),
+            _ => (2, Chunk::Text),
+        };
+        if let Ok(Chunk::Reasoning(text) | Chunk::Text(text)) = item {
+            let text = self.redactors[redactor].push(&text, key);
+            return (!text.is_empty()).then(|| Ok(kind(text)));
+        }
+        if matches!(item, Err(_) | Ok(Chunk::Finished(_) | Chunk::Usage(_))) {
+            let kinds: [fn(String) -> Chunk; 2] = [Chunk::Reasoning, Chunk::Text];
+            for (redactor, kind) in self.redactors.iter_mut().zip(kinds) {
+                let held = redactor.end();
+                if !held.is_empty() {
+                    self.queue.push_front(item);
+                    return Some(Ok(kind(held)));
+                }
+            }
+        }
+        Some(match item {
+            Err(error) => Err(error.cleared_of(key)),
+            Ok(Chunk::Started { model }) => {
+                let model = model.map(clear);
+                self.returned.clone_from(&model);
+                Ok(Chunk::Started { model })
+            }
+            Ok(Chunk::Finished(finish)) => Ok(Chunk::Finished(match finish {
+                Finish::Refusal(text) => Finish::Refusal(clear(text)),
+                Finish::Blocked(text) => Finish::Blocked(clear(text)),
+                Finish::Other(text) => Finish::Other(clear(text)),
+                other => other,
+            })),
+            Ok(Chunk::Usage(usage)) => Ok(Chunk::Usage(self.priced(usage))),
+            Ok(other) => Ok(other),
+        })
+    }
+
+    /// The usage with what it cost, which is taken from the budget.
+    fn priced(&mut self, mut usage: Usage) -> Usage {
+        if usage.cost.is_none() {
+            let day = self.asked.to_zoned(TimeZone::UTC).date();
+            let prices = &self.endpoint.prices;
+            let pricing = prices.of_answer(&self.request.model, self.returned.as_deref(), day);
+            usage.cost = pricing
+                .and_then(|pricing| pricing.cost(&usage, self.asked))
+                .map(|usd| Cost {
+                    usd,
+                    source: CostSource::Prices,
+                });
+        }
+        if let Some(cost) = usage.cost
+            && let Some(reserved) = self.reserved.take()
+        {
+            reserved.settle(cost.usd);
+        }
+        usage
     }
 
     fn fail(&mut self, error: Error) -> State {
@@ -100,52 +188,89 @@ impl Exchange {
         State::Over
     }
 
-    fn prepare(&mut self) -> State {
-        match self.prepared() {
+    async fn prepare(&mut self) -> State {
+        match self.prepared().await {
             Ok(sending) => State::Sending(Box::new(sending)),
             Err(error) => self.fail(error),
         }
     }
 
-    fn prepared(&self) -> Result<Sending, Error> {
+    async fn prepared(&mut self) -> Result<Sending, Error> {
+        let wrong = |place| |why| Error::Setup { place, why };
+        let url = self.endpoint.request_url(&self.request.model)?;
+        if let (None, Some(command)) = (self.endpoint.usable_key(), &self.endpoint.key_command) {
+            let key = self.client.key(command).await;
+            self.endpoint.key = Some(key.map_err(wrong(self.endpoint.place()))?);
+        }
         let endpoint = &self.endpoint;
-        let wrong = |why| Error::Setup {
-            place: endpoint.place(),
-            why,
-        };
-        let url = endpoint.chat_url()?;
-        let key = endpoint.usable_key().map(|key| {
-            let source = endpoint
-                .key_source
-                .as_deref()
-                .unwrap_or("the configuration");
-            let mut value = HeaderValue::from_str(&format!("Bearer {key}")).map_err(|_| {
-                wrong(format!(
-                    "the key from {source} holds characters that no key has; copy it again"
-                ))
-            })?;
-            value.set_sensitive(true);
-            Ok(value)
-        });
-        let http = self.client.http(endpoint.timeouts.connect).map_err(wrong)?;
+        let headers = headers(endpoint)?;
+        let body = endpoint.dialect.body(endpoint, &self.request);
+        let notes = body.notes.into_iter().map(|note| Ok(Chunk::Note(note)));
+        self.queue.extend(notes);
+        let body = serde_json::Value::Object(body.fields);
+        let connect = endpoint.timeouts.connect;
+        let http = self.client.http(connect).map_err(wrong(endpoint.place()))?;
+        let gate = self.client.gate(&endpoint.name, endpoint.limits);
+        self.place = gate.enter().await;
+        self.reserved = self.reserve()?;
+        let limit = endpoint.answer_limit(&self.request.parameters);
         Ok(Sending {
             http,
             url,
-            key: key.transpose()?,
-            body: openai_chat::body(endpoint, &self.request)
-                .to_string()
-                .into_bytes(),
+            headers,
+            body: body.to_string().into_bytes(),
+            gate,
+            tokens: self.request.tokens().saturating_add(limit.unwrap_or(0)),
             patience: Patience::starting_now(endpoint.timeouts),
             waits: waits(endpoint.retry),
             attempt: 1,
         })
     }
 
+    /// Sets aside the most that the request can cost, if there is a budget.
+    fn reserve(&self) -> Result<Option<Reservation>, Error> {
+        let endpoint = &self.endpoint;
+        let Some(budget) = &endpoint.budget else {
+            return Ok(None);
+        };
+        let (pricing, limit) =
+            endpoint.worst_case(&self.request.model, &self.request.parameters)?;
+        let most = pricing.at_most(self.request.tokens(), limit);
+        budget
+            .reserve(most)
+            .map(Some)
+            .map_err(|over| Error::Budget {
+                place: endpoint.place(),
+                why: over.to_string(),
+            })
+    }
+
+    fn may_be_paid(&mut self, yes: bool) {
+        if let Some(reserved) = &mut self.reserved {
+            reserved.may_be_paid(yes);
+        }
+    }
+
     async fn send(&mut self, mut sending: Box<Sending>) -> State {
+        if let Err(why) = sending.gate.admit(sending.tokens).await {
+            let place = self.endpoint.place();
+            return self.fail(Error::Setup { place, why });
+        }
+        if sending.attempt == 1 {
+            // Whoever waits for a turn has not lost patience with the server.
+            sending.patience = Patience::starting_now(self.endpoint.timeouts);
+        }
+        self.asked = Timestamp::now();
+        self.may_be_paid(true);
         let failure = match self.answer(&mut sending).await {
             Ok(response) => return self.begin(response, sending.patience).await,
             Err(failure) => failure,
         };
+        // What the server refused is not paid for; what it may be working on may be.
+        self.may_be_paid(failure.status.is_none() && !failure.may_pass);
+        if let (Some(401 | 403), Some(command)) = (failure.status, &self.endpoint.key_command) {
+            self.client.forget_key(command);
+        }
         let longest = self.endpoint.retry.longest_wait;
         let too_long = failure
             .asked
@@ -187,13 +312,8 @@ impl Exchange {
 
     // Exclusive borrows, because shared ones of what is not `Sync` would tie the stream to one thread.
     async fn answer(&mut self, sending: &mut Sending) -> Result<Response, Failure> {
-        let mut request = sending
-            .http
-            .post(sending.url.clone())
-            .header(CONTENT_TYPE, "application/json");
-        if let Some(key) = &sending.key {
-            request = request.header(AUTHORIZATION, key.clone());
-        }
+        let request = sending.http.post(sending.url.clone());
+        let request = request.headers(sending.headers.clone());
         let sent = sending
             .patience
             .wait(request.body(sending.body.clone()).send())
@@ -224,7 +344,8 @@ impl Exchange {
             .unwrap_or_default()
             .trim()
             .to_ascii_lowercase();
-        let mut decoder = Decoder::new(self.endpoint.place());
+        let dialect = self.endpoint.dialect;
+        let mut decoder = Decoder::new(dialect, self.endpoint.place());
         if kind == "text/html" {
             let what = "a web page; the address may be that of a page for people".to_owned();
             return self.fail(Error::Malformed {
@@ -232,71 +353,54 @@ impl Exchange {
                 what,
             });
         }
-        if kind == "application/json" {
+        // Where a line is an object, one object alone is a line too.
+        if kind == "application/json" && dialect.framing() == Framing::Events {
             let items = match whole(response, patience, LONGEST_DOCUMENT).await {
                 Ok(body) => match decoder.document(&body) {
                     Ok(chunks) => chunks.into_iter().map(Ok).collect(),
                     Err(error) => decoder.failed(error),
                 },
-                Err((_, fault)) => self.ended(&mut decoder, fault),
+                Err((_, fault)) => ended(&mut decoder, fault),
             };
             self.queue.extend(items);
             return State::Over;
         }
-        let events = Box::pin(texts(response.bytes_stream(), patience).eventsource());
-        State::Reading(Box::new(Reading { events, decoder }))
+        let texts = texts(response.bytes_stream(), patience);
+        let frames = frames(texts, dialect.framing());
+        State::Reading(Box::new(Reading { frames, decoder }))
     }
 
     async fn read(&mut self, mut reading: Box<Reading>) -> State {
-        let decoder = &mut reading.decoder;
-        let items = match reading.events.next().await {
-            Some(Ok(event)) if event.event == "error" => {
-                let error = decoder.error_event(&event.data);
-                decoder.failed(error)
-            }
-            Some(Ok(event)) => match decoder.event(&event.data) {
-                Ok(chunks) => {
-                    self.queue.extend(chunks.into_iter().map(Ok));
-                    // The connection is dropped with the events: some servers keep it open after the end.
-                    return if decoder.is_done() {
-                        State::Over
-                    } else {
-                        State::Reading(reading)
-                    };
-                }
-                Err(error) => decoder.failed(error),
-            },
-            Some(Err(EventStreamError::Transport(fault))) => self.ended(decoder, fault),
-            Some(Err(EventStreamError::Utf8(_) | EventStreamError::Parser(_))) => {
-                self.ended(decoder, Fault::NotText)
-            }
-            // An event begun but not ended by an empty line has been dropped by the parser, as the standard wants.
-            None => self.ended(decoder, Fault::Cut("the stream ended early".to_owned())),
-        };
+        let items = step(&mut reading.frames, &mut reading.decoder).await;
         self.queue.extend(items);
-        State::Over
+        // The connection is dropped with the frames: some servers keep it open after the end.
+        if reading.decoder.is_done() {
+            State::Over
+        } else {
+            State::Reading(reading)
+        }
     }
+}
 
-    fn ended(&self, decoder: &mut Decoder, fault: Fault) -> Vec<Result<Chunk, Error>> {
-        decoder.ended(|place, received| match fault {
-            Fault::Elapsed(Elapsed { which, after }) => Error::Timeout {
-                place,
-                which,
-                after,
-            },
-            Fault::Cut(why) => Error::Truncated {
-                place,
-                received,
-                why,
-            },
-            Fault::NotText => Error::Malformed {
-                place,
-                what: "bytes that are no UTF-8 text".to_owned(),
-            },
-            Fault::TooLong => Error::Malformed {
-                place,
-                what: "more than any answer can be".to_owned(),
-            },
-        })
+/// Every header of a request.
+fn headers(endpoint: &Endpoint) -> Result<HeaderMap, Error> {
+    let mut headers = HeaderMap::new();
+    headers.insert(CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    for (name, value) in endpoint.dialect.headers() {
+        let name = HeaderName::from_static(name);
+        headers.insert(name, HeaderValue::from_static(value));
     }
+    for (name, value) in &endpoint.headers {
+        let header = (name.parse::<HeaderName>(), HeaderValue::from_str(value));
+        let (Ok(name), Ok(mut value)) = header else {
+            return Err(Error::Setup {
+                place: endpoint.place(),
+                why: format!("`{name}` or its value is no header; check header_env"),
+            });
+        };
+        value.set_sensitive(true);
+        headers.insert(name, value);
+    }
+    headers.extend(endpoint.key_header()?.map(|(name, value)| (name, value)));
+    Ok(headers)
 }

@@ -8,6 +8,7 @@ use ratatui::layout::Position;
 use super::keymap::Key;
 use super::loaded::{Facts, Opened};
 use crate::evaluation::{Answer, Event, Question};
+use crate::llm::Discovered;
 use crate::prompts::Library;
 use crate::scenario::Entry;
 use crate::verdict::Task;
@@ -27,6 +28,8 @@ pub enum Msg {
     Passed(Duration),
     /// The scenarios were found, or why not.
     Found(Result<Vec<Entry>, String>),
+    /// Models that servers on this machine serve.
+    Discovered(Vec<Discovered>),
     /// The facts of a scenario, by its place in the list.
     Surveyed(usize, Result<Facts, String>),
     /// The most dangerous value of a measure in a scenario, by the measure's id and the place in the list.
@@ -84,6 +87,8 @@ pub enum Mouse {
 pub enum Effect {
     /// Find the scenarios at these paths; the bundled ones for none.
     Find(Vec<PathBuf>),
+    /// Look which model servers run on this machine.
+    Probe,
     /// Work out the facts of these scenarios, by their places in the list.
     Survey(Vec<(usize, Entry)>),
     /// Work out the most dangerous value of a measure in these scenarios, by their places in the list.

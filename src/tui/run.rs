@@ -14,7 +14,7 @@ use super::theme::{Depth, Theme};
 use super::update::{start, update};
 use super::{views, widgets};
 use crate::config::{Config, Folders};
-use crate::llm::Registry;
+use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
 use crate::scenario::{Entry, Place};
 use crate::store::Store;
@@ -51,7 +51,7 @@ pub fn run(paths: Vec<PathBuf>) -> Ended {
 async fn workbench(paths: Vec<PathBuf>) -> Ended {
     give_back_on_panic();
     let folders = Folders::find()?;
-    let (mut model, registry) = prepare(paths, &folders);
+    let (mut model, models) = prepare(paths, &folders);
     let mut screen = Screen::take(model.mouse).map_err(|e| format!("the terminal: {e}"))?;
     model.size = screen.size().map_err(|e| e.to_string())?;
     screen
@@ -67,7 +67,7 @@ async fn workbench(paths: Vec<PathBuf>) -> Ended {
         }
     };
     let (sender, receiver) = unbounded_channel();
-    let tasks = Tasks::new(sender, folders, registry, &model.config, store);
+    let tasks = Tasks::new(sender, folders, models, &model.config, store);
     let mut looping = Loop {
         model,
         screen,
@@ -84,7 +84,7 @@ async fn workbench(paths: Vec<PathBuf>) -> Ended {
 }
 
 /// The model at the start; what is wrong with the user's files is said, and the defaults are used.
-fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
+fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environment)) {
     let mut complaints = Vec::new();
     let config = Config::read(&folders.config_file()).unwrap_or_else(|error| {
         complaints.push(error.to_string());
@@ -105,7 +105,9 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
     for problem in &library.problems {
         complaints.push(format!("{}: {}", problem.path.display(), problem.message));
     }
-    let offers = registry.offers(env);
+    let environment = Environment::with_files(&[Path::new("."), &folders.config]);
+    complaints.extend(environment.problems.iter().cloned());
+    let offers = registry.offers(&environment);
     let mut model = Model::new(paths, config, theme, library, offers);
     for (file, draft) in drafts(&folders.drafts()) {
         model.prompt.take_up(file, draft);
@@ -113,7 +115,7 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
     for complaint in complaints {
         model.complain(complaint);
     }
-    (model, registry)
+    (model, (registry, environment))
 }
 
 /// What an earlier session left in the editor.
