@@ -2,14 +2,12 @@
 
 use std::collections::VecDeque;
 use std::mem;
-use std::sync::Arc;
 use std::time::Duration;
 
-use backon::ExponentialBackoff;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use reqwest::header::{CONTENT_TYPE, HeaderMap, HeaderName, HeaderValue};
-use reqwest::{Response, Url};
+use reqwest::Response;
+use reqwest::header::CONTENT_TYPE;
 use tokio::sync::OwnedSemaphorePermit;
 
 use super::budget::Reservation;
@@ -21,12 +19,11 @@ use super::endpoint::Endpoint;
 use super::error::{Error, without_key};
 use super::failure::Failure;
 use super::frames::{Frames, ended, frames, step};
-use super::limits::Gate;
 use super::patience::Patience;
 use super::problem::tidy;
 use super::redact::Redactor;
 use super::request::Request;
-use super::retry::waits;
+use super::sending::{Ready, Sending};
 use super::text::{texts, whole};
 
 /// Most of an unstreamed answer that is read, in bytes.
@@ -54,20 +51,6 @@ enum State {
     Waiting(Duration, Box<Sending>),
     Reading(Box<Reading>),
     Over,
-}
-
-/// A request ready to go, any number of times.
-struct Sending {
-    http: reqwest::Client,
-    url: Url,
-    headers: HeaderMap,
-    body: Vec<u8>,
-    gate: Arc<Gate>,
-    /// What the request counts as towards the tokens of a minute.
-    tokens: u32,
-    patience: Patience,
-    waits: ExponentialBackoff,
-    attempt: u32,
 }
 
 struct Reading {
@@ -189,60 +172,16 @@ impl Exchange {
     }
 
     async fn prepare(&mut self) -> State {
-        match self.prepared().await {
-            Ok(sending) => State::Sending(Box::new(sending)),
+        match Ready::new(&self.client, &mut self.endpoint, &self.request).await {
+            Ok(ready) => {
+                let notes = ready.notes.into_iter().map(|note| Ok(Chunk::Note(note)));
+                self.queue.extend(notes);
+                self.place = ready.place;
+                self.reserved = ready.reserved;
+                State::Sending(Box::new(ready.sending))
+            }
             Err(error) => self.fail(error),
         }
-    }
-
-    async fn prepared(&mut self) -> Result<Sending, Error> {
-        let wrong = |place| |why| Error::Setup { place, why };
-        let url = self.endpoint.request_url(&self.request.model)?;
-        if let (None, Some(command)) = (self.endpoint.usable_key(), &self.endpoint.key_command) {
-            let key = self.client.key(command).await;
-            self.endpoint.key = Some(key.map_err(wrong(self.endpoint.place()))?);
-        }
-        let endpoint = &self.endpoint;
-        let headers = headers(endpoint)?;
-        let body = endpoint.dialect.body(endpoint, &self.request);
-        let notes = body.notes.into_iter().map(|note| Ok(Chunk::Note(note)));
-        self.queue.extend(notes);
-        let body = serde_json::Value::Object(body.fields);
-        let connect = endpoint.timeouts.connect;
-        let http = self.client.http(connect).map_err(wrong(endpoint.place()))?;
-        let gate = self.client.gate(&endpoint.name, endpoint.limits);
-        self.place = gate.enter().await;
-        self.reserved = self.reserve()?;
-        let limit = endpoint.answer_limit(&self.request.parameters);
-        Ok(Sending {
-            http,
-            url,
-            headers,
-            body: body.to_string().into_bytes(),
-            gate,
-            tokens: self.request.tokens().saturating_add(limit.unwrap_or(0)),
-            patience: Patience::starting_now(endpoint.timeouts),
-            waits: waits(endpoint.retry),
-            attempt: 1,
-        })
-    }
-
-    /// Sets aside the most that the request can cost, if there is a budget.
-    fn reserve(&self) -> Result<Option<Reservation>, Error> {
-        let endpoint = &self.endpoint;
-        let Some(budget) = &endpoint.budget else {
-            return Ok(None);
-        };
-        let (pricing, limit) =
-            endpoint.worst_case(&self.request.model, &self.request.parameters)?;
-        let most = pricing.at_most(self.request.tokens(), limit);
-        budget
-            .reserve(most)
-            .map(Some)
-            .map_err(|over| Error::Budget {
-                place: endpoint.place(),
-                why: over.to_string(),
-            })
     }
 
     fn may_be_paid(&mut self, yes: bool) {
@@ -380,27 +319,4 @@ impl Exchange {
             State::Reading(reading)
         }
     }
-}
-
-/// Every header of a request.
-fn headers(endpoint: &Endpoint) -> Result<HeaderMap, Error> {
-    let mut headers = HeaderMap::new();
-    headers.insert(CONTENT_TYPE, HeaderValue::from_static("application/json"));
-    for (name, value) in endpoint.dialect.headers() {
-        let name = HeaderName::from_static(name);
-        headers.insert(name, HeaderValue::from_static(value));
-    }
-    for (name, value) in &endpoint.headers {
-        let header = (name.parse::<HeaderName>(), HeaderValue::from_str(value));
-        let (Ok(name), Ok(mut value)) = header else {
-            return Err(Error::Setup {
-                place: endpoint.place(),
-                why: format!("`{name}` or its value is no header; check header_env"),
-            });
-        };
-        value.set_sensitive(true);
-        headers.insert(name, value);
-    }
-    headers.extend(endpoint.key_header()?.map(|(name, value)| (name, value)));
-    Ok(headers)
 }

@@ -47,6 +47,7 @@ mod registry;
 mod request;
 mod retry;
 mod schema;
+mod sending;
 mod text;
 mod think;
 
