@@ -43,7 +43,7 @@ pub struct Ask {
     #[arg(long, value_parser = effort)]
     effort: Option<Effort>,
     /// The most that the answer may cost, US dollars; needs a price and a limit of tokens.
-    #[arg(long, value_name = "USD", value_parser = budget)]
+    #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
     /// The verdict as one line of JSON on standard output; nothing is streamed.
     #[arg(long)]

@@ -49,10 +49,11 @@ pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
 
 fn thinking(endpoint: &Endpoint, effort: Option<Effort>, config: &mut Body) {
     let mut thinking = Map::new();
-    if endpoint.quirks.reasoning && effort != Some(Effort::Off) {
+    let style = endpoint.quirks.efforts.unwrap_or(Efforts::Levels);
+    let wanted = effort.map_or(endpoint.quirks.reasoning, |effort| effort != Effort::Off);
+    if wanted && style != Efforts::Untaken {
         thinking.insert("includeThoughts".into(), json!(true));
     }
-    let style = endpoint.quirks.efforts.unwrap_or(Efforts::Levels);
     match (style, effort) {
         (_, None) => {}
         (Efforts::Levels, Some(Effort::Off)) => {

@@ -35,7 +35,7 @@ pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
     }
     // A model that does not reason refuses the question for a summary.
     let off = request.parameters.effort == Some(Effort::Off);
-    if quirks.reasoning || !reasoning.is_empty() && !off {
+    if !off && (quirks.reasoning || !reasoning.is_empty()) {
         reasoning.insert("summary".into(), json!("auto"));
     }
     if !reasoning.is_empty() {
