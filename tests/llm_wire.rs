@@ -1,6 +1,8 @@
 //! Questions to language models over a real connection, against a server that answers with exact bytes.
 #![allow(clippy::unwrap_used)]
 
+#[path = "llm_wire/damaged.rs"]
+mod damaged;
 #[path = "llm_wire/dialects.rs"]
 mod dialects;
 #[path = "llm_wire/failures.rs"]

@@ -13,11 +13,13 @@ const LONGEST: u64 = 256 << 10;
 /// The variables of the process, and files of variables below them.
 #[derive(Clone)]
 pub struct Environment {
-    lookup: Arc<dyn Fn(&str) -> Option<String> + Send + Sync>,
+    lookup: Arc<Lookup>,
     files: Vec<File>,
     /// Files that cannot be read as a whole, and why; what they hold is never in these words.
     pub problems: Vec<String>,
 }
+
+type Lookup = dyn Fn(&str) -> Option<String> + Send + Sync;
 
 #[derive(Clone)]
 struct File {

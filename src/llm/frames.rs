@@ -14,6 +14,9 @@ use super::error::Error;
 use super::patience::Elapsed;
 use super::text::{Fault, joined};
 
+/// More than any line of a stream is long, in bytes: some hold a whole answer.
+const LONGEST_LINE: usize = 2 << 20;
+
 /// One event.
 #[derive(Debug)]
 pub(super) struct Frame {
@@ -30,6 +33,7 @@ pub(super) fn frames<S>(texts: S, framing: Framing) -> Frames
 where
     S: Stream<Item = Result<String, Fault>> + Send + 'static,
 {
+    let texts = bounded(texts);
     match framing {
         Framing::Events => Box::pin(texts.eventsource().map(|event| match event {
             Ok(event) => Ok(Frame {
@@ -41,6 +45,22 @@ where
         })),
         Framing::Lines => Box::pin(lines(texts)),
     }
+}
+
+/// Stops at a line that no server sends: the parsers look at a whole line again with every piece of it.
+fn bounded<S>(texts: S) -> impl Stream<Item = Result<String, Fault>> + Send
+where
+    S: Stream<Item = Result<String, Fault>> + Send + 'static,
+{
+    let mut line = 0;
+    texts.map(move |text| {
+        let text = text?;
+        line = match text.rfind(['\n', '\r']) {
+            Some(end) => text.len() - end,
+            None => line + text.len(),
+        };
+        (line <= LONGEST_LINE).then_some(text).ok_or(Fault::TooLong)
+    })
 }
 
 /// The lines of texts that are cut anywhere. A last line without its end counts if it is whole JSON.

@@ -116,6 +116,8 @@ fn headers(endpoint: &Endpoint) -> Result<HeaderMap, Error> {
         value.set_sensitive(true);
         headers.insert(name, value);
     }
-    headers.extend(endpoint.key_header()?.map(|(name, value)| (name, value)));
+    if let Some((name, value)) = endpoint.key_header()? {
+        headers.insert(name, value);
+    }
     Ok(headers)
 }

@@ -120,6 +120,15 @@ fn thinking(
     }
 }
 
+/// What is counted.
+const COUNTS: [&str; 5] = [
+    "input_tokens",
+    "cache_read_input_tokens",
+    "cache_creation_input_tokens",
+    "output_tokens",
+    "output_tokens_details",
+];
+
 /// The reader of this dialect.
 #[derive(Debug, Default)]
 pub(super) struct Messages {
@@ -169,7 +178,9 @@ impl Messages {
         let Some(Value::Object(counts)) = holder.get("usage") else {
             return;
         };
-        let stated = counts.iter().filter(|(_, v)| !v.is_null());
+        let known =
+            |(name, count): &(&String, &Value)| COUNTS.contains(&name.as_str()) && !count.is_null();
+        let stated = counts.iter().filter(known);
         self.counts
             .extend(stated.map(|(k, v)| (k.clone(), v.clone())));
         let all = Value::Object(self.counts.clone());
