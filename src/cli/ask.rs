@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::sync::Arc;
 
+use clap::builder::PossibleValuesParser;
 use serde_json::{Value, json};
 
 use super::open::configuration;
@@ -12,7 +13,7 @@ use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
 use crate::evaluation::{self, Answer, Case, Event, Judge, Judged};
 use crate::judge;
-use crate::llm::{Budget, Client, Effort, Environment, Parameters, Registry};
+use crate::llm::{Budget, Client, Dialect, Effort, Environment, Parameters, Registry};
 use crate::store::Store;
 use crate::verdict::{How, Task};
 
@@ -24,9 +25,12 @@ pub struct Ask {
     /// Who is asked, as provider/model.
     #[arg(long, default_value = judge::MODEL)]
     model: String,
-    /// Address of an OpenAI-compatible server, instead of the provider's own.
+    /// Address of a server, instead of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
+    /// What the server at --base-url speaks [default: the provider's dialect, or openai_chat].
+    #[arg(long, value_name = "NAME", requires = "base_url", value_parser = PossibleValuesParser::new(Dialect::ALL.map(Dialect::name)))]
+    dialect: Option<String>,
     /// Environment variable with the key for --base-url [default: the provider's].
     #[arg(long, value_name = "NAME", requires = "base_url")]
     key_env: Option<String>,
@@ -136,6 +140,9 @@ fn judge(arguments: &Ask, folders: &Folders, config: &Config) -> Result<Judge, F
             .or_insert_with(|| toml::Table::new().into());
         if let Some(table) = entry.as_table_mut() {
             table.insert("base_url".into(), url.clone().into());
+            if let Some(dialect) = &arguments.dialect {
+                table.insert("dialect".into(), dialect.clone().into());
+            }
             if let Some(variable) = &arguments.key_env {
                 if !environment.has(variable) {
                     return Err(Failure::input(format!(

@@ -120,6 +120,38 @@ fn verdict() -> String {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_server_of_another_dialect_is_asked_in_it() {
+    let home = Home::new();
+    let lines = [
+        json!({"model": "tiny", "message": {"thinking": "far away", "content": ""}, "done": false}),
+        json!({"model": "tiny", "message": {"content": verdict()}, "done": false}),
+        json!({"done": true, "done_reason": "stop", "prompt_eval_count": 900, "eval_count": 30}),
+    ];
+    let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
+    let server = Server::start(vec![Script::lines().send(text)]).await;
+    let url = server.base_url();
+    let arguments = [
+        "ask",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
+        "--base-url",
+        url,
+        "--dialect",
+        "ollama",
+        "--json",
+    ];
+    let document = tokio::task::block_in_place(|| home.run(&arguments))
+        .status(0)
+        .json();
+    assert_eq!(document["collision"], false);
+    assert_eq!(server.requests()[0].path, "/api/chat");
+    let run = &home.runs()[0];
+    assert_eq!(run["reasoning"].as_deref(), Some("far away"));
+    assert_eq!(run["input_tokens"].as_deref(), Some("900"));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_key_in_a_file_is_used_and_shows_nowhere() {
     let home = Home::new();
     let server = Server::start(vec![streamed(&verdict())]).await;
@@ -253,4 +285,19 @@ async fn the_schema_is_asked_for_where_no_chain_of_thought_stands_before_it() {
         .map(|sent| sent.json().pointer("/response_format/type").cloned())
         .collect();
     assert_eq!(formats, [Some(json!("json_schema")), None]);
+}
+
+#[test]
+fn the_configuration_in_the_readme_is_right() {
+    let home = Home::new();
+    let readme = include_str!("../../README.md");
+    let (_, block) = readme.split_once("```toml\n").unwrap();
+    let (block, _) = block.split_once("```").unwrap();
+    home.write(home.config().join("config.toml"), block);
+    let document = home
+        .run(&["models", "--offline", "--json"])
+        .status(0)
+        .json();
+    let mine = row(&document, "lab/my-model");
+    assert_eq!(mine["usd_per_million_tokens"]["cached"], 0.05);
 }

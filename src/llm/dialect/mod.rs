@@ -186,7 +186,7 @@ impl Dialect {
     }
 }
 
-/// The JSON body of a request, exactly as [`super::stream`] sends it.
+/// The JSON body of a request, exactly as [`super::stream()`] sends it.
 #[must_use]
 pub fn body(endpoint: &Endpoint, request: &Request) -> Value {
     Value::Object(endpoint.dialect.body(endpoint, request).fields)
