@@ -154,7 +154,7 @@ pub fn decode<'a>(
     while !decoder.is_done() {
         // All pieces are there, so nothing is ever waited for.
         match step(&mut frames, &mut decoder).now_or_never() {
-            Some(some) => items.extend(some),
+            Some(some) => items.extend(some.into_iter().map(|i| i.map_err(|e| e.cleared_of(None)))),
             None => break,
         }
     }

@@ -18,6 +18,8 @@ pub struct Offer {
     pub id: String,
     /// Where its key is read from, and whether it is there; nothing where none is needed.
     pub key: Option<(String, bool)>,
+    /// What people should know of its end.
+    pub warning: Option<String>,
 }
 
 /// Whether a model's key is there.
@@ -154,9 +156,9 @@ impl Registry {
         provider.entries(model).find_map(ModelEntry::retirement)
     }
 
-    /// Every model that is offered by name, with whether its key is there.
+    /// Every model that is offered by name, with whether its key is there and whether it is about to go.
     #[must_use]
-    pub fn offers(&self, environment: &Environment) -> Vec<Offer> {
+    pub fn offers(&self, environment: &Environment, today: Date) -> Vec<Offer> {
         let mut offers = Vec::new();
         for (name, provider) in &self.providers {
             let key = match provider.key_state(name, environment) {
@@ -166,9 +168,15 @@ impl Registry {
                 KeyState::Missing(names) => Some((names, false)),
             };
             let models = provider.models.iter().flatten().filter(|m| m.listed);
-            offers.extend(models.map(|model| Offer {
-                id: format!("{name}/{}", model.name),
-                key: key.clone(),
+            offers.extend(models.map(|model| {
+                Offer {
+                    id: format!("{name}/{}", model.name),
+                    key: key.clone(),
+                    warning: provider
+                        .entries(&model.name)
+                        .find_map(ModelEntry::retirement)
+                        .and_then(|retirement| retirement.warning(today)),
+                }
             }));
         }
         offers

@@ -85,7 +85,8 @@ async fn served(client: &Client, endpoint: &Endpoint) -> Option<Vec<String>> {
         _ => (value.get("data")?.as_array()?, "id"),
     };
     let mut names: Vec<String> = list.iter().filter_map(|entry| name(entry, key)).collect();
-    names.retain(|name| !name.trim().is_empty());
+    // Names with control characters are no names, and would reach terminals.
+    names.retain(|name| !name.trim().is_empty() && !name.chars().any(char::is_control));
     names.sort();
     names.dedup();
     Some(names)

@@ -25,9 +25,11 @@ fn nothing() -> Environment {
 fn the_built_in_file_is_right() {
     let registry = registry("").unwrap();
     let keys = variables(&[("OPENAI_API_KEY", "k")]);
-    let offers = registry.offers(&keys);
+    let offers = registry.offers(&keys, "2026-11-20".parse().unwrap());
     let gpt = offers.iter().find(|o| o.id == "openai/gpt-4o").unwrap();
     assert_eq!(gpt.key, Some(("OPENAI_API_KEY".into(), true)));
+    let warning = gpt.warning.as_deref().unwrap();
+    assert!(warning.contains("2027-01-14"), "{warning}");
     let dialects: std::collections::BTreeSet<_> = registry
         .models(&keys, "2026-11-20".parse().unwrap())
         .into_iter()
@@ -117,7 +119,7 @@ fn what_is_known_of_a_model_reaches_its_endpoint() {
     assert_eq!(quirks.efforts, Some(Efforts::Untaken));
     let header = ("OpenAI-Organization".to_string(), "org-1".to_string());
     assert_eq!(resolve("mine").headers, [header]);
-    let offers = registry.offers(&keys);
+    let offers = registry.offers(&keys, "2026-11-20".parse().unwrap());
     let offered: Vec<_> = offers
         .iter()
         .filter(|o| o.id.starts_with("openai/"))

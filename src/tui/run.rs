@@ -107,7 +107,7 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environ
     }
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     complaints.extend(environment.problems.iter().cloned());
-    let offers = registry.offers(&environment);
+    let offers = registry.offers(&environment, jiff::Zoned::now().date());
     let mut model = Model::new(paths, config, theme, library, offers);
     for (file, draft) in drafts(&folders.drafts()) {
         model.prompt.take_up(file, draft);

@@ -136,7 +136,7 @@ async fn a_command_that_fails_is_named_and_nothing_is_sent() {
 
 #[tokio::test]
 async fn servers_of_this_machine_are_found() {
-    let tags = json!({"models": [{"name": "qwen3:8b"}, {"name": "gemma:2b"}, {"name": ""}]});
+    let tags = json!({"models": [{"name": "qwen3:8b"}, {"name": "gemma:2b"}, {"name": ""}, {"name": "a\u{1b}[2J"}]});
     let models = json!({"object": "list", "data": [{"id": "a/b.gguf"}, {"id": "a/b.gguf"}]});
     let ollama = Server::start(vec![Script::json(200, &tags.to_string())]).await;
     let local = Server::start(vec![Script::json(200, &models.to_string())]).await;

@@ -36,6 +36,7 @@ impl Bench {
         let offers = vec![crate::llm::Offer {
             id: "lab/small".into(),
             key: None,
+            warning: None,
         }];
         Self {
             model: Model::new(

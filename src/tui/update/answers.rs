@@ -56,7 +56,11 @@ pub fn ask(model: &mut Model) -> Vec<Effect> {
 pub fn offer(model: &mut Model, found: Vec<Discovered>) {
     for Discovered { id, .. } in found {
         if model.offers.iter().all(|offer| offer.id != id) {
-            model.offers.push(Offer { id, key: None });
+            model.offers.push(Offer {
+                id,
+                key: None,
+                warning: None,
+            });
         }
     }
 }
