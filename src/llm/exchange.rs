@@ -21,7 +21,7 @@ use super::failure::Failure;
 use super::frames::{Frames, ended, frames, step};
 use super::patience::Patience;
 use super::problem::tidy;
-use super::redact::Redactor;
+use super::redact::Redactors;
 use super::request::Request;
 use super::sending::{Ready, Sending};
 use super::text::{texts, whole};
@@ -36,7 +36,7 @@ pub(super) struct Exchange {
     request: Request,
     queue: VecDeque<Result<Chunk, Error>>,
     state: State,
-    redactors: [Redactor; 2],
+    redactors: Redactors,
     /// Money set aside for this request.
     reserved: Option<Reservation>,
     /// The place among the requests on their way.
@@ -66,7 +66,7 @@ impl Exchange {
             request,
             queue: VecDeque::new(),
             state: State::New,
-            redactors: Default::default(),
+            redactors: Redactors::default(),
             reserved: None,
             place: None,
             returned: None,
@@ -108,41 +108,38 @@ impl Exchange {
     fn cleared(&mut self, item: Result<Chunk, Error>) -> Option<Result<Chunk, Error>> {
         let key = self.endpoint.usable_key();
         let clear = |text: String| without_key(&text, key);
-        let (redactor, kind): (_, fn(String) -> Chunk) = match &item {
-            Ok(Chunk::Reasoning(_)) => (0, Chunk::Reasoning),
-            Ok(Chunk::Text(_)) => (1, Chunk::Text),
-            _ => (2, Chunk::Text),
-        };
-        if let Ok(Chunk::Reasoning(text) | Chunk::Text(text)) = item {
-            let text = self.redactors[redactor].push(&text, key);
-            return (!text.is_empty()).then(|| Ok(kind(text)));
-        }
-        if matches!(item, Err(_) | Ok(Chunk::Finished(_) | Chunk::Usage(_))) {
-            let kinds: [fn(String) -> Chunk; 2] = [Chunk::Reasoning, Chunk::Text];
-            for (redactor, kind) in self.redactors.iter_mut().zip(kinds) {
-                let held = redactor.end();
-                if !held.is_empty() {
-                    self.queue.push_front(item);
-                    return Some(Ok(kind(held)));
-                }
+        let chunk = match item {
+            Ok(Chunk::Reasoning(_) | Chunk::Text(_) | Chunk::Note(_) | Chunk::Retrying { .. }) => {
+                item.ok()?
             }
-        }
-        Some(match item {
-            Err(error) => Err(error.cleared_of(key)),
             Ok(Chunk::Started { model }) => {
                 let model = model.map(clear);
                 self.returned.clone_from(&model);
-                Ok(Chunk::Started { model })
+                return Some(Ok(Chunk::Started { model }));
             }
-            Ok(Chunk::Finished(finish)) => Ok(Chunk::Finished(match finish {
+            // Nothing more is said, so what is held back was not the key.
+            last => match self.redactors.held() {
+                Some(held) => {
+                    self.queue.push_front(last);
+                    return Some(Ok(held));
+                }
+                None => match last {
+                    Ok(chunk) => chunk,
+                    Err(error) => return Some(Err(error.cleared_of(key))),
+                },
+            },
+        };
+        Some(Ok(match chunk {
+            Chunk::Reasoning(_) | Chunk::Text(_) => self.redactors.piece(chunk, key)?,
+            Chunk::Usage(usage) => Chunk::Usage(self.priced(usage)),
+            Chunk::Finished(finish) => Chunk::Finished(match finish {
                 Finish::Refusal(text) => Finish::Refusal(clear(text)),
                 Finish::Blocked(text) => Finish::Blocked(clear(text)),
                 Finish::Other(text) => Finish::Other(clear(text)),
                 other => other,
-            })),
-            Ok(Chunk::Usage(usage)) => Ok(Chunk::Usage(self.priced(usage))),
-            Ok(other) => Ok(other),
-        })
+            }),
+            other => other,
+        }))
     }
 
     /// The usage with what it cost, which is taken from the budget.

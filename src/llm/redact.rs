@@ -1,10 +1,37 @@
 //! Takes the key out of what a server sends, also where it comes in pieces: some servers quote what they were sent.
 
+use super::chunk::Chunk;
 use super::error::without_key;
+
+/// Takes the key out of the two texts of an answer.
+#[derive(Debug, Default)]
+pub(super) struct Redactors {
+    reasoning: Redactor,
+    text: Redactor,
+}
+
+impl Redactors {
+    /// A piece of one of the texts, without the key; nothing if all of it is held back. Other chunks are left alone.
+    pub fn piece(&mut self, chunk: Chunk, key: Option<&str>) -> Option<Chunk> {
+        let some = |text: String| (!text.is_empty()).then_some(text);
+        match chunk {
+            Chunk::Reasoning(text) => some(self.reasoning.push(&text, key)).map(Chunk::Reasoning),
+            Chunk::Text(text) => some(self.text.push(&text, key)).map(Chunk::Text),
+            other => Some(other),
+        }
+    }
+
+    /// What is held back of one of the texts, which are over; to be asked until there is nothing.
+    pub fn held(&mut self) -> Option<Chunk> {
+        let some = |text: String| (!text.is_empty()).then_some(text);
+        let reasoning = some(self.reasoning.end()).map(Chunk::Reasoning);
+        reasoning.or_else(|| some(self.text.end()).map(Chunk::Text))
+    }
+}
 
 /// Takes the key out of one text that arrives in pieces.
 #[derive(Debug, Default)]
-pub(super) struct Redactor {
+struct Redactor {
     held: String,
 }
 
