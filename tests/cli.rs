@@ -21,6 +21,8 @@ mod interrupted;
 mod long_jobs;
 #[path = "cli/metrics.rs"]
 mod metrics;
+#[path = "cli/models.rs"]
+mod models;
 #[path = "cli/prompts.rs"]
 mod prompts;
 #[path = "cli/protobuf.rs"]

@@ -9,6 +9,7 @@ mod in_order;
 mod inspect;
 mod interrupt;
 mod metrics;
+mod models;
 mod open;
 mod output;
 mod progress;
@@ -53,6 +54,8 @@ pub enum Command {
     Prompt(prompt::PromptArguments),
     /// One verdict: by the built-in judge, or by a language model.
     Ask(ask::Ask),
+    /// Which models can be asked, with what key, at what price, and how long still.
+    Models(models::Models),
     /// How good the built-in judge is, and how long before a collision.
     Evaluate(evaluate::Evaluate),
     /// Completions for a shell.
@@ -105,6 +108,7 @@ pub fn run(command: &Command) -> Outcome {
         Command::Describe(arguments) => describe::run(arguments),
         Command::Prompt(arguments) => prompt::run(arguments),
         Command::Ask(arguments) => ask::run(arguments),
+        Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),

@@ -18,6 +18,8 @@ use crate::verdict::{self, How, Parsed, Task};
 pub enum Event {
     /// The run has a number in the store.
     Kept(RunId),
+    /// Something about the request that people should know.
+    Note(String),
     /// The server begins to answer, as this model.
     Answering(Option<String>),
     /// A piece of the reasoning.
@@ -154,7 +156,8 @@ impl Asking {
             model: model.name.clone(),
             messages: question.messages(),
             parameters: model.parameters,
-            schema: Some(Schema {
+            // A chain of thought stands before the JSON, where a schema has no place for it.
+            schema: (!question.case.techniques.cot).then(|| Schema {
                 name: format!("{}_verdict", task.name()),
                 schema: verdict::schema(task),
             }),
@@ -163,6 +166,7 @@ impl Asking {
         let mut failure = None;
         while let Some(chunk) = chunks.next().await {
             match chunk {
+                Ok(Chunk::Note(note)) => on_event(Event::Note(note)),
                 Ok(Chunk::Started { model }) => {
                     self.answer.model_returned.clone_from(&model);
                     on_event(Event::Answering(model));
@@ -175,7 +179,7 @@ impl Asking {
                     consumed.output_tokens = usage.output_tokens;
                     consumed.reasoning_tokens = usage.reasoning_tokens;
                     consumed.cached_tokens = usage.cached_tokens;
-                    consumed.cost_usd = usage.cost;
+                    consumed.cost_usd = usage.cost.map(|cost| cost.usd);
                 }
                 Ok(Chunk::Retrying { attempt, wait, why }) => {
                     on_event(Event::Retrying { attempt, wait, why });
@@ -210,6 +214,11 @@ fn stopped_short(finish: &Finish) -> Option<Missing> {
     let why = match finish {
         Finish::Length => "the answer ran into the token limit; raise max_tokens".to_string(),
         Finish::ContentFilter => "the server's content filter stopped the answer".to_string(),
+        Finish::Blocked(why) => format!("the server's filter blocked the question ({why})"),
+        Finish::Blank => {
+            "the answer is blank, as some servers make one that is not the JSON asked for; ask again".into()
+        }
+        Finish::Refusal(text) if text.is_empty() => "the model declined".into(),
         Finish::Refusal(text) => format!("the model declined: {text}"),
         Finish::Stop | Finish::Other(_) => return None,
     };
@@ -221,6 +230,8 @@ fn word(finish: &Finish) -> String {
         Finish::Stop => "stop".into(),
         Finish::Length => "length".into(),
         Finish::ContentFilter => "content_filter".into(),
+        Finish::Blocked(_) => "blocked".into(),
+        Finish::Blank => "blank".into(),
         Finish::Refusal(_) => "refusal".into(),
         Finish::Other(word) => word.clone(),
     }

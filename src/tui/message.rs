@@ -9,6 +9,7 @@ use ratatui::layout::Position;
 use super::keymap::Key;
 use super::loaded::{Facts, Measured, Opened};
 use crate::evaluation::{Answer, Event, Question};
+use crate::llm::Discovered;
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Entry, Found, Scene};
@@ -29,6 +30,8 @@ pub enum Msg {
     Passed(Duration),
     /// The scenarios were found, or why not.
     Found(Result<Found, String>),
+    /// Models that servers on this machine serve.
+    Discovered(Vec<Discovered>),
     /// The facts of a scenario, by its place in the list.
     Surveyed(usize, Result<Facts, String>),
     /// The most dangerous value of a measure in a scenario, by the measure's id and the place in the list.
@@ -94,6 +97,8 @@ pub enum Mouse {
 pub enum Effect {
     /// Find the scenarios at these paths; the bundled ones for none.
     Find(Vec<PathBuf>),
+    /// Look which model servers run on this machine.
+    Probe,
     /// Work out the facts of these scenarios, by their places in the list.
     Survey(Vec<(usize, Entry)>),
     /// Work out the most dangerous value of a measure in these scenarios, by their places in the list.

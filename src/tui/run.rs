@@ -14,7 +14,7 @@ use super::theme::{Depth, Theme};
 use super::update::{start, update};
 use super::{views, widgets};
 use crate::config::{Config, Folders};
-use crate::llm::Registry;
+use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
 use crate::scenario::{Entry, Place, WantedEgo, not_standard_input};
 use crate::store::Store;
@@ -57,7 +57,7 @@ fn the_terminal(error: &std::io::Error) -> String {
 async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     give_back_on_panic();
     let folders = Folders::find()?;
-    let (mut model, registry) = prepare(paths, &folders);
+    let (mut model, models) = prepare(paths, &folders);
     let mut screen = Screen::take(model.mouse).map_err(|e| the_terminal(&e))?;
     model.size = screen.size().map_err(|e| the_terminal(&e))?;
     screen
@@ -76,7 +76,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     let tasks = Tasks::new(
         sender,
         folders,
-        registry,
+        models,
         &model.config,
         model.thresholds.clone(),
         store,
@@ -98,7 +98,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
 }
 
 /// The model at the start; what is wrong with the user's files is said, and the defaults are used.
-fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
+fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environment)) {
     let mut complaints = Vec::new();
     let config = Config::read(&folders.config_file()).unwrap_or_else(|error| {
         complaints.push(error.to_string());
@@ -119,7 +119,9 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
     for problem in &library.problems {
         complaints.push(format!("{}: {}", problem.path.display(), problem.message));
     }
-    let offers = registry.offers(env);
+    let environment = Environment::with_files(&[Path::new("."), &folders.config]);
+    complaints.extend(environment.problems.iter().cloned());
+    let offers = registry.offers(&environment, jiff::Zoned::now().date());
     let mut model = Model::new(paths, config, theme, library, offers);
     match thresholds(&folders.thresholds()) {
         Ok(thresholds) => model.thresholds = Arc::new(thresholds),
@@ -131,7 +133,7 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
     for complaint in complaints {
         model.complain(complaint);
     }
-    (model, registry)
+    (model, (registry, environment))
 }
 
 /// What an earlier session left in the editor.

@@ -14,7 +14,7 @@ use super::loaded::{Facts, Measured, Opened, worst_of};
 use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
 use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::{self, Answer, Judge, Question};
-use crate::llm::{Client, Parameters, Registry};
+use crate::llm::{Client, Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Entry, Found, WantedEgo, bundled, find};
@@ -30,6 +30,7 @@ pub struct Tasks {
     sender: UnboundedSender<Msg>,
     folders: Folders,
     registry: Registry,
+    environment: Environment,
     parameters: Parameters,
     thresholds: Arc<Thresholds>,
     client: Client,
@@ -64,7 +65,7 @@ impl Tasks {
     pub fn new(
         sender: UnboundedSender<Msg>,
         folders: Folders,
-        registry: Registry,
+        (registry, environment): (Registry, Environment),
         config: &Config,
         thresholds: Arc<Thresholds>,
         store: Option<Arc<Store>>,
@@ -74,10 +75,12 @@ impl Tasks {
             sender,
             folders,
             registry,
+            environment,
             parameters: Parameters {
                 temperature: config.temperature,
                 max_tokens: config.max_tokens,
                 seed: None,
+                effort: config.effort.as_deref().and_then(Effort::parse),
             },
             thresholds,
             client: Client::new(),
@@ -94,6 +97,7 @@ impl Tasks {
     pub fn perform(&mut self, effect: Effect) -> Option<Remaining> {
         match effect {
             Effect::Find(paths) => self.background(move || Msg::Found(found(paths))),
+            Effect::Probe => self.probe(),
             Effect::Survey(entries) => self.survey(entries),
             Effect::Rank(measure, entries) => self.rank(measure, entries),
             Effect::Open(id, entry, obstacle) => {
@@ -144,6 +148,15 @@ impl Tasks {
         tokio::task::spawn_blocking(move || {
             // The loop may have ended meanwhile; then nobody wants to know.
             let _ = sender.send(work());
+        });
+    }
+
+    fn probe(&self) {
+        let (registry, environment) = (self.registry.clone(), self.environment.clone());
+        let sender = self.sender.clone();
+        tokio::spawn(async move {
+            let found = probe(&registry, &environment).await;
+            let _ = sender.send(Msg::Discovered(found));
         });
     }
 
@@ -229,8 +242,8 @@ impl Tasks {
     }
 
     fn ask(&mut self, id: AskId, question: Box<Question>, model: &str) {
-        let env = |name: &str| std::env::var(name).ok();
-        let judge = Judge::resolve(model, &self.registry, &self.client, self.parameters, env);
+        let (registry, environment) = (&self.registry, &self.environment);
+        let judge = Judge::resolve(model, registry, &self.client, self.parameters, environment);
         let judge = match judge {
             Ok(judge) => judge,
             Err(error) => {

@@ -38,6 +38,7 @@ impl Bench {
         let offers = vec![crate::llm::Offer {
             id: "lab/small".into(),
             key: None,
+            warning: None,
         }];
         Self {
             model: Model::new(

@@ -4,6 +4,7 @@ use super::super::message::{AskId, Effect};
 use super::super::model::{Column, Model, Progress, Shown};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
+use crate::llm::{Discovered, Offer};
 
 /// Asks the chosen model the question as it stands.
 pub fn ask(model: &mut Model) -> Vec<Effect> {
@@ -51,6 +52,19 @@ pub fn ask(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask(id, Box::new(question), asked)]
 }
 
+/// Offers models that were found on this machine, beside those that are known.
+pub fn offer(model: &mut Model, found: Vec<Discovered>) {
+    for Discovered { id, .. } in found {
+        if model.offers.iter().all(|offer| offer.id != id) {
+            model.offers.push(Offer {
+                id,
+                key: None,
+                warning: None,
+            });
+        }
+    }
+}
+
 /// A piece of an answer.
 pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
     let Some(column) = model.column_mut(ask) else {
@@ -58,6 +72,10 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
     };
     match event {
         Event::Kept(_) => {}
+        Event::Note(note) => {
+            let text = format!("{}: {note}", column.model);
+            model.say(text);
+        }
         Event::Answering(_) => column.progress = Progress::Arriving(seconds(column)),
         Event::Reasoning(text) => {
             column.progress = Progress::Arriving(seconds(column));

@@ -20,7 +20,7 @@ use crate::tui::model::Column;
 /// What has to be done when the program starts.
 #[must_use]
 pub fn start(model: &Model) -> Vec<Effect> {
-    vec![Effect::Find(model.paths.clone())]
+    vec![Effect::Find(model.paths.clone()), Effect::Probe]
 }
 
 /// Takes one message.
@@ -41,6 +41,10 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         }
         Msg::Passed(elapsed) => passed(model, elapsed),
         Msg::Found(found) => found_scenarios(model, found),
+        Msg::Discovered(found) => {
+            answers::offer(model, found);
+            Vec::new()
+        }
         Msg::Surveyed(place, facts) => {
             if let Some(row) = model.list.rows.get_mut(place) {
                 row.facts = Some(facts);
