@@ -13,6 +13,8 @@ mod encode;
 mod evaluate;
 #[path = "cli/hostile.rs"]
 mod hostile;
+#[path = "cli/inspecting.rs"]
+mod inspecting;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
 #[path = "cli/killed.rs"]
@@ -21,6 +23,8 @@ mod killed;
 mod long_jobs;
 #[path = "cli/metrics.rs"]
 mod metrics;
+#[path = "cli/models.rs"]
+mod models;
 #[path = "cli/prompts.rs"]
 mod prompts;
 #[path = "cli/protobuf.rs"]
@@ -29,11 +33,15 @@ mod protobuf;
 mod reading;
 #[path = "cli/remote.rs"]
 mod remote;
+#[path = "protobuf/rich.rs"]
+mod rich;
 #[path = "cli/stored.rs"]
 mod stored;
 mod support;
 #[path = "cli/tasks.rs"]
 mod tasks;
+#[path = "cli/thresholds.rs"]
+mod thresholds;
 
 /// The bundled scenarios and whether the ego collides in them.
 const BUNDLED: [(&str, bool); 8] = [

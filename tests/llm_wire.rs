@@ -1,10 +1,22 @@
 //! Questions to language models over a real connection, against a server that answers with exact bytes.
 #![allow(clippy::unwrap_used)]
 
+#[path = "llm_wire/damaged.rs"]
+mod damaged;
+#[path = "llm_wire/dialects.rs"]
+mod dialects;
 #[path = "llm_wire/failures.rs"]
 mod failures;
+#[path = "llm_wire/faults.rs"]
+mod faults;
+#[path = "llm_wire/keys.rs"]
+mod keys;
+#[path = "llm_wire/money.rs"]
+mod money;
 #[path = "llm_wire/patience.rs"]
 mod patience;
+#[path = "llm_wire/real.rs"]
+mod real;
 mod support;
 
 use std::time::{Duration, Instant};
@@ -50,6 +62,7 @@ fn request() -> Request {
             temperature: Some(0.0),
             max_tokens: Some(64),
             seed: Some(3),
+            effort: None,
         },
         schema: Some(Schema {
             name: "verdict".into(),
@@ -208,7 +221,8 @@ async fn a_streamed_answer_and_what_was_asked_for_it() {
             "max_tokens": 64,
             "seed": 3,
             "response_format": {"type": "json_schema", "json_schema": {
-                "name": "verdict", "strict": true, "schema": {"type": "object", "properties": {}},
+                "name": "verdict", "strict": true,
+                "schema": {"type": "object", "properties": {}, "required": [], "additionalProperties": false},
             }},
         })
     );

@@ -3,8 +3,10 @@
 mod words;
 
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 use std::sync::Arc;
 
+use clap::builder::PossibleValuesParser;
 use serde_json::{Value, json};
 
 use super::open::configuration;
@@ -14,7 +16,7 @@ use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
 use crate::evaluation::{self, Answer, Case, Event, Judge, Judged, Past, Wanted};
 use crate::judge;
-use crate::llm::{Client, Parameters, Registry};
+use crate::llm::{Budget, Client, Dialect, Effort, Environment, Parameters, Registry};
 use crate::store::{Origin, Store};
 use crate::verdict::Task;
 
@@ -26,9 +28,12 @@ pub struct Ask {
     /// Who is asked, as provider/model.
     #[arg(long, default_value = judge::MODEL)]
     model: String,
-    /// Address of an OpenAI-compatible server, instead of the provider's own.
+    /// Address of a server, instead of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
+    /// What the server at --base-url speaks [default: the provider's dialect, or openai_chat].
+    #[arg(long, value_name = "NAME", requires = "base_url", value_parser = PossibleValuesParser::new(Dialect::ALL.map(Dialect::name)))]
+    dialect: Option<String>,
     /// Environment variable with the key for --base-url [default: the provider's].
     #[arg(long, value_name = "NAME", requires = "base_url")]
     key_env: Option<String>,
@@ -41,6 +46,12 @@ pub struct Ask {
     /// Seed of the sampling, where the server has one.
     #[arg(long)]
     seed: Option<u64>,
+    /// How much the model is to reason: off, low, medium or high [default: the server's].
+    #[arg(long, value_parser = effort)]
+    effort: Option<Effort>,
+    /// The most that the answer may cost, US dollars; needs a price and a limit of tokens.
+    #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
+    budget: Option<f64>,
     /// Ask anew, even where the store has an answer to the same request.
     #[arg(long)]
     fresh: bool,
@@ -64,11 +75,24 @@ fn temperature(text: &str) -> Result<f64, String> {
     }
 }
 
+fn effort(text: &str) -> Result<Effort, String> {
+    Effort::parse(text).ok_or_else(|| "it must be off, low, medium or high".into())
+}
+
+fn budget(text: &str) -> Result<f64, String> {
+    let usd: f64 = text.parse().map_err(|_| "a number is needed".to_string())?;
+    if usd.is_finite() && usd > 0.0 {
+        Ok(usd)
+    } else {
+        Err("it must be a positive number of dollars".into())
+    }
+}
+
 /// Runs `ask`.
 pub fn run(arguments: &Ask) -> Outcome {
     let (folders, config) = configuration()?;
     let question = arguments.asked.question(&folders, &config)?;
-    let judge = judge(arguments, &config)?;
+    let judge = judge(arguments, &folders, &config)?;
     let store = store(arguments, &folders)?;
     let wanted = Wanted {
         sample: arguments.sample,
@@ -112,7 +136,8 @@ pub fn run(arguments: &Ask) -> Outcome {
     }
 }
 
-fn judge(arguments: &Ask, config: &Config) -> Result<Judge, Failure> {
+fn judge(arguments: &Ask, folders: &Folders, config: &Config) -> Result<Judge, Failure> {
+    let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let mut providers = config.providers.clone();
     if let Some(url) = &arguments.base_url {
         let Some((name, _)) = arguments
@@ -129,10 +154,13 @@ fn judge(arguments: &Ask, config: &Config) -> Result<Judge, Failure> {
             .or_insert_with(|| toml::Table::new().into());
         if let Some(table) = entry.as_table_mut() {
             table.insert("base_url".into(), url.clone().into());
+            if let Some(dialect) = &arguments.dialect {
+                table.insert("dialect".into(), dialect.clone().into());
+            }
             if let Some(variable) = &arguments.key_env {
-                if std::env::var_os(variable).is_none_or(|value| value.is_empty()) {
+                if !environment.has(variable) {
                     return Err(Failure::input(format!(
-                        "--key-env {variable}: it is not set in the environment"
+                        "--key-env {variable}: it is not set in the environment, nor in a .env file"
                     )));
                 }
                 table.insert("key_env".into(), variable.clone().into());
@@ -144,10 +172,27 @@ fn judge(arguments: &Ask, config: &Config) -> Result<Judge, Failure> {
         temperature: arguments.temperature.or(config.temperature),
         max_tokens: arguments.max_tokens.or(config.max_tokens),
         seed: arguments.seed,
+        effort: arguments
+            .effort
+            .or(config.effort.as_deref().and_then(Effort::parse)),
     };
-    let env = |name: &str| std::env::var(name).ok();
-    Judge::resolve(&arguments.model, &registry, &Client::new(), parameters, env)
-        .map_err(Failure::input)
+    let today = jiff::Zoned::now().date();
+    let end = registry.retirement(&arguments.model);
+    if let Some(warning) = end.and_then(|retirement| retirement.warning(today)) {
+        output::say(&format!("nearmiss: {}: {warning}", arguments.model));
+    }
+    let client = Client::new();
+    let model = &arguments.model;
+    let mut judge = Judge::resolve(model, &registry, &client, parameters, &environment)
+        .map_err(Failure::input)?;
+    if let (Judge::Model(model), Some(usd)) = (&mut judge, arguments.budget) {
+        model
+            .endpoint
+            .worst_case(&model.name, &model.parameters)
+            .map_err(Failure::input)?;
+        model.endpoint.budget = Some(Budget::new(usd));
+    }
+    Ok(judge)
 }
 
 fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failure> {
@@ -174,6 +219,9 @@ impl Words {
     }
 
     fn hear(&mut self, event: Event) {
+        if let Event::Note(note) = &event {
+            output::say(&format!("nearmiss: {}", output::visible(note)));
+        }
         if !self.on {
             return;
         }
@@ -193,7 +241,7 @@ impl Words {
                     "another program is asking the same, as run {run}; waiting for its answer"
                 )
             }
-            Event::Kept(_) | Event::Answering(_) => Ok(()),
+            Event::Kept(_) | Event::Answering(_) | Event::Note(_) => Ok(()),
         };
     }
 }
@@ -235,7 +283,7 @@ fn document(answer: &Answer, case: &Case) -> Value {
 /// What the built-in judge's verdict on safety rests on.
 fn prediction(case: &Case) -> Value {
     let rounded = |value: f64| (value * 1e6).round() / 1e6;
-    let judgement = judge::judge(&case.scene, case.task, &case.window);
+    let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
     let obstacles = judgement.prospects.iter().map(|p| {
         json!({
             "id": p.id,
@@ -287,6 +335,11 @@ fn summary(answer: &Answer) -> String {
             "tokens        {} in, {} out\n",
             count(consumed.input_tokens),
             count(consumed.output_tokens)
+        ));
+        let cost = consumed.cost_usd.map(|usd| format!("{usd:.6} USD"));
+        text.push_str(&format!(
+            "cost          {}\n",
+            cost.as_deref().unwrap_or("unknown")
         ));
     }
     match (answer.run, &answer.past) {

@@ -12,6 +12,7 @@ mod in_order;
 mod inspect;
 mod interrupt;
 mod metrics;
+mod models;
 mod open;
 mod output;
 mod progress;
@@ -21,10 +22,13 @@ mod runs;
 mod time;
 mod verdicts;
 
+pub use open::{EgoChoice, chosen_ego};
 pub use verdicts::{has_terminal, without_terminal};
 
 use std::fmt::Display;
 use std::path::PathBuf;
+
+use crate::system;
 
 /// A terminal workbench for safety-critical driving scenarios.
 #[derive(Debug, clap::Parser)]
@@ -35,6 +39,9 @@ pub struct Arguments {
     pub command: Option<Command>,
     /// Scenario files or folders to open in the workbench [default: the bundled scenarios].
     pub paths: Vec<PathBuf>,
+    /// Who is the ego in the workbench.
+    #[command(flatten)]
+    pub ego: EgoChoice,
 }
 
 /// The headless commands.
@@ -52,6 +59,8 @@ pub enum Command {
     Prompt(prompt::PromptArguments),
     /// One verdict: by the built-in judge, or by a language model.
     Ask(ask::Ask),
+    /// Which models can be asked, with what key, at what price, and how long still.
+    Models(models::Models),
     /// How good the built-in judge is, and how long before a collision.
     Evaluate(evaluate::Evaluate),
     /// What was asked and answered: the store of runs.
@@ -87,6 +96,11 @@ impl Failure {
         }
     }
 
+    /// What the system said about a file, or about what else is named.
+    pub fn system(name: impl Display, error: &std::io::Error) -> Self {
+        Self::input(format!("{name}: {}", system::words(error)))
+    }
+
     /// Says on standard error what went wrong.
     pub fn say(&self) {
         output::say(&format!("nearmiss: {}", self.message));
@@ -105,6 +119,7 @@ pub fn run(command: &Command) -> Outcome {
         Command::Describe(arguments) => describe::run(arguments),
         Command::Prompt(arguments) => prompt::run(arguments),
         Command::Ask(arguments) => ask::run(arguments),
+        Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Runs(arguments) => runs::run(arguments),
         Command::Export(arguments) => export::run(arguments),

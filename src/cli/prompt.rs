@@ -1,6 +1,8 @@
 //! `nearmiss prompt`: the messages as they would be sent.
 
-use super::open::{Span, Which, configuration, frame, task, techniques};
+use std::sync::Arc;
+
+use super::open::{Span, Which, configuration, frame, task, techniques, user_thresholds};
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
 use crate::evaluation::{Case, Question, prepare};
@@ -45,6 +47,7 @@ impl Asked {
             techniques: self.techniques,
             window: self.span.window(&scene, Some(self.task), config)?,
             options: self.span.options(config)?,
+            thresholds: Arc::new(user_thresholds(folders)?),
             scene,
         };
         prepare(case, &library, None).map_err(Failure::input)

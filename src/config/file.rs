@@ -4,6 +4,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::system;
+
 /// The configuration.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -22,6 +24,8 @@ pub struct Config {
     pub temperature: Option<f64>,
     /// Most tokens an answer may have; the server's default where it is not set.
     pub max_tokens: Option<u32>,
+    /// How much models are to reason: `off`, `low`, `medium` or `high`; the server's default where it is not set.
+    pub effort: Option<String>,
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]
     pub providers: toml::Table,
@@ -37,6 +41,7 @@ impl Default for Config {
             radius: 30.0,
             temperature: None,
             max_tokens: None,
+            effort: None,
             providers: toml::Table::new(),
         }
     }
@@ -70,7 +75,7 @@ impl Config {
                 return Err(ConfigError {
                     file,
                     line: None,
-                    message: error.to_string(),
+                    message: system::words(&error),
                 });
             }
         };
@@ -100,6 +105,7 @@ impl Config {
             id.split_once('/')
                 .is_some_and(|(p, m)| !p.is_empty() && !m.is_empty())
         };
+        let effort = |word: &str| ["off", "low", "medium", "high"].contains(&word);
         if !(self.radius.is_finite() && self.radius > 0.0) {
             Some(("radius", "must be a positive number of metres"))
         } else if self.history == 0 {
@@ -108,6 +114,8 @@ impl Config {
             Some(("temperature", "must lie between 0 and 2"))
         } else if self.max_tokens == Some(0) {
             Some(("max_tokens", "must be at least 1"))
+        } else if self.effort.as_deref().is_some_and(|e| !effort(e)) {
+            Some(("effort", "must be off, low, medium or high"))
         } else if self.model.as_deref().is_some_and(|id| !model(id)) {
             Some(("model", "must be provider/model"))
         } else {
@@ -158,6 +166,7 @@ mod tests {
         for (wrong, key) in [
             ("theme = 3", "theme"),
             ("history = -1", "history"),
+            ("effort = \"max\"", "effort"),
             ("model = \"x\"", "model"),
         ] {
             std::fs::write(&path, format!("mouse = false\n{wrong}\n")).unwrap();

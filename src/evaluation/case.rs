@@ -12,7 +12,7 @@ use super::keeper::Keeper;
 use super::question::Question;
 use super::request::{record, request};
 use crate::judge;
-use crate::llm::{self, Chunk, Finish};
+use crate::llm::{self, Chunk, CostSource, Finish};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
 use crate::verdict::{self, How, Parsed, Task};
 
@@ -23,6 +23,8 @@ pub enum Event {
     Kept(RunId),
     /// Another program, or another task of this one, is asking the same under this number; its answer is waited for.
     Awaiting(RunId),
+    /// Something about the request that people should know.
+    Note(String),
     /// The server begins to answer, as this model.
     Answering(Option<String>),
     /// A piece of the reasoning.
@@ -188,7 +190,7 @@ impl Asking {
             self.answer.judged = Judged::Missing(Missing::NoAnswer(why.into()));
             return Ok(());
         }
-        let judgement = judge::judge(&case.scene, case.task, &case.window);
+        let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
         let text = serde_json::to_string(&judgement.verdict)?;
         self.piece(Event::Reasoning(judgement.reasoning));
         self.piece(Event::Text(text));
@@ -222,6 +224,7 @@ impl Asking {
             };
             let Some(chunk) = chunk else { break };
             match chunk {
+                Ok(Chunk::Note(note)) => on_event(Event::Note(note)),
                 Ok(Chunk::Started { model }) => {
                     self.answer.model_returned.clone_from(&model);
                     on_event(Event::Answering(model));
@@ -234,9 +237,8 @@ impl Asking {
                     consumed.output_tokens = usage.output_tokens;
                     consumed.reasoning_tokens = usage.reasoning_tokens;
                     consumed.cached_tokens = usage.cached_tokens;
-                    consumed.cost_usd = usage.cost;
-                    self.answer.price_source =
-                        usage.cost.map(|_| "stated by the server".to_string());
+                    consumed.cost_usd = usage.cost.map(|cost| cost.usd);
+                    self.answer.price_source = usage.cost.map(|cost| stated(cost.source).into());
                 }
                 Ok(Chunk::Retrying { attempt, wait, why }) => {
                     on_event(Event::Retrying { attempt, wait, why });
@@ -272,6 +274,11 @@ fn stopped_short(finish: &Finish) -> Option<Missing> {
     let why = match finish {
         Finish::Length => "the answer ran into the token limit; raise max_tokens".to_string(),
         Finish::ContentFilter => "the server's content filter stopped the answer".to_string(),
+        Finish::Blocked(why) => format!("the server's filter blocked the question ({why})"),
+        Finish::Blank => {
+            "the answer is blank, as some servers make one that is not the JSON asked for; ask again".into()
+        }
+        Finish::Refusal(text) if text.is_empty() => "the model declined".into(),
         Finish::Refusal(text) => format!("the model declined: {text}"),
         Finish::Stop | Finish::Other(_) => return None,
     };
@@ -283,7 +290,17 @@ fn word(finish: &Finish) -> String {
         Finish::Stop => "stop".into(),
         Finish::Length => "length".into(),
         Finish::ContentFilter => "content_filter".into(),
+        Finish::Blocked(_) => "blocked".into(),
+        Finish::Blank => "blank".into(),
         Finish::Refusal(_) => "refusal".into(),
         Finish::Other(word) => word.clone(),
+    }
+}
+
+/// Where a cost comes from, in words.
+fn stated(source: CostSource) -> &'static str {
+    match source {
+        CostSource::Server => "stated by the server",
+        CostSource::Prices => "tokens times listed prices",
     }
 }

@@ -1,7 +1,7 @@
 //! Who can be asked: the built-in judge, or a language model behind an endpoint.
 
 use crate::judge;
-use crate::llm::{Client, Endpoint, Parameters, Registry, RegistryError};
+use crate::llm::{Client, Endpoint, Environment, Parameters, Registry, RegistryError};
 
 /// Who is asked.
 #[derive(Debug, Clone)]
@@ -28,7 +28,7 @@ pub struct ModelJudge {
 }
 
 impl Judge {
-    /// The judge with a model id; `env` looks up environment variables.
+    /// The judge with a model id; its key is looked for in `environment`.
     ///
     /// # Errors
     /// The id or its provider is not known.
@@ -37,12 +37,12 @@ impl Judge {
         registry: &Registry,
         client: &Client,
         parameters: Parameters,
-        env: impl Fn(&str) -> Option<String>,
+        environment: &Environment,
     ) -> Result<Self, RegistryError> {
         if id == judge::MODEL {
             return Ok(Self::Reference);
         }
-        let (endpoint, name) = registry.resolve(id, env)?;
+        let (endpoint, name) = registry.resolve(id, environment)?;
         Ok(Self::Model(Box::new(ModelJudge {
             id: id.to_string(),
             name,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::llm::{Message, Role};
-use crate::metrics::{RISK_LEVELS, RiskLevel};
+use crate::metrics::{RiskLevel, Thresholds};
 use crate::prompts::{self, Library, Prompt, Techniques};
 use crate::scenario::{Scene, Window};
 use crate::text::{self, Frame, Options};
@@ -28,6 +28,8 @@ pub struct Case {
     pub window: Window,
     /// How precisely, and how far around the ego.
     pub options: Options,
+    /// What the risk scores are, in the prompt and for the built-in judge.
+    pub thresholds: Arc<Thresholds>,
 }
 
 /// A case with its description and messages.
@@ -77,7 +79,7 @@ struct Values<'a> {
     ego: i64,
     scenario: &'a str,
     window: WindowValues,
-    risk_levels: &'static [RiskLevel],
+    risk_levels: &'a [RiskLevel],
 }
 
 #[derive(Serialize)]
@@ -144,7 +146,7 @@ pub fn prepare(
             // Without the dust of binary fractions.
             seconds: (steps as f64 * dt * 1e6).round() / 1e6,
         },
-        risk_levels: &RISK_LEVELS.levels,
+        risk_levels: &case.thresholds.risk.levels,
     };
     let prompt = prompts::render(&file, &source, library.fragments(), values)?;
     Ok(Question {

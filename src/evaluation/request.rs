@@ -2,13 +2,10 @@
 
 use super::case::Wanted;
 use super::judges::{Judge, ModelJudge};
-use super::question::Question;
-use crate::llm::{Request, ResponseFormat, Schema};
+use super::question::{Case, Question};
+use crate::llm::{Parameters, Request, ResponseFormat, Schema};
 use crate::store::NewRun;
 use crate::verdict;
-
-/// The protocol that all servers are spoken to in.
-const DIALECT: &str = "openai_chat";
 
 /// What is sent.
 pub fn request(question: &Question, model: &ModelJudge) -> Request {
@@ -17,7 +14,8 @@ pub fn request(question: &Question, model: &ModelJudge) -> Request {
         model: model.name.clone(),
         messages: question.messages(),
         parameters: model.parameters,
-        schema: Some(Schema {
+        // A chain of thought stands before the JSON, where a schema has no place for it.
+        schema: (!question.case.techniques.cot).then(|| Schema {
             name: format!("{}_verdict", task.name()),
             schema: verdict::schema(task),
         }),
@@ -54,17 +52,22 @@ pub fn record(
         template_version: question.template_version.clone(),
         template_hash: question.template_hash.clone(),
         messages: "[]".to_string(),
-        parameters: "{}".to_string(),
+        parameters: thresholds(case)?,
         answer_schema: None,
     };
     if let Judge::Model(model) = judge {
         let request = request(question, model);
         let place = model.endpoint.place();
-        run.dialect = Some(DIALECT.to_string());
+        run.dialect = Some(model.endpoint.dialect.name().to_string());
         run.endpoint = place.to_string();
         run.address = Some(place.url);
         run.messages = serde_json::to_string(&request.messages)?;
-        run.parameters = serde_json::to_string(&request.parameters)?;
+        // The limit that is sent may be that of the configuration.
+        let parameters = Parameters {
+            max_tokens: model.endpoint.answer_limit(&request.parameters),
+            ..request.parameters
+        };
+        run.parameters = serde_json::to_string(&parameters)?;
         run.answer_schema = shape(model.endpoint.response_format, request.schema.as_ref())
             .map(|shape| serde_json::to_string(&shape))
             .transpose()?;
@@ -76,7 +79,17 @@ pub fn record(
 fn shape(format: ResponseFormat, schema: Option<&Schema>) -> Option<serde_json::Value> {
     match format {
         ResponseFormat::Off => None,
-        ResponseFormat::JsonObject => Some(serde_json::json!({ "type": "json_object" })),
+        ResponseFormat::JsonObject => schema.map(|_| serde_json::json!({ "type": "json_object" })),
         ResponseFormat::JsonSchema => schema.map(|schema| schema.schema.clone()),
     }
+}
+
+/// What is changed of the thresholds that the built-in judge grades with.
+fn thresholds(case: &Case) -> Result<String, serde_json::Error> {
+    let changes = case.thresholds.changes();
+    let words: Vec<_> = changes.iter().map(ToString::to_string).collect();
+    serde_json::to_string(&match words.as_slice() {
+        [] => serde_json::json!({}),
+        words => serde_json::json!({ "thresholds": words }),
+    })
 }

@@ -7,7 +7,13 @@ use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// A pool of connections; build one and clone it, clones share the pool.
+use secrecy::SecretString;
+
+use super::key_command::KeyCommand;
+use super::limits::{Gate, Limits};
+use crate::system;
+
+/// A pool of connections; build one and clone it, clones share the pool and the limits of providers.
 ///
 /// Proxies are taken from the environment (`HTTPS_PROXY`, `HTTP_PROXY`, `NO_PROXY`), certificates from the system.
 #[derive(Clone, Default)]
@@ -15,8 +21,12 @@ pub struct Client {
     // reqwest fixes the connect timeout when a client is built, while ours belongs to the endpoint: one client for each
     // timeout in use, which in practice is one.
     built: Arc<Mutex<BTreeMap<Duration, reqwest::Client>>>,
+    gates: Arc<Mutex<Gates>>,
+    keys: Arc<Mutex<BTreeMap<KeyCommand, SecretString>>>,
     direct: bool,
 }
+
+type Gates = BTreeMap<(String, Limits), Arc<Gate>>;
 
 impl Client {
     /// A client; connections are made on first use.
@@ -55,6 +65,32 @@ impl Client {
         Ok(client)
     }
 
+    /// The one gate of a provider with these limits.
+    pub(super) fn gate(&self, provider: &str, limits: Limits) -> Arc<Gate> {
+        let mut gates = self.gates.lock().unwrap_or_else(PoisonError::into_inner);
+        let gate = gates
+            .entry((provider.to_owned(), limits))
+            .or_insert_with(|| Arc::new(Gate::new(limits)));
+        Arc::clone(gate)
+    }
+
+    /// The key that a command prints; it is run once.
+    pub(super) async fn key(&self, command: &KeyCommand) -> Result<SecretString, String> {
+        let kept = || self.keys.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(key) = kept().get(command) {
+            return Ok(key.clone());
+        }
+        let key = command.run().await?;
+        kept().insert(command.clone(), key.clone());
+        Ok(key)
+    }
+
+    /// A key was refused, so the command is run again next time.
+    pub(super) fn forget_key(&self, command: &KeyCommand) {
+        let mut keys = self.keys.lock().unwrap_or_else(PoisonError::into_inner);
+        keys.remove(command);
+    }
+
     fn builder(&self, connect: Duration) -> reqwest::ClientBuilder {
         let builder = reqwest::Client::builder()
             .user_agent(concat!("nearmiss/", env!("CARGO_PKG_VERSION")))
@@ -79,9 +115,11 @@ impl fmt::Debug for Client {
 
 /// The innermost cause: the outer ones repeat the URL, or say only that a request failed.
 pub(super) fn deepest(error: &(dyn StdError + 'static)) -> String {
-    chain(error)
-        .last()
-        .map_or_else(String::new, ToString::to_string)
+    let last = chain(error).last();
+    last.map_or_else(String::new, |e| match e.downcast_ref() {
+        Some(error) => system::words(error),
+        None => e.to_string(),
+    })
 }
 
 fn chain<'a>(

@@ -3,28 +3,54 @@
 use std::fmt;
 use std::time::Duration;
 
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
 use reqwest::Url;
+use reqwest::header::{HeaderName, HeaderValue};
 use secrecy::{ExposeSecret, SecretString};
 
+use super::budget::Budget;
+use super::dialect::{Auth, Dialect};
 use super::error::{Error, Place};
+use super::key_command::KeyCommand;
+use super::limits::Limits;
+use super::price::{Prices, Pricing};
+use super::quirks::Quirks;
+use super::request::Parameters;
 
-/// A server that speaks the OpenAI chat protocol, and how to treat it.
+/// A server that serves models, and how to treat it.
 #[derive(Clone)]
 pub struct Endpoint {
     /// The provider's name as people know it, e.g. `openai`.
     pub name: String,
-    /// The address: with or without `/v1`, a trailing slash or `/chat/completions`; see [`Endpoint::chat_url`].
+    /// The protocol it speaks.
+    pub dialect: Dialect,
+    /// The address: with or without the version, a trailing slash or the method; see [`Endpoint::request_url`].
     pub base_url: String,
-    /// The key, sent as `Authorization: Bearer`; blank counts as none.
+    /// The key; blank counts as none.
     pub key: Option<SecretString>,
-    /// Name of the environment variable the key is read from, for error texts.
+    /// A command that prints the key, run before the first request if there is no key.
+    pub key_command: Option<KeyCommand>,
+    /// Where the key comes from, for error texts: a variable, with the file it is in.
     pub key_source: Option<String>,
+    /// The header that carries the key; `None` is the dialect's own.
+    pub auth: Option<Auth>,
+    /// Further headers, name and value.
+    pub headers: Vec<(String, String)>,
     /// How long to wait for what.
     pub timeouts: Timeouts,
     /// How often to try again.
     pub retry: Retry,
     /// How much of a schema the server understands.
     pub response_format: ResponseFormat,
+    /// In what the model differs from others of its dialect.
+    pub quirks: Quirks,
+    /// How much may be asked at a time; shared by everyone who uses the same [`super::Client`] and provider's name.
+    pub limits: Limits,
+    /// What its models cost, as far as that is known.
+    pub prices: Prices,
+    /// The money that requests share; none is sent that could exceed it.
+    pub budget: Option<Budget>,
 }
 
 /// How long to wait before giving up.
@@ -70,7 +96,8 @@ impl Default for Retry {
 }
 
 /// What is sent of a [`super::Schema`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum ResponseFormat {
     /// The whole schema, as `json_schema` with `strict`.
     #[default]
@@ -86,21 +113,79 @@ impl Endpoint {
     pub fn new(name: impl Into<String>, base_url: impl Into<String>) -> Self {
         Self {
             name: name.into(),
+            dialect: Dialect::default(),
             base_url: base_url.into(),
             key: None,
+            key_command: None,
             key_source: None,
+            auth: None,
+            headers: Vec::new(),
             timeouts: Timeouts::default(),
             retry: Retry::default(),
             response_format: ResponseFormat::default(),
+            quirks: Quirks::default(),
+            limits: Limits::default(),
+            prices: Prices::default(),
+            budget: None,
         }
     }
 
-    /// The address requests go to: a bare host gets `/v1/chat/completions`, a path gets `/chat/completions` unless it ends so.
-    /// A query (`?api-version=…`) is kept.
+    /// The address that requests for a model go to. What of version and method the base URL lacks is added, a query
+    /// (`?api-version=…`) is kept.
     ///
     /// # Errors
     /// [`Error::Setup`] if the base URL is no URL, or not an http(s) one.
-    pub fn chat_url(&self) -> Result<Url, Error> {
+    pub fn request_url(&self, model: &str) -> Result<Url, Error> {
+        Ok(self.dialect.with_model(self.url()?, model))
+    }
+
+    /// Most tokens an answer may have, if anybody set a limit.
+    #[must_use]
+    pub fn answer_limit(&self, parameters: &Parameters) -> Option<u32> {
+        parameters.max_tokens.or(self.quirks.max_tokens)
+    }
+
+    /// What bounds the cost of an answer: the model's price and the most tokens it may have.
+    ///
+    /// # Errors
+    /// [`Error::Budget`] if one of them is not known, so that no budget can be kept.
+    pub fn worst_case(
+        &self,
+        model: &str,
+        parameters: &Parameters,
+    ) -> Result<(Pricing, u32), Error> {
+        let no = |why| Error::Budget {
+            place: self.place(),
+            why,
+        };
+        let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
+        let pricing = self.prices.of(model, today).ok_or_else(|| {
+            let name = &self.name;
+            no(format!(
+                "there is a budget, but no price is known for {model}; state one as [[provider.{name}.prices]] in config.toml, or leave the budget out"
+            ))
+        })?;
+        let limit = self.answer_limit(parameters).ok_or_else(|| {
+            no("there is a budget, but an answer without a limit can cost anything; set max_tokens"
+                .into())
+        })?;
+        Ok((pricing, limit))
+    }
+
+    /// Whether the server is on this machine; such servers rarely want a key.
+    #[must_use]
+    pub fn is_here(&self) -> bool {
+        let url = self.url().ok();
+        let host = url.as_ref().and_then(|url| url.host_str());
+        host.is_none_or(|host| {
+            let bare = host.trim_matches(['[', ']']);
+            let address = bare.parse::<std::net::IpAddr>();
+            bare == "localhost" || address.is_ok_and(|address| address.is_loopback())
+        })
+    }
+
+    /// The address without the model.
+    fn url(&self) -> Result<Url, Error> {
         let wrong = |why: String| Error::Setup {
             place: self.place_as_written(),
             why,
@@ -116,12 +201,7 @@ impl Endpoint {
                 "this starts with `{scheme}:`; write http:// or https:// before the host"
             )));
         }
-        let path = url.path().trim_end_matches('/').to_owned();
-        let path = match path.as_str() {
-            "" => "/v1/chat/completions".to_owned(),
-            full if full.ends_with("/chat/completions") => path,
-            base => format!("{base}/chat/completions"),
-        };
+        let path = self.dialect.path(url.path());
         url.set_path(&path);
         url.set_fragment(None);
         Ok(url)
@@ -129,7 +209,7 @@ impl Endpoint {
 
     /// Name and address for messages to people; without user, password and query, which may hold secrets.
     pub fn place(&self) -> Place {
-        match self.chat_url() {
+        match self.url() {
             Ok(url) => Place {
                 provider: self.name.clone(),
                 url: plain(&url),
@@ -142,6 +222,24 @@ impl Endpoint {
     pub(super) fn usable_key(&self) -> Option<&str> {
         let key = self.key.as_ref()?.expose_secret().trim();
         (!key.is_empty()).then_some(key)
+    }
+
+    /// The header that carries the key, if there is a key.
+    pub(super) fn key_header(&self) -> Result<Option<(HeaderName, HeaderValue)>, Error> {
+        let Some(key) = self.usable_key() else {
+            return Ok(None);
+        };
+        let (name, word) = self.auth.unwrap_or(self.dialect.auth()).header();
+        let source = self.key_source.as_deref().unwrap_or("the configuration");
+        let mut value =
+            HeaderValue::from_str(&format!("{word}{key}")).map_err(|_| Error::Setup {
+                place: self.place(),
+                why: format!(
+                    "the key from {source} holds characters that no key has; copy it again"
+                ),
+            })?;
+        value.set_sensitive(true);
+        Ok(Some((HeaderName::from_static(name), value)))
     }
 
     fn place_as_written(&self) -> Place {
@@ -173,12 +271,16 @@ impl fmt::Debug for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Endpoint")
             .field("place", &self.place())
+            .field("dialect", &self.dialect)
             .field("key", &self.key.as_ref().map(|_| "[hidden]"))
             .field("key_source", &self.key_source)
             .field("timeouts", &self.timeouts)
             .field("retry", &self.retry)
             .field("response_format", &self.response_format)
-            .finish()
+            .field("quirks", &self.quirks)
+            .field("limits", &self.limits)
+            .field("prices", &self.prices)
+            .finish_non_exhaustive()
     }
 }
 
@@ -186,58 +288,6 @@ impl fmt::Debug for Endpoint {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-
-    fn url(base: &str) -> String {
-        Endpoint::new("test", base).chat_url().unwrap().to_string()
-    }
-
-    #[test]
-    fn every_way_to_write_a_base_url() {
-        for (base, expected) in [
-            (
-                "http://127.0.0.1:8080",
-                "http://127.0.0.1:8080/v1/chat/completions",
-            ),
-            (
-                "http://127.0.0.1:8080/",
-                "http://127.0.0.1:8080/v1/chat/completions",
-            ),
-            (
-                " https://api.openai.com/v1 \n",
-                "https://api.openai.com/v1/chat/completions",
-            ),
-            (
-                "https://api.openai.com/v1/",
-                "https://api.openai.com/v1/chat/completions",
-            ),
-            (
-                "https://openrouter.ai/api/v1//",
-                "https://openrouter.ai/api/v1/chat/completions",
-            ),
-            (
-                "https://x.org/v1/chat/completions",
-                "https://x.org/v1/chat/completions",
-            ),
-            (
-                "https://x.org/v1/chat/completions/",
-                "https://x.org/v1/chat/completions",
-            ),
-            (
-                "https://generativelanguage.googleapis.com/v1beta/openai/",
-                "https://generativelanguage.googleapis.com/v1beta/openai/chat/completions",
-            ),
-            (
-                "https://a.azure.com/d/x?api-version=2#f",
-                "https://a.azure.com/d/x/chat/completions?api-version=2",
-            ),
-            (
-                "http://[::1]:11434",
-                "http://[::1]:11434/v1/chat/completions",
-            ),
-        ] {
-            assert_eq!(url(base), expected, "{base}");
-        }
-    }
 
     #[test]
     fn wrong_addresses_are_named() {
@@ -247,10 +297,7 @@ mod tests {
             ("localhost:8080", "`localhost:`"),
             ("ftp://x.org", "`ftp:`"),
         ] {
-            let text = Endpoint::new("mine", base)
-                .chat_url()
-                .unwrap_err()
-                .to_string();
+            let text = Endpoint::new("mine", base).url().unwrap_err().to_string();
             assert!(
                 text.contains(part) && text.contains("mine") && text.contains(base),
                 "{text}"
@@ -269,7 +316,7 @@ mod tests {
         let shown = format!(
             "{endpoint:?} {} {bad:?} {}",
             endpoint.place(),
-            bad.chat_url().unwrap_err()
+            bad.url().unwrap_err()
         );
         assert!(
             shown.contains("https://x.org/v1/chat/completions"),

@@ -90,7 +90,7 @@ pub enum Error {
         status: u16,
         /// The server's words.
         message: String,
-        /// The environment variable the key comes from.
+        /// Where the key comes from.
         key_source: Option<String>,
         /// Whether a key was sent at all.
         key_sent: bool,
@@ -167,13 +167,21 @@ pub enum Error {
     },
     /// What came is not this protocol.
     #[error(
-        "{place} sent something that is no answer: {what}; check that the address speaks the OpenAI chat protocol"
+        "{place} sent something that is no answer: {what}; check the address and the provider's dialect"
     )]
     Malformed {
         /// Where.
         place: Place,
         /// What came.
         what: String,
+    },
+    /// The request was not sent, because of money.
+    #[error("{place} was not asked: {why}")]
+    Budget {
+        /// Where.
+        place: Place,
+        /// What is missing and what to do.
+        why: String,
     },
     /// The server reported an error inside an answer that had begun well.
     #[error("{place} reported an error while answering: {message}{}", code.as_ref().map(|c| format!(" ({c})")).unwrap_or_default())]
@@ -247,9 +255,8 @@ impl Error {
     pub(super) fn cleared_of(mut self, key: Option<&str>) -> Self {
         let clear = |text: &mut String| *text = tidy(&without_key(text, key), 1000);
         match &mut self {
-            Self::Setup { why, .. } | Self::Refused { why, .. } | Self::Unreachable { why, .. } => {
-                clear(why)
-            }
+            Self::Setup { why, .. } | Self::Budget { why, .. } => clear(why),
+            Self::Refused { why, .. } | Self::Unreachable { why, .. } => clear(why),
             Self::Tls { why, .. } | Self::Truncated { why, .. } => clear(why),
             Self::Timeout { .. } => {}
             Self::Unauthorized { message, .. }

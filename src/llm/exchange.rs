@@ -2,31 +2,32 @@
 
 use std::collections::VecDeque;
 use std::mem;
-use std::pin::Pin;
 use std::time::Duration;
 
-use backon::ExponentialBackoff;
-use eventsource_stream::{Event, EventStreamError, Eventsource};
-use futures_util::stream::{Stream, StreamExt};
-use reqwest::header::{AUTHORIZATION, CONTENT_TYPE, HeaderValue};
-use reqwest::{Response, Url};
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use reqwest::Response;
+use reqwest::header::CONTENT_TYPE;
+use tokio::sync::OwnedSemaphorePermit;
 
-use super::chunk::Chunk;
+use super::budget::Reservation;
+use super::chunk::{Chunk, Cost, CostSource, Finish, Usage};
 use super::client::Client;
+use super::decoder::Decoder;
+use super::dialect::Framing;
 use super::endpoint::Endpoint;
 use super::error::{Error, without_key};
 use super::failure::Failure;
-use super::openai_chat::{self, Decoder};
-use super::patience::{Elapsed, Patience};
+use super::frames::{Frames, ended, frames, step};
+use super::patience::Patience;
 use super::problem::tidy;
+use super::redact::Redactors;
 use super::request::Request;
-use super::retry::waits;
-use super::text::{Fault, texts, whole};
+use super::sending::{Ready, Sending};
+use super::text::{texts, whole};
 
 /// Most of an unstreamed answer that is read, in bytes.
 const LONGEST_DOCUMENT: usize = 16 << 20;
-
-type Events = Pin<Box<dyn Stream<Item = Result<Event, EventStreamError<Fault>>> + Send>>;
 
 /// The state machine behind [`super::stream`].
 pub(super) struct Exchange {
@@ -35,6 +36,13 @@ pub(super) struct Exchange {
     request: Request,
     queue: VecDeque<Result<Chunk, Error>>,
     state: State,
+    redactors: Redactors,
+    /// Money set aside for this request.
+    reserved: Option<Reservation>,
+    /// The place among the requests on their way.
+    place: Option<OwnedSemaphorePermit>,
+    returned: Option<String>,
+    asked: Timestamp,
 }
 
 enum State {
@@ -45,19 +53,8 @@ enum State {
     Over,
 }
 
-/// A request ready to go, any number of times.
-struct Sending {
-    http: reqwest::Client,
-    url: Url,
-    key: Option<HeaderValue>,
-    body: Vec<u8>,
-    patience: Patience,
-    waits: ExponentialBackoff,
-    attempt: u32,
-}
-
 struct Reading {
-    events: Events,
+    frames: Frames,
     decoder: Decoder,
 }
 
@@ -69,6 +66,11 @@ impl Exchange {
             request,
             queue: VecDeque::new(),
             state: State::New,
+            redactors: Redactors::default(),
+            reserved: None,
+            place: None,
+            returned: None,
+            asked: Timestamp::now(),
         }
     }
 
@@ -80,19 +82,85 @@ impl Exchange {
                     self.state = State::Over;
                     self.queue.clear();
                 }
-                return Some(item.map_err(|e| e.cleared_of(self.endpoint.usable_key())));
+                match self.cleared(item) {
+                    Some(item) => return Some(item),
+                    None => continue,
+                }
             }
             self.state = match mem::replace(&mut self.state, State::Over) {
-                State::New => self.prepare(),
+                State::New => self.prepare().await,
                 State::Sending(sending) => self.send(sending).await,
                 State::Waiting(wait, sending) => {
                     tokio::time::sleep(wait).await;
                     State::Sending(sending)
                 }
                 State::Reading(reading) => self.read(reading).await,
-                State::Over => return None,
+                State::Over => {
+                    self.reserved = None;
+                    self.place = None;
+                    return None;
+                }
             };
         }
+    }
+
+    /// A chunk as it leaves: without the key, and with its cost. `None` if all of it is held back, since it may become the key.
+    fn cleared(&mut self, item: Result<Chunk, Error>) -> Option<Result<Chunk, Error>> {
+        let key = self.endpoint.usable_key();
+        let clear = |text: String| without_key(&text, key);
+        let chunk = match item {
+            Ok(Chunk::Reasoning(_) | Chunk::Text(_) | Chunk::Note(_) | Chunk::Retrying { .. }) => {
+                item.ok()?
+            }
+            Ok(Chunk::Started { model }) => {
+                let model = model.map(clear);
+                self.returned.clone_from(&model);
+                return Some(Ok(Chunk::Started { model }));
+            }
+            // Nothing more is said, so what is held back was not the key.
+            last => match self.redactors.held() {
+                Some(held) => {
+                    self.queue.push_front(last);
+                    return Some(Ok(held));
+                }
+                None => match last {
+                    Ok(chunk) => chunk,
+                    Err(error) => return Some(Err(error.cleared_of(key))),
+                },
+            },
+        };
+        Some(Ok(match chunk {
+            Chunk::Reasoning(_) | Chunk::Text(_) => self.redactors.piece(chunk, key)?,
+            Chunk::Usage(usage) => Chunk::Usage(self.priced(usage)),
+            Chunk::Finished(finish) => Chunk::Finished(match finish {
+                Finish::Refusal(text) => Finish::Refusal(clear(text)),
+                Finish::Blocked(text) => Finish::Blocked(clear(text)),
+                Finish::Other(text) => Finish::Other(clear(text)),
+                other => other,
+            }),
+            other => other,
+        }))
+    }
+
+    /// The usage with what it cost, which is taken from the budget.
+    fn priced(&mut self, mut usage: Usage) -> Usage {
+        if usage.cost.is_none() {
+            let day = self.asked.to_zoned(TimeZone::UTC).date();
+            let prices = &self.endpoint.prices;
+            let pricing = prices.of_answer(&self.request.model, self.returned.as_deref(), day);
+            usage.cost = pricing
+                .and_then(|pricing| pricing.cost(&usage, self.asked))
+                .map(|usd| Cost {
+                    usd,
+                    source: CostSource::Prices,
+                });
+        }
+        if let Some(cost) = usage.cost
+            && let Some(reserved) = self.reserved.take()
+        {
+            reserved.settle(cost.usd);
+        }
+        usage
     }
 
     fn fail(&mut self, error: Error) -> State {
@@ -100,52 +168,45 @@ impl Exchange {
         State::Over
     }
 
-    fn prepare(&mut self) -> State {
-        match self.prepared() {
-            Ok(sending) => State::Sending(Box::new(sending)),
+    async fn prepare(&mut self) -> State {
+        match Ready::new(&self.client, &mut self.endpoint, &self.request).await {
+            Ok(ready) => {
+                let notes = ready.notes.into_iter().map(|note| Ok(Chunk::Note(note)));
+                self.queue.extend(notes);
+                self.place = ready.place;
+                self.reserved = ready.reserved;
+                State::Sending(Box::new(ready.sending))
+            }
             Err(error) => self.fail(error),
         }
     }
 
-    fn prepared(&self) -> Result<Sending, Error> {
-        let endpoint = &self.endpoint;
-        let wrong = |why| Error::Setup {
-            place: endpoint.place(),
-            why,
-        };
-        let url = endpoint.chat_url()?;
-        let key = endpoint.usable_key().map(|key| {
-            let source = endpoint
-                .key_source
-                .as_deref()
-                .unwrap_or("the configuration");
-            let mut value = HeaderValue::from_str(&format!("Bearer {key}")).map_err(|_| {
-                wrong(format!(
-                    "the key from {source} holds characters that no key has; copy it again"
-                ))
-            })?;
-            value.set_sensitive(true);
-            Ok(value)
-        });
-        let http = self.client.http(endpoint.timeouts.connect).map_err(wrong)?;
-        Ok(Sending {
-            http,
-            url,
-            key: key.transpose()?,
-            body: openai_chat::body(endpoint, &self.request)
-                .to_string()
-                .into_bytes(),
-            patience: Patience::starting_now(endpoint.timeouts),
-            waits: waits(endpoint.retry),
-            attempt: 1,
-        })
+    fn may_be_paid(&mut self, yes: bool) {
+        if let Some(reserved) = &mut self.reserved {
+            reserved.may_be_paid(yes);
+        }
     }
 
     async fn send(&mut self, mut sending: Box<Sending>) -> State {
+        if let Err(why) = sending.gate.admit(sending.tokens).await {
+            let place = self.endpoint.place();
+            return self.fail(Error::Setup { place, why });
+        }
+        if sending.attempt == 1 {
+            // Whoever waits for a turn has not lost patience with the server.
+            sending.patience = Patience::starting_now(self.endpoint.timeouts);
+        }
+        self.asked = Timestamp::now();
+        self.may_be_paid(true);
         let failure = match self.answer(&mut sending).await {
             Ok(response) => return self.begin(response, sending.patience).await,
             Err(failure) => failure,
         };
+        // What the server refused is not paid for; what it may be working on may be.
+        self.may_be_paid(failure.status.is_none() && !failure.may_pass);
+        if let (Some(401 | 403), Some(command)) = (failure.status, &self.endpoint.key_command) {
+            self.client.forget_key(command);
+        }
         let longest = self.endpoint.retry.longest_wait;
         let too_long = failure
             .asked
@@ -187,13 +248,8 @@ impl Exchange {
 
     // Exclusive borrows, because shared ones of what is not `Sync` would tie the stream to one thread.
     async fn answer(&mut self, sending: &mut Sending) -> Result<Response, Failure> {
-        let mut request = sending
-            .http
-            .post(sending.url.clone())
-            .header(CONTENT_TYPE, "application/json");
-        if let Some(key) = &sending.key {
-            request = request.header(AUTHORIZATION, key.clone());
-        }
+        let request = sending.http.post(sending.url.clone());
+        let request = request.headers(sending.headers.clone());
         let sent = sending
             .patience
             .wait(request.body(sending.body.clone()).send())
@@ -224,7 +280,8 @@ impl Exchange {
             .unwrap_or_default()
             .trim()
             .to_ascii_lowercase();
-        let mut decoder = Decoder::new(self.endpoint.place());
+        let dialect = self.endpoint.dialect;
+        let mut decoder = Decoder::new(dialect, self.endpoint.place());
         if kind == "text/html" {
             let what = "a web page; the address may be that of a page for people".to_owned();
             return self.fail(Error::Malformed {
@@ -232,71 +289,31 @@ impl Exchange {
                 what,
             });
         }
-        if kind == "application/json" {
+        // Where a line is an object, one object alone is a line too.
+        if kind == "application/json" && dialect.framing() == Framing::Events {
             let items = match whole(response, patience, LONGEST_DOCUMENT).await {
                 Ok(body) => match decoder.document(&body) {
                     Ok(chunks) => chunks.into_iter().map(Ok).collect(),
                     Err(error) => decoder.failed(error),
                 },
-                Err((_, fault)) => self.ended(&mut decoder, fault),
+                Err((_, fault)) => ended(&mut decoder, fault),
             };
             self.queue.extend(items);
             return State::Over;
         }
-        let events = Box::pin(texts(response.bytes_stream(), patience).eventsource());
-        State::Reading(Box::new(Reading { events, decoder }))
+        let texts = texts(response.bytes_stream(), patience);
+        let frames = frames(texts, dialect.framing());
+        State::Reading(Box::new(Reading { frames, decoder }))
     }
 
     async fn read(&mut self, mut reading: Box<Reading>) -> State {
-        let decoder = &mut reading.decoder;
-        let items = match reading.events.next().await {
-            Some(Ok(event)) if event.event == "error" => {
-                let error = decoder.error_event(&event.data);
-                decoder.failed(error)
-            }
-            Some(Ok(event)) => match decoder.event(&event.data) {
-                Ok(chunks) => {
-                    self.queue.extend(chunks.into_iter().map(Ok));
-                    // The connection is dropped with the events: some servers keep it open after the end.
-                    return if decoder.is_done() {
-                        State::Over
-                    } else {
-                        State::Reading(reading)
-                    };
-                }
-                Err(error) => decoder.failed(error),
-            },
-            Some(Err(EventStreamError::Transport(fault))) => self.ended(decoder, fault),
-            Some(Err(EventStreamError::Utf8(_) | EventStreamError::Parser(_))) => {
-                self.ended(decoder, Fault::NotText)
-            }
-            // An event begun but not ended by an empty line has been dropped by the parser, as the standard wants.
-            None => self.ended(decoder, Fault::Cut("the stream ended early".to_owned())),
-        };
+        let items = step(&mut reading.frames, &mut reading.decoder).await;
         self.queue.extend(items);
-        State::Over
-    }
-
-    fn ended(&self, decoder: &mut Decoder, fault: Fault) -> Vec<Result<Chunk, Error>> {
-        decoder.ended(|place, received| match fault {
-            Fault::Elapsed(Elapsed { which, after }) => Error::Timeout {
-                place,
-                which,
-                after,
-            },
-            Fault::Cut(why) => Error::Truncated {
-                place,
-                received,
-                why,
-            },
-            Fault::NotText => Error::Malformed {
-                place,
-                what: "bytes that are no UTF-8 text".to_owned(),
-            },
-            Fault::TooLong => Error::Malformed {
-                place,
-                what: "more than any answer can be".to_owned(),
-            },
-        })
+        // The connection is dropped with the frames: some servers keep it open after the end.
+        if reading.decoder.is_done() {
+            State::Over
+        } else {
+            State::Reading(reading)
+        }
     }
 }

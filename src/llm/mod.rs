@@ -21,28 +21,53 @@
 //! # }
 //! ```
 
+mod assembly;
+mod budget;
 mod chunk;
 mod client;
+mod decoder;
+mod dialect;
 mod endpoint;
+mod environment;
 mod error;
 mod exchange;
 mod failure;
-mod openai_chat;
+mod frames;
+mod key_command;
+mod limits;
+mod listing;
 mod patience;
+mod price;
+mod probe;
 mod problem;
+mod provider;
+mod quirks;
+mod redact;
 mod registry;
 mod request;
 mod retry;
+mod schema;
+mod sending;
 mod text;
 mod think;
 
-pub use chunk::{Chunk, Finish, Usage};
+pub use budget::{Budget, OverBudget};
+pub use chunk::{Chunk, Cost, CostSource, Finish, Usage};
 pub use client::Client;
+pub use dialect::{Auth, Dialect, body, notes};
 pub use endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
+pub use environment::{Environment, Found};
 pub use error::{Error, Place, Which};
-pub use openai_chat::body;
-pub use registry::{Offer, Provider, Registry, RegistryError};
-pub use request::{Message, Parameters, Request, Role, Schema};
+pub use frames::decode;
+pub use key_command::KeyCommand;
+pub use limits::Limits;
+pub use listing::{KeyState, Listed, Offer, Retirement};
+pub use price::{Peak, Price, PriceEntry, Prices, Pricing};
+pub use probe::{Discovered, probe};
+pub use provider::RegistryError;
+pub use quirks::{Efforts, Quirks, StatedQuirks, Temperature};
+pub use registry::Registry;
+pub use request::{Effort, Message, Parameters, Request, Role, Schema};
 
 use futures_util::stream::{self, Stream, StreamExt};
 

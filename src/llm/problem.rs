@@ -15,6 +15,8 @@ pub(super) struct Problem {
     pub kind: Option<String>,
     /// The wait it asks for in the body (Google's `RetryInfo`).
     pub retry_delay: Option<Duration>,
+    /// The quota of a whole day is used up (Google's `QuotaFailure`), whatever wait is named.
+    pub day_is_spent: bool,
 }
 
 impl Problem {
@@ -68,15 +70,18 @@ impl Problem {
 
     /// Whether the account is used up, so that asking again cannot help.
     pub fn is_exhausted(&self) -> bool {
-        [&self.code, &self.kind].into_iter().flatten().any(|word| {
+        let words = [&self.code, &self.kind].into_iter().flatten();
+        let spent = |word: &str| {
             matches!(
-                word.as_str(),
+                word,
                 "insufficient_quota"
                     | "credit_balance_exhausted"
                     | "billing_hard_limit_reached"
                     | "insufficient_balance"
+                    | "enforced_spend_limit_reached"
             )
-        })
+        };
+        self.day_is_spent || words.into_iter().any(|word| spent(word))
     }
 
     fn of_object(object: &Value) -> Self {
@@ -88,8 +93,18 @@ impl Problem {
         if let Some(raw) = object.pointer("/metadata/raw").filter(|v| is_meant(v)) {
             message = format!("{message}: {}", text(raw));
         }
+        // Anthropic's spend limits have an ordinary type and are told apart here.
+        let inner = object
+            .pointer("/details/error_code")
+            .filter(|v| is_meant(v));
         let details = object.get("details").and_then(Value::as_array);
-        let delay = details.into_iter().flatten().find_map(|d| {
+        let details = || details.into_iter().flatten();
+        let violations = details().filter_map(|d| d.get("violations")?.as_array());
+        let day_is_spent = violations.flatten().any(|violation| {
+            let id = violation.get("quotaId").and_then(Value::as_str);
+            id.is_some_and(|id| id.contains("PerDay"))
+        });
+        let delay = details().find_map(|d| {
             d.get("retryDelay")?
                 .as_str()?
                 .strip_suffix('s')?
@@ -98,9 +113,10 @@ impl Problem {
         });
         Self {
             message,
-            code: field("code").map(text),
+            code: inner.or_else(|| field("code")).map(text),
             kind: field("type").or_else(|| field("status")).map(text),
             retry_delay: delay.and_then(|seconds: f64| Duration::try_from_secs_f64(seconds).ok()),
+            day_is_spent,
         }
     }
 }
@@ -215,6 +231,14 @@ mod tests {
         };
         assert!(body("insufficient_quota").is_exhausted());
         assert!(!body("rate_limit_exceeded").is_exhausted());
+        let spend = r#"{"type":"error","error":{"type":"rate_limit_error","message":"m","details":{"error_code":"enforced_spend_limit_reached"}}}"#;
+        assert!(Problem::in_body(spend).is_exhausted());
+        let quota = |id: &str| {
+            let details = json!([{"violations": [{"quotaId": id}]}, {"retryDelay": "17s"}]);
+            Problem::in_value(&json!({"error": {"message": "m", "details": details}})).unwrap()
+        };
+        assert!(quota("GenerateRequestsPerDayPerProjectPerModel-FreeTier").is_exhausted());
+        assert!(!quota("GenerateRequestsPerMinutePerProjectPerModel").is_exhausted());
     }
 
     #[test]

@@ -45,6 +45,45 @@ pub struct Parameters {
     /// Seed of the sampling, for servers that are reproducible.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
+    /// How much the model is to reason before it answers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub effort: Option<Effort>,
+}
+
+/// How much a model is to reason before it answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Effort {
+    /// Not at all.
+    Off,
+    /// A little.
+    Low,
+    /// As usual.
+    Medium,
+    /// A lot.
+    High,
+}
+
+impl Effort {
+    /// Every effort, the least first.
+    pub const ALL: [Self; 4] = [Self::Off, Self::Low, Self::Medium, Self::High];
+
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Low => "low",
+            Self::Medium => "medium",
+            Self::High => "high",
+        }
+    }
+
+    /// The effort with this name.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|effort| effort.name() == name)
+    }
 }
 
 /// One question to one model.
@@ -58,4 +97,16 @@ pub struct Request {
     pub parameters: Parameters,
     /// The shape wanted of the answer; see [`super::ResponseFormat`] for what is sent of it.
     pub schema: Option<Schema>,
+}
+
+impl Request {
+    /// Tokens of the question, estimated to be rather too many than too few: half of the bytes. Numbers, which scenes in
+    /// words are full of, are two to three bytes a token.
+    #[must_use]
+    pub fn tokens(&self) -> u32 {
+        let messages: usize = self.messages.iter().map(|m| m.content.len() + 16).sum();
+        let schema = self.schema.as_ref();
+        let schema = schema.map_or(0, |s| s.schema.to_string().len());
+        u32::try_from((messages + schema) / 2).unwrap_or(u32::MAX)
+    }
 }

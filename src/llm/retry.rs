@@ -23,11 +23,10 @@ pub(super) fn waits(retry: Retry) -> ExponentialBackoff {
 
 /// Whether an answer of this status may be followed by a better one. 409 is a lock timeout, 529 "overloaded".
 pub(super) fn may_pass(status: u16, headers: &HeaderMap, problem: &Problem) -> bool {
-    let forbidden = headers
-        .get("x-should-retry")
-        .is_some_and(|v| v.as_bytes().eq_ignore_ascii_case(b"false"));
+    let says = headers.get("x-should-retry");
+    let says = |word: &[u8]| says.is_some_and(|v| v.as_bytes().eq_ignore_ascii_case(word));
     let passing = matches!(status, 408 | 409 | 429 | 500 | 502 | 503 | 504 | 529);
-    passing && !forbidden && !problem.is_exhausted()
+    (passing || says(b"true")) && !says(b"false") && !problem.is_exhausted()
 }
 
 /// The wait the server asks for: `retry-after-ms`, `retry-after` in seconds or as a date, or a word in the body.
@@ -130,6 +129,9 @@ mod tests {
         let no =
             HeaderMap::from_iter([("x-should-retry".parse().unwrap(), "false".parse().unwrap())]);
         assert!(!may_pass(500, &no, &ok));
+        let yes =
+            HeaderMap::from_iter([("x-should-retry".parse().unwrap(), "true".parse().unwrap())]);
+        assert!(may_pass(501, &yes, &ok));
         let empty = Problem {
             kind: Some("insufficient_quota".into()),
             ..Problem::default()

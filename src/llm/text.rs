@@ -45,6 +45,20 @@ where
     })
 }
 
+/// The same for pieces that are all there.
+pub(super) fn joined<S>(pieces: S) -> impl Stream<Item = Result<String, Fault>> + Send
+where
+    S: Stream<Item = Vec<u8>> + Send + 'static,
+{
+    let state = Some((Box::pin(pieces), Joiner::default()));
+    stream::unfold(state, |state| async move {
+        let (mut pieces, mut joiner) = state?;
+        let text = joiner.join(&pieces.next().await?);
+        let state = text.is_ok().then_some((pieces, joiner));
+        Some((text, state))
+    })
+}
+
 /// The text of a body up to a length in bytes; after a fault, what had arrived until then.
 pub(super) async fn whole(
     response: reqwest::Response,

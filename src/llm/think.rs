@@ -3,6 +3,9 @@
 const OPEN: &str = "<think>";
 const CLOSE: &str = "</think>";
 
+/// White space before a tag, in bytes; who sends more is not about to think.
+const MOST_SPACE: usize = 1024;
+
 /// Where a piece of content belongs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Part {
@@ -43,7 +46,7 @@ impl Splitter {
                     if let Some(rest) = trimmed.strip_prefix(OPEN) {
                         self.place = Place::Inside;
                         self.held = rest.to_owned();
-                    } else if OPEN.starts_with(trimmed) {
+                    } else if OPEN.starts_with(trimmed) && text.len() <= MOST_SPACE {
                         self.held = text;
                         return parts;
                     } else {

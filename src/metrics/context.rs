@@ -4,9 +4,10 @@ use std::cell::OnceCell;
 use std::ops::Range;
 
 use super::along::{LaneBody, LaneSet, Road};
+use super::limits::Limits;
 use super::pair::Pair;
 use super::recorded::{Starts, Swept};
-use super::{Encounter, NoValue};
+use super::{Encounter, NoValue, Thresholds};
 use crate::geometry::{Footprint, Placed};
 use crate::scenario::{Motion, Participant, RouteError, Scene};
 
@@ -19,6 +20,7 @@ pub(super) type Here<'s> = (&'s Motion, &'s Footprint);
 #[derive(Debug)]
 pub struct Context<'s> {
     pub(super) scene: &'s Scene,
+    pub(super) thresholds: &'s Thresholds,
     steps: Range<i64>,
     /// The ego by step; nothing in gaps of its recording.
     pub(super) ego: Vec<Option<Here<'s>>>,
@@ -34,15 +36,22 @@ pub struct Context<'s> {
 }
 
 impl<'s> Context<'s> {
-    /// Prepares a scene.
+    /// Prepares a scene, to be measured with the shipped thresholds.
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
+        Self::under(scene, Thresholds::shipped())
+    }
+
+    /// Prepares a scene, to be measured with these thresholds.
+    #[must_use]
+    pub fn under(scene: &'s Scene, thresholds: &'s Thresholds) -> Self {
         let steps = scene.steps();
         let at = |step| Some((scene.ego.track.at(step)?, scene.ego_footprint_at(step)));
         let ego: Vec<_> = steps.clone().map(at).collect();
         let participants: Vec<_> = scene.participants().collect();
         Self {
             scene,
+            thresholds,
             ego_lanes: vec![OnceCell::new(); ego.len()],
             pairs: participants.iter().map(|_| Pair::default()).collect(),
             steps,
@@ -89,6 +98,10 @@ impl<'s> Context<'s> {
     pub fn road(&self) -> Result<&Road, &RouteError> {
         let road = self.road.get_or_init(|| Road::of(self.scene));
         road.as_ref()
+    }
+
+    pub(super) fn limits(&self) -> &Limits {
+        &self.thresholds.limits
     }
 
     /// Place of a step among the ego's.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::{Template, TemplateError};
+use crate::system;
 
 /// A file that comes with the program.
 #[derive(Debug, Clone, Copy)]
@@ -83,7 +84,7 @@ impl Library {
         paths.sort();
         for path in paths {
             let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
-            let read = std::fs::read_to_string(&path).map_err(|e| e.to_string());
+            let read = std::fs::read_to_string(&path).map_err(|e| system::words(&e));
             let put = read.and_then(|source| {
                 let name = name.unwrap_or_default();
                 self.put(&name, &source, Origin::User(path.clone()))

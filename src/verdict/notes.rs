@@ -11,11 +11,16 @@ pub(super) struct Notes {
 }
 
 const MOST: usize = 20;
+const LONGEST: usize = 160;
 
 impl Notes {
     pub(super) fn add(&mut self, note: impl Into<String>) {
         // The store keeps them in one line, apart by semicolons.
-        let note = note.into().replace(';', ",").replace(['\n', '\r'], " ");
+        let mut note = note.into().replace(';', ",").replace(['\n', '\r'], " ");
+        if let Some((end, _)) = note.char_indices().nth(LONGEST) {
+            note.truncate(end);
+            note.push('…');
+        }
         if self.notes.contains(&note) {
         } else if self.notes.len() < MOST {
             self.notes.push(note);

@@ -56,7 +56,9 @@ impl Home {
             if ["_API_KEY", "_PROXY", "_BASE_URL"]
                 .iter()
                 .any(|end| text.ends_with(end))
-                || text.starts_with("NEARMISS")
+                || ["NEARMISS", "OLLAMA", "OPENAI"]
+                    .iter()
+                    .any(|start| text.starts_with(start))
             {
                 command.env_remove(&name);
             }

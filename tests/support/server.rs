@@ -46,6 +46,13 @@ impl Script {
         Self::silent().send("HTTP/1.1 200 OK\r\nContent-Type: text/event-stream; charset=utf-8\r\nConnection: close\r\n\r\n")
     }
 
+    /// The head of a stream of JSON lines that lasts until the connection closes.
+    pub fn lines() -> Self {
+        Self::silent().send(
+            "HTTP/1.1 200 OK\r\nContent-Type: application/x-ndjson\r\nConnection: close\r\n\r\n",
+        )
+    }
+
     /// The head of an event stream in HTTP chunks, which tells a cut connection from a finished one.
     pub fn chunked_events() -> Self {
         Self::silent().send(

@@ -28,10 +28,12 @@ pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
     let inner = super::window(frame, screen, model, title, (76, 18));
     let rows = models_shown(model, picker).into_iter().map(|id| {
         let offer = model.offers.iter().find(|o| o.id == id);
+        let warning = offer.and_then(|o| o.warning.clone());
         let note = match offer.map(|o| &o.key) {
             _ if id == judge::MODEL => "built in, no network".to_string(),
-            Some(Some((name, true))) => format!("key in {name}"),
             Some(Some((name, false))) => format!("{name} is not set"),
+            _ if warning.is_some() => warning.unwrap_or_default(),
+            Some(Some((name, true))) => format!("key in {name}"),
             Some(None) => "no key needed".to_string(),
             None => "as typed".to_string(),
         };

@@ -2,6 +2,7 @@
 
 use super::bench::{Bench, answer, no_verdict};
 use crate::evaluation::{Answer, Event, Judged, Past};
+use crate::llm::{Dialect, Discovered};
 use crate::store::{Origin, RunId};
 use crate::tui::message::{Effect, Msg, StoredOf};
 use crate::tui::model::{Pane, Progress, Shown};
@@ -36,6 +37,31 @@ fn r_asks_the_chosen_model_and_the_answer_arrives_piece_by_piece() {
             && frame.contains("2,000+100")
             && frame.contains("6.1 s")
     );
+}
+
+#[test]
+fn models_of_this_machine_are_offered_once() {
+    let mut bench = Bench::bundled();
+    let found = |id: &str| Discovered {
+        id: id.into(),
+        dialect: Dialect::Ollama,
+    };
+    let all = vec![found("ollama/tiny"), found("lab/small")];
+    bench.send(Msg::Discovered(all.clone()));
+    bench.send(Msg::Discovered(all));
+    bench.press("m");
+    let frame = bench.frame(120, 40);
+    assert_eq!(frame.matches("ollama/tiny").count(), 1, "{frame}");
+    assert_eq!(frame.matches("lab/small").count(), 1, "{frame}");
+}
+
+#[test]
+fn what_a_model_does_not_take_is_said() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.send(Msg::Asked(id, Event::Note("seed is not sent".into())));
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("lab/small: seed is not sent"), "{frame}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ use super::super::message::{AskId, Effect};
 use super::super::model::{Column, Model, Progress, Shown};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
+use crate::llm::{Discovered, Offer};
 
 /// Asks the chosen model the question as it stands; `fresh` even where the store has its answer.
 pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
@@ -56,6 +57,19 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
     }]
 }
 
+/// Offers models that were found on this machine, beside those that are known.
+pub fn offer(model: &mut Model, found: Vec<Discovered>) {
+    for Discovered { id, .. } in found {
+        if model.offers.iter().all(|offer| offer.id != id) {
+            model.offers.push(Offer {
+                id,
+                key: None,
+                warning: None,
+            });
+        }
+    }
+}
+
 /// A piece of an answer.
 pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
     let Some(column) = model.column_mut(ask) else {
@@ -67,6 +81,10 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
             column.progress = Progress::Retrying(format!(
                 "the same is being asked as run {run}; waiting for it"
             ));
+        }
+        Event::Note(note) => {
+            let text = format!("{}: {note}", column.model);
+            model.say(text);
         }
         Event::Answering(_) => column.progress = Progress::Arriving(seconds(column)),
         Event::Reasoning(text) => {

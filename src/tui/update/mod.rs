@@ -6,6 +6,7 @@ mod editing;
 mod overlays;
 mod plot;
 mod pointer;
+mod values;
 
 use super::action::Action;
 use super::keymap::{self, Code, Key};
@@ -19,11 +20,17 @@ use crate::tui::model::Column;
 /// What has to be done when the program starts.
 #[must_use]
 pub fn start(model: &Model) -> Vec<Effect> {
-    vec![Effect::Find(model.paths.clone())]
+    vec![Effect::Find(model.paths.clone()), Effect::Probe]
 }
 
 /// Takes one message.
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
+    let mut effects = take(model, msg);
+    effects.extend(values::follow(model));
+    effects
+}
+
+fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
     match msg {
         Msg::Key(key) => on_key(model, key),
         Msg::Paste(text) => editing::paste(model, &text),
@@ -34,6 +41,10 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
         }
         Msg::Passed(elapsed) => passed(model, elapsed),
         Msg::Found(found) => found_scenarios(model, found),
+        Msg::Discovered(found) => {
+            answers::offer(model, found);
+            Vec::new()
+        }
         Msg::Surveyed(place, facts) => {
             if let Some(row) = model.list.rows.get_mut(place) {
                 row.facts = Some(facts);
@@ -45,6 +56,11 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Opened(id, result) => opened(model, id, result),
+        Msg::Measured(id, found) => {
+            values::measured(model, id, found);
+            Vec::new()
+        }
+        Msg::Thresholds(read) => values::thresholds(model, read),
         Msg::Asked(ask, event) => answers::arrived(model, ask, event),
         Msg::Answered(ask, result) => answers::answered(model, ask, result),
         Msg::Stored(of, stored) => {
@@ -126,12 +142,12 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
 
 fn found_scenarios(
     model: &mut Model,
-    found: Result<Vec<crate::scenario::Entry>, String>,
+    found: Result<crate::scenario::Found, String>,
 ) -> Vec<Effect> {
     match found {
-        Ok(entries) => {
-            let survey = entries.iter().cloned().enumerate().collect();
-            model.list.fill(entries);
+        Ok(found) => {
+            let survey = found.entries.iter().cloned().enumerate().collect();
+            model.list.fill(found);
             let mut effects = open_current(model);
             effects.push(Effect::Survey(survey));
             effects
@@ -216,6 +232,7 @@ fn leave(model: &mut Model) {
     model.picked = None;
     model.plot.marked.clear();
     model.plot.series = None;
+    model.values = super::model::Values::default();
     model.prompt.scroll = 0;
 }
 
@@ -275,5 +292,6 @@ const STORED: usize = 32;
 fn truth(model: &Model, last: i64) -> Option<crate::verdict::Verdict> {
     let scene = model.scene()?;
     let window = crate::scenario::Window::ending_at(scene, last, model.config.history);
-    Some(crate::judge::judge(scene, model.task, &window).verdict)
+    let judgement = crate::judge::judge_under(scene, model.task, &window, &model.thresholds);
+    Some(judgement.verdict)
 }

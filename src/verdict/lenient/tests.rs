@@ -205,7 +205,7 @@ fn bombs_are_read_in_linear_time() {
     ];
     for seed in seeds {
         for prefix in ["", "{\"a\": \"", "{a: ", "{\"a\": ["] {
-            let text = format!("{prefix}{}", seed.repeat(200_000 / seed.len()));
+            let text = format!("{prefix}{}", seed.repeat(100_000 / seed.len()));
             let begun = std::time::Instant::now();
             let found = read(&text);
             let taken = begun.elapsed();

@@ -287,3 +287,37 @@ fn what_cannot_be_read_says_why() {
         assert!(why.contains(words), "{answer}: {why}");
     }
 }
+
+#[test]
+fn large_answers_take_no_long_time_and_give_no_long_notes() {
+    let many = |text: &str| text.repeat(4_000);
+    let answers = [
+        format!(
+            r#"{{"collision": true, "obstacles": [{}]}}"#,
+            many(r#"{"id": "x", "a": 1},"#)
+        ),
+        format!(
+            r#"{} {{"collision": true}}"#,
+            many(r#"{"id": 1, "risk_score": 9} "#)
+        ),
+        many(r#"{"collision": true} "#),
+        many(r#"{"attacker": "x", "obstacle": 1, "step": 1, "x": 1, "y": 1} "#),
+        (0..4_000).fold("{\"collision\": true".to_string(), |t, i| {
+            format!("{t}, \"k{i}\": {{}}")
+        }),
+    ];
+    for answer in answers {
+        for task in Task::ALL {
+            let begun = std::time::Instant::now();
+            let read = read(task, &answer);
+            assert!(begun.elapsed().as_secs() < 10, "{task:?} {}", &answer[..40]);
+            if let Ok(Reading {
+                how: How::Repaired(notes),
+                ..
+            }) = read
+            {
+                assert!(notes.iter().map(String::len).sum::<usize>() < 20_000);
+            }
+        }
+    }
+}

@@ -2,10 +2,14 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::llm::{Message, Parameters, Role};
+use crate::llm::decoder::Decoder;
+use crate::llm::dialect::{Dialect, body};
+use crate::llm::quirks::Quirks;
+use crate::llm::{Chunk, Error, Message, Parameters, Role};
 
 fn decoder() -> Decoder {
-    Decoder::new(Endpoint::new("test", "http://localhost:1").place())
+    let place = Endpoint::new("test", "http://localhost:1").place();
+    Decoder::new(Dialect::OpenAiChat, place)
 }
 
 fn delta(delta: Value) -> Value {
@@ -43,6 +47,7 @@ fn request() -> Request {
             temperature: Some(0.5),
             max_tokens: Some(100),
             seed: Some(7),
+            effort: None,
         },
         schema: Some(Schema {
             name: "my verdict!".into(),
@@ -52,31 +57,14 @@ fn request() -> Request {
 }
 
 #[test]
-fn the_body_says_everything_that_was_asked() {
-    let mut endpoint = Endpoint::new("openai", "https://api.openai.com/v1");
-    assert_eq!(
-        body(&endpoint, &request()),
-        json!({
-            "model": "gpt",
-            "messages": [{"role": "user", "content": "hi"}],
-            "stream": true,
-            "stream_options": {"include_usage": true},
-            "temperature": 0.5,
-            "max_completion_tokens": 100,
-            "seed": 7,
-            "response_format": {
-                "type": "json_schema",
-                "json_schema": {"name": "my_verdict_", "strict": true, "schema": {"type": "object"}}
-            },
-        })
-    );
-    endpoint.base_url = "https://eu.api.openai.com/v1".into();
+fn the_limit_has_the_name_that_the_server_knows() {
+    let mut endpoint = Endpoint::new("x", "http://localhost:8080");
+    assert_eq!(body(&endpoint, &request())["max_tokens"], 100);
+    endpoint.quirks = Quirks {
+        max_completion_tokens: true,
+        ..Quirks::default()
+    };
     assert_eq!(body(&endpoint, &request())["max_completion_tokens"], 100);
-    endpoint.base_url = "https://notapi.openai.com.example/v1".into();
-    endpoint.response_format = ResponseFormat::JsonObject;
-    let other = body(&endpoint, &request());
-    assert_eq!(other["max_tokens"], 100);
-    assert_eq!(other["response_format"], json!({"type": "json_object"}));
 }
 
 #[test]
@@ -126,7 +114,11 @@ fn a_usual_answer() {
         output_tokens: Some(5),
         reasoning_tokens: Some(2),
         cached_tokens: Some(4),
-        cost: Some(0.0125),
+        cache_write_tokens: None,
+        cost: Some(Cost {
+            usd: 0.0125,
+            source: CostSource::Server,
+        }),
     };
     assert_eq!(
         rest,

@@ -1,0 +1,150 @@
+//! `nearmiss models`: who can be asked, with what key, at what price, and how long still.
+
+use std::path::Path;
+
+use jiff::civil::Date;
+use serde_json::{Value, json};
+
+use super::open::configuration;
+use super::{Failure, Outcome, output};
+use crate::judge;
+use crate::llm::{Discovered, Environment, KeyState, Listed, Registry, probe};
+
+/// Arguments of `models`.
+#[derive(Debug, clap::Args)]
+pub struct Models {
+    /// A list of objects instead of a table.
+    #[arg(long)]
+    json: bool,
+    /// Do not look which servers run on this machine.
+    #[arg(long)]
+    offline: bool,
+}
+
+/// Runs `models`.
+pub fn run(arguments: &Models) -> Outcome {
+    let (folders, config) = configuration()?;
+    let registry = Registry::new(&config.providers).map_err(Failure::input)?;
+    let environment = Environment::with_files(&[Path::new("."), &folders.config]);
+    for problem in &environment.problems {
+        output::say(&format!("nearmiss: {problem}"));
+    }
+    let found = if arguments.offline {
+        Vec::new()
+    } else {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(Failure::input)?;
+        runtime.block_on(probe(&registry, &environment))
+    };
+    let today = jiff::Zoned::now().date();
+    let listed = registry.models(&environment, today);
+    if arguments.json {
+        output::json(&document(&listed, &found, today))
+    } else {
+        output::text(&output::visible(&table(&listed, &found, today)))
+    }
+}
+
+fn is_found(listed: &Listed, found: &[Discovered]) -> bool {
+    found.iter().any(|discovered| discovered.id == listed.id)
+}
+
+/// Those that were found and are not listed anyway.
+fn new<'a>(listed: &[Listed], found: &'a [Discovered]) -> impl Iterator<Item = &'a Discovered> {
+    let known: Vec<String> = listed.iter().map(|listed| listed.id.clone()).collect();
+    found.iter().filter(move |d| !known.contains(&d.id))
+}
+
+fn document(listed: &[Listed], found: &[Discovered], today: Date) -> Value {
+    let reference = json!({"id": judge::MODEL, "built_in": true});
+    let known = listed.iter().map(|model| {
+        let (state, source) = match &model.key {
+            KeyState::NotNeeded => ("not needed", None),
+            KeyState::Present(source) => ("present", Some(source)),
+            KeyState::Command(command) => ("command", Some(command)),
+            KeyState::Missing(names) => ("missing", Some(names)),
+        };
+        let price = model.pricing.as_ref().map(|pricing| {
+            let price = &pricing.price;
+            json!({
+                "input": price.input,
+                "output": price.output,
+                "cached": price.cached,
+                "cache_write": price.cache_write,
+                "peak_factor": pricing.peak.as_ref().map(|peak| peak.factor),
+                "batch_factor": pricing.batch_factor,
+            })
+        });
+        let end = model.retirement.as_ref();
+        json!({
+            "id": model.id,
+            "dialect": model.dialect.name(),
+            "key": {"state": state, "source": source},
+            "usd_per_million_tokens": price,
+            "end": end.map(|end| json!({
+                "day": end.day.map(|day| day.to_string()),
+                "routed": end.routed,
+                "replacement": end.replacement,
+                "unconfirmed": end.unconfirmed,
+            })),
+            "warning": end.and_then(|end| end.warning(today)),
+            "running": is_found(model, found),
+        })
+    });
+    let discovered = new(listed, found)
+        .map(|model| json!({"id": model.id, "dialect": model.dialect.name(), "running": true}));
+    std::iter::once(reference)
+        .chain(known)
+        .chain(discovered)
+        .collect()
+}
+
+fn table(listed: &[Listed], found: &[Discovered], today: Date) -> String {
+    let head = ["model", "dialect", "key", "$/M in, out", ""];
+    let mut rows = vec![head.map(str::to_string)];
+    let row = |cells: [&str; 5]| cells.map(str::to_string);
+    rows.push(row([judge::MODEL, "built in", "–", "–", ""]));
+    for model in listed {
+        let key = match &model.key {
+            KeyState::NotNeeded => "–".to_string(),
+            KeyState::Present(source) => source.clone(),
+            KeyState::Command(command) => format!("from {command}"),
+            KeyState::Missing(names) => format!("missing: {names}"),
+        };
+        let price = model.pricing.as_ref().map(|pricing| {
+            let price = &pricing.price;
+            format!("{}, {}", price.input, price.output)
+        });
+        let end = model.retirement.as_ref();
+        let mut remarks: Vec<String> = Vec::new();
+        remarks.extend(is_found(model, found).then(|| "running here".to_string()));
+        remarks.extend(end.and_then(|end| end.warning(today)));
+        rows.push([
+            model.id.clone(),
+            model.dialect.name().to_string(),
+            key,
+            price.unwrap_or_else(|| "unknown".into()),
+            remarks.join("; "),
+        ]);
+    }
+    for model in new(listed, found) {
+        let dialect = model.dialect.name();
+        rows.push(row([&model.id, dialect, "–", "unknown", "running here"]));
+    }
+    let wide = |column: usize| {
+        let widths = rows.iter().map(|cells| cells[column].chars().count());
+        widths.max().unwrap_or(0)
+    };
+    let widths: [usize; 4] = std::array::from_fn(wide);
+    let lines = rows.iter().map(|cells| {
+        let padded = cells.iter().zip(widths).map(|(cell, width)| {
+            let gap = width - cell.chars().count();
+            format!("{cell}{}", " ".repeat(gap))
+        });
+        let line = padded.collect::<Vec<_>>().join("  ");
+        format!("{line}  {}", cells[4]).trim_end().to_string() + "\n"
+    });
+    lines.collect()
+}

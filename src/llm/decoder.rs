@@ -1,0 +1,141 @@
+//! From the events of an answer to its chunks, in any dialect. Knows nothing of the network.
+
+use serde_json::Value;
+
+use super::assembly::Assembly;
+use super::chunk::Chunk;
+use super::dialect::{Dialect, Odd, Protocol};
+use super::error::{Error, Place};
+use super::problem::Problem;
+
+/// Turns the events of one answer into chunks.
+#[derive(Debug)]
+pub(super) struct Decoder {
+    place: Place,
+    protocol: Box<dyn Protocol>,
+    answer: Assembly,
+    over: bool,
+}
+
+impl Decoder {
+    /// A decoder for one answer from that place.
+    pub fn new(dialect: Dialect, place: Place) -> Self {
+        Self {
+            place,
+            protocol: dialect.protocol(),
+            answer: Assembly::default(),
+            over: false,
+        }
+    }
+
+    /// Whether the answer is complete and nothing more needs to be read.
+    pub fn is_done(&self) -> bool {
+        self.over || self.answer.is_complete()
+    }
+
+    /// The data of one event.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if it is no JSON object, [`Error::Provider`] if it reports an error.
+    pub fn event(&mut self, data: &str) -> Result<Vec<Chunk>, Error> {
+        let data = data.trim();
+        if self.is_done() || data.is_empty() {
+            return Ok(Vec::new());
+        }
+        if data == "[DONE]" {
+            // Only one dialect ends with this word; from servers of the others it says nothing that a cut could not.
+            if self.protocol.ends_with_word() || self.answer.has_finish() {
+                self.answer.complete();
+            }
+            return Ok(self.answer.take());
+        }
+        let value = serde_json::from_str(data)
+            .map_err(|_| self.malformed(format!("the event `{data}`")))?;
+        if let Some(problem) = Problem::in_value(&value) {
+            return Err(self.provider(problem));
+        }
+        if !value.is_object() {
+            return Err(self.malformed(format!("the event `{value}`")));
+        }
+        let read = self.protocol.event(&value, &mut self.answer);
+        read.map_err(|odd| self.odd(odd))?;
+        Ok(self.answer.take())
+    }
+
+    /// The data of an event that the server itself named `error`.
+    pub fn error_event(&mut self, data: &str) -> Error {
+        self.provider(Problem::in_body(data))
+    }
+
+    /// A whole answer in one JSON document, from a server that does not stream.
+    ///
+    /// # Errors
+    /// As [`Decoder::event`]; [`Error::Truncated`] if the document ends in the middle.
+    pub fn document(&mut self, body: &str) -> Result<Vec<Chunk>, Error> {
+        let value: Value = serde_json::from_str(body).map_err(|e| {
+            if e.is_eof() {
+                Error::Truncated {
+                    place: self.place.clone(),
+                    received: 0,
+                    why: "the document is incomplete".into(),
+                }
+            } else {
+                self.malformed(format!("`{body}`"))
+            }
+        })?;
+        if let Some(problem) = Problem::in_value(&value) {
+            return Err(self.provider(problem));
+        }
+        let read = self.protocol.document(&value, &mut self.answer);
+        read.map_err(|odd| self.odd(odd))?;
+        self.answer.complete();
+        Ok(self.answer.take())
+    }
+
+    /// The body is over, for the reason given. It is a success all the same if the model had said that it was finished.
+    pub fn ended(
+        &mut self,
+        cause: impl FnOnce(Place, usize) -> Error,
+    ) -> Vec<Result<Chunk, Error>> {
+        if self.is_done() {
+            return Vec::new();
+        }
+        if self.answer.has_finish() {
+            self.answer.complete();
+            return self.answer.take().into_iter().map(Ok).collect();
+        }
+        self.answer.rest();
+        let error = cause(self.place.clone(), self.answer.received());
+        self.failed(error)
+    }
+
+    /// The answer failed: what was held back, then the error.
+    pub fn failed(&mut self, error: Error) -> Vec<Result<Chunk, Error>> {
+        self.over = true;
+        self.answer.rest();
+        let rest = self.answer.take().into_iter().map(Ok);
+        rest.chain([Err(error)]).collect()
+    }
+
+    fn odd(&self, odd: Odd) -> Error {
+        match odd {
+            Odd::Malformed(what) => self.malformed(what),
+            Odd::Provider(problem) => self.provider(problem),
+        }
+    }
+
+    fn malformed(&self, what: String) -> Error {
+        Error::Malformed {
+            place: self.place.clone(),
+            what,
+        }
+    }
+
+    fn provider(&self, problem: Problem) -> Error {
+        Error::Provider {
+            place: self.place.clone(),
+            code: problem.code.or(problem.kind),
+            message: problem.message,
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! Anthropic's messages: blocks that open, grow and close, and usage in two places.
+
+use serde_json::{Map, Value, json};
+
+use super::{Body, Odd, Protocol, count, string};
+use crate::llm::assembly::Assembly;
+use crate::llm::chunk::{Finish, Usage};
+use crate::llm::endpoint::{Endpoint, ResponseFormat};
+use crate::llm::quirks::Efforts;
+use crate::llm::request::{Effort, Request, Role};
+use crate::llm::schema::portable;
+
+/// The version of the API that is spoken, sent as a header.
+pub(super) const VERSION: &str = "2023-06-01";
+
+/// Sent where nobody set a limit, because this API demands one.
+const MOST_TOKENS: u32 = 8192;
+
+/// The smallest thinking budget that the API accepts, in tokens.
+const LEAST_BUDGET: u32 = 1024;
+
+/// Writes the body of a request.
+pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
+    let parameters = &request.parameters;
+    out.put("model", json!(request.model));
+    let limit = endpoint.answer_limit(parameters).unwrap_or_else(|| {
+        out.note(&format!(
+            "max_tokens: this API demands a limit, so {MOST_TOKENS} is sent"
+        ));
+        MOST_TOKENS
+    });
+    out.put("max_tokens", json!(limit));
+    out.put("stream", json!(true));
+    let system = request.messages.iter().filter(|m| m.role == Role::System);
+    let system: Vec<_> = system.map(|m| m.content.as_str()).collect();
+    if !system.is_empty() {
+        out.put("system", json!(system.join("\n\n")));
+    }
+    let turns = request.messages.iter().filter(|m| m.role != Role::System);
+    out.put("messages", turns.map(|m| json!(m)).collect());
+
+    let mut output = Map::new();
+    let thinks = thinking(endpoint, parameters.effort, limit, &mut output, out);
+    if thinks && parameters.temperature.is_some_and(|t| t != 1.0) {
+        out.untaken("temperature", "with thinking on, this API takes none but 1");
+    } else {
+        out.temperature(endpoint, request, 1.0, |out, t| out.put("temperature", t));
+    }
+    if parameters.seed.is_some() {
+        out.untaken("seed", "this API takes none");
+    }
+    if let Some(schema) = &request.schema {
+        match endpoint.response_format {
+            ResponseFormat::Off => {}
+            ResponseFormat::JsonSchema => {
+                let format = json!({"type": "json_schema", "schema": portable(&schema.schema)});
+                output.insert("format".into(), format);
+            }
+            ResponseFormat::JsonObject => out.untaken(
+                "response_format json_object",
+                "this API knows json_schema only",
+            ),
+        }
+    }
+    if !output.is_empty() {
+        out.put("output_config", Value::Object(output));
+    }
+}
+
+/// Asks for thinking; whether it is on.
+fn thinking(
+    endpoint: &Endpoint,
+    effort: Option<Effort>,
+    limit: u32,
+    output: &mut Map<String, Value>,
+    out: &mut Body,
+) -> bool {
+    let Some(effort) = effort else { return false };
+    match (endpoint.quirks.efforts.unwrap_or(Efforts::Levels), effort) {
+        // Thinking is off unless it is asked for.
+        (_, Effort::Off) => false,
+        (Efforts::Levels, _) => {
+            out.put(
+                "thinking",
+                json!({"type": "adaptive", "display": "summarized"}),
+            );
+            output.insert("effort".into(), json!(effort.name()));
+            true
+        }
+        (Efforts::Budget, _) => {
+            let wanted = match effort {
+                Effort::High => 16 * LEAST_BUDGET,
+                Effort::Medium => 4 * LEAST_BUDGET,
+                Effort::Low | Effort::Off => LEAST_BUDGET,
+            };
+            let budget = wanted.min(limit.saturating_sub(1));
+            if budget < LEAST_BUDGET {
+                out.untaken(
+                    "effort",
+                    "thinking needs max_tokens of more than 1024, of which it takes a part",
+                );
+                return false;
+            }
+            if budget < wanted {
+                out.note(&format!(
+                    "effort {}: the thinking budget is held below max_tokens, at {budget}",
+                    effort.name()
+                ));
+            }
+            out.put(
+                "thinking",
+                json!({"type": "enabled", "budget_tokens": budget}),
+            );
+            true
+        }
+        _ => {
+            out.untaken("effort", "this model takes none");
+            false
+        }
+    }
+}
+
+/// What is counted.
+const COUNTS: [&str; 5] = [
+    "input_tokens",
+    "cache_read_input_tokens",
+    "cache_creation_input_tokens",
+    "output_tokens",
+    "output_tokens_details",
+];
+
+/// The reader of this dialect.
+#[derive(Debug, Default)]
+pub(super) struct Messages {
+    /// The counts so far: the first event has some, a later one others, and what is repeated holds from then on.
+    counts: Map<String, Value>,
+}
+
+impl Protocol for Messages {
+    fn event(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+        match string(value, "type") {
+            Some("message_start") => {
+                if let Some(message) = value.get("message") {
+                    answer.model(string(message, "model"));
+                    self.usage(message, answer);
+                }
+            }
+            // Deltas name their kind, so that blocks which overlap are not mixed up.
+            Some("content_block_start") => block(value.get("content_block"), answer),
+            Some("content_block_delta") => block(value.get("delta"), answer),
+            Some("message_delta") => {
+                self.usage(value, answer);
+                if let Some(delta) = value.get("delta") {
+                    stopped(delta, answer);
+                }
+            }
+            Some("message_stop") => answer.complete(),
+            // Pings, ends of blocks, and what is yet to be invented.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn document(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+        let Some(blocks) = value.get("content").and_then(Value::as_array) else {
+            return Err(Odd::no_answer(value));
+        };
+        answer.model(string(value, "model"));
+        self.usage(value, answer);
+        blocks.iter().for_each(|b| block(Some(b), answer));
+        stopped(value, answer);
+        Ok(())
+    }
+}
+
+impl Messages {
+    fn usage(&mut self, holder: &Value, answer: &mut Assembly) {
+        let Some(Value::Object(counts)) = holder.get("usage") else {
+            return;
+        };
+        let known =
+            |(name, count): &(&String, &Value)| COUNTS.contains(&name.as_str()) && !count.is_null();
+        let stated = counts.iter().filter(known);
+        self.counts
+            .extend(stated.map(|(k, v)| (k.clone(), v.clone())));
+        let all = Value::Object(self.counts.clone());
+        let count = |pointer| count(&all, pointer);
+        let read = count("/cache_read_input_tokens");
+        let written = count("/cache_creation_input_tokens");
+        let cached = read.unwrap_or(0).saturating_add(written.unwrap_or(0));
+        answer.usage(Usage {
+            // What went through the cache is not in the count of the input.
+            input_tokens: count("/input_tokens").map(|n| n.saturating_add(cached)),
+            output_tokens: count("/output_tokens"),
+            reasoning_tokens: count("/output_tokens_details/thinking_tokens"),
+            cached_tokens: read,
+            cache_write_tokens: written,
+            cost: None,
+        });
+    }
+}
+
+/// A block or a piece of one: its kind shows in its fields.
+fn block(block: Option<&Value>, answer: &mut Assembly) {
+    let Some(block) = block else { return };
+    answer.reason(string(block, "thinking").unwrap_or_default());
+    answer.say(string(block, "text").unwrap_or_default());
+}
+
+fn stopped(holder: &Value, answer: &mut Assembly) {
+    match string(holder, "stop_reason") {
+        None => {}
+        Some("end_turn" | "stop_sequence") => answer.finish(Finish::Stop),
+        Some("max_tokens" | "model_context_window_exceeded") => answer.finish(Finish::Length),
+        Some("refusal") => answer.finish(Finish::Refusal(String::new())),
+        Some(other) => answer.finish(Finish::Other(other.to_owned())),
+    }
+}

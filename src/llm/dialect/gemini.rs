@@ -1,0 +1,169 @@
+//! Google's Gemini: `streamGenerateContent`, where thoughts are parts like any other and the stream just ends.
+
+use serde_json::{Map, Value, json};
+
+use super::{Body, Odd, Protocol, count, string};
+use crate::llm::assembly::Assembly;
+use crate::llm::chunk::{Finish, Usage};
+use crate::llm::endpoint::{Endpoint, ResponseFormat};
+use crate::llm::quirks::Efforts;
+use crate::llm::request::{Effort, Request, Role};
+use crate::llm::schema::portable;
+
+/// Writes the body of a request; the model is in its address.
+pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
+    let quirks = &endpoint.quirks;
+    let part = |text: &String| json!({"text": text});
+    let of = |role| request.messages.iter().filter(move |m| m.role == role);
+    let system: Vec<_> = of(Role::System).map(|m| part(&m.content)).collect();
+    if !system.is_empty() {
+        out.put("systemInstruction", json!({"parts": system}));
+    }
+    let turns = request.messages.iter().filter(|m| m.role != Role::System);
+    let turns = turns.map(|m| {
+        let role = match m.role {
+            Role::Assistant => "model",
+            Role::System | Role::User => "user",
+        };
+        json!({"role": role, "parts": [part(&m.content)]})
+    });
+    out.put("contents", turns.collect());
+
+    let mut config = Body::default();
+    config.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
+    if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
+        config.put("maxOutputTokens", json!(limit));
+    }
+    config.seed(endpoint, request, |out, seed| out.put("seed", seed));
+    thinking(endpoint, request.parameters.effort, &mut config);
+    if let Some(schema) = &request.schema {
+        if endpoint.response_format != ResponseFormat::Off {
+            config.put("responseMimeType", json!("application/json"));
+        }
+        if endpoint.response_format == ResponseFormat::JsonSchema {
+            config.put("responseJsonSchema", portable(&schema.schema));
+        }
+    }
+    out.put_inner("generationConfig", config);
+}
+
+fn thinking(endpoint: &Endpoint, effort: Option<Effort>, config: &mut Body) {
+    let mut thinking = Map::new();
+    let style = endpoint.quirks.efforts.unwrap_or(Efforts::Levels);
+    let wanted = effort.map_or(endpoint.quirks.reasoning, |effort| effort != Effort::Off);
+    if wanted && style != Efforts::Untaken {
+        thinking.insert("includeThoughts".into(), json!(true));
+    }
+    match (style, effort) {
+        (_, None) => {}
+        (Efforts::Levels, Some(Effort::Off)) => {
+            thinking.insert("thinkingLevel".into(), json!("MINIMAL"));
+            config.note(
+                "effort off: this model knows no less than its minimal level, which is asked for",
+            );
+        }
+        (Efforts::Levels, Some(effort)) => {
+            let level = effort.name().to_uppercase();
+            thinking.insert("thinkingLevel".into(), json!(level));
+        }
+        (Efforts::Budget, Some(Effort::Off)) => {
+            thinking.insert("thinkingBudget".into(), json!(0));
+        }
+        (Efforts::Budget, Some(effort)) => {
+            thinking.insert("thinkingBudget".into(), json!(-1));
+            config.note(&format!(
+                "effort {}: this model knows no levels; it chooses by itself how much to think",
+                effort.name()
+            ));
+        }
+        (_, Some(_)) => config.untaken("effort", "this model takes none"),
+    }
+    if !thinking.is_empty() {
+        config.put("thinkingConfig", Value::Object(thinking));
+    }
+}
+
+/// The reader of this dialect.
+#[derive(Debug, Default)]
+pub(super) struct Gemini;
+
+impl Protocol for Gemini {
+    fn event(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+        answer.model(string(value, "modelVersion"));
+        if let Some(usage) = value.get("usageMetadata").filter(|u| u.is_object()) {
+            answer.usage(usage_of(usage));
+        }
+        let blocked = value.pointer("/promptFeedback/blockReason");
+        let candidates = value.get("candidates").and_then(Value::as_array);
+        let candidate = candidates.and_then(|list| {
+            let first = |c: &&Value| c.get("index").and_then(Value::as_u64).unwrap_or(0) == 0;
+            list.iter().find(first)
+        });
+        let Some(candidate) = candidate else {
+            if let Some(reason) = blocked.and_then(Value::as_str) {
+                answer.finish(Finish::Blocked(reason.to_owned()));
+                answer.complete();
+            }
+            return Ok(());
+        };
+        let parts = candidate.pointer("/content/parts");
+        for part in parts.and_then(Value::as_array).into_iter().flatten() {
+            let text = string(part, "text").unwrap_or_default();
+            if part.get("thought").and_then(Value::as_bool) == Some(true) {
+                answer.reason(text);
+            } else {
+                answer.say(text);
+            }
+        }
+        if let Some(reason) = string(candidate, "finishReason") {
+            // Nothing else says that the stream is over; usage may still follow.
+            answer.finish(finish(reason));
+        }
+        Ok(())
+    }
+
+    fn document(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+        // Without `alt=sse` the events come as one list.
+        let one = std::slice::from_ref(value);
+        let events = value.as_array().map_or(one, Vec::as_slice);
+        let known = |v: &Value| v.get("candidates").is_some() || v.get("promptFeedback").is_some();
+        if !events.iter().any(known) {
+            return Err(Odd::no_answer(value));
+        }
+        events
+            .iter()
+            .try_for_each(|event| self.event(event, answer))
+    }
+}
+
+fn finish(reason: &str) -> Finish {
+    match reason {
+        "STOP" => Finish::Stop,
+        "MAX_TOKENS" => Finish::Length,
+        "SAFETY" | "RECITATION" | "BLOCKLIST" | "PROHIBITED_CONTENT" | "SPII" => {
+            Finish::ContentFilter
+        }
+        other => Finish::Other(other.to_owned()),
+    }
+}
+
+fn usage_of(usage: &Value) -> Usage {
+    let count = |pointer| count(usage, pointer);
+    let sum = |a: Option<u64>, b: Option<u64>| match (a, b) {
+        (None, None) => None,
+        (a, b) => Some(a.unwrap_or(0).saturating_add(b.unwrap_or(0))),
+    };
+    let thoughts = count("/thoughtsTokenCount");
+    Usage {
+        input_tokens: sum(
+            count("/promptTokenCount"),
+            count("/toolUsePromptTokenCount"),
+        ),
+        // The candidates' count leaves the thoughts out, which are paid for as output.
+        output_tokens: sum(count("/candidatesTokenCount"), thoughts),
+        reasoning_tokens: thoughts,
+        cached_tokens: count("/cachedContentTokenCount"),
+        cache_write_tokens: None,
+        cost: None,
+    }
+}

@@ -1,0 +1,232 @@
+//! OpenAI's chat completions, as OpenAI and nearly everybody else speaks them: DeepSeek, OpenRouter, llama.cpp, vLLM, LM Studio.
+
+use serde_json::{Value, json};
+
+use super::{Body, Odd, Protocol, count, string};
+use crate::llm::assembly::Assembly;
+use crate::llm::chunk::{Cost, CostSource, Finish, Usage};
+use crate::llm::endpoint::{Endpoint, ResponseFormat};
+use crate::llm::problem::Problem;
+use crate::llm::quirks::Efforts;
+use crate::llm::request::{Effort, Request, Schema};
+use crate::llm::schema::{name, portable};
+
+/// Writes the body of a request.
+pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
+    let quirks = &endpoint.quirks;
+    out.put("model", json!(request.model));
+    out.put("messages", json!(request.messages));
+    out.put("stream", json!(true));
+    out.put("stream_options", json!({"include_usage": true}));
+    out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
+    if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
+        // OpenAI's reasoning models refuse the old name; most other servers know no other.
+        let name = match quirks.max_completion_tokens {
+            true => "max_completion_tokens",
+            false => "max_tokens",
+        };
+        out.put(name, json!(limit));
+    }
+    out.seed(endpoint, request, |out, seed| out.put("seed", seed));
+    if let Some(effort) = request.parameters.effort {
+        self::effort(quirks.efforts.unwrap_or(Efforts::Levels), effort, out);
+    }
+    if let Some(schema) = &request.schema {
+        response_format(endpoint, request, schema, out);
+    }
+}
+
+fn effort(style: Efforts, effort: Effort, out: &mut Body) {
+    let word = if effort == Effort::Off {
+        "none"
+    } else {
+        effort.name()
+    };
+    match (style, effort) {
+        (Efforts::Levels, _) => out.put("reasoning_effort", json!(word)),
+        (Efforts::DeepSeek, Effort::Off) => out.put("thinking", json!({"type": "disabled"})),
+        (Efforts::DeepSeek, Effort::Medium) => {
+            out.put("thinking", json!({"type": "enabled"}));
+            out.note(
+                "effort medium: this server knows low and high only, so its own default is used",
+            );
+        }
+        (Efforts::DeepSeek, _) => {
+            out.put("thinking", json!({"type": "enabled"}));
+            out.put("reasoning_effort", json!(word));
+        }
+        (Efforts::OpenRouter, Effort::Off) => out.put("reasoning", json!({"enabled": false})),
+        (Efforts::OpenRouter, _) => out.put("reasoning", json!({"effort": word})),
+        (Efforts::Template, _) => {
+            let on = effort != Effort::Off;
+            out.put("chat_template_kwargs", json!({"enable_thinking": on}));
+            if on {
+                out.note(&format!(
+                    "effort {word}: this server can switch reasoning on and off only; it is switched on"
+                ));
+            }
+        }
+        (Efforts::Budget | Efforts::Untaken, _) => out.untaken("effort", "this model takes none"),
+    }
+}
+
+fn response_format(endpoint: &Endpoint, request: &Request, schema: &Schema, out: &mut Body) {
+    match endpoint.response_format {
+        ResponseFormat::Off => {}
+        ResponseFormat::JsonObject => {
+            let says_json = |text: &str| text.to_ascii_lowercase().contains("json");
+            if request.messages.iter().any(|m| says_json(&m.content)) {
+                out.put("response_format", json!({"type": "json_object"}));
+            } else {
+                out.untaken(
+                    "response_format json_object",
+                    "servers want the word JSON in the prompt, and it is not there",
+                );
+            }
+        }
+        ResponseFormat::JsonSchema => {
+            out.put(
+                "response_format",
+                json!({"type": "json_schema", "json_schema": {
+                    "name": name(&schema.name), "strict": true, "schema": portable(&schema.schema),
+                }}),
+            );
+            if endpoint.quirks.require_parameters {
+                // Without this some of the hosts behind OpenRouter drop the schema.
+                out.put("provider", json!({"require_parameters": true}));
+            }
+        }
+    }
+}
+
+/// The reader of this dialect.
+#[derive(Debug, Default)]
+pub(super) struct Chat {
+    /// The one field reasoning is read from: some servers send the same text in two.
+    reasoning_field: Option<&'static str>,
+}
+
+impl Protocol for Chat {
+    fn ends_with_word(&self) -> bool {
+        true
+    }
+
+    fn event(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+        answer.model(string(value, "model"));
+        if let Some(usage) = value.get("usage").filter(|u| u.is_object()) {
+            answer.usage(usage_of(usage));
+        }
+        match choice(value) {
+            Some(choice) => self.choice(choice, answer),
+            None => Ok(()),
+        }
+    }
+
+    fn document(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+        if choice(value).is_none() {
+            return Err(Odd::no_answer(value));
+        }
+        self.event(value, answer)
+    }
+}
+
+impl Chat {
+    fn choice(&mut self, choice: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+        let message = || choice.get("message").filter(|_| answer.received() == 0);
+        if let Some(delta) = choice
+            .get("delta")
+            .filter(|d| d.is_object())
+            .or_else(message)
+        {
+            self.reasoning(delta, answer);
+            match delta.get("content") {
+                Some(Value::String(text)) => answer.say(text),
+                Some(Value::Array(parts)) => parts.iter().for_each(|p| self.part(p, answer)),
+                _ => {}
+            }
+            answer.refuse(string(delta, "refusal").unwrap_or_default());
+        }
+        match string(choice, "finish_reason") {
+            None => {}
+            Some("stop" | "eos" | "end_turn") => answer.finish(Finish::Stop),
+            Some("length" | "max_tokens" | "model_length") => answer.finish(Finish::Length),
+            Some("content_filter") => answer.finish(Finish::ContentFilter),
+            // DeepSeek broke off: what came is no answer.
+            Some(word @ "insufficient_system_resource") => {
+                return Err(Odd::Provider(Problem {
+                    message: "it ran out of resources".into(),
+                    code: Some(word.into()),
+                    ..Problem::default()
+                }));
+            }
+            Some(other) => answer.finish(Finish::Other(other.to_owned())),
+        }
+        Ok(())
+    }
+
+    fn reasoning(&mut self, delta: &Value, answer: &mut Assembly) {
+        for field in ["reasoning_content", "reasoning", "reasoning_details"] {
+            if self.reasoning_field.is_some_and(|chosen| chosen != field) {
+                continue;
+            }
+            let text = match delta.get(field) {
+                Some(Value::String(text)) => text.clone(),
+                Some(Value::Array(details)) => details
+                    .iter()
+                    .filter_map(|d| string(d, "text").or_else(|| string(d, "summary")))
+                    .collect(),
+                _ => String::new(),
+            };
+            if !text.is_empty() {
+                self.reasoning_field = Some(field);
+                answer.reason(&text);
+                return;
+            }
+        }
+    }
+
+    /// One part of a content that is a list, as Mistral sends it.
+    fn part(&mut self, part: &Value, answer: &mut Assembly) {
+        let chosen = "content";
+        let other = self.reasoning_field.is_some_and(|field| field != chosen);
+        let thought = match part.get("thinking") {
+            Some(Value::String(text)) => text.clone(),
+            Some(Value::Array(inner)) => inner.iter().filter_map(|p| string(p, "text")).collect(),
+            _ => return answer.say(string(part, "text").unwrap_or_default()),
+        };
+        if !other && !thought.is_empty() {
+            self.reasoning_field = Some(chosen);
+            answer.reason(&thought);
+        }
+    }
+}
+
+/// The only choice asked for; the index may be missing, and the list empty.
+fn choice(value: &Value) -> Option<&Value> {
+    let choices = value.get("choices")?.as_array()?;
+    choices
+        .iter()
+        .find(|c| c.get("index").and_then(Value::as_u64).unwrap_or(0) == 0)
+}
+
+fn usage_of(usage: &Value) -> Usage {
+    let count = |pointer| count(usage, pointer);
+    let cost = usage.get("cost").and_then(Value::as_f64);
+    Usage {
+        input_tokens: count("/prompt_tokens"),
+        output_tokens: count("/completion_tokens"),
+        reasoning_tokens: count("/completion_tokens_details/reasoning_tokens"),
+        // The second is DeepSeek's name.
+        cached_tokens: count("/prompt_tokens_details/cached_tokens")
+            .or_else(|| count("/prompt_cache_hit_tokens")),
+        cache_write_tokens: count("/prompt_tokens_details/cache_write_tokens"),
+        cost: cost.filter(|c| c.is_finite() && *c >= 0.0).map(|usd| Cost {
+            usd,
+            source: CostSource::Server,
+        }),
+    }
+}
+
+#[cfg(test)]
+#[path = "openai_chat_tests.rs"]
+mod tests;

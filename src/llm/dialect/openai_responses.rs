@@ -1,0 +1,186 @@
+//! OpenAI's Responses API: items instead of choices, named events, and reasoning as a summary.
+
+use serde_json::{Map, Value, json};
+
+use super::{Body, Odd, Protocol, count, string};
+use crate::llm::assembly::Assembly;
+use crate::llm::chunk::{Finish, Usage};
+use crate::llm::endpoint::{Endpoint, ResponseFormat};
+use crate::llm::problem::Problem;
+use crate::llm::quirks::Efforts;
+use crate::llm::request::{Effort, Request};
+use crate::llm::schema::{name, portable};
+
+/// Writes the body of a request.
+pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
+    let quirks = &endpoint.quirks;
+    out.put("model", json!(request.model));
+    out.put("input", json!(request.messages));
+    out.put("stream", json!(true));
+    // Nothing is left on the server that the store here keeps anyway.
+    out.put("store", json!(false));
+    out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
+    if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
+        out.put("max_output_tokens", json!(limit));
+    }
+    if request.parameters.seed.is_some() {
+        out.untaken("seed", "the Responses API takes none");
+    }
+    let mut reasoning = Map::new();
+    match (request.parameters.effort, quirks.efforts) {
+        (Some(_), Some(Efforts::Untaken)) => out.untaken("effort", "this model takes none"),
+        (Some(Effort::Off), _) => drop(reasoning.insert("effort".into(), json!("none"))),
+        (Some(effort), _) => drop(reasoning.insert("effort".into(), json!(effort.name()))),
+        (None, _) => {}
+    }
+    // A model that does not reason refuses the question for a summary.
+    let off = request.parameters.effort == Some(Effort::Off);
+    if !off && (quirks.reasoning || !reasoning.is_empty()) {
+        reasoning.insert("summary".into(), json!("auto"));
+    }
+    if !reasoning.is_empty() {
+        out.put("reasoning", Value::Object(reasoning));
+    }
+    if let Some(schema) = &request.schema {
+        match endpoint.response_format {
+            ResponseFormat::Off => {}
+            ResponseFormat::JsonObject => {
+                out.put("text", json!({"format": {"type": "json_object"}}));
+            }
+            ResponseFormat::JsonSchema => out.put(
+                "text",
+                json!({"format": {
+                    "type": "json_schema", "name": name(&schema.name), "strict": true,
+                    "schema": portable(&schema.schema),
+                }}),
+            ),
+        }
+    }
+}
+
+/// The reader of this dialect.
+#[derive(Debug, Default)]
+pub(super) struct Responses {
+    /// The one kind of event reasoning is read from: some servers send the text and its summary.
+    reasoning_from: Option<&'static str>,
+}
+
+const SUMMARY: &str = "response.reasoning_summary_text.delta";
+const RAW: &str = "response.reasoning_text.delta";
+
+impl Protocol for Responses {
+    fn event(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+        let delta = string(value, "delta").unwrap_or_default();
+        match string(value, "type") {
+            Some("response.output_text.delta") => answer.say(delta),
+            Some("response.refusal.delta") => answer.refuse(delta),
+            Some("response.reasoning_summary_text.delta") => self.reason(SUMMARY, delta, answer),
+            Some("response.reasoning_text.delta") => self.reason(RAW, delta, answer),
+            Some("response.reasoning_summary_part.added") => {
+                let later = value.get("summary_index").and_then(Value::as_u64) > Some(0);
+                if later && self.reasoning_from == Some(SUMMARY) {
+                    answer.reason("\n\n");
+                }
+            }
+            Some(
+                "response.created"
+                | "response.in_progress"
+                | "response.completed"
+                | "response.incomplete"
+                | "response.failed",
+            ) => {
+                if let Some(response) = value.get("response") {
+                    return self.response(response, answer);
+                }
+            }
+            // Events that repeat what the deltas said, and those of tools.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn document(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+        if !value.get("output").is_some_and(Value::is_array) {
+            return Err(Odd::no_answer(value));
+        }
+        self.response(value, answer)
+    }
+}
+
+impl Responses {
+    fn reason(&mut self, from: &'static str, text: &str, answer: &mut Assembly) {
+        if *self.reasoning_from.get_or_insert(from) == from {
+            answer.reason(text);
+        }
+    }
+
+    /// The response object, which is whole once its status says so.
+    fn response(&mut self, response: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+        answer.model(string(response, "model"));
+        if let Some(usage) = response.get("usage").filter(|u| u.is_object()) {
+            answer.usage(usage_of(usage));
+        }
+        match string(response, "status") {
+            Some("completed") => answer.finish(Finish::Stop),
+            Some("incomplete") => {
+                let reason = response.pointer("/incomplete_details/reason");
+                answer.finish(match reason.and_then(Value::as_str) {
+                    Some("max_output_tokens") => Finish::Length,
+                    Some("content_filter") => Finish::ContentFilter,
+                    other => Finish::Other(other.unwrap_or("incomplete").to_owned()),
+                });
+            }
+            Some("failed" | "cancelled") => {
+                let failed = Problem {
+                    message: "the answer failed without a reason".into(),
+                    ..Problem::default()
+                };
+                return Err(Odd::Provider(Problem::in_value(response).unwrap_or(failed)));
+            }
+            _ => return Ok(()),
+        }
+        if answer.received() == 0 {
+            self.output(response, answer);
+        }
+        answer.complete();
+        Ok(())
+    }
+
+    /// What the output items say, for servers that sent no pieces of it.
+    fn output(&mut self, response: &Value, answer: &mut Assembly) {
+        let list = |value: &Value, key: &str| {
+            let items = value.get(key).and_then(Value::as_array);
+            items.cloned().unwrap_or_default()
+        };
+        for item in list(response, "output") {
+            if string(&item, "type") == Some("reasoning") {
+                let summary = list(&item, "summary");
+                let texts: Vec<_> = summary.iter().filter_map(|s| string(s, "text")).collect();
+                if texts.is_empty() {
+                    let content = list(&item, "content");
+                    let texts = content.iter().filter_map(|c| string(c, "text"));
+                    texts.for_each(|text| answer.reason(text));
+                } else {
+                    answer.reason(&texts.join("\n\n"));
+                }
+                continue;
+            }
+            for part in list(&item, "content") {
+                answer.say(string(&part, "text").unwrap_or_default());
+                answer.refuse(string(&part, "refusal").unwrap_or_default());
+            }
+        }
+    }
+}
+
+fn usage_of(usage: &Value) -> Usage {
+    let count = |pointer| count(usage, pointer);
+    Usage {
+        input_tokens: count("/input_tokens"),
+        output_tokens: count("/output_tokens"),
+        reasoning_tokens: count("/output_tokens_details/reasoning_tokens"),
+        cached_tokens: count("/input_tokens_details/cached_tokens"),
+        cache_write_tokens: count("/input_tokens_details/cache_write_tokens"),
+        cost: None,
+    }
+}

@@ -1,0 +1,195 @@
+//! Where keys are looked for: the variables of the process, then `.env` files.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use secrecy::SecretString;
+
+/// More than any file of variables is long, in bytes.
+const LONGEST: u64 = 256 << 10;
+
+/// The variables of the process, and files of variables below them.
+#[derive(Clone)]
+pub struct Environment {
+    lookup: Arc<Lookup>,
+    files: Vec<File>,
+    /// Files that cannot be read as a whole, and why; what they hold is never in these words.
+    pub problems: Vec<String>,
+}
+
+type Lookup = dyn Fn(&str) -> Option<String> + Send + Sync;
+
+#[derive(Clone)]
+struct File {
+    path: PathBuf,
+    variables: BTreeMap<String, SecretString>,
+}
+
+/// A key that was found.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The key.
+    pub key: SecretString,
+    /// The variable, and the file it is in if it is in one.
+    pub source: String,
+}
+
+impl Environment {
+    /// The variables that `lookup` knows, and no files.
+    pub fn of(lookup: impl Fn(&str) -> Option<String> + Send + Sync + 'static) -> Self {
+        Self {
+            lookup: Arc::new(lookup),
+            files: Vec::new(),
+            problems: Vec::new(),
+        }
+    }
+
+    /// The variables of the process; keys also from the file `.env` of each folder, the first that has one.
+    #[must_use]
+    pub fn with_files(folders: &[&Path]) -> Self {
+        let mut environment = Self::of(|name| std::env::var(name).ok());
+        for folder in folders {
+            environment.add(&folder.join(".env"));
+        }
+        environment
+    }
+
+    /// Adds the variables of a file below what is there; a file that is not there adds nothing.
+    pub fn add(&mut self, path: &Path) {
+        let mut problem = |why: String| self.problems.push(format!("{}: {why}", path.display()));
+        let text = match std::fs::metadata(path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return,
+            Err(error) => return problem(error.to_string()),
+            // A pipe would be waited for.
+            Ok(data) if !data.is_file() => return problem("it is no file".into()),
+            Ok(data) if data.len() > LONGEST => return problem("it is too long".into()),
+            Ok(_) => match std::fs::read_to_string(path) {
+                Ok(text) => text,
+                Err(error) => return problem(error.to_string()),
+            },
+        };
+        let mut variables = BTreeMap::new();
+        for entry in dotenvy::from_read_iter(text.as_bytes()) {
+            match entry {
+                Ok((name, value)) => drop(variables.insert(name, SecretString::from(value))),
+                // The error itself would show the line, and with it the key.
+                Err(dotenvy::Error::LineParse(line, _)) => {
+                    let at = text.lines().position(|l| l.trim() == line.trim());
+                    let line = at.map(|n| format!("line {}", n + 1));
+                    problem(format!(
+                        "{} is not NAME=value",
+                        line.as_deref().unwrap_or("a line")
+                    ));
+                }
+                Err(_) => problem("it cannot be read".into()),
+            }
+        }
+        let path = path.to_path_buf();
+        self.files.push(File { path, variables });
+    }
+
+    /// A variable of the process. Addresses come from nowhere else: a `.env` file that came with somebody's scenarios must
+    /// not send keys elsewhere.
+    pub(super) fn variable(&self, name: &str) -> Option<String> {
+        (self.lookup)(name).filter(|value| !value.trim().is_empty())
+    }
+
+    /// Whether there is a key in this variable.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.key(&[name.to_owned()]).is_some()
+    }
+
+    /// The key in the first of these variables that has one; the process comes before the files.
+    pub(super) fn key(&self, names: &[String]) -> Option<Found> {
+        let of_process = names.iter().find_map(|name| {
+            Some(Found {
+                key: SecretString::from(self.variable(name)?),
+                source: name.clone(),
+            })
+        });
+        let of_files = || {
+            self.files.iter().find_map(|file| {
+                names.iter().find_map(|name| {
+                    let key = file.variables.get(name)?;
+                    let blank = secrecy::ExposeSecret::expose_secret(key).trim().is_empty();
+                    (!blank).then(|| Found {
+                        key: key.clone(),
+                        source: format!("{name} in {}", file.path.display()),
+                    })
+                })
+            })
+        };
+        of_process.or_else(of_files)
+    }
+}
+
+impl fmt::Debug for Environment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let files: Vec<_> = self.files.iter().map(|file| &file.path).collect();
+        f.debug_struct("Environment")
+            .field("files", &files)
+            .field("problems", &self.problems)
+            .finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use secrecy::ExposeSecret;
+
+    use super::*;
+
+    fn found(environment: &Environment, name: &str) -> Option<(String, String)> {
+        let found = environment.key(&[name.to_string()])?;
+        Some((found.key.expose_secret().to_string(), found.source))
+    }
+
+    #[test]
+    fn the_process_comes_first_then_the_files_in_order() {
+        let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        std::fs::write(one.path().join(".env"), "A=file1\nB='file 1' # why\nE=\n").unwrap();
+        std::fs::write(two.path().join(".env"), "export B=x\nC=\"file2\"\nE=e\n").unwrap();
+        let mut environment =
+            Environment::of(|name| (name == "A" || name == "D").then(|| format!("{name}!")));
+        environment.add(&one.path().join(".env"));
+        environment.add(&two.path().join(".env"));
+        environment.add(Path::new("/no/such/.env"));
+        assert_eq!(environment.problems, [""; 0]);
+        assert_eq!(found(&environment, "A").unwrap(), ("A!".into(), "A".into()));
+        let (key, source) = found(&environment, "B").unwrap();
+        assert_eq!(key, "file 1");
+        assert!(
+            source.starts_with("B in ") && source.ends_with(".env"),
+            "{source}"
+        );
+        assert_eq!(found(&environment, "C").unwrap().0, "file2");
+        assert_eq!(found(&environment, "E").unwrap().0, "e", "blank is none");
+        assert_eq!(
+            environment.variable("B"),
+            None,
+            "addresses come from the process"
+        );
+        assert!(!format!("{environment:?}").contains("file 1"));
+    }
+
+    #[test]
+    fn a_line_that_is_none_is_named_not_shown() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(".env");
+        std::fs::write(&path, "A=1\nsk-geheim ohne\nB=2\n").unwrap();
+        let mut environment = Environment::of(|_| None);
+        environment.add(&path);
+        environment.add(folder.path());
+        let text = environment.problems.join("\n");
+        assert!(
+            text.contains("line 2 is not NAME=value") && text.contains("no file"),
+            "{text}"
+        );
+        assert!(!format!("{environment:?}").contains("geheim"));
+        assert_eq!(found(&environment, "A").unwrap().0, "1");
+    }
+}

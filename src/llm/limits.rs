@@ -1,0 +1,154 @@
+//! How much may be asked of a provider at a time: requests and tokens per minute, and requests at once.
+
+use std::collections::VecDeque;
+use std::num::NonZeroU32;
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::sync::{Mutex, OwnedSemaphorePermit, Semaphore};
+use tokio::time::Instant;
+
+/// Limits of one provider; `None` is without limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Limits {
+    /// Requests begun within any 60 seconds, repetitions included.
+    pub requests_per_minute: Option<NonZeroU32>,
+    /// Tokens asked for within any 60 seconds: those of the question, estimated, and the limit of the answer, if one is set.
+    pub tokens_per_minute: Option<NonZeroU32>,
+    /// Requests on their way at once.
+    pub concurrency: Option<NonZeroU32>,
+}
+
+/// Keeps a provider's limits for all who ask it.
+#[derive(Debug)]
+pub(super) struct Gate {
+    limits: Limits,
+    span: Duration,
+    slots: Option<Arc<Semaphore>>,
+    // Held while waiting, so that whoever came first goes first.
+    begun: Mutex<VecDeque<(Instant, u32)>>,
+}
+
+impl Gate {
+    /// A gate nobody has passed yet.
+    pub fn new(limits: Limits) -> Self {
+        let slots = limits.concurrency;
+        Self {
+            limits,
+            span: Duration::from_secs(60),
+            slots: slots.map(|n| Arc::new(Semaphore::new(n.get() as usize))),
+            begun: Mutex::default(),
+        }
+    }
+
+    /// Waits for one of the places for requests on their way; it is free again when the permit is dropped.
+    pub async fn enter(&self) -> Option<OwnedSemaphorePermit> {
+        let slots = Arc::clone(self.slots.as_ref()?);
+        // Nobody closes the semaphore.
+        slots.acquire_owned().await.ok()
+    }
+
+    /// Waits until a request of this many tokens may begin.
+    ///
+    /// The last 60 seconds are counted one by one. A bucket that fills steadily would be less to keep, but lets up to twice
+    /// the limit through in its first minute.
+    ///
+    /// # Errors
+    /// The request alone is more than a minute allows.
+    pub async fn admit(&self, tokens: u32) -> Result<(), String> {
+        let most_tokens = self
+            .limits
+            .tokens_per_minute
+            .map_or(u32::MAX, NonZeroU32::get);
+        let most_requests = self.limits.requests_per_minute.map(NonZeroU32::get);
+        if tokens > most_tokens {
+            return Err(format!(
+                "the question with its answer may take {tokens} tokens, but tokens_per_minute is {most_tokens}; raise it, or lower max_tokens"
+            ));
+        }
+        if self.limits.tokens_per_minute.is_none() && most_requests.is_none() {
+            return Ok(());
+        }
+        let mut begun = self.begun.lock().await;
+        loop {
+            while begun
+                .front()
+                .is_some_and(|(at, _)| at.elapsed() >= self.span)
+            {
+                begun.pop_front();
+            }
+            let asked: u64 = begun.iter().map(|(_, n)| u64::from(*n)).sum();
+            let many = most_requests.is_some_and(|most| begun.len() >= most as usize);
+            let large = asked + u64::from(tokens) > u64::from(most_tokens);
+            match begun.front() {
+                Some((oldest, _)) if many || large => {
+                    tokio::time::sleep_until(*oldest + self.span).await;
+                }
+                _ => break,
+            }
+        }
+        begun.push_back((Instant::now(), tokens));
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn gate(requests: u32, tokens: u32, span: Duration) -> Gate {
+        Gate {
+            span,
+            ..Gate::new(Limits {
+                requests_per_minute: NonZeroU32::new(requests),
+                tokens_per_minute: NonZeroU32::new(tokens),
+                concurrency: NonZeroU32::new(1),
+            })
+        }
+    }
+
+    /// When requests of these sizes were let through, in spans.
+    async fn times(gate: &Gate, sizes: &[u32]) -> Vec<f64> {
+        let begun = Instant::now();
+        let mut times = Vec::new();
+        for size in sizes {
+            gate.admit(*size).await.unwrap();
+            times.push(begun.elapsed().as_secs_f64() / gate.span.as_secs_f64());
+        }
+        times
+    }
+
+    #[tokio::test]
+    async fn no_span_holds_more_than_the_limit() {
+        let span = Duration::from_millis(120);
+        let times = times(&gate(2, 0, span), &[1, 1, 1, 1, 1]).await;
+        for pair in times.windows(3) {
+            assert!(pair[2] - pair[0] >= 1.0, "{times:?}");
+        }
+        assert!(times[1] < 0.5 && times[4] < 3.5, "{times:?}");
+    }
+
+    #[tokio::test]
+    async fn tokens_are_counted_too() {
+        let span = Duration::from_millis(120);
+        let gate = gate(0, 100, span);
+        let times = times(&gate, &[60, 40, 50]).await;
+        assert!(times[1] < 0.5 && times[2] >= 1.0, "{times:?}");
+        let why = gate.admit(101).await.unwrap_err();
+        assert!(
+            why.contains("101") && why.contains("tokens_per_minute is 100"),
+            "{why}"
+        );
+    }
+
+    #[tokio::test]
+    async fn places_are_given_back() {
+        let gate = gate(0, 0, Duration::from_secs(60));
+        let first = gate.enter().await;
+        let second = tokio::time::timeout(Duration::from_millis(30), gate.enter()).await;
+        assert!(first.is_some() && second.is_err());
+        drop(first);
+        assert!(gate.enter().await.is_some());
+    }
+}

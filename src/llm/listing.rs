@@ -1,0 +1,184 @@
+//! What the registry knows of its models, for lists: keys, prices, and which of them are about to go.
+
+use jiff::civil::Date;
+
+use super::dialect::Dialect;
+use super::environment::Environment;
+use super::price::Pricing;
+use super::provider::{ModelEntry, Provider, Words};
+use super::registry::Registry;
+
+/// From so many days before a model's end on, lists warn of it.
+const NEAR: i32 = 90;
+
+/// A model that can be chosen.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Offer {
+    /// `provider/model`.
+    pub id: String,
+    /// Where its key is read from, and whether it is there; nothing where none is needed.
+    pub key: Option<(String, bool)>,
+    /// What people should know of its end.
+    pub warning: Option<String>,
+}
+
+/// Whether a model's key is there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum KeyState {
+    /// None is needed.
+    NotNeeded,
+    /// It is in this variable, perhaps of a file.
+    Present(String),
+    /// A command will be asked for it.
+    Command(String),
+    /// It is in none of these variables.
+    Missing(String),
+}
+
+/// The end of a model.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Retirement {
+    /// The first day on which it does not answer as itself any more; `None` if it is gone, whenever that was.
+    pub day: Option<Date>,
+    /// Another model answers, and is billed, in its place.
+    pub routed: bool,
+    /// What takes its place.
+    pub replacement: Option<String>,
+    /// This is not the provider's own word.
+    pub unconfirmed: bool,
+}
+
+/// A model and what is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Listed {
+    /// `provider/model`; without a model where every name of one has to be typed.
+    pub id: String,
+    /// The protocol it is asked in.
+    pub dialect: Dialect,
+    /// Whether its key is there.
+    pub key: KeyState,
+    /// What it costs today, if that is known.
+    pub pricing: Option<Pricing>,
+    /// Its end, if that is known.
+    pub retirement: Option<Retirement>,
+}
+
+impl Retirement {
+    /// What people should know of it on a day; nothing while it is far off.
+    #[must_use]
+    pub fn warning(&self, today: Date) -> Option<String> {
+        let replacement = self.replacement.as_deref();
+        let instead = match (replacement, self.routed) {
+            (None, _) => String::new(),
+            (Some(model), false) => format!("; use {model}"),
+            (Some(model), true) => format!(" by {model}, which is billed"),
+        };
+        let sure = if self.unconfirmed {
+            " (unconfirmed)"
+        } else {
+            ""
+        };
+        let Some(day) = self.day else {
+            return Some(format!("gone{instead}{sure}"));
+        };
+        let left = (day - today).get_days();
+        let what = match (self.routed, left > 0) {
+            (false, true) => format!("shuts down on {day}, in {left} days"),
+            (false, false) => format!("shut down since {day}"),
+            (true, true) => format!("from {day} on answered"),
+            (true, false) => format!("since {day} answered"),
+        };
+        (left <= NEAR).then(|| format!("{what}{instead}{sure}"))
+    }
+}
+
+impl ModelEntry {
+    fn retirement(&self) -> Option<Retirement> {
+        let day = self.shutdown.or(self.routed);
+        (self.gone || day.is_some()).then(|| Retirement {
+            day,
+            routed: self.routed.is_some() && self.shutdown.is_none(),
+            replacement: self.replacement.clone(),
+            unconfirmed: self.unconfirmed,
+        })
+    }
+}
+
+impl Provider {
+    fn key_state(&self, name: &str, environment: &Environment) -> KeyState {
+        if let Some(found) = self.key(environment) {
+            return KeyState::Present(found.source);
+        }
+        if let Some(command) = self.key_command.as_ref().map(Words::command) {
+            return KeyState::Command(command.to_string());
+        }
+        let here = self
+            .endpoint(name, "", environment)
+            .is_ok_and(|endpoint| endpoint.is_here());
+        match self.key_names() {
+            Some(names) if !here => KeyState::Missing(names),
+            _ => KeyState::NotNeeded,
+        }
+    }
+}
+
+impl Registry {
+    /// Every model that is offered, with what is known of it on a day; a provider that offers none by name has one line.
+    #[must_use]
+    pub fn models(&self, environment: &Environment, today: Date) -> Vec<Listed> {
+        let mut listed = Vec::new();
+        for (name, provider) in &self.providers {
+            let names = provider.models.iter().flatten();
+            let mut names: Vec<&str> = names
+                .filter(|entry| entry.listed)
+                .map(|entry| entry.name.as_str())
+                .collect();
+            if names.is_empty() {
+                names.push("…");
+            }
+            let key = provider.key_state(name, environment);
+            listed.extend(names.into_iter().map(|model| Listed {
+                id: format!("{name}/{model}"),
+                dialect: provider.dialect.unwrap_or_default(),
+                key: key.clone(),
+                pricing: provider.prices().of(model, today),
+                retirement: provider.entries(model).find_map(ModelEntry::retirement),
+            }));
+        }
+        listed
+    }
+
+    /// The end of a model, if it is known.
+    #[must_use]
+    pub fn retirement(&self, id: &str) -> Option<Retirement> {
+        let (provider, model) = id.split_once('/')?;
+        let provider = self.providers.get(provider)?;
+        provider.entries(model).find_map(ModelEntry::retirement)
+    }
+
+    /// Every model that is offered by name, with whether its key is there and whether it is about to go.
+    #[must_use]
+    pub fn offers(&self, environment: &Environment, today: Date) -> Vec<Offer> {
+        let mut offers = Vec::new();
+        for (name, provider) in &self.providers {
+            let key = match provider.key_state(name, environment) {
+                KeyState::NotNeeded => None,
+                KeyState::Present(source) => Some((source, true)),
+                KeyState::Command(command) => Some((command, true)),
+                KeyState::Missing(names) => Some((names, false)),
+            };
+            let models = provider.models.iter().flatten().filter(|m| m.listed);
+            offers.extend(models.map(|model| {
+                Offer {
+                    id: format!("{name}/{}", model.name),
+                    key: key.clone(),
+                    warning: provider
+                        .entries(&model.name)
+                        .find_map(ModelEntry::retirement)
+                        .and_then(|retirement| retirement.warning(today)),
+                }
+            }));
+        }
+        offers
+    }
+}

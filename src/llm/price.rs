@@ -1,0 +1,271 @@
+//! What tokens cost.
+
+use jiff::Timestamp;
+use jiff::civil::{Date, Time, Weekday};
+use jiff::tz::{Offset, TimeZone};
+
+use super::chunk::Usage;
+
+/// Prices in US dollars per million tokens, at the cheaper hours where hours differ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Price {
+    /// Tokens of the question.
+    pub input: f64,
+    /// Tokens of the answer, reasoning included.
+    pub output: f64,
+    /// Tokens of the question that came from the server's cache; where none is stated, they cost what others do.
+    pub cached: Option<f64>,
+    /// Tokens of the question that were written to the server's cache; the same.
+    pub cache_write: Option<f64>,
+}
+
+/// What the models of a provider cost.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Prices {
+    /// Prices by model and time; the first that fits holds.
+    pub entries: Vec<PriceEntry>,
+    /// The dearer hours, if there are any.
+    pub peak: Option<Peak>,
+    /// What a batch costs, as a factor.
+    pub batch_factor: Option<f64>,
+}
+
+/// A price, of which models and when.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PriceEntry {
+    /// A model's name, or the beginning of some and `*`.
+    pub model: String,
+    /// The first day.
+    pub from: Option<Date>,
+    /// The last day.
+    pub to: Option<Date>,
+    /// The price.
+    pub price: Price,
+}
+
+impl Prices {
+    /// What a model costs on a day, if that is known.
+    #[must_use]
+    pub fn of(&self, model: &str, day: Date) -> Option<Pricing> {
+        let entry = self.entries.iter().find(|entry| {
+            fits(&entry.model, model)
+                && entry.from.is_none_or(|from| from <= day)
+                && entry.to.is_none_or(|to| day <= to)
+        });
+        entry.map(|entry| Pricing {
+            price: entry.price,
+            peak: self.peak.clone(),
+            batch_factor: self.batch_factor,
+        })
+    }
+
+    /// The same of the model that answered, which need not be the one asked for: providers route what they retire to
+    /// other models, and bill those. The price of the one asked for holds only where the other is a version of it.
+    #[must_use]
+    pub fn of_answer(&self, asked: &str, returned: Option<&str>, day: Date) -> Option<Pricing> {
+        let Some(returned) = returned else {
+            return self.of(asked, day);
+        };
+        let name = |id: &str| id.rsplit('/').next().unwrap_or(id).to_ascii_lowercase();
+        let version = name(returned).starts_with(&name(asked));
+        self.of(returned, day)
+            .or_else(|| self.of(asked, day).filter(|_| version))
+    }
+}
+
+/// Whether a name, or the beginning of one and `*`, is that of a model.
+pub(super) fn fits(pattern: &str, model: &str) -> bool {
+    match pattern.strip_suffix('*') {
+        Some(beginning) => model.starts_with(beginning),
+        None => pattern == model,
+    }
+}
+
+/// What a model costs, and when.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pricing {
+    /// The price.
+    pub price: Price,
+    /// The dearer hours, if there are any.
+    pub peak: Option<Peak>,
+    /// What a batch costs of it, as a factor; nothing here asks in batches yet.
+    pub batch_factor: Option<f64>,
+}
+
+/// Hours at which everything costs more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Peak {
+    /// How much more, as a factor.
+    pub factor: f64,
+    /// From and to, on the clock of the offset; the end does not belong to it.
+    pub hours: Vec<(Time, Time)>,
+    /// Whether Saturdays and Sundays are left out.
+    pub weekdays_only: bool,
+    /// The clock's offset from UTC, hours.
+    pub utc_offset: i8,
+}
+
+impl Pricing {
+    /// What an answer cost that was asked for at this time, US dollars; `None` if a count is missing.
+    #[must_use]
+    pub fn cost(&self, usage: &Usage, asked: Timestamp) -> Option<f64> {
+        let (input, output) = (usage.input_tokens?, usage.output_tokens?);
+        let cached = usage.cached_tokens.unwrap_or(0);
+        let written = usage.cache_write_tokens.unwrap_or(0);
+        // Counts that contradict each other prove nothing.
+        let plain = input.checked_sub(cached.checked_add(written)?)?;
+        let price = &self.price;
+        let millionths = plain as f64 * price.input
+            + cached as f64 * price.cached.unwrap_or(price.input)
+            + written as f64 * price.cache_write.unwrap_or(price.input)
+            + output as f64 * price.output;
+        Some(millionths * self.factor(asked) / 1e6)
+    }
+
+    /// The most that a request can cost, US dollars, whenever it is sent and whatever of it goes through a cache.
+    #[must_use]
+    pub fn at_most(&self, input: u32, output: u32) -> f64 {
+        let price = &self.price;
+        let dearest = [price.cached, price.cache_write].into_iter().flatten();
+        let input_price = dearest.fold(price.input, f64::max);
+        let factor = self.peak.as_ref().map_or(1.0, |peak| peak.factor.max(1.0));
+        (f64::from(input) * input_price + f64::from(output) * price.output) * factor / 1e6
+    }
+
+    fn factor(&self, at: Timestamp) -> f64 {
+        match &self.peak {
+            Some(peak) if peak.holds(at) => peak.factor,
+            _ => 1.0,
+        }
+    }
+}
+
+impl Peak {
+    fn holds(&self, at: Timestamp) -> bool {
+        let Ok(offset) = Offset::from_hours(self.utc_offset) else {
+            return false;
+        };
+        let there = at.to_zoned(TimeZone::fixed(offset));
+        let weekend = matches!(there.weekday(), Weekday::Saturday | Weekday::Sunday);
+        let now = there.time();
+        let within = self
+            .hours
+            .iter()
+            .any(|(from, to)| *from <= now && now < *to);
+        within && !(weekend && self.weekdays_only)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn pricing() -> Pricing {
+        Pricing {
+            price: Price {
+                input: 2.0,
+                output: 10.0,
+                cached: Some(0.5),
+                cache_write: Some(2.5),
+            },
+            peak: Some(Peak {
+                factor: 2.0,
+                hours: vec![("09:00".parse().unwrap(), "12:00".parse().unwrap())],
+                weekdays_only: true,
+                utc_offset: 8,
+            }),
+            batch_factor: None,
+        }
+    }
+
+    fn usage(input: u64, output: u64, cached: Option<u64>, written: Option<u64>) -> Usage {
+        Usage {
+            input_tokens: Some(input),
+            output_tokens: Some(output),
+            cached_tokens: cached,
+            cache_write_tokens: written,
+            ..Usage::default()
+        }
+    }
+
+    const QUIET: &str = "2026-11-20T12:00:00Z";
+
+    #[test]
+    fn every_kind_of_token_has_its_price() {
+        let at = QUIET.parse().unwrap();
+        let cost = |usage| pricing().cost(&usage, at);
+        let close = |cost: Option<f64>, usd: f64| assert!((cost.unwrap() - usd).abs() < 1e-12);
+        close(cost(usage(1_000_000, 100_000, None, None)), 3.0);
+        close(
+            cost(usage(1_000_000, 0, Some(400_000), Some(200_000))),
+            0.8 + 0.2 + 0.5,
+        );
+        assert_eq!(cost(usage(10, 0, Some(11), None)), None);
+        assert_eq!(cost(Usage::default()), None);
+        let mut plain = pricing();
+        plain.price.cached = None;
+        close(
+            plain.cost(&usage(1_000_000, 0, Some(1_000_000), None), at),
+            2.0,
+        );
+    }
+
+    #[test]
+    fn the_model_that_answered_is_billed() {
+        let entry = |model: &str, input: f64, to: Option<&str>| PriceEntry {
+            model: model.into(),
+            from: None,
+            to: to.map(|day| day.parse().unwrap()),
+            price: Price {
+                input,
+                ..pricing().price
+            },
+        };
+        let prices = Prices {
+            entries: vec![
+                entry("old", 1.0, Some("2026-11-30")),
+                entry("old", 2.0, None),
+                entry("new-*", 3.0, None),
+            ],
+            ..Prices::default()
+        };
+        let day = |day: &str| day.parse::<Date>().unwrap();
+        let input = |pricing: Option<Pricing>| pricing.map(|p| p.price.input);
+        assert_eq!(input(prices.of("old", day("2026-11-30"))), Some(1.0));
+        assert_eq!(input(prices.of("old", day("2026-12-01"))), Some(2.0));
+        assert_eq!(input(prices.of("older", day("2026-12-01"))), None);
+        let answer = |returned| input(prices.of_answer("old", returned, day("2026-12-01")));
+        assert_eq!(answer(None), Some(2.0));
+        assert_eq!(answer(Some("old-2026-01-01")), Some(2.0));
+        assert_eq!(answer(Some("new-flash")), Some(3.0));
+        assert_eq!(answer(Some("unheard-of")), None);
+    }
+
+    #[test]
+    fn peak_hours_are_those_of_the_place() {
+        let cost = |at: &str| {
+            let usage = usage(1_000_000, 0, None, None);
+            pricing().cost(&usage, at.parse().unwrap()).unwrap()
+        };
+        assert_eq!(
+            cost("2026-11-20T01:00:00Z"),
+            4.0,
+            "nine in Beijing, a Friday"
+        );
+        assert_eq!(cost("2026-11-20T00:59:59Z"), 2.0);
+        assert_eq!(cost("2026-11-20T04:00:00Z"), 2.0, "noon");
+        assert_eq!(cost("2026-11-21T02:00:00Z"), 2.0, "a Saturday");
+    }
+
+    #[test]
+    fn the_most_is_no_less_than_any_cost() {
+        let most = pricing().at_most(1000, 1000);
+        for (cached, written) in [(0, 0), (1000, 0), (0, 1000)] {
+            let usage = usage(1000, 1000, Some(cached), Some(written));
+            for at in [QUIET, "2026-11-20T01:00:00Z"] {
+                assert!(pricing().cost(&usage, at.parse().unwrap()).unwrap() <= most);
+            }
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Which model servers run on this machine, and what they serve.
+
+use std::time::Duration;
+
+use futures_util::future::join_all;
+use serde_json::Value;
+
+use super::client::Client;
+use super::dialect::Dialect;
+use super::endpoint::{Endpoint, Timeouts};
+use super::environment::Environment;
+use super::patience::Patience;
+use super::registry::Registry;
+use super::text::whole;
+
+/// How long a server on this machine may take to say what it serves.
+const PATIENCE: Duration = Duration::from_millis(800);
+
+/// More than any list of models is long, in bytes.
+const LONGEST: usize = 4 << 20;
+
+/// A model that a server on this machine serves.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Discovered {
+    /// `provider/model`.
+    pub id: String,
+    /// The protocol it is asked in.
+    pub dialect: Dialect,
+}
+
+/// Asks the providers whose address is on this machine what they serve, all at once and without waiting long; what does not
+/// answer serves nothing. The result is in the order of the providers' names, without doubles.
+pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discovered> {
+    // A proxy has no business with this machine.
+    let client = Client::direct();
+    let asked = registry.providers.iter().filter_map(|(name, provider)| {
+        let mut endpoint = provider.endpoint(name, "", environment).ok()?;
+        // Without a base URL that can be read there is nobody to ask; `resolve` says what is wrong with it.
+        endpoint.is_here().then_some(())?;
+        endpoint.key = provider.key(environment).map(|found| found.key);
+        let client = client.clone();
+        Some(async move {
+            let models = served(&client, &endpoint).await.unwrap_or_default();
+            let dialect = endpoint.dialect;
+            let of = move |model| Discovered {
+                id: format!("{name}/{model}"),
+                dialect,
+            };
+            models.into_iter().map(of).collect::<Vec<_>>()
+        })
+    });
+    join_all(asked).await.into_iter().flatten().collect()
+}
+
+/// The names of the models at an endpoint; nothing if it does not say.
+async fn served(client: &Client, endpoint: &Endpoint) -> Option<Vec<String>> {
+    let mut url = endpoint.request_url("m").ok()?;
+    let (ending, listing) = match endpoint.dialect {
+        Dialect::OpenAiChat => ("/chat/completions", "/models"),
+        Dialect::OpenAiResponses => ("/responses", "/models"),
+        Dialect::Anthropic => ("/messages", "/models"),
+        Dialect::Ollama => ("/api/chat", "/api/tags"),
+        Dialect::Gemini => return None,
+    };
+    let path = format!("{}{listing}", url.path().strip_suffix(ending)?);
+    url.set_path(&path);
+    let patience = Patience::starting_now(Timeouts {
+        connect: PATIENCE,
+        idle: PATIENCE,
+        total: PATIENCE,
+    });
+    let mut request = client.http(PATIENCE).ok()?.get(url);
+    if let Some((name, value)) = endpoint.key_header().ok()? {
+        request = request.header(name, value);
+    }
+    let response = patience.wait(request.send()).await.ok()?.ok()?;
+    if !response.status().is_success() {
+        return None;
+    }
+    let body = whole(response, patience, LONGEST).await.ok()?;
+    let value: Value = serde_json::from_str(&body).ok()?;
+    let name = |entry: &Value, key: &str| entry.get(key).and_then(Value::as_str).map(str::to_owned);
+    let (list, key) = match endpoint.dialect {
+        Dialect::Ollama => (value.get("models")?.as_array()?, "name"),
+        _ => (value.get("data")?.as_array()?, "id"),
+    };
+    let mut names: Vec<String> = list.iter().filter_map(|entry| name(entry, key)).collect();
+    // Names with control characters are no names, and would reach terminals.
+    names.retain(|name| !name.trim().is_empty() && !name.chars().any(char::is_control));
+    names.sort();
+    names.dedup();
+    Some(names)
+}

@@ -1,0 +1,342 @@
+//! A provider's entry in the registry or in the user's configuration, and how the two are laid over each other.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::num::NonZeroU32;
+
+use jiff::civil::{Date, Time};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error as _, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::dialect::{Auth, Dialect};
+use super::endpoint::ResponseFormat;
+use super::key_command::KeyCommand;
+use super::price::{Peak, Price, PriceEntry};
+use super::quirks::StatedQuirks;
+
+/// What is known of one provider. What is not stated is not known.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Provider {
+    pub dialect: Option<Dialect>,
+    pub base_url: Option<String>,
+    /// Variable that overrides the address.
+    pub base_url_env: Option<String>,
+    /// Variables that hold the key, the first that is set wins; keys are never written in these files.
+    pub key_env: Option<Words>,
+    pub key_command: Option<Words>,
+    pub auth: Option<Auth>,
+    /// Headers, and the variables that hold their values.
+    pub header_env: BTreeMap<String, String>,
+    pub response_format: Option<ResponseFormat>,
+    pub models: Option<Vec<ModelEntry>>,
+    pub quirks: StatedQuirks,
+    pub prices: Vec<PriceLine>,
+    pub peak: Option<PeakLine>,
+    pub batch_factor: Option<f64>,
+    pub requests_per_minute: Option<NonZeroU32>,
+    pub tokens_per_minute: Option<NonZeroU32>,
+    pub concurrency: Option<NonZeroU32>,
+    /// Tries in all.
+    pub attempts: Option<NonZeroU32>,
+    /// Seconds without a sign of life, and for an answer as a whole.
+    pub idle_timeout: Option<NonZeroU32>,
+    pub total_timeout: Option<NonZeroU32>,
+}
+
+/// One word or several.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(untagged, expecting = "a string or a list of strings is needed")]
+pub(super) enum Words {
+    One(String),
+    Many(Vec<String>),
+}
+
+impl Words {
+    pub fn list(&self) -> &[String] {
+        match self {
+            Self::One(word) => std::slice::from_ref(word),
+            Self::Many(words) => words,
+        }
+    }
+
+    pub fn command(&self) -> KeyCommand {
+        match self {
+            Self::One(line) => KeyCommand::Shell(line.clone()),
+            Self::Many(words) => KeyCommand::Program(words.clone()),
+        }
+    }
+}
+
+/// A model of a provider, or several by the beginning of their names and `*`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct ModelEntry {
+    pub name: String,
+    /// Whether it is offered in lists.
+    pub listed: bool,
+    pub quirks: StatedQuirks,
+    pub response_format: Option<ResponseFormat>,
+    /// The day from which it does not answer any more.
+    pub shutdown: Option<Date>,
+    /// It is gone, whenever that was.
+    pub gone: bool,
+    /// The day from which another model answers in its place.
+    pub routed: Option<Date>,
+    /// Which model takes its place.
+    pub replacement: Option<String>,
+    /// What is said of its end is not the provider's own word.
+    pub unconfirmed: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelTable {
+    name: String,
+    listed: Option<bool>,
+    #[serde(default)]
+    quirks: StatedQuirks,
+    response_format: Option<ResponseFormat>,
+    #[serde(default, deserialize_with = "date")]
+    shutdown: Option<Date>,
+    #[serde(default)]
+    gone: bool,
+    #[serde(default, deserialize_with = "date")]
+    routed: Option<Date>,
+    replacement: Option<String>,
+    #[serde(default)]
+    unconfirmed: bool,
+}
+
+impl<'de> Deserialize<'de> for ModelEntry {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        struct NameOrTable;
+        impl<'de> Visitor<'de> for NameOrTable {
+            type Value = ModelEntry;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a model's name or a table with `name`")
+            }
+
+            fn visit_str<E>(self, name: &str) -> Result<ModelEntry, E> {
+                Ok(ModelEntry {
+                    listed: !name.ends_with('*'),
+                    name: name.to_owned(),
+                    ..ModelEntry::default()
+                })
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ModelEntry, A::Error> {
+                let table = ModelTable::deserialize(MapAccessDeserializer::new(map))?;
+                let ended = table.gone || table.shutdown.is_some();
+                Ok(ModelEntry {
+                    // What has an end stays in lists only if the entry says so.
+                    listed: table.listed.unwrap_or(!ended && !table.name.ends_with('*')),
+                    name: table.name,
+                    quirks: table.quirks,
+                    response_format: table.response_format,
+                    shutdown: table.shutdown,
+                    gone: table.gone,
+                    routed: table.routed,
+                    replacement: table.replacement,
+                    unconfirmed: table.unconfirmed,
+                })
+            }
+        }
+        source.deserialize_any(NameOrTable)
+    }
+}
+
+/// A price as entries state it: US dollars per million tokens.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PriceLine {
+    model: String,
+    #[serde(deserialize_with = "amount")]
+    input: f64,
+    #[serde(deserialize_with = "amount")]
+    output: f64,
+    #[serde(default, deserialize_with = "amount_if_any")]
+    cached: Option<f64>,
+    #[serde(default, deserialize_with = "amount_if_any")]
+    cache_write: Option<f64>,
+    #[serde(default, deserialize_with = "date")]
+    from: Option<Date>,
+    #[serde(default, deserialize_with = "date")]
+    to: Option<Date>,
+}
+
+impl PriceLine {
+    pub fn entry(&self) -> PriceEntry {
+        PriceEntry {
+            model: self.model.clone(),
+            from: self.from,
+            to: self.to,
+            price: Price {
+                input: self.input,
+                output: self.output,
+                cached: self.cached,
+                cache_write: self.cache_write,
+            },
+        }
+    }
+}
+
+/// Dearer hours as entries state them.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PeakLine {
+    #[serde(deserialize_with = "amount")]
+    factor: f64,
+    #[serde(deserialize_with = "hours")]
+    hours: Vec<(Time, Time)>,
+    #[serde(default)]
+    weekdays_only: bool,
+    #[serde(deserialize_with = "offset")]
+    utc_offset: i8,
+}
+
+impl PeakLine {
+    pub fn peak(&self) -> Peak {
+        Peak {
+            factor: self.factor,
+            hours: self.hours.clone(),
+            weekdays_only: self.weekdays_only,
+            utc_offset: self.utc_offset,
+        }
+    }
+}
+
+/// Days may be written as strings or as TOML's own.
+fn date<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Date>, D::Error> {
+    let value = toml::Value::deserialize(source)?;
+    let text = match &value {
+        toml::Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    let date = text
+        .parse()
+        .map_err(|_| D::Error::custom(format!("`{text}` is no day; write it like 2026-11-30")))?;
+    Ok(Some(date))
+}
+
+fn amount<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
+    let amount = f64::deserialize(source)?;
+    if amount.is_finite() && amount >= 0.0 {
+        Ok(amount)
+    } else {
+        Err(D::Error::custom(format!("`{amount}` is no amount")))
+    }
+}
+
+fn amount_if_any<'de, D: Deserializer<'de>>(source: D) -> Result<Option<f64>, D::Error> {
+    amount(source).map(Some)
+}
+
+fn hours<'de, D: Deserializer<'de>>(source: D) -> Result<Vec<(Time, Time)>, D::Error> {
+    let span = |text: &String| {
+        let (from, to) = text.split_once('-')?;
+        Some((from.trim().parse().ok()?, to.trim().parse().ok()?))
+    };
+    let texts = Vec::<String>::deserialize(source)?;
+    let spans = texts.iter().map(|text| {
+        span(text).ok_or_else(|| {
+            D::Error::custom(format!(
+                "`{text}` is no span of hours; write it like 09:00-12:00"
+            ))
+        })
+    });
+    spans.collect()
+}
+
+fn offset<'de, D: Deserializer<'de>>(source: D) -> Result<i8, D::Error> {
+    let hours = i8::deserialize(source)?;
+    if (-12..=14).contains(&hours) {
+        Ok(hours)
+    } else {
+        Err(D::Error::custom(format!(
+            "{hours} is no offset from UTC in hours"
+        )))
+    }
+}
+
+impl Provider {
+    /// The user's entry over this one.
+    pub fn overlay(&mut self, user: Self) {
+        if user.base_url.is_some() {
+            // An address given by hand is not overridden by a variable meant for another one.
+            self.base_url_env = None;
+        }
+        fn over<T>(own: &mut Option<T>, user: Option<T>) {
+            if user.is_some() {
+                *own = user;
+            }
+        }
+        over(&mut self.dialect, user.dialect);
+        over(&mut self.base_url, user.base_url);
+        over(&mut self.base_url_env, user.base_url_env);
+        over(&mut self.key_env, user.key_env);
+        over(&mut self.key_command, user.key_command);
+        over(&mut self.auth, user.auth);
+        over(&mut self.response_format, user.response_format);
+        over(&mut self.peak, user.peak);
+        over(&mut self.batch_factor, user.batch_factor);
+        over(&mut self.requests_per_minute, user.requests_per_minute);
+        over(&mut self.tokens_per_minute, user.tokens_per_minute);
+        over(&mut self.concurrency, user.concurrency);
+        over(&mut self.attempts, user.attempts);
+        over(&mut self.idle_timeout, user.idle_timeout);
+        over(&mut self.total_timeout, user.total_timeout);
+        self.header_env.extend(user.header_env);
+        self.quirks = user.quirks.or(self.quirks);
+        self.prices.splice(0..0, user.prices);
+        if let Some(models) = user.models {
+            // The user's are offered in place of the built-in ones; what is known of those still holds.
+            let mut known = self.models.take().unwrap_or_default();
+            known.iter_mut().for_each(|model| model.listed = false);
+            self.models = Some(models.into_iter().chain(known).collect());
+        }
+    }
+
+    /// The entries that speak of a model, the most telling first.
+    pub fn entries<'a>(&'a self, model: &'a str) -> impl Iterator<Item = &'a ModelEntry> {
+        let entries = self.models.iter().flatten();
+        entries.filter(move |entry| super::price::fits(&entry.name, model))
+    }
+}
+
+/// Why a model cannot be asked.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum RegistryError {
+    /// The id is not `provider/model`.
+    #[error("`{0}` is not a model id; write provider/model, e.g. openai/gpt-4o")]
+    NotAnId(String),
+    /// No provider has this name.
+    #[error(
+        "no provider `{name}`; there are {known}, and the built-in reference/geometry; add [provider.{name}] with base_url to config.toml, or pass --base-url"
+    )]
+    NoProvider {
+        /// The name asked for.
+        name: String,
+        /// Those that exist.
+        known: String,
+    },
+    /// The key of a server elsewhere is missing.
+    #[error("{name} needs a key: set {variable} in the environment or in a .env file{}", problems.iter().map(|p| format!("; {p}")).collect::<String>())]
+    NoKey {
+        /// Which provider.
+        name: String,
+        /// Where its key is looked for.
+        variable: String,
+        /// What is wrong with files it may be in.
+        problems: Vec<String>,
+    },
+    /// A provider's entry is not right.
+    #[error("[provider.{name}] in config.toml: {message}")]
+    Entry {
+        /// Which provider.
+        name: String,
+        /// What is wrong, with the key.
+        message: String,
+    },
+}

@@ -1,0 +1,131 @@
+//! In what servers and models of one dialect differ: data of the registry, so that no model's name stands in code.
+
+use serde::Deserialize;
+
+/// What a model takes, and how it is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quirks {
+    /// The limit of an answer is called `max_completion_tokens`.
+    pub max_completion_tokens: bool,
+    /// Whether a temperature is taken.
+    pub temperature: Temperature,
+    /// Whether a seed is taken.
+    pub seed: bool,
+    /// The model reasons, and its reasoning has to be asked for.
+    pub reasoning: bool,
+    /// How the effort of reasoning is said; `None` is the dialect's own way.
+    pub efforts: Option<Efforts>,
+    /// The limit of an answer that is sent where nobody asked for one, tokens.
+    pub max_tokens: Option<u32>,
+    /// The context window that is asked for, tokens (Ollama); `None` makes it fit the question.
+    pub context: Option<u32>,
+    /// Only hosts that know every parameter are to be chosen (OpenRouter).
+    pub require_parameters: bool,
+}
+
+impl Default for Quirks {
+    fn default() -> Self {
+        Self {
+            max_completion_tokens: false,
+            temperature: Temperature::Taken,
+            seed: true,
+            reasoning: false,
+            efforts: None,
+            max_tokens: None,
+            context: None,
+            require_parameters: false,
+        }
+    }
+}
+
+/// Whether a model takes a temperature.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Temperature {
+    /// Any that the API takes.
+    #[default]
+    Taken,
+    /// None but 1.
+    Fixed,
+    /// Only while it does not think.
+    NotThinking,
+}
+
+/// How the effort of reasoning is said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Efforts {
+    /// As a level.
+    Levels,
+    /// As a budget of tokens (Gemini 2.5, older models of Anthropic).
+    Budget,
+    /// DeepSeek's switch with levels.
+    #[serde(rename = "deepseek")]
+    DeepSeek,
+    /// OpenRouter's object.
+    #[serde(rename = "openrouter")]
+    OpenRouter,
+    /// On or off, by an argument of the chat template (llama.cpp, vLLM) or a truth value (Ollama).
+    Template,
+    /// Not at all.
+    Untaken,
+}
+
+/// Quirks as entries of the registry state them: what is `None` is left as it was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StatedQuirks {
+    /// See [`Quirks::max_completion_tokens`].
+    pub max_completion_tokens: Option<bool>,
+    /// See [`Quirks::temperature`].
+    pub temperature: Option<Temperature>,
+    /// See [`Quirks::seed`].
+    pub seed: Option<bool>,
+    /// See [`Quirks::reasoning`].
+    pub reasoning: Option<bool>,
+    /// See [`Quirks::efforts`].
+    pub efforts: Option<Efforts>,
+    /// See [`Quirks::max_tokens`].
+    pub max_tokens: Option<u32>,
+    /// See [`Quirks::context`].
+    pub context: Option<u32>,
+    /// See [`Quirks::require_parameters`].
+    pub require_parameters: Option<bool>,
+}
+
+impl StatedQuirks {
+    /// These, and `other`'s where these say nothing.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            max_completion_tokens: self.max_completion_tokens.or(other.max_completion_tokens),
+            temperature: self.temperature.or(other.temperature),
+            seed: self.seed.or(other.seed),
+            reasoning: self.reasoning.or(other.reasoning),
+            efforts: self.efforts.or(other.efforts),
+            max_tokens: self.max_tokens.or(other.max_tokens),
+            context: self.context.or(other.context),
+            require_parameters: self.require_parameters.or(other.require_parameters),
+        }
+    }
+
+    /// The defaults where nothing is stated.
+    #[must_use]
+    pub fn settled(self) -> Quirks {
+        let default = Quirks::default();
+        Quirks {
+            max_completion_tokens: self
+                .max_completion_tokens
+                .unwrap_or(default.max_completion_tokens),
+            temperature: self.temperature.unwrap_or(default.temperature),
+            seed: self.seed.unwrap_or(default.seed),
+            reasoning: self.reasoning.unwrap_or(default.reasoning),
+            efforts: self.efforts,
+            max_tokens: self.max_tokens,
+            context: self.context,
+            require_parameters: self
+                .require_parameters
+                .unwrap_or(default.require_parameters),
+        }
+    }
+}

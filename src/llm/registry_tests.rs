@@ -1,0 +1,255 @@
+//! Tests of the registry: ids, layers, what is known of models.
+#![allow(clippy::unwrap_used)]
+
+use secrecy::ExposeSecret;
+
+use super::*;
+use crate::llm::{Efforts, KeyCommand, KeyState, Temperature};
+
+fn registry(user: &str) -> Result<Registry, RegistryError> {
+    Registry::new(&toml::from_str(user).unwrap())
+}
+
+fn variables(list: &'static [(&str, &str)]) -> Environment {
+    Environment::of(move |name| {
+        let found = list.iter().find(|(known, _)| *known == name);
+        found.map(|(_, value)| value.to_string())
+    })
+}
+
+fn nothing() -> Environment {
+    variables(&[])
+}
+
+#[test]
+fn the_built_in_file_is_right() {
+    let registry = registry("").unwrap();
+    let keys = variables(&[("OPENAI_API_KEY", "k")]);
+    let offers = registry.offers(&keys, "2026-11-20".parse().unwrap());
+    let gpt = offers.iter().find(|o| o.id == "openai/gpt-4o").unwrap();
+    assert_eq!(gpt.key, Some(("OPENAI_API_KEY".into(), true)));
+    let warning = gpt.warning.as_deref().unwrap();
+    assert!(warning.contains("2027-01-14"), "{warning}");
+    let dialects: std::collections::BTreeSet<_> = registry
+        .models(&keys, "2026-11-20".parse().unwrap())
+        .into_iter()
+        .map(|listed| listed.dialect)
+        .collect();
+    assert_eq!(
+        dialects.len(),
+        Dialect::ALL.len(),
+        "every dialect has a provider"
+    );
+    for (name, provider) in &registry.providers {
+        let endpoint = provider.endpoint(name, "m", &nothing()).unwrap();
+        assert!(endpoint.request_url("m").is_ok(), "{name}");
+    }
+}
+
+#[test]
+fn ids_become_endpoints() {
+    let registry = registry("[lab]\nbase_url = \"http://127.0.0.1:9\"\nkey_env = \"K\"").unwrap();
+    let (endpoint, model) = registry.resolve("lab/a/b", &nothing()).unwrap();
+    assert_eq!(
+        (endpoint.base_url.as_str(), model.as_str()),
+        ("http://127.0.0.1:9", "a/b")
+    );
+    let error = |id| registry.resolve(id, &nothing()).unwrap_err();
+    assert!(matches!(error("gpt-4o"), RegistryError::NotAnId(_)));
+    assert!(matches!(error("x/y"), RegistryError::NoProvider { .. }));
+    assert!(matches!(error("openai/a"), RegistryError::NoKey { .. }));
+    let moved = variables(&[("OPENAI_BASE_URL", "http://b"), ("OPENAI_API_KEY", "key")]);
+    let (endpoint, _) = registry.resolve("openai/a", &moved).unwrap();
+    assert_eq!(endpoint.base_url, "http://b");
+}
+
+#[test]
+fn the_key_is_looked_for_in_order() {
+    let registry =
+        registry("[lab]\nbase_url = \"http://h\"\nkey_command = [\"pass\", \"lab key\"]").unwrap();
+    let both = variables(&[("GEMINI_API_KEY", "gem"), ("GOOGLE_API_KEY", "goo")]);
+    let (endpoint, _) = registry.resolve("gemini/x", &both).unwrap();
+    assert_eq!(endpoint.key.unwrap().expose_secret(), "goo");
+    assert_eq!(endpoint.key_source.as_deref(), Some("GOOGLE_API_KEY"));
+    let one = variables(&[("GEMINI_API_KEY", "gem"), ("GOOGLE_API_KEY", " ")]);
+    let (endpoint, _) = registry.resolve("gemini/x", &one).unwrap();
+    assert_eq!(endpoint.key.unwrap().expose_secret(), "gem");
+    let error = registry
+        .resolve("gemini/x", &nothing())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("GOOGLE_API_KEY or GEMINI_API_KEY"),
+        "{error}"
+    );
+    let (endpoint, _) = registry.resolve("lab/x", &nothing()).unwrap();
+    let words = vec!["pass".to_string(), "lab key".to_string()];
+    assert_eq!(endpoint.key_command, Some(KeyCommand::Program(words)));
+    let source = endpoint.key_source.unwrap();
+    assert!(source.contains("pass lab key"), "{source}");
+}
+
+#[test]
+fn what_is_known_of_a_model_reaches_its_endpoint() {
+    let registry = registry(
+        "[openai]\nmodels = [\"mine\", {name = \"gpt-5-mini\", quirks = {seed = false}}]\nquirks = {max_tokens = 77}",
+    )
+    .unwrap();
+    let keys = variables(&[("OPENAI_API_KEY", "k"), ("OPENAI_ORG_ID", "org-1")]);
+    let resolve = |model: &str| {
+        registry
+            .resolve(&format!("openai/{model}"), &keys)
+            .unwrap()
+            .0
+    };
+    let quirks = resolve("gpt-5-mini").quirks;
+    assert_eq!(
+        (quirks.temperature, quirks.seed),
+        (Temperature::Fixed, false)
+    );
+    assert_eq!(
+        (quirks.max_completion_tokens, quirks.max_tokens),
+        (true, Some(77))
+    );
+    let quirks = resolve("gpt-4o").quirks;
+    assert_eq!(
+        (quirks.temperature, quirks.seed),
+        (Temperature::Taken, true)
+    );
+    assert_eq!(quirks.efforts, Some(Efforts::Untaken));
+    let header = ("OpenAI-Organization".to_string(), "org-1".to_string());
+    assert_eq!(resolve("mine").headers, [header]);
+    let offers = registry.offers(&keys, "2026-11-20".parse().unwrap());
+    let offered: Vec<_> = offers
+        .iter()
+        .filter(|o| o.id.starts_with("openai/"))
+        .collect();
+    assert_eq!(offered.len(), 2, "the user's list is the list: {offered:?}");
+}
+
+#[test]
+fn prices_are_the_users_until_one_is_known() {
+    let registry = registry(
+        "[[deepseek.prices]]\nmodel = \"deepseek-*\"\ninput = 0.5\noutput = 2\ncached = 0.05\nfrom = 2026-05-01\n",
+    )
+    .unwrap();
+    let keys = variables(&[("DEEPSEEK_API_KEY", "k"), ("OPENAI_API_KEY", "k")]);
+    let day = "2026-11-20".parse().unwrap();
+    let prices = |id: &str| registry.resolve(id, &keys).unwrap().0.prices;
+    let pricing = prices("deepseek/deepseek-flash")
+        .of("deepseek-flash", day)
+        .unwrap();
+    assert_eq!(pricing.price.cached, Some(0.05));
+    assert_eq!(pricing.peak.unwrap().factor, 2.0);
+    assert_eq!(
+        prices("openai/gpt-4o").of("gpt-4o", day),
+        None,
+        "unknown, not nothing"
+    );
+}
+
+#[test]
+fn the_end_of_a_model_is_told_in_time() {
+    let registry = registry("").unwrap();
+    let warning = |id: &str, day: &str| {
+        let retirement = registry.retirement(id)?;
+        retirement.warning(day.parse().unwrap())
+    };
+    let near = warning("openai/gpt-4o-mini", "2026-11-20").unwrap();
+    assert!(
+        near.contains("2027-01-14") && near.contains("55 days") && near.contains("gpt-6-luna"),
+        "{near}"
+    );
+    assert_eq!(warning("openai/gpt-4o-mini", "2026-06-01"), None, "not yet");
+    let past = warning("deepseek/deepseek-chat", "2026-11-20").unwrap();
+    assert!(past.starts_with("shut down since 2026-07-24"), "{past}");
+    let routed = warning("gemini/gemini-2.5-pro", "2026-12-24").unwrap();
+    assert!(
+        routed.contains("answered by gemini-3.8-flash") && routed.contains("unconfirmed"),
+        "{routed}"
+    );
+    assert!(
+        warning("gemini/gemini-1.5-pro", "2026-11-20")
+            .unwrap()
+            .contains("gone")
+    );
+    assert_eq!(warning("openai/gpt-6-luna", "2026-11-20"), None);
+}
+
+#[test]
+fn wrong_entries_are_named_with_their_key() {
+    for (entry, key) in [
+        ("[lab]\nurl = \"x\"", "url"),
+        ("[lab]\nresponse_format = \"xml\"", "xml"),
+        ("[lab]\ndialect = \"soap\"", "soap"),
+        ("[lab]\nrequests_per_minute = 0", "requests_per_minute"),
+        ("[lab]\nquirks = {seeds = true}", "seeds"),
+        ("[lab]\nkey_command = 5", "key_command"),
+        (
+            "[lab]\nmodels = [{name = \"a\", shutdwn = 2026-01-01}]",
+            "shutdwn",
+        ),
+        (
+            "[lab]\nmodels = [{name = \"a\", shutdown = \"soon\"}]",
+            "soon",
+        ),
+        (
+            "[[lab.prices]]\nmodel = \"a\"\ninput = -1\noutput = 1",
+            "-1",
+        ),
+        ("[[lab.prices]]\nmodel = \"a\"\ninput = 1", "output"),
+        (
+            "[lab]\npeak = {factor = 2.0, hours = [\"9 to 12\"], utc_offset = 8}",
+            "9 to 12",
+        ),
+    ] {
+        let error = registry(entry).unwrap_err().to_string();
+        assert!(
+            error.contains("[provider.lab]") && error.contains(key),
+            "{entry}: {error}"
+        );
+        assert!(!error.contains('\n'), "{error}");
+    }
+}
+
+#[test]
+fn ollama_is_found_however_its_variable_is_written() {
+    for (written, url) in [
+        ("0.0.0.0", "http://127.0.0.1:11434/api/chat"),
+        ("127.0.0.1:9", "http://127.0.0.1:9/api/chat"),
+        ("[::1]", "http://[::1]:11434/api/chat"),
+        ("http://box", "http://box/api/chat"),
+        ("https://ollama.com/", "https://ollama.com/api/chat"),
+    ] {
+        let endpoint = Endpoint {
+            dialect: Dialect::Ollama,
+            ..Endpoint::new("ollama", ollama_host(written))
+        };
+        assert_eq!(
+            endpoint.request_url("m").unwrap().as_str(),
+            url,
+            "{written}"
+        );
+    }
+}
+
+#[test]
+fn whether_a_key_is_there_is_told() {
+    let registry = registry("[lab]\nbase_url = \"http://h\"\nkey_command = \"pass lab\"").unwrap();
+    let listed = registry.models(
+        &variables(&[("OPENAI_API_KEY", "k")]),
+        "2026-11-20".parse().unwrap(),
+    );
+    let key = |provider: &str| {
+        let id = format!("{provider}/");
+        let found = listed.iter().find(|l| l.id.starts_with(&id));
+        found.unwrap().key.clone()
+    };
+    assert_eq!(key("openai"), KeyState::Present("OPENAI_API_KEY".into()));
+    assert_eq!(
+        key("anthropic"),
+        KeyState::Missing("ANTHROPIC_API_KEY".into())
+    );
+    assert_eq!(key("ollama"), KeyState::NotNeeded);
+    assert_eq!(key("lab"), KeyState::Command("`pass lab`".into()));
+}

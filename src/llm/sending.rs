@@ -1,0 +1,123 @@
+//! A request made ready: address, headers, body, its turn, and the money for it.
+
+use std::sync::Arc;
+
+use backon::ExponentialBackoff;
+use reqwest::Url;
+use reqwest::header::{CONTENT_TYPE, HeaderMap, HeaderName, HeaderValue};
+use serde_json::Value;
+use tokio::sync::OwnedSemaphorePermit;
+
+use super::budget::Reservation;
+use super::client::Client;
+use super::endpoint::Endpoint;
+use super::error::Error;
+use super::limits::Gate;
+use super::patience::Patience;
+use super::request::Request;
+use super::retry::waits;
+
+/// A request ready to go, any number of times.
+pub(super) struct Sending {
+    pub http: reqwest::Client,
+    pub url: Url,
+    pub headers: HeaderMap,
+    pub body: Vec<u8>,
+    pub gate: Arc<Gate>,
+    /// What the request counts as towards the tokens of a minute.
+    pub tokens: u32,
+    pub patience: Patience,
+    pub waits: ExponentialBackoff,
+    pub attempt: u32,
+}
+
+/// A request that may be sent now.
+pub(super) struct Ready {
+    pub sending: Sending,
+    /// What people should know about it.
+    pub notes: Vec<String>,
+    /// Its place among the requests on their way.
+    pub place: Option<OwnedSemaphorePermit>,
+    /// Money set aside for it.
+    pub reserved: Option<Reservation>,
+}
+
+impl Ready {
+    /// Makes a request ready: fetches its key if a command has it, waits for its place, and sets money aside.
+    pub async fn new(
+        client: &Client,
+        endpoint: &mut Endpoint,
+        request: &Request,
+    ) -> Result<Self, Error> {
+        let wrong = |place| |why| Error::Setup { place, why };
+        let url = endpoint.request_url(&request.model)?;
+        if let (None, Some(command)) = (endpoint.usable_key(), &endpoint.key_command) {
+            let key = client.key(command).await;
+            endpoint.key = Some(key.map_err(wrong(endpoint.place()))?);
+        }
+        let endpoint = &*endpoint;
+        let headers = headers(endpoint)?;
+        let body = endpoint.dialect.body(endpoint, request);
+        let connect = endpoint.timeouts.connect;
+        let http = client.http(connect).map_err(wrong(endpoint.place()))?;
+        let gate = client.gate(&endpoint.name, endpoint.limits);
+        let place = gate.enter().await;
+        let limit = endpoint.answer_limit(&request.parameters);
+        let sending = Sending {
+            http,
+            url,
+            headers,
+            body: Value::Object(body.fields).to_string().into_bytes(),
+            gate,
+            tokens: request.tokens().saturating_add(limit.unwrap_or(0)),
+            patience: Patience::starting_now(endpoint.timeouts),
+            waits: waits(endpoint.retry),
+            attempt: 1,
+        };
+        Ok(Self {
+            sending,
+            notes: body.notes,
+            place,
+            reserved: reserve(endpoint, request)?,
+        })
+    }
+}
+
+/// Sets aside the most that the request can cost, if there is a budget.
+fn reserve(endpoint: &Endpoint, request: &Request) -> Result<Option<Reservation>, Error> {
+    let Some(budget) = &endpoint.budget else {
+        return Ok(None);
+    };
+    let (pricing, limit) = endpoint.worst_case(&request.model, &request.parameters)?;
+    let most = pricing.at_most(request.tokens(), limit);
+    let reserved = budget.reserve(most).map_err(|over| Error::Budget {
+        place: endpoint.place(),
+        why: over.to_string(),
+    })?;
+    Ok(Some(reserved))
+}
+
+/// Every header of a request.
+fn headers(endpoint: &Endpoint) -> Result<HeaderMap, Error> {
+    let mut headers = HeaderMap::new();
+    headers.insert(CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    for (name, value) in endpoint.dialect.headers() {
+        let name = HeaderName::from_static(name);
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    for (name, value) in &endpoint.headers {
+        let header = (name.parse::<HeaderName>(), HeaderValue::from_str(value));
+        let (Ok(name), Ok(mut value)) = header else {
+            return Err(Error::Setup {
+                place: endpoint.place(),
+                why: format!("`{name}` or its value is no header; check header_env"),
+            });
+        };
+        value.set_sensitive(true);
+        headers.insert(name, value);
+    }
+    if let Some((name, value)) = endpoint.key_header()? {
+        headers.insert(name, value);
+    }
+    Ok(headers)
+}

@@ -1,0 +1,303 @@
+//! `models`, and what `ask` makes of keys in files, budgets, notes and models that are gone.
+
+use serde_json::{Value, json};
+
+use super::CUT_IN;
+use super::remote::{KEY, streamed};
+use super::support::program::Home;
+use super::support::server::{Script, Server};
+
+fn row<'a>(document: &'a Value, id: &str) -> &'a Value {
+    let rows = document.as_array().unwrap();
+    rows.iter()
+        .find(|row| row["id"] == id)
+        .unwrap_or_else(|| panic!("{id} is not in {document}"))
+}
+
+#[test]
+fn the_table_tells_keys_and_ends() {
+    let home = Home::new();
+    let config = "[provider.lab]\nbase_url = \"https://lab.example\"\nkey_command = \"pass lab\"\nmodels = [\"mine\"]\n\
+                  [[provider.lab.prices]]\nmodel = \"mine\"\ninput = 1.5\noutput = 6\n";
+    home.write(home.config().join("config.toml"), config);
+    home.write(".env", format!("DEEPSEEK_API_KEY={KEY}\n"));
+    let keys = [("OPENAI_API_KEY", KEY)];
+    let ended = home.run_with(&["models", "--offline"], &keys).status(0);
+    for words in [
+        "reference/geometry",
+        "openai/gpt-4o ",
+        "missing: ANTHROPIC_API_KEY",
+        "1.5, 6",
+        "from `pass lab`",
+    ] {
+        assert!(ended.stdout.contains(words), "{words}: {}", ended.stdout);
+    }
+    assert!(!ended.stdout.contains(KEY) && !ended.stderr.contains(KEY));
+    let ended = home
+        .run_with(&["models", "--offline", "--json"], &keys)
+        .status(0);
+    assert!(!ended.stdout.contains(KEY));
+    let document = ended.json();
+    let gpt = row(&document, "openai/gpt-4o-mini");
+    assert_eq!(
+        gpt["key"],
+        json!({"state": "present", "source": "OPENAI_API_KEY"})
+    );
+    assert_eq!(
+        gpt["usd_per_million_tokens"],
+        Value::Null,
+        "not known is not nothing"
+    );
+    assert_eq!(gpt["end"]["day"], "2027-01-14");
+    assert_eq!(gpt["dialect"], "openai_chat");
+    let key = &row(&document, "deepseek/deepseek-flash")["key"];
+    let source = key["source"].as_str().unwrap();
+    assert!(
+        source.starts_with("DEEPSEEK_API_KEY in ") && source.ends_with(".env"),
+        "{key}"
+    );
+    let mine = row(&document, "lab/mine");
+    assert_eq!(mine["usd_per_million_tokens"]["output"], 6.0);
+    assert_eq!(row(&document, "anthropic/…")["key"]["state"], "missing");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn servers_of_this_machine_are_listed() {
+    let home = Home::new();
+    let tags = json!({"models": [{"name": "qwen3:8b"}]}).to_string();
+    let server = Server::start(vec![Script::json(200, &tags); 2]).await;
+    let nowhere = "http://127.0.0.1:1";
+    let config: String = ["local", "lmstudio", "vllm"]
+        .map(|name| format!("[provider.{name}]\nbase_url = \"{nowhere}\"\n"))
+        .concat();
+    home.write(home.config().join("config.toml"), config);
+    let host = [(
+        "OLLAMA_HOST",
+        server.base_url().trim_start_matches("http://"),
+    )];
+    let run = |arguments: &[&str]| {
+        tokio::task::block_in_place(|| home.run_with(arguments, &host).status(0))
+    };
+    let document = run(&["models", "--json"]).json();
+    let found = row(&document, "ollama/qwen3:8b");
+    assert_eq!(
+        (&found["dialect"], &found["running"]),
+        (&json!("ollama"), &json!(true))
+    );
+    assert_eq!(row(&document, "local/default")["running"], false);
+    assert!(run(&["models"]).stdout.contains("running here"));
+    assert_eq!(server.requests().len(), 2);
+    run(&["models", "--offline"]);
+    assert_eq!(server.requests().len(), 2, "nobody is asked");
+}
+
+#[test]
+fn a_wrong_entry_or_file_is_named() {
+    let home = Home::new();
+    home.write(
+        home.config().join(".env"),
+        "OPENAI_API_KEY=x\nsk-geheim allein\n",
+    );
+    let ended = home.run(&["models", "--offline"]).status(0);
+    let ended = ended.says(&[".env: line 2 is not NAME=value"]);
+    assert!(!ended.stderr.contains("geheim") && ended.stdout.contains("OPENAI_API_KEY in "));
+    let wrong = "[provider.lab]\nkey = \"sk-geheim\"\n";
+    home.write(home.config().join("config.toml"), wrong);
+    let ended = home
+        .run(&["models"])
+        .status(2)
+        .says(&["[provider.lab]", "key"]);
+    assert!(!ended.stderr.contains("geheim"), "{}", ended.stderr);
+}
+
+fn verdict() -> String {
+    json!({
+        "collision": false,
+        "obstacles": [{"id": 301, "risk_score": 3, "reason": "far"}],
+        "justification": "It stays away.",
+    })
+    .to_string()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_server_of_another_dialect_is_asked_in_it() {
+    let home = Home::new();
+    let lines = [
+        json!({"model": "tiny", "message": {"thinking": "far away", "content": ""}, "done": false}),
+        json!({"model": "tiny", "message": {"content": verdict()}, "done": false}),
+        json!({"done": true, "done_reason": "stop", "prompt_eval_count": 900, "eval_count": 30}),
+    ];
+    let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
+    let server = Server::start(vec![Script::lines().send(text)]).await;
+    let url = server.base_url();
+    let arguments = [
+        "ask",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
+        "--base-url",
+        url,
+        "--dialect",
+        "ollama",
+        "--json",
+    ];
+    let document = tokio::task::block_in_place(|| home.run(&arguments))
+        .status(0)
+        .json();
+    assert_eq!(document["collision"], false);
+    assert_eq!(server.requests()[0].path, "/api/chat");
+    let run = &home.runs()[0];
+    assert_eq!(run["reasoning"].as_deref(), Some("far away"));
+    assert_eq!(run["input_tokens"].as_deref(), Some("900"));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_key_in_a_file_is_used_and_shows_nowhere() {
+    let home = Home::new();
+    let server = Server::start(vec![streamed(&verdict())]).await;
+    let config = format!(
+        "[provider.house]\nbase_url = \"{}\"\nkey_env = [\"OTHER\", \"HOUSE_KEY\"]\n",
+        server.base_url()
+    );
+    home.write(home.config().join("config.toml"), config);
+    let file = home.write(".env", format!("HOUSE_KEY='{KEY}'\n"));
+    let arguments = ["ask", CUT_IN, "--model", "house/big", "--json"];
+    let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
+    assert!(!ended.stdout.contains(KEY) && !ended.stderr.contains(KEY));
+    assert_eq!(
+        home.files_with(KEY),
+        [file],
+        "the key is where the user put it, and nowhere else"
+    );
+    let bearer = format!("Bearer {KEY}");
+    assert_eq!(
+        server.requests()[0].header("authorization"),
+        Some(bearer.as_str())
+    );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_address_in_a_file_is_not_believed() {
+    let home = Home::new();
+    let server = Server::start(vec![streamed(&verdict())]).await;
+    // As it may come with somebody's scenarios.
+    home.write(
+        ".env",
+        format!("NEARMISS_LOCAL_URL={}\n", server.base_url()),
+    );
+    let config = "[provider.local]\nbase_url = \"http://127.0.0.1:1\"\nbase_url_env = \"NEARMISS_LOCAL_URL\"\n";
+    home.write(home.config().join("config.toml"), config);
+    let arguments = ["ask", CUT_IN, "--model", "local/default"];
+    tokio::task::block_in_place(|| home.run(&arguments)).status(1);
+    assert!(server.requests().is_empty());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
+    let home = Home::new();
+    let server = Server::start(vec![streamed(&verdict())]).await;
+    let prices = "[[provider.lab.prices]]\nmodel = \"tiny\"\ninput = 100\noutput = 1000\n";
+    let entry = format!("[provider.lab]\nbase_url = \"{}\"\n", server.base_url());
+    let ask = |config: &str, more: &[&str]| {
+        home.write(home.config().join("config.toml"), config);
+        let arguments = [&["ask", CUT_IN, "--model", "lab/tiny"], more].concat();
+        tokio::task::block_in_place(|| home.run(&arguments))
+    };
+    let limit = ["--budget", "0.5", "--max-tokens", "100"];
+    ask(&entry, &limit)
+        .status(2)
+        .says(&["no price is known for tiny", "config.toml"]);
+    let entry = entry + prices;
+    ask(&entry, &["--budget", "0.5"])
+        .status(2)
+        .says(&["set max_tokens"]);
+    ask(&entry, &["--budget", "-1"])
+        .status(2)
+        .says(&["positive"]);
+    let ended = ask(&entry, &["--budget", "0.05", "--max-tokens", "100"]).status(1);
+    ended.says(&["was not asked", "budget"]);
+    assert!(server.requests().is_empty(), "nothing was sent");
+    let ended = ask(&entry, &["--budget", "5", "--max-tokens", "100"]).status(0);
+    assert!(
+        ended.stdout.contains("cost          0.154000 USD"),
+        "{}",
+        ended.stdout
+    );
+    let runs = home.runs();
+    let costs: Vec<_> = runs.iter().map(|run| run["cost_usd"].as_deref()).collect();
+    assert_eq!(costs, [None, Some("0.154")]);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_a_model_does_not_take_is_said() {
+    let home = Home::new();
+    let server = Server::start(vec![streamed(&verdict())]).await;
+    let config = format!(
+        "effort = \"high\"\n[provider.openai]\nbase_url = \"{}\"\nmodels = [{{name = \"old\", shutdown = 2020-01-01}}]\nquirks = {{seed = false, efforts = \"untaken\"}}\n",
+        server.base_url()
+    );
+    home.write(home.config().join("config.toml"), config);
+    let arguments = [
+        "ask",
+        CUT_IN,
+        "--model",
+        "openai/old",
+        "--seed",
+        "4",
+        "--json",
+    ];
+    let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
+    ended.says(&[
+        "seed is not sent",
+        "effort is not sent",
+        "shut down since 2020-01-01",
+    ]);
+    let body = server.requests()[0].json();
+    assert_eq!(
+        (body.get("seed"), body.get("reasoning_effort")),
+        (None, None)
+    );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_schema_is_asked_for_where_no_chain_of_thought_stands_before_it() {
+    let home = Home::new();
+    let server = Server::start(vec![streamed(&verdict()), streamed(&verdict())]).await;
+    let config = format!(
+        "[provider.lab]\nbase_url = \"{}\"\nresponse_format = \"json_schema\"\n",
+        server.base_url()
+    );
+    home.write(home.config().join("config.toml"), config);
+    for techniques in ["cp", "cot"] {
+        let arguments = [
+            "ask",
+            CUT_IN,
+            "--model",
+            "lab/tiny",
+            "--techniques",
+            techniques,
+        ];
+        tokio::task::block_in_place(|| home.run(&arguments)).status(0);
+    }
+    let formats: Vec<_> = server
+        .requests()
+        .iter()
+        .map(|sent| sent.json().pointer("/response_format/type").cloned())
+        .collect();
+    assert_eq!(formats, [Some(json!("json_schema")), None]);
+}
+
+#[test]
+fn the_configuration_in_the_readme_is_right() {
+    let home = Home::new();
+    let readme = include_str!("../../README.md");
+    let (_, block) = readme.split_once("```toml\n").unwrap();
+    let (block, _) = block.split_once("```").unwrap();
+    home.write(home.config().join("config.toml"), block);
+    let document = home
+        .run(&["models", "--offline", "--json"])
+        .status(0)
+        .json();
+    let mine = row(&document, "lab/my-model");
+    assert_eq!(mine["usd_per_million_tokens"]["cached"], 0.05);
+}
