@@ -71,7 +71,8 @@ fn of(answer: &Recorded) -> (&str, bool) {
 /// The scenarios below a folder by name; none where there is none, which is said answer by answer.
 fn scenarios(root: &Path) -> BTreeMap<String, Vec<Entry>> {
     let mut files: BTreeMap<String, Vec<Entry>> = BTreeMap::new();
-    for entry in scenario::find(&[root.to_path_buf()]).unwrap_or_default() {
+    let found = scenario::find(&[root.to_path_buf()]);
+    for entry in found.map(|found| found.entries).unwrap_or_default() {
         files.entry(entry.name.clone()).or_default().push(entry);
     }
     files
