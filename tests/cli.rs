@@ -17,6 +17,8 @@ mod hostile;
 mod inspecting;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
+#[path = "cli/killed.rs"]
+mod killed;
 #[path = "cli/long_jobs.rs"]
 mod long_jobs;
 #[path = "cli/metrics.rs"]
@@ -33,6 +35,8 @@ mod reading;
 mod remote;
 #[path = "protobuf/rich.rs"]
 mod rich;
+#[path = "cli/stored.rs"]
+mod stored;
 mod support;
 #[path = "cli/tasks.rs"]
 mod tasks;

@@ -11,12 +11,13 @@ use serde_json::{Value, json};
 
 use super::open::configuration;
 use super::prompt::Asked;
+use super::time;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use crate::evaluation::{self, Answer, Case, Event, Judge, Judged};
+use crate::evaluation::{self, Answer, Case, Event, Judge, Judged, Past, Wanted};
 use crate::judge;
 use crate::llm::{Budget, Client, Dialect, Effort, Environment, Parameters, Registry};
-use crate::store::Store;
+use crate::store::{Origin, Store};
 use crate::verdict::Task;
 
 /// Arguments of `ask`.
@@ -51,10 +52,16 @@ pub struct Ask {
     /// The most that the answer may cost, US dollars; needs a price and a limit of tokens.
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
+    /// Ask anew, even where the store has an answer to the same request.
+    #[arg(long)]
+    fresh: bool,
+    /// Which of several answers to the same request: each is asked for once, and kept.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    sample: u32,
     /// The verdict as one line of JSON on standard output; nothing is streamed.
     #[arg(long)]
     json: bool,
-    /// Do not keep the run in the store.
+    /// Do not keep the run in the store, nor look for one there.
     #[arg(long)]
     no_store: bool,
 }
@@ -87,6 +94,11 @@ pub fn run(arguments: &Ask) -> Outcome {
     let question = arguments.asked.question(&folders, &config)?;
     let judge = judge(arguments, &folders, &config)?;
     let store = store(arguments, &folders)?;
+    let wanted = Wanted {
+        sample: arguments.sample,
+        fresh: arguments.fresh,
+        batch: None,
+    };
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)
         .enable_all()
@@ -95,7 +107,7 @@ pub fn run(arguments: &Ask) -> Outcome {
     let answer = runtime.block_on(async {
         let mut words = Words::new(!arguments.json);
         tokio::select! {
-            answer = evaluation::run(&question, &judge, store, |event| words.hear(event)) => {
+            answer = evaluation::run(&question, &judge, store, &wanted, |event| words.hear(event)) => {
                 answer.map_err(Failure::input)
             }
             _ = tokio::signal::ctrl_c() => Err(Failure {
@@ -223,6 +235,12 @@ impl Words {
                 let why = output::visible(&why);
                 writeln!(err, "{why}; try {attempt} in {:.0} s", wait.as_secs_f64())
             }
+            Event::Awaiting(run) => {
+                writeln!(
+                    err,
+                    "another program is asking the same, as run {run}; waiting for its answer"
+                )
+            }
             Event::Kept(_) | Event::Answering(_) | Event::Note(_) => Ok(()),
         };
     }
@@ -247,6 +265,14 @@ fn document(answer: &Answer, case: &Case) -> Value {
     value["model"] = json!(answer.model);
     if let Some(returned) = &answer.model_returned {
         value["model_returned"] = json!(returned);
+    }
+    if let (Some(past), Some(run)) = (&answer.past, answer.run) {
+        value["stored"] = json!({
+            "run": run.0,
+            "asked": time::rfc3339(past.created_ms),
+            "origin": past.origin.name(),
+            "sample": past.sample,
+        });
     }
     if answer.model == judge::MODEL && case.task == Task::Safety {
         value["prediction"] = prediction(case);
@@ -316,8 +342,26 @@ fn summary(answer: &Answer) -> String {
             cost.as_deref().unwrap_or("unknown")
         ));
     }
-    if let Some(run) = answer.run {
-        text.push_str(&format!("run           {run}\n"));
+    match (answer.run, &answer.past) {
+        (Some(run), Some(past)) => {
+            text.push_str(&format!("run           {run}, {}\n", stored(past)))
+        }
+        (Some(run), None) => text.push_str(&format!("run           {run}\n")),
+        (None, _) => {}
     }
     output::visible(&text)
+}
+
+/// Whence an answer of the store.
+fn stored(past: &Past) -> String {
+    let asked = time::local(past.created_ms);
+    match past.origin {
+        Origin::Asked => format!("from the store, asked {asked}; --fresh asks anew"),
+        Origin::Replayed => {
+            format!(
+                "from the store, replayed: asked {asked} elsewhere and imported; --fresh asks anew"
+            )
+        }
+        Origin::Recorded => format!("from the store, recorded, imported {asked}"),
+    }
 }

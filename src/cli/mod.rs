@@ -4,7 +4,10 @@ mod ask;
 mod convert;
 mod describe;
 mod evaluate;
+mod export;
+mod filters;
 mod generated;
+mod import;
 mod in_order;
 mod inspect;
 mod interrupt;
@@ -15,6 +18,8 @@ mod output;
 mod progress;
 mod prompt;
 mod routes;
+mod runs;
+mod time;
 mod verdicts;
 
 pub use open::{EgoChoice, chosen_ego};
@@ -58,6 +63,12 @@ pub enum Command {
     Models(models::Models),
     /// How good the built-in judge is, and how long before a collision.
     Evaluate(evaluate::Evaluate),
+    /// What was asked and answered: the store of runs.
+    Runs(runs::Runs),
+    /// Runs of the store as a file.
+    Export(export::Export),
+    /// Runs of another store, or the recorded answers of a published repository, into the store.
+    Import(import::Import),
     /// Completions for a shell.
     Completions(generated::Completions),
     /// The manual page.
@@ -110,6 +121,9 @@ pub fn run(command: &Command) -> Outcome {
         Command::Ask(arguments) => ask::run(arguments),
         Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
+        Command::Runs(arguments) => runs::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
+        Command::Import(arguments) => import::run(arguments),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),
     }

@@ -29,7 +29,8 @@ pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
 }
 
 /// JSON must escape only the control characters below U+0020; terminals obey those from U+007F on as well.
-fn escaped(json: &str) -> String {
+#[must_use]
+pub fn escaped(json: &str) -> String {
     let mut text = String::with_capacity(json.len());
     for c in json.chars() {
         if c.is_control() {

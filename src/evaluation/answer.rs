@@ -1,7 +1,7 @@
 //! What comes of asking: a verdict, or the reason why there is none, with the text in any case.
 
 use crate::scenario::Scenario;
-use crate::store::{Consumed, Ending, Run, RunId, RunState};
+use crate::store::{Consumed, Ending, Origin, Run, RunId, RunState};
 use crate::verdict::{How, Parsed, Reading, Said, Verdict};
 
 /// The end of a run.
@@ -9,10 +9,12 @@ use crate::verdict::{How, Parsed, Reading, Said, Verdict};
 pub struct Answer {
     /// Its number in the store, if it is kept.
     pub run: Option<RunId>,
+    /// Where it was in the store before it was asked for.
+    pub past: Option<Past>,
     /// The model asked, `provider/model`.
     pub model: String,
-    /// First and last time step that were described.
-    pub window: (i64, i64),
+    /// First and last time step that were described; nothing where that is not known of a recorded answer.
+    pub window: Option<(i64, i64)>,
     /// How it was asked: frame and techniques.
     pub how: String,
     /// The model as the server named it.
@@ -25,8 +27,21 @@ pub struct Answer {
     pub reasoning: String,
     /// What it consumed.
     pub consumed: Consumed,
+    /// Where the cost comes from.
+    pub price_source: Option<String>,
     /// Why the model stopped, where it said so.
     pub finish: Option<String>,
+}
+
+/// Whence an answer that was not asked for now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Past {
+    /// When it was asked, or a recorded one read: milliseconds since 1970, UTC.
+    pub created_ms: i64,
+    /// Who asked.
+    pub origin: Origin,
+    /// Which of several answers to the same request.
+    pub sample: u32,
 }
 
 /// What was said.
@@ -146,7 +161,7 @@ impl Answer {
             Judged::Verdict(parsed) => {
                 let reading = reading(&parsed.how);
                 (
-                    RunState::Answered,
+                    self.whole(),
                     Some(Said::Verdict(parsed.verdict.clone())),
                     Some(reading),
                     None,
@@ -154,15 +169,10 @@ impl Answer {
             }
             Judged::Other(read) => {
                 let reading = reading(&read.how);
-                (
-                    RunState::Answered,
-                    Some(read.said.clone()),
-                    Some(reading),
-                    None,
-                )
+                (self.whole(), Some(read.said.clone()), Some(reading), None)
             }
             Judged::Missing(Missing::NotInAnswer(why)) => {
-                (RunState::Answered, None, Some(why.clone()), None)
+                (self.whole(), None, Some(why.clone()), None)
             }
             Judged::Missing(Missing::NoAnswer(why)) => {
                 (RunState::Failed, None, None, Some(why.clone()))
@@ -177,6 +187,20 @@ impl Answer {
             reading,
             error,
             consumed: self.consumed,
+            price_source: self.price_source.clone(),
+        }
+    }
+
+    /// An answer that the server ended is not whole, whatever can be read from it, and one that says nothing neither.
+    fn whole(&self) -> RunState {
+        let cut = matches!(
+            self.finish.as_deref(),
+            Some("length" | "content_filter" | "blank" | "blocked")
+        );
+        if cut || (self.text.trim().is_empty() && self.reasoning.trim().is_empty()) {
+            RunState::Truncated
+        } else {
+            RunState::Answered
         }
     }
 }
@@ -184,7 +208,8 @@ impl Answer {
 const STRICT: &str = "strict";
 const REPAIRED: &str = "repaired: ";
 
-fn reading(how: &How) -> String {
+/// How an answer was read, as the store keeps it.
+pub(super) fn reading(how: &How) -> String {
     match how {
         How::Strict => STRICT.into(),
         How::Repaired(notes) => format!("{REPAIRED}{}", notes.join("; ")),
@@ -192,7 +217,7 @@ fn reading(how: &How) -> String {
 }
 
 impl From<Run> for Answer {
-    /// A run of the store, as it was when it ended.
+    /// A run of the store, as it is there.
     fn from(run: Run) -> Self {
         let ending = run.ending;
         let judged = match (ending.verdict, ending.state) {
@@ -207,19 +232,27 @@ impl From<Run> for Answer {
                 };
                 Judged::from(Reading { said, how })
             }
-            (None, RunState::Answered) => Judged::Missing(Missing::NotInAnswer(
-                ending.reading.unwrap_or_else(|| "none was found".into()),
-            )),
+            (None, RunState::Answered | RunState::Truncated) => Judged::Missing(
+                Missing::NotInAnswer(ending.reading.unwrap_or_else(|| "none was found".into())),
+            ),
             (None, RunState::Failed) => Judged::Missing(Missing::NoAnswer(
                 ending.error.unwrap_or_else(|| "it failed".into()),
             )),
-            (None, RunState::Running) => Judged::Missing(Missing::NoAnswer(
-                "still running, or the program ended while it was".into(),
+            (None, RunState::Running) => {
+                Judged::Missing(Missing::NoAnswer("it is still arriving".into()))
+            }
+            (None, RunState::Interrupted) => Judged::Missing(Missing::NoAnswer(
+                "interrupted: the program ended while it arrived".into(),
             )),
             (None, RunState::Cancelled) => Judged::Missing(Missing::Cancelled),
         };
         Self {
             run: Some(run.id),
+            past: Some(Past {
+                created_ms: run.created_ms,
+                origin: run.origin,
+                sample: run.question.sample,
+            }),
             window: run.question.window,
             how: format!("{} · {}", run.question.frame, run.question.techniques),
             model: run.question.model,
@@ -228,6 +261,7 @@ impl From<Run> for Answer {
             text: run.answer,
             reasoning: run.reasoning,
             consumed: ending.consumed,
+            price_source: ending.price_source,
             finish: ending.finish,
         }
     }

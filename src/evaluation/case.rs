@@ -1,16 +1,19 @@
 //! Running one case: ask, keep every piece before it is shown, read the verdict, keep the end.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use futures_util::StreamExt;
+use tokio::time::Instant;
 
 use super::answer::{Answer, Judged, Missing};
 use super::judges::{Judge, ModelJudge};
+use super::keeper::Keeper;
 use super::question::Question;
+use super::request::{record, request};
 use crate::judge;
-use crate::llm::{self, Chunk, Finish, Request, Schema};
-use crate::store::{Consumed, Ending, NewRun, Piece, RunId, RunState, Store, StoreError};
+use crate::llm::{self, Chunk, CostSource, Finish};
+use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
 use crate::verdict::{self, How, Parsed, Task};
 
 /// What happens while a case runs.
@@ -18,6 +21,8 @@ use crate::verdict::{self, How, Parsed, Task};
 pub enum Event {
     /// The run has a number in the store.
     Kept(RunId),
+    /// Another program, or another task of this one, is asking the same under this number; its answer is waited for.
+    Awaiting(RunId),
     /// Something about the request that people should know.
     Note(String),
     /// The server begins to answer, as this model.
@@ -37,7 +42,20 @@ pub enum Event {
     },
 }
 
-/// Asks `judge` the question; `on_event` hears of everything that arrives, after the store has it.
+/// Which answer is wanted.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Wanted {
+    /// Which of several answers to the same request, from 0.
+    pub sample: u32,
+    /// Ask in any case, even where the store has the answer.
+    pub fresh: bool,
+    /// The batch it is for.
+    pub batch: Option<String>,
+}
+
+/// Asks `judge` the question, unless the store has a whole answer to the same request and sample: then that is the
+/// answer, nothing is sent, and [`Answer::past`] says whence it is. `on_event` hears of everything that arrives,
+/// after the store has it.
 ///
 /// Dropping the future cancels the request and writes that down.
 ///
@@ -48,51 +66,101 @@ pub async fn run(
     question: &Question,
     judge: &Judge,
     store: Option<Arc<Store>>,
+    wanted: &Wanted,
     mut on_event: impl FnMut(Event),
 ) -> Result<Answer, StoreError> {
-    let keeper = match store {
-        Some(store) => Some(Keeper::begin(store, &record(question, judge))?),
-        None => None,
-    };
-    let mut asking = Asking {
-        keeper,
-        started: Instant::now(),
-        answer: Answer {
-            run: None,
-            model: judge.id().to_string(),
-            window: (question.case.window.first(), question.case.window.last()),
-            how: format!(
-                "{} · {}",
-                question.case.frame.name(),
-                question.case.techniques
-            ),
-            model_returned: None,
-            judged: Judged::Missing(Missing::Cancelled),
-            text: String::new(),
-            reasoning: String::new(),
-            consumed: Consumed::default(),
-            finish: None,
-        },
-    };
-    if let Some(keeper) = &asking.keeper {
-        asking.answer.run = Some(keeper.run);
-        on_event(Event::Kept(keeper.run));
+    let mut kept = None;
+    if let Some(store) = store {
+        match claim(
+            &store,
+            &record(question, judge, wanted)?,
+            wanted,
+            &mut on_event,
+        )
+        .await?
+        {
+            Ok(run) => {
+                on_event(Event::Kept(run));
+                kept = Some((store, run));
+            }
+            Err(found) => return Ok(replay(*found, &mut on_event)),
+        }
     }
+    let mut asking = Asking {
+        answer: unanswered(question, judge, kept.as_ref().map(|(_, run)| *run)),
+        keeper: Keeper::new(kept),
+        started: Instant::now(),
+    };
     match judge {
-        Judge::Reference => asking.reference(question, &mut on_event)?,
+        Judge::Reference => asking.reference(question)?,
         Judge::Model(model) => asking.model(question, model, &mut on_event).await?,
     }
-    let elapsed = asking.elapsed();
-    asking.answer.consumed.duration_ms = Some(elapsed);
-    if let Some(keeper) = asking.keeper.take() {
-        keeper.finish(&asking.answer.ending())?;
-    }
+    asking.answer.consumed.duration_ms = Some(asking.elapsed());
+    asking.keeper.flush(&mut on_event)?;
+    asking.keeper.finish(&asking.answer.ending())?;
     Ok(asking.answer)
+}
+
+/// How often it is looked whether somebody else's answer is there.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A number to ask under, or the answer that is there; waits for whoever is asking the same.
+async fn claim(
+    store: &Store,
+    run: &NewRun,
+    wanted: &Wanted,
+    on_event: &mut impl FnMut(Event),
+) -> Result<Result<RunId, Box<Run>>, StoreError> {
+    let mut awaited = None;
+    loop {
+        match store.claim(run, wanted.fresh)? {
+            Claim::Granted(run) => return Ok(Ok(run)),
+            Claim::Stored(found) => return Ok(Err(found)),
+            Claim::Taken(run) => {
+                if awaited.replace(run) != Some(run) {
+                    on_event(Event::Awaiting(run));
+                }
+                tokio::time::sleep(LOOK).await;
+            }
+        }
+    }
+}
+
+/// The answer of a run that is in the store.
+fn replay(run: Run, on_event: &mut impl FnMut(Event)) -> Answer {
+    on_event(Event::Kept(run.id));
+    for (text, event) in [
+        (&run.reasoning, Event::Reasoning as fn(String) -> Event),
+        (&run.answer, Event::Text),
+    ] {
+        if !text.is_empty() {
+            on_event(event(text.clone()));
+        }
+    }
+    Answer::from(run)
+}
+
+fn unanswered(question: &Question, judge: &Judge, run: Option<RunId>) -> Answer {
+    let case = &question.case;
+    Answer {
+        run,
+        past: None,
+        model: judge.id().to_string(),
+        window: Some((case.window.first(), case.window.last())),
+        how: format!("{} · {}", case.frame.name(), case.techniques),
+        model_returned: None,
+        judged: Judged::Missing(Missing::Cancelled),
+        text: String::new(),
+        reasoning: String::new(),
+        consumed: Consumed::default(),
+        price_source: None,
+        finish: None,
+    }
 }
 
 /// A question on its way.
 struct Asking {
-    keeper: Option<Keeper>,
+    keeper: Keeper,
     started: Instant,
     answer: Answer,
 }
@@ -102,32 +170,20 @@ impl Asking {
         u64::try_from(self.started.elapsed().as_millis()).unwrap_or(u64::MAX)
     }
 
-    /// Keeps a piece, then shows it.
-    fn piece(&mut self, event: Event, on_event: &mut impl FnMut(Event)) -> Result<(), StoreError> {
-        let (piece, into) = match &event {
-            Event::Reasoning(text) => (Piece::Reasoning(text), &mut self.answer.reasoning),
-            Event::Text(text) => (Piece::Answer(text), &mut self.answer.text),
-            _ => return Ok(()),
-        };
-        if let Some(keeper) = &self.keeper {
-            keeper.store.append(keeper.run, piece)?;
+    /// Takes a piece; it is shown when it is kept.
+    fn piece(&mut self, event: Event) {
+        match &event {
+            Event::Reasoning(text) => self.answer.reasoning.push_str(text),
+            Event::Text(text) => self.answer.text.push_str(text),
+            _ => {}
         }
-        match piece {
-            Piece::Reasoning(text) | Piece::Answer(text) => into.push_str(text),
-        }
-        let first = self.answer.consumed.first_chunk_ms.is_none();
-        if first {
+        if self.answer.consumed.first_chunk_ms.is_none() {
             self.answer.consumed.first_chunk_ms = Some(self.elapsed());
         }
-        on_event(event);
-        Ok(())
+        self.keeper.take(event);
     }
 
-    fn reference(
-        &mut self,
-        question: &Question,
-        on_event: &mut impl FnMut(Event),
-    ) -> Result<(), StoreError> {
+    fn reference(&mut self, question: &Question) -> Result<(), StoreError> {
         let case = &question.case;
         if !Task::VERDICTS.contains(&case.task) {
             let why = "the built-in judge answers collision and safety only; choose a model";
@@ -135,9 +191,9 @@ impl Asking {
             return Ok(());
         }
         let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
-        self.piece(Event::Reasoning(judgement.reasoning), on_event)?;
         let text = serde_json::to_string(&judgement.verdict)?;
-        self.piece(Event::Text(text), on_event)?;
+        self.piece(Event::Reasoning(judgement.reasoning));
+        self.piece(Event::Text(text));
         self.answer.judged = Judged::Verdict(Parsed {
             verdict: judgement.verdict,
             how: How::Strict,
@@ -152,27 +208,29 @@ impl Asking {
         on_event: &mut impl FnMut(Event),
     ) -> Result<(), StoreError> {
         let task = question.case.task;
-        let request = Request {
-            model: model.name.clone(),
-            messages: question.messages(),
-            parameters: model.parameters,
-            // A chain of thought stands before the JSON, where a schema has no place for it.
-            schema: (!question.case.techniques.cot).then(|| Schema {
-                name: format!("{}_verdict", task.name()),
-                schema: verdict::schema(task),
-            }),
-        };
+        let request = request(question, model);
         let mut chunks = llm::stream(&model.client, model.endpoint.clone(), request);
         let mut failure = None;
-        while let Some(chunk) = chunks.next().await {
+        loop {
+            let due = tokio::time::sleep_until(self.keeper.due());
+            let chunk = tokio::select! {
+                // What is there is taken before it is written, so that much is written at once.
+                biased;
+                chunk = chunks.next() => chunk,
+                () = due => {
+                    self.keeper.tend(on_event)?;
+                    continue;
+                }
+            };
+            let Some(chunk) = chunk else { break };
             match chunk {
                 Ok(Chunk::Note(note)) => on_event(Event::Note(note)),
                 Ok(Chunk::Started { model }) => {
                     self.answer.model_returned.clone_from(&model);
                     on_event(Event::Answering(model));
                 }
-                Ok(Chunk::Reasoning(text)) => self.piece(Event::Reasoning(text), on_event)?,
-                Ok(Chunk::Text(text)) => self.piece(Event::Text(text), on_event)?,
+                Ok(Chunk::Reasoning(text)) => self.piece(Event::Reasoning(text)),
+                Ok(Chunk::Text(text)) => self.piece(Event::Text(text)),
                 Ok(Chunk::Usage(usage)) => {
                     let consumed = &mut self.answer.consumed;
                     consumed.input_tokens = usage.input_tokens;
@@ -180,6 +238,7 @@ impl Asking {
                     consumed.reasoning_tokens = usage.reasoning_tokens;
                     consumed.cached_tokens = usage.cached_tokens;
                     consumed.cost_usd = usage.cost.map(|cost| cost.usd);
+                    self.answer.price_source = usage.cost.map(|cost| stated(cost.source).into());
                 }
                 Ok(Chunk::Retrying { attempt, wait, why }) => {
                     on_event(Event::Retrying { attempt, wait, why });
@@ -190,6 +249,7 @@ impl Asking {
                 }
                 Err(error) => failure = Some(Missing::NoAnswer(error.to_string())),
             }
+            self.keeper.tend(on_event)?;
         }
         // A model that puts everything into its reasoning has still answered.
         let whole = if self.answer.text.trim().is_empty() {
@@ -237,73 +297,10 @@ fn word(finish: &Finish) -> String {
     }
 }
 
-fn record(question: &Question, judge: &Judge) -> NewRun {
-    let case = &question.case;
-    let json = |value: serde_json::Result<String>| value.unwrap_or_default();
-    let (endpoint, parameters, messages) = match judge {
-        Judge::Reference => {
-            let changes = case.thresholds.changes();
-            let words: Vec<_> = changes.iter().map(ToString::to_string).collect();
-            let parameters = match words.as_slice() {
-                [] => serde_json::json!({}),
-                words => serde_json::json!({ "thresholds": words }),
-            };
-            let built_in = "built in".to_string();
-            (built_in, parameters.to_string(), "[]".to_string())
-        }
-        Judge::Model(model) => (
-            model.endpoint.place().to_string(),
-            json(serde_json::to_string(&model.parameters)),
-            json(serde_json::to_string(&question.messages())),
-        ),
-    };
-    NewRun {
-        scenario: case.name.clone(),
-        scenario_hash: case.scene.scenario.hash.to_string(),
-        ego: case.scene.ego.to_string(),
-        task: case.task,
-        frame: case.frame.name().to_string(),
-        techniques: case.techniques.to_string(),
-        window: (case.window.first(), case.window.last()),
-        model: judge.id().to_string(),
-        endpoint,
-        template: question.template.clone(),
-        template_hash: question.template_hash.clone(),
-        messages,
-        parameters,
-    }
-}
-
-/// A run in the store; dropped before its end, it is written down as cancelled.
-struct Keeper {
-    store: Arc<Store>,
-    run: RunId,
-    ended: bool,
-}
-
-impl Keeper {
-    fn begin(store: Arc<Store>, run: &NewRun) -> Result<Self, StoreError> {
-        let run = store.begin(run)?;
-        Ok(Self {
-            store,
-            run,
-            ended: false,
-        })
-    }
-
-    fn finish(mut self, ending: &Ending) -> Result<(), StoreError> {
-        self.ended = true;
-        self.store.finish(self.run, ending)
-    }
-}
-
-impl Drop for Keeper {
-    fn drop(&mut self) {
-        if !self.ended {
-            // Nobody is left to hear of an error here; the pieces are in the store in any case.
-            let _ = self
-                .store
-                .finish(self.run, &Ending::bare(RunState::Cancelled));
-        }
+/// Where a cost comes from, in words.
+fn stated(source: CostSource) -> &'static str {
+    match source {
+        CostSource::Server => "stated by the server",
+        CostSource::Prices => "tokens times listed prices",
     }
 }

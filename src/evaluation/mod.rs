@@ -5,14 +5,18 @@ mod answer;
 mod case;
 mod confusion;
 mod judges;
+mod keeper;
 mod labels;
 mod lead;
+/// Recorded answers as runs for the store.
+pub mod published;
 mod question;
 /// Answers that were recorded by others.
 pub mod recorded;
+mod request;
 
-pub use answer::{Answer, Judged, Missing};
-pub use case::{Event, run};
+pub use answer::{Answer, Judged, Missing, Past};
+pub use case::{Event, Wanted, run};
 pub use confusion::Confusion;
 pub use judges::{Judge, ModelJudge};
 pub use labels::{Label, LabelError, Labels};

@@ -43,6 +43,8 @@ pub struct Question {
     pub prompt: Prompt,
     /// The template's file name.
     pub template: String,
+    /// Its version, as it says itself.
+    pub template_version: Option<String>,
     /// SHA-256 of its text.
     pub template_hash: String,
 }
@@ -102,13 +104,25 @@ pub fn prepare(
     let description = text::describe(&case.scene, case.frame, &case.window, &case.options);
     let (task, frame) = (case.task.name(), case.frame.name());
     let shipped;
-    let (file, source, hash) = match draft {
-        Some((file, source)) => (file, source, prompts::hash(source)),
+    let (file, source, hash, version) = match draft {
+        Some((file, source)) => {
+            let version = prompts::Template::read(source)
+                .ok()
+                .map(|t| t.front.version);
+            (file, source, prompts::hash(source), version)
+        }
         None => {
             shipped = library
                 .find(task, frame)
                 .ok_or(CaseError::NoTemplate { task, frame })?;
-            (shipped.0, shipped.1.source.as_str(), shipped.1.hash.clone())
+            let (file, template) = shipped;
+            let version = Some(template.front.version.clone());
+            (
+                file,
+                template.source.as_str(),
+                template.hash.clone(),
+                version,
+            )
         }
     };
     let (file, source) = (file.to_string(), source.to_string());
@@ -139,6 +153,7 @@ pub fn prepare(
         description,
         prompt,
         template: file,
+        template_version: version,
         template_hash: hash,
         case,
     })

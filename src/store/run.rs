@@ -1,5 +1,8 @@
 //! What is kept of a run.
 
+use serde_json::json;
+
+use super::Key;
 use crate::verdict::{Said, Task};
 
 /// Identifies a run in its store.
@@ -15,10 +18,14 @@ impl std::fmt::Display for RunId {
 /// What is known before a judge is asked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewRun {
+    /// Which of several answers to the same request this is, from 0.
+    pub sample: u32,
+    /// The batch it belongs to.
+    pub batch: Option<String>,
     /// Name of the scenario.
     pub scenario: String,
-    /// SHA-256 of its file.
-    pub scenario_hash: String,
+    /// SHA-256 of its file, hexadecimal; nothing where an answer is known and the file is not.
+    pub scenario_hash: Option<String>,
     /// The ego, and where its motion comes from.
     pub ego: String,
     /// What is asked.
@@ -27,20 +34,68 @@ pub struct NewRun {
     pub frame: String,
     /// Prompting techniques in use.
     pub techniques: String,
-    /// First and last time step of the window.
-    pub window: (i64, i64),
+    /// First and last time step of the window; nothing where an answer is known and its window is not.
+    pub window: Option<(i64, i64)>,
     /// `provider/model`, as asked for.
     pub model: String,
-    /// Address of the server, without any key.
+    /// Who serves the model.
+    pub provider: String,
+    /// The protocol spoken; nothing where no request is sent.
+    pub dialect: Option<String>,
+    /// Provider and address of the server, for people, without any key.
     pub endpoint: String,
+    /// The address alone, without user, password and query; nothing where no request is sent.
+    pub address: Option<String>,
     /// File name of the template.
     pub template: String,
+    /// Its version, as it says itself.
+    pub template_version: Option<String>,
     /// SHA-256 of its text.
     pub template_hash: String,
     /// The messages as JSON.
     pub messages: String,
     /// The parameters as JSON.
     pub parameters: String,
+    /// The shape of the answer that is asked of the server, as JSON.
+    pub answer_schema: Option<String>,
+}
+
+impl NewRun {
+    /// The key of the request; nothing where none is sent, or where not all of it is known.
+    ///
+    /// Two runs with the same key and sample are the same question: everything that the server is sent is the same.
+    #[must_use]
+    pub fn key(&self) -> Option<Key> {
+        let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).ok();
+        let schema = match &self.answer_schema {
+            Some(text) => json(text)?,
+            None => serde_json::Value::Null,
+        };
+        let name = self
+            .model
+            .split_once('/')
+            .map_or(self.model.as_str(), |(_, name)| name);
+        Some(Key::of(&json!({
+            "address": self.address.as_ref()?,
+            "dialect": self.dialect.as_ref()?,
+            "model": name,
+            "messages": json(&self.messages)?,
+            "parameters": json(&self.parameters)?,
+            "schema": schema,
+        })))
+    }
+}
+
+/// Where a run's answer comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Origin {
+    /// This store's program asked a judge.
+    #[default]
+    Asked,
+    /// Somebody published the answer.
+    Recorded,
+    /// Another store's program asked a judge.
+    Replayed,
 }
 
 /// A piece of an answer.
@@ -55,32 +110,45 @@ pub enum Piece<'a> {
 /// Where a run stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RunState {
-    /// The answer is arriving, or the program ended while it was.
+    /// The answer is arriving.
     Running,
+    /// The program ended while the answer was arriving.
+    Interrupted,
     /// The answer is whole; it may still hold no verdict.
     Answered,
+    /// The server cut the answer off: it ran into the token limit or a filter.
+    Truncated,
     /// There is no whole answer.
     Failed,
     /// It was cancelled.
     Cancelled,
 }
 
-impl RunState {
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Running => "running",
-            Self::Answered => "answered",
-            Self::Failed => "failed",
-            Self::Cancelled => "cancelled",
-        }
-    }
+/// Words for the variants of an enum, in the store, in exports and on the command line.
+macro_rules! names {
+    ($type:ident, $($variant:ident => $name:literal),+) => {
+        impl $type {
+            /// Every one.
+            pub const ALL: &[Self] = &[$(Self::$variant),+];
 
-    pub(super) fn parse(name: &str) -> Option<Self> {
-        [Self::Running, Self::Answered, Self::Failed, Self::Cancelled]
-            .into_iter()
-            .find(|s| s.name() == name)
-    }
+            /// The word for it.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name),+ }
+            }
+
+            /// The one that this word is for.
+            #[must_use]
+            pub fn parse(name: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|one| one.name() == name)
+            }
+        }
+    };
 }
+
+names!(Origin, Asked => "asked", Recorded => "recorded", Replayed => "replayed");
+names!(RunState, Running => "running", Interrupted => "interrupted", Answered => "answered",
+    Truncated => "truncated", Failed => "failed", Cancelled => "cancelled");
 
 /// What an answer consumed, where it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -93,7 +161,7 @@ pub struct Consumed {
     pub reasoning_tokens: Option<u64>,
     /// Those of the question that the server had in its cache.
     pub cached_tokens: Option<u64>,
-    /// US dollars, as stated by the server.
+    /// US dollars; [`Ending::price_source`] says whose figure.
     pub cost_usd: Option<f64>,
     /// Milliseconds to the first piece.
     pub first_chunk_ms: Option<u64>,
@@ -118,6 +186,8 @@ pub struct Ending {
     pub error: Option<String>,
     /// What it consumed.
     pub consumed: Consumed,
+    /// Where the cost comes from.
+    pub price_source: Option<String>,
 }
 
 impl Ending {
@@ -132,6 +202,7 @@ impl Ending {
             reading: None,
             error: None,
             consumed: Consumed::default(),
+            price_source: None,
         }
     }
 }
@@ -141,8 +212,16 @@ impl Ending {
 pub struct Run {
     /// Its number.
     pub id: RunId,
-    /// When it began, milliseconds since 1970, UTC.
+    /// When it began, milliseconds since 1970, UTC; of a recorded one, when it was read.
     pub created_ms: i64,
+    /// When it was last changed.
+    pub updated_ms: i64,
+    /// The key that it was kept under, see [`NewRun::key`].
+    pub key: Option<Key>,
+    /// Where its answer comes from.
+    pub origin: Origin,
+    /// The file that a recorded answer was read from.
+    pub source: Option<String>,
     /// What was asked of whom.
     pub question: NewRun,
     /// The answer's text.
@@ -151,4 +230,12 @@ pub struct Run {
     pub reasoning: String,
     /// How it ended, or where it stands.
     pub ending: Ending,
+    /// The verdict as it is kept, for programs that know more than [`Ending::verdict`] can say.
+    pub verdict_json: Option<String>,
+    /// What a person wrote about it.
+    pub notes: String,
+    /// Whether it is kept from deletion.
+    pub pinned: bool,
+    /// When it was deleted; it can be restored.
+    pub deleted_ms: Option<i64>,
 }

@@ -60,6 +60,7 @@ pub enum Action {
     Edit,
     ResetTemplate,
     Run,
+    RunAnew,
     Compare,
     ChooseModel,
     NextAnswer,
@@ -116,7 +117,8 @@ table! {
     StepBack, Global, "step-back", ["left"], 1, "step", "One time step back.";
     StepForward, Global, "step-forward", ["right"], 1, "step", "One time step forward.";
     Play, Global, "play", ["space"], 2, "play", "Play, or pause.";
-    Run, Global, "run", ["r"], 3, "run", "Ask the chosen model.";
+    Run, Global, "run", ["r"], 3, "run", "Ask the chosen model, or show its answer from the store.";
+    RunAnew, Global, "run-anew", ["shift-r"], 0, "anew", "Ask the chosen model anew, even where the store has its answer.";
     Compare, Global, "compare", ["c"], 9, "compare", "Choose another model and ask it too.";
     ChooseModel, Global, "model", ["m"], 4, "model", "Choose the model that is asked.";
     Edit, Global, "edit", ["e"], 5, "edit prompt", "Edit the prompt template.";

@@ -61,8 +61,12 @@ pub enum Msg {
 pub struct StoredOf {
     /// Hash of the scenario.
     pub scenario: String,
+    /// Its name.
+    pub name: String,
     /// The ego, as the store writes it.
     pub ego: String,
+    /// Whether its motion is the recorded one, which recorded answers are about.
+    pub recorded: bool,
     /// The task.
     pub task: Task,
 }
@@ -115,8 +119,17 @@ pub enum Effect {
     LoadStored(StoredOf),
     /// Keep the draft of a template (its file and text) for the next start; nothing removes it.
     KeepDraft(String, Option<String>),
-    /// Ask a model.
-    Ask(AskId, Box<Question>, String),
+    /// Ask a model; anew, even where the store has its answer, if `fresh`.
+    Ask {
+        /// The question's number.
+        id: AskId,
+        /// What is asked.
+        question: Box<Question>,
+        /// Who is asked, `provider/model`.
+        model: String,
+        /// Whether it is asked in any case.
+        fresh: bool,
+    },
     /// Cancel a question.
     Abort(AskId),
     /// Write a template of the user's.

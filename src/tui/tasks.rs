@@ -13,16 +13,19 @@ use tokio::task::AbortHandle;
 use super::loaded::{Facts, Measured, Opened, worst_of};
 use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
 use crate::config::{Config, Folders, TextFile};
-use crate::evaluation::{self, Answer, Judge, Question};
+use crate::evaluation::{self, Answer, Judge, Question, Wanted};
 use crate::llm::{Client, Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Entry, Found, WantedEgo, bundled, find};
-use crate::store::Store;
+use crate::store::{Origin, Store};
 use crate::system;
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const PATIENCE: usize = 100;
+
+/// Earlier answers that are looked through: the newest on a scenario and task.
+const MOST_STORED: usize = 100;
 
 /// Everything that tasks need.
 pub struct Tasks {
@@ -116,7 +119,12 @@ impl Tasks {
             Effect::UseThresholds(thresholds) => self.thresholds = thresholds,
             Effect::LoadStored(of) => self.load_stored(of),
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
-            Effect::Ask(id, question, model) => self.ask(id, question, &model),
+            Effect::Ask {
+                id,
+                question,
+                model,
+                fresh,
+            } => self.ask(id, question, &model, fresh),
             Effect::Abort(id) => {
                 // Dropping the task closes the connection and writes the run down as cancelled.
                 if let Some(handle) = self.asking.remove(&id) {
@@ -202,12 +210,17 @@ impl Tasks {
             return;
         };
         self.background(move || {
-            let runs = store
-                .of_scenario(&of.scenario, of.task, 50)
-                .unwrap_or_default();
-            let same = runs.into_iter().filter(|run| run.question.ego == of.ego);
-            let answers = same.map(Answer::from).collect();
-            Msg::Stored(of, answers)
+            match store.of_scenario(&of.scenario, &of.name, of.task, MOST_STORED) {
+                Ok(runs) => {
+                    let same = runs.into_iter().filter(|run| match run.origin {
+                        Origin::Recorded => of.recorded,
+                        _ => run.question.ego == of.ego,
+                    });
+                    let answers = same.map(Answer::from).collect();
+                    Msg::Stored(of, answers)
+                }
+                Err(error) => Msg::Complaint(format!("earlier answers are not shown: {error}")),
+            }
         });
     }
 
@@ -241,7 +254,7 @@ impl Tasks {
         }
     }
 
-    fn ask(&mut self, id: AskId, question: Box<Question>, model: &str) {
+    fn ask(&mut self, id: AskId, question: Box<Question>, model: &str, fresh: bool) {
         let (registry, environment) = (&self.registry, &self.environment);
         let judge = Judge::resolve(model, registry, &self.client, self.parameters, environment);
         let judge = match judge {
@@ -254,7 +267,11 @@ impl Tasks {
         let (sender, store) = (self.sender.clone(), self.store.clone());
         let task = tokio::spawn(async move {
             let events = sender.clone();
-            let result = evaluation::run(&question, &judge, store, move |event| {
+            let wanted = Wanted {
+                fresh,
+                ..Wanted::default()
+            };
+            let result = evaluation::run(&question, &judge, store, &wanted, move |event| {
                 let _ = events.send(Msg::Asked(id, event));
             });
             let result = result.await.map(Box::new).map_err(|e| e.to_string());

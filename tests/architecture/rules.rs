@@ -65,7 +65,7 @@ const HOMES: [(&str, &[&str]); 13] = [
     ("rstar", &["geometry/", "scenario/road/"]),
     ("i_overlay", &["geometry/"]),
     ("petgraph", &["scenario/road/"]),
-    ("parquet", &["cli/metrics/"]),
+    ("parquet", &["cli/metrics/", "cli/export/"]),
     ("indicatif", &["cli/"]),
 ];
 

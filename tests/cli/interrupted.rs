@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use nearmiss::store::{RunId, RunState, Store};
+use nearmiss::store::{LEASE, RunId, RunState, Store};
 
 use super::CUT_IN;
 use super::remote::delta;
@@ -53,11 +53,22 @@ async fn what_arrived_before_a_kill_is_in_the_store() {
     let status = tokio::task::block_in_place(|| child.wait()).unwrap();
     assert_eq!(status.code(), None, "killed");
     assert_eq!(home.runs()[0]["state"].as_deref(), Some("running"));
-    let store = Store::open(&home.data().join("runs.sqlite")).unwrap();
-    let run = store.run(RunId(1)).unwrap().expect("the run is there");
-    assert_eq!(
-        (run.ending.state, run.answer),
-        (RunState::Running, SAID.concat())
+    let killed = || {
+        let store = Store::open(&home.data().join("runs.sqlite")).unwrap();
+        store.run(RunId(1)).unwrap().expect("the run is there")
+    };
+    assert_eq!(killed().answer, SAID.concat());
+    // Nobody renews its claim.
+    let begun = Instant::now();
+    while killed().ending.state != RunState::Interrupted {
+        assert!(begun.elapsed() < LEASE + Duration::from_secs(20));
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    assert_eq!(killed().answer, SAID.concat());
+    let shown = tokio::task::block_in_place(|| home.run(&["runs", "show", "1"]).status(0).stdout);
+    assert!(
+        shown.contains("interrupted") && shown.contains(&SAID.concat()),
+        "{shown}"
     );
     // The next question is not disturbed by it.
     tokio::task::block_in_place(|| home.run(&["ask", CUT_IN]).status(0));

@@ -170,8 +170,12 @@ async fn an_answer_without_a_verdict_is_kept_and_shown() {
             .as_str()
             .is_some_and(|p| p.contains("no verdict"))
     );
+    let ended = ask(&home, server.base_url(), &["--fresh"]).status(1);
+    assert!(ended.stdout.contains(words), "{}", ended.stdout);
+    // It was paid for, and is whole.
     let ended = ask(&home, server.base_url(), &[]).status(1);
     assert!(ended.stdout.contains(words), "{}", ended.stdout);
+    assert_eq!(server.requests().len(), 2);
     let runs = home.runs();
     assert_eq!(runs.len(), 2);
     assert_eq!(runs[0]["answer"].as_deref(), Some(words));

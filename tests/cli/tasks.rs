@@ -88,9 +88,8 @@ async fn a_trajectory_is_printed_and_kept() {
         repaired.contains("taken as steps") && repaired.contains("quotation marks"),
         "{repaired}"
     );
-    let words = ask(&home, server.base_url(), &["--task", "trajectory"])
-        .status(0)
-        .stdout;
+    let fresh = ["--task", "trajectory", "--fresh"];
+    let words = ask(&home, server.base_url(), &fresh).status(0).stdout;
     assert!(
         words.contains("manoeuvre     cut-in from 1.50 s for 2.00 s, gap 3.00 m\n"),
         "{words}"

@@ -22,7 +22,8 @@ use crate::config::Folders;
 use crate::metrics::Thresholds;
 use crate::scenario::{Entry, Scene};
 use table::{Column, Sheet, Table};
-use target::{Encoded, Format, TableWriter, Target};
+pub use target::Target;
+use target::{Encoded, Format, TableWriter};
 
 /// Arguments of `metrics`.
 #[derive(Debug, clap::Args)]

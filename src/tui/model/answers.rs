@@ -2,6 +2,7 @@
 
 use crate::evaluation::Answer;
 use crate::judge::Judgement;
+use crate::store::RunId;
 use crate::tui::message::AskId;
 use crate::verdict::Verdict;
 
@@ -43,8 +44,8 @@ pub struct Column {
     pub model: String,
     /// How it was asked, in short.
     pub how: String,
-    /// First and last time step that it was told of.
-    pub steps: (i64, i64),
+    /// First and last time step that it was told of, where that is known.
+    pub steps: Option<(i64, i64)>,
     /// What the built-in judge says about the same question.
     pub truth: Option<Verdict>,
     /// Reasoning so far.
@@ -71,7 +72,7 @@ pub enum Progress {
 }
 
 /// Answers that are kept at hand; older ones are in the store.
-const MOST_COLUMNS: usize = 8;
+const MOST_COLUMNS: usize = 40;
 
 impl Answers {
     /// Adds a column and shows it; the oldest that is not running makes room.
@@ -84,6 +85,22 @@ impl Answers {
         }
         self.columns.push(column);
         self.show(Shown::Column(self.columns.len() - 1));
+    }
+
+    /// Takes away the columns beside that of `ask` that show the same run of the store.
+    pub fn show_once(&mut self, ask: AskId, run: RunId) {
+        let twin = |c: &Column| c.ask != Some(ask) && c.answer().and_then(|a| a.run) == Some(run);
+        while let Some(twin) = self.columns.iter().position(twin) {
+            self.columns.remove(twin);
+            match self.shown {
+                Shown::Column(i) if i > twin => self.shown = Shown::Column(i - 1),
+                Shown::Column(i) if i == twin => {
+                    let same = self.columns.iter().position(|c| c.ask == Some(ask));
+                    self.show(same.map_or(Shown::Reference, Shown::Column));
+                }
+                _ => {}
+            }
+        }
     }
 
     /// Shows the reasoning of an answer, from its beginning, or at its end while it arrives.

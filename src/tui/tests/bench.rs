@@ -95,7 +95,7 @@ impl Bench {
     /// The id of the last question asked, and its model.
     pub fn asked(&self) -> (AskId, String) {
         let mut asks = self.effects.iter().filter_map(|e| match e {
-            Effect::Ask(id, _, model) => Some((*id, model.clone())),
+            Effect::Ask { id, model, .. } => Some((*id, model.clone())),
             _ => None,
         });
         asks.next_back().expect("something was asked")
@@ -131,7 +131,8 @@ pub fn answer(model: &str, dangerous: bool, obstacle: i64) -> Answer {
     Answer {
         run: None,
         model: model.into(),
-        window: (51, 60),
+        past: None,
+        window: Some((51, 60)),
         how: "ego · base".into(),
         model_returned: None,
         judged: Judged::Verdict(Parsed {
@@ -146,6 +147,7 @@ pub fn answer(model: &str, dangerous: bool, obstacle: i64) -> Answer {
             duration_ms: Some(6100),
             ..Consumed::default()
         },
+        price_source: None,
         finish: Some("stop".into()),
     }
 }

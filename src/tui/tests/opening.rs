@@ -138,7 +138,12 @@ fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
     bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
     assert!(bench.frame(120, 40).contains("no ego"));
     bench.press("r");
-    assert!(bench.effects.iter().all(|e| !matches!(e, Effect::Ask(..))));
+    assert!(
+        bench
+            .effects
+            .iter()
+            .all(|e| !matches!(e, Effect::Ask { .. }))
+    );
     assert!(
         bench
             .model

@@ -58,7 +58,7 @@ fn the_prompt_follows_every_key_and_the_draft_is_what_is_asked() {
     bench.press("esc r");
     assert!(bench.model.prompt.is_draft());
     let question = bench.effects.iter().find_map(|e| match e {
-        Effect::Ask(_, question, _) => Some(question),
+        Effect::Ask { question, .. } => Some(question),
         _ => None,
     });
     assert!(question.unwrap().prompt.system.starts_with("Dear model!"));
@@ -89,7 +89,10 @@ fn a_broken_template_is_named_and_the_last_good_one_stays() {
     bench.model.model = "lab/small".into();
     bench.press("esc r");
     assert!(
-        bench.effects.iter().all(|e| !matches!(e, Effect::Ask(..))),
+        bench
+            .effects
+            .iter()
+            .all(|e| !matches!(e, Effect::Ask { .. })),
         "a broken template is not sent"
     );
     assert!(bench.model.toasts.last().unwrap().bad);
@@ -175,5 +178,10 @@ fn broken_front_matter_is_named_and_the_built_in_judge_does_not_care() {
     assert!(bench.model.prompt.error.as_ref().unwrap().contains("+++"));
     assert!(bench.model.prompt.question.is_some());
     bench.press("r");
-    assert!(bench.effects.iter().any(|e| matches!(e, Effect::Ask(..))));
+    assert!(
+        bench
+            .effects
+            .iter()
+            .any(|e| matches!(e, Effect::Ask { .. }))
+    );
 }

@@ -5,6 +5,7 @@ use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
 use super::{answers, editing, open, open_current, plot};
 use crate::geometry::Pose;
+use crate::scenario::EgoSource;
 use crate::verdict::Task;
 
 /// Does it.
@@ -61,7 +62,8 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         }
         Edit => editing::begin(model),
         ResetTemplate => return editing::reset(model),
-        Run => return answers::ask(model),
+        Run => return answers::ask(model, false),
+        RunAnew => return answers::ask(model, true),
         NextAnswer => model.answers.cycle(true),
         PreviousAnswer => model.answers.cycle(false),
         CloseAnswer => return answers::close(model),
@@ -99,7 +101,9 @@ pub fn stored_of(model: &Model) -> Option<StoredOf> {
     let scene = model.scene()?;
     Some(StoredOf {
         scenario: scene.scenario.hash.to_string(),
+        name: model.opened.as_ref()?.name.clone(),
         ego: scene.ego.to_string(),
+        recorded: matches!(scene.ego.source, EgoSource::Recording(_)),
         task: model.task,
     })
 }

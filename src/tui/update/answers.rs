@@ -6,8 +6,8 @@ use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
 use crate::llm::{Discovered, Offer};
 
-/// Asks the chosen model the question as it stands.
-pub fn ask(model: &mut Model) -> Vec<Effect> {
+/// Asks the chosen model the question as it stands; `fresh` even where the store has its answer.
+pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
     let asked = model.model.clone();
     // The built-in judge reads the scene, not the prompt.
     if let Some(error) = model
@@ -41,7 +41,7 @@ pub fn ask(model: &mut Model) -> Vec<Effect> {
                 question.case.frame.name(),
                 question.case.techniques
             ),
-            steps: (question.case.window.first(), question.case.window.last()),
+            steps: Some((question.case.window.first(), question.case.window.last())),
             truth: model.answers.reference.as_ref().map(|r| r.verdict.clone()),
             reasoning: String::new(),
             text: String::new(),
@@ -49,7 +49,12 @@ pub fn ask(model: &mut Model) -> Vec<Effect> {
         };
         model.answers.add(column);
     }
-    vec![Effect::Ask(id, Box::new(question), asked)]
+    vec![Effect::Ask {
+        id,
+        question: Box::new(question),
+        model: asked,
+        fresh,
+    }]
 }
 
 /// Offers models that were found on this machine, beside those that are known.
@@ -72,6 +77,11 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
     };
     match event {
         Event::Kept(_) => {}
+        Event::Awaiting(run) => {
+            column.progress = Progress::Retrying(format!(
+                "the same is being asked as run {run}; waiting for it"
+            ));
+        }
         Event::Note(note) => {
             let text = format!("{}: {note}", column.model);
             model.say(text);
@@ -147,6 +157,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
     };
     match result {
         Ok(answer) => {
+            let twice = answer.past.and(answer.run);
             let failed = match &answer.judged {
                 Judged::Missing(missing) => Some(format!("{}: {missing}", answer.model)),
                 Judged::Verdict(_) | Judged::Other(_) => None,
@@ -155,6 +166,10 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
             column.text.clone_from(&answer.text);
             column.reasoning.clone_from(&answer.reasoning);
             column.progress = Progress::Done(answer);
+            if let Some(run) = twice {
+                model.say(format!("from the store, run {run}: R asks anew"));
+                model.answers.show_once(ask, run);
+            }
             if let Some(text) = failed {
                 model.complain(text);
             }

@@ -260,21 +260,24 @@ fn frame_map(model: &mut Model, opened: &Opened) {
     }
 }
 
-/// Shows earlier answers, the newest of each model and way of asking, unless something newer is there.
+/// Shows earlier answers, the newest of each model and way of asking, unless something newer is there. Those that
+/// were asked as it would be asked now come last, beside the built-in judge.
 fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     if !model.answers.columns.is_empty() {
         return;
     }
-    let mut seen = Vec::new();
-    for answer in stored {
-        let key = (answer.model.clone(), answer.how.clone());
-        if answer.model == crate::judge::MODEL || seen.contains(&key) || seen.len() >= STORED {
-            continue;
-        }
-        seen.push(key);
+    let how = format!("{} · {}", model.frame.name(), model.techniques);
+    let mut seen = std::collections::HashSet::new();
+    let mut newest: Vec<Answer> = stored
+        .into_iter()
+        .filter(|a| a.model != crate::judge::MODEL && seen.insert((a.model.clone(), a.how.clone())))
+        .collect();
+    newest.sort_by_key(|answer| answer.how != how);
+    newest.truncate(STORED);
+    for answer in newest.into_iter().rev() {
         let mut column = Column::from(answer);
-        column.truth = truth(model, column.steps.1);
-        model.answers.columns.insert(0, column);
+        column.truth = column.steps.and_then(|(_, last)| truth(model, last));
+        model.answers.columns.push(column);
     }
     if !model.answers.columns.is_empty() {
         let last = model.answers.columns.len() - 1;
@@ -282,8 +285,8 @@ fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     }
 }
 
-/// Earlier answers shown at once.
-const STORED: usize = 4;
+/// Earlier answers kept at hand.
+const STORED: usize = 32;
 
 /// What the built-in judge says about a window that ends at a step.
 fn truth(model: &Model, last: i64) -> Option<crate::verdict::Verdict> {

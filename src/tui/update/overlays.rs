@@ -100,7 +100,7 @@ fn choose(model: &mut Model) -> Vec<Effect> {
             };
             model.model.clone_from(&id);
             if ask {
-                return answers::ask(model);
+                return answers::ask(model, false);
             }
             model.say(format!("r asks {id}"));
             Vec::new()

@@ -6,12 +6,13 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
-use crate::evaluation::{Answer, Judged};
+use crate::evaluation::{Answer, Judged, Past};
 use crate::judge;
+use crate::store::{Origin, RunId};
 use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown};
-use crate::tui::widgets::words::{duration, fit, pad, thousands};
+use crate::tui::widgets::words::{date, duration, fit, pad, thousands};
 use crate::tui::widgets::{frame, scroll};
-use crate::verdict::Verdict;
+use crate::verdict::{Task, Verdict};
 
 /// Columns of the names of the rows.
 const LABEL: usize = 10;
@@ -48,7 +49,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut table = Table {
         model,
         width,
-        lines: vec![Line::default(); 7],
+        lines: vec![Line::default(); if differ(&answers.columns) { 9 } else { 7 }],
     };
     table.labels();
     for i in seen {
@@ -85,7 +86,9 @@ struct Table<'a> {
 impl Table<'_> {
     fn labels(&mut self) {
         let key = self.model.task.key();
-        let names = ["", key, "who", "risk", "steps", "tokens", "time"];
+        let names = [
+            "", key, "who", "risk", "steps", "tokens", "time", "frame", "how",
+        ];
         for (line, name) in self.lines.iter_mut().zip(names) {
             let name = name.replace("safety_critical", "critical");
             line.push_span(Span::styled(
@@ -158,6 +161,7 @@ impl Table<'_> {
             .split_once('/')
             .map_or(column.model.as_str(), |(_, m)| m);
         self.head(short, shown);
+        self.way(&column.how);
         let waiting = match &column.progress {
             Progress::Done(answer) => return self.answer(answer, column.steps, truth),
             Progress::Waiting(_) => "waiting…",
@@ -167,7 +171,7 @@ impl Table<'_> {
         };
         self.cell(1, waiting, dim);
         for row in 2..6 {
-            let steps = format!("{}–{}", column.steps.0, column.steps.1);
+            let steps = steps(column.steps);
             self.cell(row, if row == 4 { &steps } else { "" }, base);
         }
         let time = match column.progress {
@@ -177,7 +181,24 @@ impl Table<'_> {
         self.cell(6, &time, base);
     }
 
-    fn answer(&mut self, answer: &Answer, steps: (i64, i64), truth: &Verdict) {
+    /// Frame and techniques, where answers differ in them.
+    fn way(&mut self, how: &str) {
+        if self.lines.len() < 9 {
+            return;
+        }
+        let (frame, techniques) = how.split_once(" · ").unwrap_or((how, ""));
+        for (row, words) in [(7, frame), (8, techniques)] {
+            let words = match words {
+                "cartesian" => "cart",
+                "cp+cot+icl" => "all",
+                other => other,
+            };
+            let style = Style::new().fg(self.model.theme.dim);
+            self.cell(row, &crate::text::visible(words), style);
+        }
+    }
+
+    fn answer(&mut self, answer: &Answer, told: Option<(i64, i64)>, truth: &Verdict) {
         let theme = &self.model.theme;
         let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
         let mark = |text: String, same: bool| {
@@ -189,6 +210,14 @@ impl Table<'_> {
             )
         };
         match answer.verdict() {
+            // The truth of the safety task is that of a window.
+            Some(verdict) if told.is_none() && verdict.task == Task::Safety => {
+                let worst = verdict.worst();
+                self.cell(1, yes(verdict.dangerous), base);
+                self.cell(2, &worst.map_or("–".into(), |w| w.id.to_string()), base);
+                let score = worst.map(|w| w.risk_score);
+                self.cell(3, &score.map_or("–".into(), |s| s.to_string()), base);
+            }
             Some(verdict) => {
                 let repaired = if answer.repairs().is_empty() { "" } else { "*" };
                 let (text, style) = mark(
@@ -215,13 +244,37 @@ impl Table<'_> {
             }
         }
         let consumed = &answer.consumed;
+        let recorded = answer.past.filter(|p| p.origin == Origin::Recorded);
         let tokens = match (consumed.input_tokens, consumed.output_tokens) {
+            _ if recorded.is_some() => "recorded".into(),
             (Some(i), Some(o)) => format!("{}+{}", thousands(i), thousands(o)),
             _ => "unknown".into(),
         };
-        self.cell(4, &format!("{}–{}", steps.0, steps.1), dim);
+        self.cell(4, &steps(told), dim);
         self.cell(5, &tokens, dim);
         self.cell(6, &consumed.duration_ms.map_or("–".into(), duration), dim);
+    }
+}
+
+/// Whether not all were asked in the same way.
+fn differ(columns: &[Column]) -> bool {
+    columns.windows(2).any(|pair| pair[0].how != pair[1].how)
+}
+
+fn steps(told: Option<(i64, i64)>) -> String {
+    told.map_or("unknown".into(), |(first, last)| format!("{first}–{last}"))
+}
+
+/// Whence an answer of the store.
+fn stored(past: &Past, run: Option<RunId>) -> String {
+    let run = run.map_or("of the store".into(), |run| {
+        format!("run {run} of the store")
+    });
+    let at = date(past.created_ms);
+    match past.origin {
+        Origin::Asked => format!("{run}, asked {at}"),
+        Origin::Replayed => format!("{run}, replayed: asked {at} elsewhere"),
+        Origin::Recorded => format!("{run}, recorded by others"),
     }
 }
 
@@ -249,6 +302,10 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
         }
         Some(column) => match column.answer() {
             Some(answer) => {
+                if let Some(past) = &answer.past {
+                    let words = stored(past, answer.run);
+                    text.push_line(Line::styled(words, Style::new().fg(theme.dim)));
+                }
                 if answer.model_differs() {
                     let returned = answer.model_returned.as_deref().unwrap_or_default();
                     text.push_line(Line::styled(

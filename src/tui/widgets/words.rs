@@ -82,6 +82,17 @@ pub fn duration(ms: u64) -> String {
     }
 }
 
+/// A moment, milliseconds since 1970, in the clock of this place.
+#[must_use]
+pub fn date(ms: i64) -> String {
+    jiff::Timestamp::from_millisecond(ms).map_or("at an unknown time".into(), |moment| {
+        moment
+            .to_zoned(jiff::tz::TimeZone::system())
+            .strftime("%Y-%m-%d %H:%M")
+            .to_string()
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

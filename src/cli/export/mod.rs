@@ -1,0 +1,159 @@
+//! `nearmiss export`: runs of the store as a file.
+
+mod columns;
+mod parquet;
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use super::filters::{Filters, store};
+use super::interrupt::{INTERRUPTED, interrupted};
+use super::metrics::Target;
+use super::progress::Progress;
+use super::{Failure, Outcome, output};
+use crate::store::{Run, RunId, Store};
+
+/// Arguments of `export`.
+#[derive(Debug, clap::Args)]
+pub struct Export {
+    #[command(flatten)]
+    filters: Filters,
+    /// Runs with all these words in scenario, answer, reasoning, justification or notes.
+    #[arg(long, value_name = "WORDS")]
+    words: Option<String>,
+    /// How the runs are written [default: as the ending of FILE says, else jsonl].
+    #[arg(long, value_enum)]
+    format: Option<Format>,
+    /// A file to write to, instead of standard output.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace the file if it is there already.
+    #[arg(long, requires = "output")]
+    overwrite: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// One JSON object a line: complete, `nearmiss import` reads it.
+    Jsonl,
+    /// Comma-separated, with a header; control characters are shown as symbols.
+    Csv,
+    /// Apache Parquet; into a file only.
+    Parquet,
+}
+
+impl Format {
+    fn of_name(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "jsonl" | "ndjson" | "json" => Some(Self::Jsonl),
+            "csv" => Some(Self::Csv),
+            "parquet" => Some(Self::Parquet),
+            _ => None,
+        }
+    }
+}
+
+/// Runs `export`.
+pub fn run(arguments: &Export) -> Outcome {
+    let file = arguments.output.as_deref();
+    let format = arguments.format.or_else(|| Format::of_name(file?));
+    let format = format.unwrap_or(Format::Jsonl);
+    if format == Format::Parquet && file.is_none() {
+        return Err(Failure::input(
+            "Parquet is not for terminals and pipes: name a file with -o FILE",
+        ));
+    }
+    let store = store()?;
+    let filter = arguments.filters.filter(arguments.words.clone());
+    let numbers = store.numbers(&filter).map_err(Failure::input)?;
+    // Before the file is begun, so that it never stays behind.
+    let stop = interrupted(file.is_some()).map_err(Failure::input)?;
+    let target = Target::begin(file, arguments.overwrite)?;
+    let progress = Progress::new(numbers.len(), "runs", file.is_some());
+    let runs = numbers.iter().map(|number| {
+        if stop.load(Ordering::Relaxed) {
+            return Err(Failure {
+                message: "interrupted; no file was written".into(),
+                status: INTERRUPTED,
+            });
+        }
+        progress.step();
+        read(&store, *number)
+    });
+    let written = match format {
+        Format::Jsonl => lines(target, runs),
+        Format::Csv => table(target, runs),
+        Format::Parquet => parquet::write(target, runs),
+    };
+    drop(progress);
+    match (written, file) {
+        (Ok(target), _) => target.finish()?,
+        // The reader of the pipe has seen enough.
+        (Err(Stopped::Writing(error)), None) if error.kind() == io::ErrorKind::BrokenPipe => {}
+        (Err(Stopped::Writing(error)), None) => return Err(Failure::input(error)),
+        (Err(Stopped::Writing(error)), Some(path)) => {
+            return Err(Failure::input(format!("{}: {error}", path.display())));
+        }
+        (Err(Stopped::Reading(failure)), _) => return Err(failure),
+    }
+    if file.is_some() {
+        output::say(&format!("{} runs exported", numbers.len()));
+    }
+    Ok(())
+}
+
+/// Why an export is not whole.
+enum Stopped {
+    Reading(Failure),
+    Writing(io::Error),
+}
+
+impl From<io::Error> for Stopped {
+    fn from(error: io::Error) -> Self {
+        Self::Writing(error)
+    }
+}
+
+fn read(store: &Store, number: RunId) -> Result<Option<Run>, Failure> {
+    store.run(number).map_err(Failure::input)
+}
+
+/// A run; nothing where it is gone meanwhile.
+type Item = Result<Option<Run>, Failure>;
+
+/// The runs, one after the other.
+type Runs<'a> = &'a mut dyn Iterator<Item = Item>;
+
+fn lines(mut target: Target, mut runs: impl Iterator<Item = Item>) -> Result<Target, Stopped> {
+    each(&mut runs, |run| {
+        let line = output::escaped(&run.to_record().to_string());
+        target.write_all(line.as_bytes())?;
+        target.write_all(b"\n")
+    })?;
+    target.flush()?;
+    Ok(target)
+}
+
+fn table(target: Target, mut runs: impl Iterator<Item = Item>) -> Result<Target, Stopped> {
+    let mut writer = csv::Writer::from_writer(target);
+    let header = columns::COLUMNS.iter().map(|column| column.name);
+    writer.write_record(header).map_err(io::Error::other)?;
+    each(&mut runs, |run| {
+        let cells = columns::cells(&run).map(|cell| output::visible(&cell.text()));
+        writer.write_record(cells).map_err(io::Error::other)
+    })?;
+    writer.flush()?;
+    writer
+        .into_inner()
+        .map_err(|error| Stopped::Writing(io::Error::other(error.to_string())))
+}
+
+fn each(runs: Runs<'_>, mut write: impl FnMut(Run) -> io::Result<()>) -> Result<(), Stopped> {
+    for run in runs {
+        if let Some(run) = run.map_err(Stopped::Reading)? {
+            write(run)?;
+        }
+    }
+    Ok(())
+}

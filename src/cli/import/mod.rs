@@ -1,0 +1,62 @@
+//! `nearmiss import`: runs of another store, or answers recorded by others, into this one.
+
+mod lines;
+mod recorded;
+
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use super::filters::store;
+use super::{Failure, Outcome, output};
+
+/// Arguments of `import`.
+#[derive(Debug, clap::Args)]
+pub struct Import {
+    /// Files that `nearmiss export` wrote as JSONL; folders laid out as the repository of "From Words to Collisions".
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    /// What was imported as one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What became of the runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Counts {
+    imported: usize,
+    already_there: usize,
+    unreadable: usize,
+}
+
+/// Runs `import`.
+pub fn run(arguments: &Import) -> Outcome {
+    let store = store()?;
+    let mut counts = Counts::default();
+    for path in &arguments.paths {
+        if path.is_dir() {
+            recorded::import(path, &store, &mut counts)?;
+        } else {
+            lines::import(path, &store, &mut counts)?;
+        }
+    }
+    if arguments.json {
+        output::json(&json!({
+            "imported": counts.imported,
+            "already_there": counts.already_there,
+            "unreadable": counts.unreadable,
+        }))?;
+    } else {
+        output::text(&format!(
+            "{} imported, {} already there, {} unreadable\n",
+            counts.imported, counts.already_there, counts.unreadable
+        ))?;
+    }
+    match counts.unreadable {
+        0 => Ok(()),
+        n => Err(Failure {
+            message: format!("{n} could not be read"),
+            status: 1,
+        }),
+    }
+}

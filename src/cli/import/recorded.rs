@@ -1,0 +1,49 @@
+//! Answers that others recorded, from a repository laid out as that of "From Words to Collisions".
+
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use super::Counts;
+use crate::cli::{Failure, output};
+use crate::evaluation::published;
+use crate::store::Store;
+
+/// Runs that are added in one transaction.
+const BATCH: usize = 500;
+
+/// Problems that are named one by one.
+const NAMED: usize = 20;
+
+/// Adds the recorded answers below a folder that are not in the store yet.
+pub fn import(root: &Path, store: &Store, counts: &mut Counts) -> Result<(), Failure> {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    let now = now.map_or(0, |since| {
+        i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
+    });
+    let (runs, problems) = published::runs(root, now);
+    for problem in problems.iter().take(NAMED) {
+        output::say(&format!("nearmiss: {problem}"));
+    }
+    if problems.len() > NAMED {
+        let more = problems.len() - NAMED;
+        output::say(&format!(
+            "nearmiss: {}: {more} more of this kind",
+            root.display()
+        ));
+    }
+    for runs in runs.chunks(BATCH) {
+        let added = store.add(runs).map_err(Failure::input)?;
+        counts.imported += added;
+        counts.already_there += runs.len() - added;
+    }
+    counts.unreadable += problems.len();
+    let without = |run: &&crate::store::Run| run.question.scenario_hash.is_none();
+    let loose = runs.iter().filter(without).count();
+    if loose > 0 {
+        output::say(&format!(
+            "nearmiss: {loose} answers are tied to their scenarios by name alone, as no file of that name is below {}",
+            root.display()
+        ));
+    }
+    Ok(())
+}

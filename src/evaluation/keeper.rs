@@ -1,0 +1,139 @@
+//! A run on its way into the store: pieces in small batches, the claim renewed, the end in any case.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use super::case::Event;
+use crate::store::{Ending, Piece, RENEWAL, RunId, RunState, Store, StoreError};
+
+/// The longest that a piece waits for others before all are written, and shown.
+const INTERVAL: Duration = Duration::from_millis(50);
+
+/// Bytes that are written at once, however short the wait.
+const BATCH: usize = 4096;
+
+/// Keeps the pieces of one answer, and lets them be shown once they are kept.
+///
+/// A piece that comes alone is written at once; of pieces that follow each other closely, those of [`INTERVAL`] are
+/// written in one transaction. Dropped before its end, the run is written down as cancelled.
+pub struct Keeper {
+    kept: Option<(Arc<Store>, RunId)>,
+    waiting: Vec<Event>,
+    bytes: usize,
+    flushed: Option<Instant>,
+    renewed: Instant,
+}
+
+impl Keeper {
+    /// For a run that was granted, or one that is not kept.
+    pub fn new(kept: Option<(Arc<Store>, RunId)>) -> Self {
+        Self {
+            kept,
+            waiting: Vec::new(),
+            bytes: 0,
+            flushed: None,
+            renewed: Instant::now(),
+        }
+    }
+
+    /// Takes a piece, an [`Event::Reasoning`] or [`Event::Text`].
+    pub fn take(&mut self, event: Event) {
+        if let Event::Reasoning(text) | Event::Text(text) = &event {
+            self.bytes += text.len();
+        }
+        self.waiting.push(event);
+    }
+
+    /// When [`Keeper::tend`] is due.
+    pub fn due(&self) -> Instant {
+        let renewal = self.renewed + RENEWAL;
+        match self.flushed {
+            _ if self.waiting.is_empty() => renewal,
+            Some(flushed) if self.bytes < BATCH => renewal.min(flushed + INTERVAL),
+            _ => Instant::now(),
+        }
+    }
+
+    /// Writes the waiting pieces if they are due, then shows them; renews the claim if that is due.
+    pub fn tend(&mut self, on_event: &mut impl FnMut(Event)) -> Result<(), StoreError> {
+        if self.due() > Instant::now() {
+            return Ok(());
+        }
+        if self.waiting.is_empty() {
+            if let Some((store, run)) = &self.kept {
+                store.renew(*run)?;
+            }
+            self.renewed = Instant::now();
+            return Ok(());
+        }
+        self.flush(on_event)
+    }
+
+    /// Writes the waiting pieces, then shows them.
+    pub fn flush(&mut self, on_event: &mut impl FnMut(Event)) -> Result<(), StoreError> {
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        self.write()?;
+        self.waiting.drain(..).for_each(&mut *on_event);
+        self.bytes = 0;
+        self.flushed = Some(Instant::now());
+        self.renewed = Instant::now();
+        Ok(())
+    }
+
+    fn write(&self) -> Result<(), StoreError> {
+        let Some((store, run)) = &self.kept else {
+            return Ok(());
+        };
+        let joined = joined(&self.waiting);
+        let pieces: Vec<_> = joined
+            .iter()
+            .map(|(reasoning, text)| match reasoning {
+                true => Piece::Reasoning(text),
+                false => Piece::Answer(text),
+            })
+            .collect();
+        store.append(*run, &pieces)
+    }
+
+    /// Writes down how it ended.
+    pub fn finish(mut self, ending: &Ending) -> Result<(), StoreError> {
+        match self.kept.take() {
+            Some((store, run)) => store.finish(run, ending),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The texts, those that follow each other and are of one kind put together.
+fn joined(events: &[Event]) -> Vec<(bool, String)> {
+    let mut joined: Vec<(bool, String)> = Vec::new();
+    for event in events {
+        let (reasoning, text) = match event {
+            Event::Reasoning(text) => (true, text),
+            Event::Text(text) => (false, text),
+            _ => continue,
+        };
+        match joined.last_mut() {
+            Some((kind, all)) if *kind == reasoning => all.push_str(text),
+            _ => joined.push((reasoning, text.clone())),
+        }
+    }
+    joined
+}
+
+impl Drop for Keeper {
+    fn drop(&mut self) {
+        if self.kept.is_none() {
+            return;
+        }
+        // Nobody is left to hear of an error here.
+        let _ = self.write();
+        if let Some((store, run)) = self.kept.take() {
+            let _ = store.finish(run, &Ending::bare(RunState::Cancelled));
+        }
+    }
+}

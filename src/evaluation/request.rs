@@ -1,0 +1,95 @@
+//! From a question and a judge to the request that is sent, and to what the store keeps of it.
+
+use super::case::Wanted;
+use super::judges::{Judge, ModelJudge};
+use super::question::{Case, Question};
+use crate::llm::{Parameters, Request, ResponseFormat, Schema};
+use crate::store::NewRun;
+use crate::verdict;
+
+/// What is sent.
+pub fn request(question: &Question, model: &ModelJudge) -> Request {
+    let task = question.case.task;
+    Request {
+        model: model.name.clone(),
+        messages: question.messages(),
+        parameters: model.parameters,
+        // A chain of thought stands before the JSON, where a schema has no place for it.
+        schema: (!question.case.techniques.cot).then(|| Schema {
+            name: format!("{}_verdict", task.name()),
+            schema: verdict::schema(task),
+        }),
+    }
+}
+
+/// What the store keeps before anything is sent.
+///
+/// # Errors
+/// Something cannot be written as JSON.
+pub fn record(
+    question: &Question,
+    judge: &Judge,
+    wanted: &Wanted,
+) -> Result<NewRun, serde_json::Error> {
+    let case = &question.case;
+    let provider = judge.id().split('/').next().unwrap_or_default();
+    let mut run = NewRun {
+        sample: wanted.sample,
+        batch: wanted.batch.clone(),
+        scenario: case.name.clone(),
+        scenario_hash: Some(case.scene.scenario.hash.to_string()),
+        ego: case.scene.ego.to_string(),
+        task: case.task,
+        frame: case.frame.name().to_string(),
+        techniques: case.techniques.to_string(),
+        window: Some((case.window.first(), case.window.last())),
+        model: judge.id().to_string(),
+        provider: provider.to_string(),
+        dialect: None,
+        endpoint: "built in".to_string(),
+        address: None,
+        template: question.template.clone(),
+        template_version: question.template_version.clone(),
+        template_hash: question.template_hash.clone(),
+        messages: "[]".to_string(),
+        parameters: thresholds(case)?,
+        answer_schema: None,
+    };
+    if let Judge::Model(model) = judge {
+        let request = request(question, model);
+        let place = model.endpoint.place();
+        run.dialect = Some(model.endpoint.dialect.name().to_string());
+        run.endpoint = place.to_string();
+        run.address = Some(place.url);
+        run.messages = serde_json::to_string(&request.messages)?;
+        // The limit that is sent may be that of the configuration.
+        let parameters = Parameters {
+            max_tokens: model.endpoint.answer_limit(&request.parameters),
+            ..request.parameters
+        };
+        run.parameters = serde_json::to_string(&parameters)?;
+        run.answer_schema = shape(model.endpoint.response_format, request.schema.as_ref())
+            .map(|shape| serde_json::to_string(&shape))
+            .transpose()?;
+    }
+    Ok(run)
+}
+
+/// As much of the wanted shape as the server is told.
+fn shape(format: ResponseFormat, schema: Option<&Schema>) -> Option<serde_json::Value> {
+    match format {
+        ResponseFormat::Off => None,
+        ResponseFormat::JsonObject => schema.map(|_| serde_json::json!({ "type": "json_object" })),
+        ResponseFormat::JsonSchema => schema.map(|schema| schema.schema.clone()),
+    }
+}
+
+/// What is changed of the thresholds that the built-in judge grades with.
+fn thresholds(case: &Case) -> Result<String, serde_json::Error> {
+    let changes = case.thresholds.changes();
+    let words: Vec<_> = changes.iter().map(ToString::to_string).collect();
+    serde_json::to_string(&match words.as_slice() {
+        [] => serde_json::json!({}),
+        words => serde_json::json!({ "thresholds": words }),
+    })
+}

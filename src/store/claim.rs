@@ -1,0 +1,141 @@
+//! Claims: who asks a question first asks it alone, and whoever asks it next sees the answer.
+
+use std::time::Duration;
+
+use rusqlite::{Connection, OptionalExtension, Transaction, params};
+
+use super::database::now_ms;
+use super::{NewRun, Run, RunId, RunState, Store, StoreError, rows, write};
+
+/// How long a claim holds unless it is renewed. A program that is killed leaves its claims to expire.
+pub const LEASE: Duration = Duration::from_secs(6);
+
+/// How often a claim is renewed while an answer arrives.
+pub const RENEWAL: Duration = Duration::from_millis(1500);
+
+/// What comes of wanting to ask a question.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Claim {
+    /// It is to be asked, under this number; nobody else asks it meanwhile.
+    Granted(RunId),
+    /// It was answered before.
+    Stored(Box<Run>),
+    /// Somebody is asking it.
+    Taken(RunId),
+}
+
+impl Store {
+    /// Looks for an answer to the same request; where there is none, and nobody is asking for one, writes down that
+    /// it is about to be asked. With `fresh` it is asked in any case.
+    ///
+    /// An answer that was cut off, failed, cancelled, interrupted or deleted is none. The newest of several counts.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn claim(&self, run: &NewRun, fresh: bool) -> Result<Claim, StoreError> {
+        let key = run.key().filter(|_| !fresh);
+        self.change(|transaction| {
+            if let Some(key) = &key {
+                interrupt_abandoned(transaction)?;
+                if let Some(found) = answered(transaction, key.as_str(), run.sample)? {
+                    return Ok(Claim::Stored(Box::new(found)));
+                }
+                let asking =
+                    "SELECT id FROM runs WHERE key = ?1 AND sample = ?2 AND state = 'running'
+                    AND deleted_ms IS NULL ORDER BY id LIMIT 1";
+                let found = transaction
+                    .query_row(asking, params![key.as_str(), run.sample], |row| row.get(0))
+                    .optional()?;
+                if let Some(id) = found {
+                    return Ok(Claim::Taken(RunId(id)));
+                }
+            }
+            let id = write::insert_new(transaction, run, now_ms())?;
+            hold(transaction, id)?;
+            Ok(Claim::Granted(id))
+        })
+    }
+
+    /// The whole answer to the same request that the store has, as [`Store::claim`] finds it; claims nothing.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn answer_to(&self, run: &NewRun) -> Result<Option<Run>, StoreError> {
+        match run.key() {
+            Some(key) => answered(&self.lock(), key.as_str(), run.sample),
+            None => Ok(None),
+        }
+    }
+
+    /// Renews the claim on a run whose answer is arriving.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn renew(&self, run: RunId) -> Result<(), StoreError> {
+        self.change(|transaction| renew(transaction, run))
+    }
+
+    /// Marks what was running in programs that have ended. Their pieces are kept as the answer so far.
+    pub(super) fn interrupt_abandoned(&self) -> Result<(), StoreError> {
+        // Reading needs no lock, and mostly there is nothing to do.
+        if abandoned(&self.lock())?.is_empty() {
+            return Ok(());
+        }
+        self.change(interrupt_abandoned)
+    }
+}
+
+/// The newest whole answer to a request.
+fn answered(connection: &Connection, key: &str, sample: u32) -> Result<Option<Run>, StoreError> {
+    let mut statement = connection.prepare_cached(
+        "SELECT * FROM runs WHERE key = ?1 AND sample = ?2 AND state = 'answered' AND deleted_ms IS NULL
+         ORDER BY created_ms DESC, id DESC LIMIT 1",
+    )?;
+    Ok(statement
+        .query_row(params![key, sample], rows::run)
+        .optional()?)
+}
+
+fn hold(connection: &Connection, run: RunId) -> Result<(), StoreError> {
+    let until = now_ms().saturating_add(LEASE.as_millis() as i64);
+    connection
+        .prepare_cached("INSERT OR REPLACE INTO claims (run, until_ms) VALUES (?1, ?2)")?
+        .execute(params![run.0, until])?;
+    Ok(())
+}
+
+/// A program that slept longer than its claim held takes its run up again: nobody else can have asked under the
+/// same number.
+pub(super) fn renew(transaction: &Transaction<'_>, run: RunId) -> Result<(), StoreError> {
+    hold(transaction, run)?;
+    transaction
+        .prepare_cached("UPDATE runs SET state = 'running', error = NULL WHERE id = ?1 AND state = 'interrupted'")?
+        .execute([run.0])?;
+    Ok(())
+}
+
+fn abandoned(connection: &Connection) -> Result<Vec<RunId>, StoreError> {
+    let mut statement = connection.prepare_cached(
+        "SELECT id FROM runs WHERE state = 'running'
+         AND NOT EXISTS (SELECT 1 FROM claims WHERE run = runs.id AND until_ms > ?1)",
+    )?;
+    let found = statement.query_map([now_ms()], |row| Ok(RunId(row.get(0)?)))?;
+    Ok(found.collect::<Result<_, _>>()?)
+}
+
+fn interrupt_abandoned(transaction: &Transaction<'_>) -> Result<(), StoreError> {
+    for run in abandoned(transaction)? {
+        write::join_pieces(transaction, run)?;
+        transaction.execute(
+            "UPDATE runs SET state = ?2, updated_ms = ?3, error = ?4 WHERE id = ?1",
+            params![
+                run.0,
+                RunState::Interrupted.name(),
+                now_ms(),
+                "the program ended before the answer was whole"
+            ],
+        )?;
+        transaction.execute("DELETE FROM claims WHERE run = ?1", [run.0])?;
+    }
+    Ok(())
+}

@@ -1,0 +1,242 @@
+//! Finding runs: one by its number, those on a scenario, and lists by filters and words.
+
+use rusqlite::types::Value;
+use rusqlite::{Connection, OptionalExtension, Row, params, params_from_iter};
+use serde::Serialize;
+
+use super::{Origin, Run, RunId, RunState, Store, StoreError, rows};
+use crate::verdict::Task;
+
+/// Which runs are meant; what is not set does not narrow them down.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Filter {
+    /// Words that all occur in scenario, answer, reasoning, justification or notes; each may be the beginning of one.
+    pub words: Option<String>,
+    /// A part of the model's id, in any case.
+    pub model: Option<String>,
+    /// A part of the scenario's name, in any case.
+    pub scenario: Option<String>,
+    /// What was asked.
+    pub task: Option<Task>,
+    /// Where they stand.
+    pub state: Option<RunState>,
+    /// Where they come from.
+    pub origin: Option<Origin>,
+    /// The batch they belong to.
+    pub batch: Option<String>,
+    /// What the verdict says.
+    pub verdict: Option<Decision>,
+    /// Asked at this time or later, milliseconds since 1970.
+    pub since_ms: Option<i64>,
+    /// Asked before this time.
+    pub before_ms: Option<i64>,
+    /// The deleted ones instead of the others.
+    pub deleted: bool,
+}
+
+/// What a verdict says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Decision {
+    /// Yes: a collision, or safety-critical.
+    Dangerous,
+    /// No.
+    Safe,
+    /// Nothing: there is no verdict.
+    Nothing,
+}
+
+/// A run in a list.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Its number.
+    pub run: i64,
+    /// When it was asked, milliseconds since 1970, UTC.
+    pub created_ms: i64,
+    /// `asked`, `recorded` or `replayed`.
+    pub origin: String,
+    /// Where it stands.
+    pub state: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// What was asked.
+    pub task: String,
+    /// From where the scene was described.
+    pub frame: String,
+    /// How it was asked.
+    pub techniques: String,
+    /// Who was asked, `provider/model`.
+    pub model: String,
+    /// Which of several answers to the same request.
+    pub sample: u32,
+    /// What the verdict says; nothing where there is none, or none that says yes or no.
+    pub dangerous: Option<bool>,
+    /// US dollars, where known.
+    pub cost_usd: Option<f64>,
+    /// Tokens of the answer, where known.
+    pub output_tokens: Option<u64>,
+    /// Whether it is kept from deletion.
+    pub pinned: bool,
+    /// Where words were searched for: a place where they occur, with `[` and `]` around them.
+    pub excerpt: Option<String>,
+}
+
+impl Store {
+    /// One run, with what has arrived of it so far.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn run(&self, id: RunId) -> Result<Option<Run>, StoreError> {
+        let connection = self.lock();
+        let found = connection
+            .prepare_cached("SELECT * FROM runs WHERE id = ?1")?
+            .query_row([id.0], rows::run)
+            .optional()?;
+        found
+            .map(|run| rows::with_pieces(&connection, run))
+            .transpose()
+    }
+
+    /// The newest runs on a scenario and a task, newest first: by the hash of its file, and those that are known by
+    /// its name alone.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn of_scenario(
+        &self,
+        scenario_hash: &str,
+        name: &str,
+        task: Task,
+        most: usize,
+    ) -> Result<Vec<Run>, StoreError> {
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(
+            "SELECT * FROM (
+                 SELECT * FROM runs WHERE scenario_hash = ?1 AND task = ?3 AND deleted_ms IS NULL
+                 UNION ALL
+                 SELECT * FROM runs WHERE scenario_hash IS NULL AND scenario = ?2 AND task = ?3
+                     AND deleted_ms IS NULL)
+             ORDER BY created_ms DESC, id DESC LIMIT ?4",
+        )?;
+        let found =
+            statement.query_map(params![scenario_hash, name, task.name(), most], rows::run)?;
+        found
+            .map(|run| rows::with_pieces(&connection, run?))
+            .collect()
+    }
+
+    /// The newest runs that fit, newest first, without their texts; at most `most` of them.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn list(&self, filter: &Filter, most: usize) -> Result<Vec<Summary>, StoreError> {
+        let (condition, mut values) = filter.condition();
+        let excerpt = match &filter.words {
+            Some(_) => "snippet(runs_text, -1, '[', ']', '…', 12)",
+            None => "NULL",
+        };
+        values.push(Value::from(i64::try_from(most).unwrap_or(i64::MAX)));
+        let sql = format!(
+            "SELECT runs.id, created_ms, origin, state, runs.scenario, task, frame, techniques, model, sample,
+                 dangerous, cost_usd, output_tokens, pinned, {excerpt} AS excerpt
+             FROM {condition} ORDER BY created_ms DESC, runs.id DESC LIMIT ?"
+        );
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(&sql)?;
+        let found = statement.query_map(params_from_iter(values), summary)?;
+        Ok(found.collect::<Result<_, _>>()?)
+    }
+
+    /// The numbers of all runs that fit, oldest first.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn numbers(&self, filter: &Filter) -> Result<Vec<RunId>, StoreError> {
+        let (condition, values) = filter.condition();
+        let sql = format!("SELECT runs.id FROM {condition} ORDER BY created_ms, runs.id");
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(&sql)?;
+        let found = statement.query_map(params_from_iter(values), |row| Ok(RunId(row.get(0)?)))?;
+        Ok(found.collect::<Result<_, _>>()?)
+    }
+
+    /// How many runs there are, deleted ones aside.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn count(&self) -> Result<u64, StoreError> {
+        let connection: &Connection = &self.lock();
+        let sql = "SELECT count(*) FROM runs WHERE deleted_ms IS NULL";
+        Ok(connection.query_row(sql, [], |row| row.get(0))?)
+    }
+}
+
+impl Filter {
+    /// What follows FROM, with its values in order.
+    fn condition(&self) -> (String, Vec<Value>) {
+        let mut parts = vec![format!(
+            "deleted_ms IS {}NULL",
+            if self.deleted { "NOT " } else { "" }
+        )];
+        let mut values = Vec::new();
+        let mut tables = "runs";
+        if let Some(words) = &self.words {
+            tables = "runs_text JOIN runs ON runs.id = runs_text.rowid";
+            parts.push("runs_text MATCH ?".into());
+            values.push(Value::from(matching(words)));
+        }
+        let mut part = |sql: &str, value: Option<Value>| {
+            if let Some(value) = value {
+                parts.push(sql.to_string());
+                values.push(value);
+            }
+        };
+        let text = |text: &Option<String>| text.clone().map(Value::from);
+        let name = |name: Option<&'static str>| name.map(|n| Value::from(n.to_string()));
+        part("instr(lower(model), lower(?)) > 0", text(&self.model));
+        part(
+            "instr(lower(runs.scenario), lower(?)) > 0",
+            text(&self.scenario),
+        );
+        part("task = ?", name(self.task.map(Task::name)));
+        part("state = ?", name(self.state.map(RunState::name)));
+        part("origin = ?", name(self.origin.map(Origin::name)));
+        part("batch = ?", text(&self.batch));
+        part("created_ms >= ?", self.since_ms.map(Value::from));
+        part("created_ms < ?", self.before_ms.map(Value::from));
+        match self.verdict {
+            Some(Decision::Dangerous) => parts.push("dangerous = 1".into()),
+            Some(Decision::Safe) => parts.push("dangerous = 0".into()),
+            Some(Decision::Nothing) => parts.push("verdict IS NULL".into()),
+            None => {}
+        }
+        (format!("{tables} WHERE {}", parts.join(" AND ")), values)
+    }
+}
+
+/// Words as FTS5 wants them: all of them, each a word or the beginning of one, and none of them an operator.
+fn matching(words: &str) -> String {
+    let quoted = words
+        .split_whitespace()
+        .map(|word| format!("\"{}\"*", word.replace('"', "\"\"")));
+    quoted.collect::<Vec<_>>().join(" ")
+}
+
+fn summary(row: &Row<'_>) -> Result<Summary, rusqlite::Error> {
+    Ok(Summary {
+        run: row.get("id")?,
+        created_ms: row.get("created_ms")?,
+        origin: row.get("origin")?,
+        state: row.get("state")?,
+        scenario: row.get("scenario")?,
+        task: row.get("task")?,
+        frame: row.get("frame")?,
+        techniques: row.get("techniques")?,
+        model: row.get("model")?,
+        sample: row.get("sample")?,
+        dangerous: row.get("dangerous")?,
+        cost_usd: row.get("cost_usd")?,
+        output_tokens: row.get("output_tokens")?,
+        pinned: row.get("pinned")?,
+        excerpt: row.get("excerpt")?,
+    })
+}

@@ -1,0 +1,112 @@
+//! Versions of the store's file: numbered SQL files, each applied once, in a transaction.
+
+use rusqlite::{Connection, TransactionBehavior};
+
+use super::StoreError;
+
+/// What brings a file from one version to the next; the first one makes it.
+const MIGRATIONS: [&str; 2] = [
+    include_str!("migrations/1.sql"),
+    include_str!("migrations/2.sql"),
+];
+
+/// The version of a file that this program writes.
+pub const VERSION: i64 = MIGRATIONS.len() as i64;
+
+/// Brings the file to the newest version. Several programs may try at once; one does it, the others wait.
+pub fn migrate(connection: &mut Connection) -> Result<(), StoreError> {
+    if version(connection)? == VERSION {
+        return Ok(());
+    }
+    let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
+    let found = version(&transaction)?;
+    if found > VERSION {
+        return Err(StoreError::Newer {
+            found,
+            known: VERSION,
+        });
+    }
+    let done = usize::try_from(found).unwrap_or(0);
+    for sql in &MIGRATIONS[done..] {
+        transaction.execute_batch(sql)?;
+    }
+    transaction.pragma_update(None, "user_version", VERSION)?;
+    transaction.commit()?;
+    Ok(())
+}
+
+fn version(connection: &Connection) -> Result<i64, StoreError> {
+    Ok(connection.query_row("PRAGMA user_version", [], |row| row.get(0))?)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use crate::store::{Filter, RunId, RunState, Store};
+
+    /// A store as version 1 wrote it.
+    fn version_1(path: &std::path::Path) {
+        let connection = rusqlite::Connection::open(path).unwrap();
+        connection.execute_batch(super::MIGRATIONS[0]).unwrap();
+        connection.pragma_update(None, "user_version", 1).unwrap();
+        let insert = "INSERT INTO runs (created_ms, updated_ms, scenario, scenario_hash, ego, task, frame, techniques,
+            window_first, window_last, model, endpoint, template, template_hash, messages, parameters, state, answer,
+            finish, verdict, cost_usd) VALUES (?1, ?1, 'ZAM_A-1', 'h', '1', 'collision', 'ego', 'base', 3, 12,
+            'lab/x/y', 'lab (http://a)', 't.md', 'th', '[]', '{}', ?2, ?3, ?4, ?5, ?6)";
+        let verdict =
+            r#"{"task":"collision","collision":true,"obstacles":[],"justification":"it brakes"}"#;
+        let rows = [
+            ("answered", "whole", "stop", Some(verdict), Some(0.5)),
+            ("answered", "cut", "length", None, None),
+            ("running", "", "", None, None),
+        ];
+        for (i, (state, answer, finish, verdict, cost)) in rows.into_iter().enumerate() {
+            let values = rusqlite::params![1000 + i, state, answer, finish, verdict, cost];
+            connection.execute(insert, values).unwrap();
+        }
+        let pieces = "INSERT INTO pieces (run, reasoning, text) VALUES (3, 1, 'hm '), (3, 0, 'so '), (3, 0, 'far')";
+        connection.execute_batch(pieces).unwrap();
+    }
+
+    #[test]
+    fn a_store_of_version_1_keeps_everything() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let store = Store::open(&path).unwrap();
+        let run = |id| store.run(RunId(id)).unwrap().unwrap();
+        let whole = run(1);
+        assert_eq!((whole.created_ms, whole.answer.as_str()), (1000, "whole"));
+        assert_eq!(whole.question.window, Some((3, 12)));
+        assert_eq!(
+            (whole.question.provider.as_str(), whole.question.key()),
+            ("lab", None)
+        );
+        assert!(
+            whole
+                .ending
+                .verdict
+                .is_some_and(|said| said.verdict().is_some_and(|v| v.dangerous))
+        );
+        assert_eq!(whole.ending.consumed.cost_usd, Some(0.5));
+        assert_eq!(run(2).ending.state, RunState::Truncated);
+        let killed = run(3);
+        assert_eq!(killed.ending.state, RunState::Interrupted);
+        assert_eq!(
+            (killed.answer.as_str(), killed.reasoning.as_str()),
+            ("so far", "hm ")
+        );
+        let words = Filter {
+            words: Some("brakes".into()),
+            ..Filter::default()
+        };
+        let found = store.list(&words, 10);
+        assert_eq!(
+            found.unwrap().len(),
+            1,
+            "old answers are found by their words"
+        );
+        drop(store);
+        assert!(Store::open(&path).is_ok(), "and once is enough");
+    }
+}

@@ -1,0 +1,272 @@
+//! Writing runs: their beginning, their pieces, their end, and what people do with them later.
+
+use rusqlite::{Connection, params};
+
+use super::claim::renew;
+use super::database::now_ms;
+use super::{Ending, NewRun, Origin, Piece, Run, RunId, Store, StoreError, rows};
+
+impl Store {
+    /// Adds pieces of the answer, in one transaction, and renews the claim.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn append(&self, run: RunId, pieces: &[Piece<'_>]) -> Result<(), StoreError> {
+        self.change(|transaction| {
+            let mut statement = transaction
+                .prepare_cached("INSERT INTO pieces (run, reasoning, text) VALUES (?1, ?2, ?3)")?;
+            for piece in pieces {
+                let (reasoning, text) = match piece {
+                    Piece::Reasoning(text) => (true, text),
+                    Piece::Answer(text) => (false, text),
+                };
+                statement.execute(params![run.0, reasoning, text])?;
+            }
+            renew(transaction, run)
+        })
+    }
+
+    /// Writes down how a run ended and puts its pieces together; afterwards it is on the disk.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn finish(&self, run: RunId, ending: &Ending) -> Result<(), StoreError> {
+        let verdict = ending
+            .verdict
+            .as_ref()
+            .map(serde_json::to_string)
+            .transpose()?;
+        self.durably(|transaction| {
+            let (answer, reasoning) = rows::pieces(transaction, run)?;
+            let consumed = &ending.consumed;
+            transaction.execute(
+                "UPDATE runs SET updated_ms = ?2, state = ?3, model_returned = ?4, finish = ?5, verdict = ?6,
+                     reading = ?7, error = ?8, input_tokens = ?9, output_tokens = ?10, reasoning_tokens = ?11,
+                     cached_tokens = ?12, cost_usd = ?13, price_source = ?14, first_chunk_ms = ?15,
+                     duration_ms = ?16, answer = answer || ?17, reasoning = reasoning || ?18
+                 WHERE id = ?1",
+                params![
+                    run.0,
+                    now_ms(),
+                    ending.state.name(),
+                    ending.model_returned,
+                    ending.finish,
+                    verdict,
+                    ending.reading,
+                    ending.error,
+                    consumed.input_tokens,
+                    consumed.output_tokens,
+                    consumed.reasoning_tokens,
+                    consumed.cached_tokens,
+                    consumed.cost_usd,
+                    ending.price_source,
+                    consumed.first_chunk_ms,
+                    consumed.duration_ms,
+                    answer,
+                    reasoning,
+                ],
+            )?;
+            transaction.execute("DELETE FROM pieces WHERE run = ?1", [run.0])?;
+            transaction.execute("DELETE FROM claims WHERE run = ?1", [run.0])?;
+            Ok(())
+        })
+    }
+
+    /// Adds whole runs of another store or of a publication, in one transaction, unless they are there already; says
+    /// how many were added. Their numbers are given anew.
+    ///
+    /// A run that was asked is there already if one with the same key, sample and time of asking is; a recorded one if
+    /// one with the same key is, as its key holds its answer.
+    ///
+    /// # Errors
+    /// SQLite refused. None is added then.
+    pub fn add(&self, runs: &[Run]) -> Result<usize, StoreError> {
+        self.durably(|transaction| {
+            let mut added = 0;
+            for run in runs {
+                if is_there(transaction, run)? {
+                    continue;
+                }
+                let id = insert_new(transaction, &run.question, run.created_ms)?;
+                insert_rest(transaction, id, run)?;
+                added += 1;
+            }
+            Ok(added)
+        })
+    }
+
+    /// Deletes a run, so that it is neither listed nor used as an answer; or restores it.
+    ///
+    /// # Errors
+    /// There is no such run; it is pinned; SQLite refused.
+    pub fn delete(&self, run: RunId, deleted: bool) -> Result<(), StoreError> {
+        self.durably(|transaction| {
+            let changed = transaction.execute(
+                "UPDATE runs SET deleted_ms = ?2 WHERE id = ?1 AND pinned = 0",
+                params![run.0, deleted.then(now_ms)],
+            )?;
+            if changed == 1 {
+                return Ok(());
+            }
+            Err(match is_known(transaction, run)? {
+                true => StoreError::Pinned(run),
+                false => StoreError::NoRun(run),
+            })
+        })
+    }
+
+    /// Keeps a run from being deleted, or no longer.
+    ///
+    /// # Errors
+    /// There is no such run; SQLite refused.
+    pub fn pin(&self, run: RunId, pinned: bool) -> Result<(), StoreError> {
+        self.set(run, "UPDATE runs SET pinned = ?2 WHERE id = ?1", pinned)
+    }
+
+    /// Writes what a person has to say about a run.
+    ///
+    /// # Errors
+    /// There is no such run; SQLite refused.
+    pub fn note(&self, run: RunId, notes: &str) -> Result<(), StoreError> {
+        self.set(run, "UPDATE runs SET notes = ?2 WHERE id = ?1", notes)
+    }
+
+    fn set(&self, run: RunId, sql: &str, value: impl rusqlite::ToSql) -> Result<(), StoreError> {
+        self.durably(
+            |transaction| match transaction.execute(sql, params![run.0, value])? {
+                1 => Ok(()),
+                _ => Err(StoreError::NoRun(run)),
+            },
+        )
+    }
+}
+
+fn is_known(connection: &Connection, run: RunId) -> Result<bool, StoreError> {
+    let sql = "SELECT EXISTS (SELECT 1 FROM runs WHERE id = ?1)";
+    Ok(connection.query_row(sql, [run.0], |row| row.get(0))?)
+}
+
+fn is_there(connection: &Connection, run: &Run) -> Result<bool, StoreError> {
+    let key = run.key.as_ref().map(super::Key::as_str);
+    let question = &run.question;
+    if let (Origin::Recorded, Some(key)) = (run.origin, key) {
+        let sql = "SELECT EXISTS (SELECT 1 FROM runs WHERE key = ?1 AND origin = 'recorded')";
+        return Ok(connection
+            .prepare_cached(sql)?
+            .query_row([key], |row| row.get(0))?);
+    }
+    // Without a key, what it would have been made of.
+    let sql =
+        "SELECT EXISTS (SELECT 1 FROM runs WHERE created_ms = ?1 AND sample = ?2 AND key IS ?3
+        AND (?3 IS NOT NULL OR (model = ?4 AND scenario_hash IS ?5 AND ego = ?6 AND task = ?7
+            AND messages = ?8 AND answer = ?9)))";
+    let values = params![
+        run.created_ms,
+        question.sample,
+        key,
+        question.model,
+        question.scenario_hash,
+        question.ego,
+        question.task.name(),
+        question.messages,
+        run.answer,
+    ];
+    Ok(connection
+        .prepare_cached(sql)?
+        .query_row(values, |row| row.get(0))?)
+}
+
+/// Inserts a run of which only the question is known.
+pub(super) fn insert_new(
+    connection: &Connection,
+    run: &NewRun,
+    created_ms: i64,
+) -> Result<RunId, StoreError> {
+    let key = run.key();
+    connection
+        .prepare_cached(
+            "INSERT INTO runs (created_ms, updated_ms, key, sample, batch, scenario, scenario_hash, ego, task, frame,
+                 techniques, window_first, window_last, model, provider, dialect, endpoint, address, template,
+                 template_version, template_hash, messages, parameters, answer_schema, state)
+             VALUES (?1, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20,
+                 ?21, ?22, ?23, 'running')",
+        )?
+        .execute(params![
+            created_ms,
+            key.as_ref().map(super::Key::as_str),
+            run.sample,
+            run.batch,
+            run.scenario,
+            run.scenario_hash,
+            run.ego,
+            run.task.name(),
+            run.frame,
+            run.techniques,
+            run.window.map(|(first, _)| first),
+            run.window.map(|(_, last)| last),
+            run.model,
+            run.provider,
+            run.dialect,
+            run.endpoint,
+            run.address,
+            run.template,
+            run.template_version,
+            run.template_hash,
+            run.messages,
+            run.parameters,
+            run.answer_schema,
+        ])?;
+    Ok(RunId(connection.last_insert_rowid()))
+}
+
+/// Everything of a run beside its question.
+fn insert_rest(connection: &Connection, id: RunId, run: &Run) -> Result<(), StoreError> {
+    let (ending, consumed) = (&run.ending, &run.ending.consumed);
+    connection
+        .prepare_cached(
+            "UPDATE runs SET updated_ms = ?2, key = ?3, origin = ?4, source = ?5, state = ?6, answer = ?7,
+                 reasoning = ?8, model_returned = ?9, finish = ?10, verdict = ?11, reading = ?12, error = ?13,
+                 input_tokens = ?14, output_tokens = ?15, reasoning_tokens = ?16, cached_tokens = ?17, cost_usd = ?18,
+                 price_source = ?19, first_chunk_ms = ?20, duration_ms = ?21, notes = ?22, pinned = ?23,
+                 deleted_ms = ?24
+             WHERE id = ?1",
+        )?
+        .execute(params![
+            id.0,
+            run.updated_ms,
+            run.key.as_ref().map(super::Key::as_str),
+            run.origin.name(),
+            run.source,
+            ending.state.name(),
+            run.answer,
+            run.reasoning,
+            ending.model_returned,
+            ending.finish,
+            run.verdict_json,
+            ending.reading,
+            ending.error,
+            consumed.input_tokens,
+            consumed.output_tokens,
+            consumed.reasoning_tokens,
+            consumed.cached_tokens,
+            consumed.cost_usd,
+            ending.price_source,
+            consumed.first_chunk_ms,
+            consumed.duration_ms,
+            run.notes,
+            run.pinned,
+            run.deleted_ms,
+        ])?;
+    Ok(())
+}
+
+/// Moves the pieces of a run into it.
+pub(super) fn join_pieces(connection: &Connection, run: RunId) -> Result<(), StoreError> {
+    let (answer, reasoning) = rows::pieces(connection, run)?;
+    connection.execute(
+        "UPDATE runs SET answer = answer || ?2, reasoning = reasoning || ?3 WHERE id = ?1",
+        params![run.0, answer, reasoning],
+    )?;
+    connection.execute("DELETE FROM pieces WHERE run = ?1", [run.0])?;
+    Ok(())
+}
