@@ -127,12 +127,7 @@ impl Registry {
                 known: known.join(", "),
             });
         };
-        let url = provider
-            .base_url_env
-            .as_deref()
-            .and_then(&env)
-            .filter(|v| !v.is_empty());
-        let Some(url) = url.or(provider.base_url.clone()) else {
+        let Some(url) = provider.url(&env) else {
             return Err(RegistryError::Entry {
                 name: name.to_string(),
                 message: "it has no base_url".into(),
@@ -155,12 +150,16 @@ impl Registry {
         Ok((endpoint, model.to_string()))
     }
 
-    /// Every model that is listed, with whether its key is there.
+    /// Every model that is listed, with whether its key is there. Where a server on this machine could take a key and
+    /// none is set, none is needed.
     #[must_use]
     pub fn offers(&self, env: impl Fn(&str) -> Option<String>) -> Vec<Offer> {
         let set = |name: &String| (name.clone(), env(name).is_some_and(|v| !v.is_empty()));
         let offers = self.providers.iter().flat_map(|(name, provider)| {
+            let url = provider.url(&env);
+            let here = url.is_some_and(|url| is_here(&Endpoint::new(name, url)));
             let key = provider.key_env.as_ref().map(set);
+            let key = key.filter(|(_, set)| *set || !here);
             let models = provider.models.iter().flatten();
             models.map(move |model| Offer {
                 id: format!("{name}/{model}"),
@@ -168,6 +167,15 @@ impl Registry {
             })
         });
         offers.collect()
+    }
+}
+
+impl Provider {
+    /// Its address: that of a variable before its own.
+    fn url(&self, env: impl Fn(&str) -> Option<String>) -> Option<String> {
+        let of_variable = self.base_url_env.as_deref().and_then(env);
+        let of_variable = of_variable.filter(|url| !url.is_empty());
+        of_variable.or_else(|| self.base_url.clone())
     }
 }
 
@@ -219,6 +227,13 @@ mod tests {
         let offers = registry.offers(|name| (name == "OPENAI_API_KEY").then(|| "k".into()));
         let gpt = offers.iter().find(|o| o.id == "openai/gpt-4o").unwrap();
         assert_eq!(gpt.key, Some(("OPENAI_API_KEY".into(), true)));
+        let local = offers.iter().find(|o| o.id.starts_with("local/")).unwrap();
+        assert_eq!(local.key, None, "a server on this machine");
+        let elsewhere =
+            |name: &str| (name == "NEARMISS_LOCAL_URL").then(|| "http://far.example/v1".into());
+        let offers = registry.offers(elsewhere);
+        let local = offers.iter().find(|o| o.id.starts_with("local/")).unwrap();
+        assert!(matches!(local.key, Some((_, false))));
     }
 
     #[test]
