@@ -52,7 +52,6 @@ pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
 
 pub fn measures(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker, sort: bool) {
     let title = if sort { "sort scenarios by" } else { "plot" };
-    let inner = super::window(frame, screen, model, title, (134, 44));
     let rows = measures_shown(picker, sort).into_iter().map(|m| match m {
         None => ("by name".to_string(), "as they were found".to_string()),
         Some(m) => {
@@ -62,13 +61,28 @@ pub fn measures(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Pic
                 format!(", {}", m.unit)
             };
             (
-                format!("{} {}{unit}", pad(m.id, 14), m.name),
+                format!("{} {}{unit}", pad(m.id, 16), m.name),
                 m.source.to_string(),
             )
         }
     });
-    draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
+    let rows: Vec<_> = rows.collect();
+    // As wide as the widest row, so that nothing is cut where the screen has the room.
+    let widths = rows
+        .iter()
+        .map(|(left, right)| left.width() + right.width());
+    let width = widths
+        .max()
+        .unwrap_or(0)
+        .saturating_add(7)
+        .max(MEASURES_WIDE);
+    let width = u16::try_from(width).unwrap_or(u16::MAX);
+    let inner = super::window(frame, screen, model, title, (width, 48));
+    draw(frame, inner, model, picker, &rows);
 }
+
+/// Columns of the list of measures at least, however few match.
+const MEASURES_WIDE: usize = 92;
 
 /// Lines below the list in which a cut row stands whole.
 const WHOLE: usize = 2;

@@ -1,9 +1,18 @@
 //! Asking, streaming, comparing, cancelling.
 
 use super::bench::{Bench, answer, no_verdict};
-use crate::evaluation::Event;
+use crate::evaluation::{Event, Judged, Missing};
 use crate::tui::message::{Effect, Msg, StoredOf};
 use crate::tui::model::{Pane, Progress, Shown};
+
+/// What the workbench wants earlier answers about.
+fn stored_of(bench: &Bench) -> StoredOf {
+    let wanted = bench.effects.iter().find_map(|e| match e {
+        Effect::LoadStored(of) => Some(of.clone()),
+        _ => None,
+    });
+    wanted.unwrap()
+}
 
 /// The model `lab/small` is asked.
 fn asking() -> Bench {
@@ -187,14 +196,7 @@ fn an_answer_goes_on_while_another_scenario_is_looked_at() {
 #[test]
 fn stored_answers_come_back_with_their_scenario_ego_and_task() {
     let mut bench = Bench::bundled();
-    let of = bench
-        .effects
-        .iter()
-        .find_map(|e| match e {
-            Effect::LoadStored(of) => Some(of.clone()),
-            _ => None,
-        })
-        .unwrap();
+    let of = stored_of(&bench);
     let other = StoredOf {
         ego: "301, obstacle 301 taken as ego".into(),
         ..of.clone()
@@ -255,7 +257,7 @@ fn more_answers_than_fit_can_all_be_reached() {
         bench.press("[");
     }
     for i in 0..6 {
-        assert!(seen.contains(&format!(" m{i} ")), "m{i}");
+        assert!(seen.contains(&format!("lab/m{i} ")), "m{i}");
     }
 }
 
@@ -288,4 +290,51 @@ fn retries_are_said() {
         frame.contains("trying again") && frame.contains("try 2 in 7 s"),
         "{frame}"
     );
+}
+
+#[test]
+fn runs_that_reached_no_model_do_not_come_back() {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let refused = || no_verdict("lab/x", "");
+    bench.send(Msg::Stored(of.clone(), vec![refused(), refused()]));
+    assert!(bench.model.answers.columns.is_empty());
+    assert_eq!(bench.model.answers.shown, Shown::Reference);
+    bench.send(Msg::Stored(of, vec![refused(), answer("lab/x", true, 301)]));
+    assert_eq!(bench.model.answers.columns.len(), 1);
+    assert!(
+        bench.frame(120, 40).contains("yes ="),
+        "the older answer of that model is not hidden by the newer failure"
+    );
+}
+
+#[test]
+fn an_error_is_read_beside_the_answer_and_covers_nothing() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    let mut failed = no_verdict("lab/small", "");
+    let why =
+        "cannot reach lab (http://127.0.0.1:9/v1/chat): connection refused; check the address";
+    failed.reasoning.clear();
+    failed.judged = Judged::Missing(Missing::NoAnswer(why.into()));
+    bench.send(Msg::Answered(id, Ok(Box::new(failed))));
+    let frame = bench.frame(80, 24);
+    let lines: Vec<&str> = frame.lines().collect();
+    let title = lines.iter().position(|l| l.contains("reasoning")).unwrap();
+    assert!(
+        lines[title + 1].contains("no answer: cannot reach"),
+        "{frame}"
+    );
+    assert!(lines[title + 4].contains("address"), "{frame}");
+    assert!(
+        frame.contains("lowest") && frame.contains("┌ risk"),
+        "{frame}"
+    );
+    assert!(frame.contains("lab/small"), "whose column it is: {frame}");
+    // Where the reasoning is not seen, the error is a message.
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.press("z");
+    bench.send(Msg::Answered(id, Err(why.into())));
+    assert!(bench.frame(80, 24).contains("something is wrong"));
 }

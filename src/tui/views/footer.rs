@@ -57,10 +57,10 @@ fn hints(model: &Model) -> Vec<(String, String)> {
                 ("←→", "step"),
                 ("o", "obstacle"),
                 ("↑↓", "scroll"),
+                ("Esc", "close"),
                 ("PgUp PgDn", "a page"),
                 ("x", "worst"),
                 ("n", "nearest"),
-                ("Esc", "close"),
             ]);
         }
         Some(Overlay::Palette(_) | Overlay::Models { .. } | Overlay::Measures { .. }) => {

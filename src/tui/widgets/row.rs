@@ -9,6 +9,9 @@ use crate::text::visible;
 /// Less room than this makes a note hard to read: it goes below its row instead.
 const LEAST: usize = 40;
 
+/// Columns before a note that stands below its row.
+const INDENT: usize = 4;
+
 /// A cell: what it says, its columns, its style.
 pub type Cell = (String, usize, Style);
 
@@ -40,10 +43,9 @@ pub fn lines(cells: &[Cell], note: (&str, Style), width: usize) -> Vec<Line<'sta
     };
     let mut all: Vec<Line<'static>> = (0..rows.unwrap_or(0)).map(line).collect();
     if !fits {
-        let indent = cells.first().map_or(0, |(_, columns, _)| *columns);
-        let below = wrapped(&words, width.saturating_sub(indent));
+        let below = wrapped(&words, width.saturating_sub(INDENT));
         all.extend(below.into_iter().map(|words| {
-            let indent = Span::raw(" ".repeat(indent));
+            let indent = Span::raw(" ".repeat(INDENT));
             Line::from(vec![indent, Span::styled(words, note.1)])
         }));
     }
@@ -83,11 +85,11 @@ mod tests {
             ["  ttc     1 s   Hayward 1972"]
         );
         assert_eq!(
-            texts(&cells, "Hayward 1972, bodies in the plane", 40),
+            texts(&cells, "Hayward 1972, bodies in the plane", 30),
             [
                 "  ttc     1 s",
-                "          Hayward 1972, bodies in the",
-                "          plane"
+                "    Hayward 1972, bodies in",
+                "    the plane"
             ]
         );
         let long = "a note of very many words that is much longer than its column is wide";
