@@ -111,7 +111,7 @@ fn draw(
             .max(width / 3);
         let (full_left, full_right) = (left, right);
         let right = fit(right, half);
-        let left = pad(left, width.saturating_sub(right.width() + 3));
+        let left = pad(left, width.saturating_sub(right.width() + 4));
         let sign = if i == picker.selected { "▸ " } else { "  " };
         if i == picker.selected && (left.trim_end() != full_left.trim_end() || right != *full_right)
         {
