@@ -107,7 +107,7 @@ fn draw(
     for (i, (left, right)) in rows.iter().enumerate().skip(top).take(height) {
         // What is on the left tells the rows apart: it is cut last.
         let half = width
-            .saturating_sub(left.trim_end().width() + 4)
+            .saturating_sub(left.trim_end().width() + 5)
             .max(width / 3);
         let (full_left, full_right) = (left, right);
         let right = fit(right, half);
@@ -121,7 +121,7 @@ fn draw(
         let line = Line::from(vec![
             Span::raw(sign),
             Span::raw(left),
-            Span::styled(format!("{right} "), Style::new().fg(theme.dim)),
+            Span::styled(format!(" {right} "), Style::new().fg(theme.dim)),
         ]);
         lines.push(if i == picker.selected {
             line.style(theme.selected())
