@@ -157,7 +157,7 @@ table! {
     ReadThresholds, Global, "read-thresholds", [], 0, "thresholds", "Read thresholds.toml again and measure anew.";
     SortScenarios, Global, "sort", ["s"], 0, "sort", "Sort the list of scenarios by a measure, the most dangerous first.";
     TakeAsEgo, Global, "take-as-ego", ["shift-e"], 0, "as ego", "Take the picked obstacle as the ego.";
-    RecordedEgo, Global, "recorded-ego", [], 0, "recorded ego", "Go back to the recorded ego, or to that of --ego.";
+    RecordedEgo, Global, "recorded-ego", ["backspace"], 0, "recorded ego", "Go back from an obstacle as the ego to the recorded one, or to that of --ego.";
     Follow, Global, "follow", ["w"], 0, "follow", "Keep the ego in the middle of the map, or not.";
     EgoUp, Global, "ego-up", ["u"], 0, "ego up", "Turn the map so that the ego drives upwards, or north up.";
     FitMap, Global, "fit", ["a"], 0, "fit all", "Show the whole map.";

@@ -131,10 +131,21 @@ impl Overlay {
 pub struct Toast {
     /// What it says.
     pub text: String,
-    /// Whether something is wrong.
-    pub bad: bool,
+    /// What it is.
+    pub kind: Notice,
     /// Seconds it still stays; errors stay until a key is pressed.
     pub left: f64,
+}
+
+/// What a message is, and with that how long it counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Notice {
+    /// The reply to a key: the next key makes it old.
+    Reply,
+    /// Something that came about by itself: keys meant for something else do not take it away.
+    News,
+    /// Something is wrong.
+    Error,
 }
 
 /// Everything that the workbench knows.
@@ -150,6 +161,8 @@ pub struct Model {
     pub opened: Option<Box<Opened>>,
     /// The opening that is under way, and the obstacle that shall be the ego in it.
     pub opening: Option<(OpenId, Option<i64>)>,
+    /// The obstacle that was taken as the ego of the opened scenario.
+    pub taken: Option<i64>,
     /// Why the selected scenario is not open.
     pub open_error: Option<String>,
     /// The current time step.
@@ -215,6 +228,7 @@ impl Model {
             list: List::default(),
             opened: None,
             opening: None,
+            taken: None,
             open_error: None,
             clock: Clock::new(0..1, 0.1),
             focus: Pane::Scenarios,
@@ -255,6 +269,17 @@ impl Model {
     #[must_use]
     pub fn scene(&self) -> Option<&Scene> {
         self.opened.as_ref()?.scene.as_deref()
+    }
+
+    /// Why there is nothing to judge or plot, and what to do.
+    #[must_use]
+    pub fn without_ego(&self) -> String {
+        let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
+        match why {
+            None => "no scenario is open".into(),
+            Some(None) => "there is no ego: o picks an obstacle, E makes it the ego".into(),
+            Some(Some(why)) => format!("{why}: o picks an obstacle, E makes it the ego"),
+        }
     }
 
     /// The window that is asked about: for the collision task the end of the recording, for the safety
@@ -332,24 +357,26 @@ impl Model {
         }
     }
 
-    /// Says something.
+    /// Says something in reply to a key.
     pub fn say(&mut self, text: impl Into<String>) {
-        let text = text.into();
-        self.toasts.retain(|t| t.text != text);
-        self.toasts.push(Toast {
-            text,
-            bad: false,
-            left: 4.0,
-        });
+        self.notify(text.into(), Notice::Reply, 4.0);
+    }
+
+    /// Says that something came about by itself.
+    pub fn tell(&mut self, text: impl Into<String>) {
+        self.notify(text.into(), Notice::News, 6.0);
     }
 
     /// Says that something is wrong.
     pub fn complain(&mut self, text: impl Into<String>) {
-        self.toasts.push(Toast {
-            text: text.into(),
-            bad: true,
-            left: f64::INFINITY,
-        });
+        self.notify(text.into(), Notice::Error, f64::INFINITY);
+    }
+
+    /// The newest takes the place of an older one that is no error; errors are all there until they were read.
+    fn notify(&mut self, text: String, kind: Notice, left: f64) {
+        self.toasts
+            .retain(|t| (kind == Notice::Error || t.kind == Notice::Error) && t.text != text);
+        self.toasts.push(Toast { text, kind, left });
     }
 
     /// Whether time has to pass: something plays, or a message fades.

@@ -4,9 +4,11 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::Paragraph;
+use ratatui::widgets::{Paragraph, Wrap};
+use unicode_width::UnicodeWidthStr;
 
 use crate::judge;
+use crate::text::visible;
 use crate::tui::keymap;
 use crate::tui::model::{Model, Picker, measures_shown, models_shown, palette_shown};
 use crate::tui::widgets::words::{fit, pad};
@@ -52,7 +54,6 @@ pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
 
 pub fn measures(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker, sort: bool) {
     let title = if sort { "sort scenarios by" } else { "plot" };
-    let inner = super::window(frame, screen, model, title, (92, 24));
     let rows = measures_shown(picker, sort).into_iter().map(|m| match m {
         None => ("by name".to_string(), "as they were found".to_string()),
         Some(m) => {
@@ -62,13 +63,31 @@ pub fn measures(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Pic
                 format!(", {}", m.unit)
             };
             (
-                format!("{} {}{unit}", pad(m.id, 14), m.name),
+                format!("{} {}{unit}", pad(m.id, 16), m.name),
                 m.source.to_string(),
             )
         }
     });
-    draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
+    let rows: Vec<_> = rows.collect();
+    // As wide as the widest row, so that nothing is cut where the screen has the room.
+    let widths = rows
+        .iter()
+        .map(|(left, right)| left.width() + right.width());
+    let width = widths
+        .max()
+        .unwrap_or(0)
+        .saturating_add(7)
+        .max(MEASURES_WIDE);
+    let width = u16::try_from(width).unwrap_or(u16::MAX);
+    let inner = super::window(frame, screen, model, title, (width, 48));
+    draw(frame, inner, model, picker, &rows);
 }
+
+/// Columns of the list of measures at least, however few match.
+const MEASURES_WIDE: usize = 92;
+
+/// Lines below the list in which a cut row stands whole.
+const WHOLE: usize = 2;
 
 fn draw(
     frame: &mut Frame<'_>,
@@ -80,20 +99,31 @@ fn draw(
     let theme = &model.theme;
     let width = usize::from(area.width);
     let typed = format!("> {}▏", fit(&picker.text, width.saturating_sub(4)));
-    let height = usize::from(area.height).saturating_sub(3);
+    let height = usize::from(area.height).saturating_sub(3 + WHOLE);
     let top = (picker.selected + 1).saturating_sub(height);
     let mut lines = vec![
         Line::styled(typed, Style::new().fg(theme.accent)),
         Line::default(),
     ];
+    let mut whole = None;
     for (i, (left, right)) in rows.iter().enumerate().skip(top).take(height) {
-        let right = fit(right, width / 2);
-        let left = pad(left, width.saturating_sub(right.chars().count() + 3));
+        // What is on the left tells the rows apart: it is cut last.
+        let half = width
+            .saturating_sub(left.trim_end().width() + 5)
+            .max(width / 3);
+        let (full_left, full_right) = (left, right);
+        let right = fit(right, half);
+        let left = pad(left, width.saturating_sub(right.width() + 4));
         let sign = if i == picker.selected { "▸ " } else { "  " };
+        if i == picker.selected && (left.trim_end() != full_left.trim_end() || right != *full_right)
+        {
+            let words = full_left.split_whitespace().collect::<Vec<_>>().join(" ");
+            whole = Some(format!("{words} · {full_right}"));
+        }
         let line = Line::from(vec![
             Span::raw(sign),
             Span::raw(left),
-            Span::styled(format!("{right} "), Style::new().fg(theme.dim)),
+            Span::styled(format!(" {right} "), Style::new().fg(theme.dim)),
         ]);
         lines.push(if i == picker.selected {
             line.style(theme.selected())
@@ -108,4 +138,14 @@ fn draw(
         ));
     }
     frame.render_widget(Paragraph::new(lines), area);
+    if let Some(words) = whole {
+        let rows = u16::try_from(WHOLE).unwrap_or(0);
+        let below = Rect {
+            y: area.bottom().saturating_sub(rows),
+            height: rows.min(area.height),
+            ..area
+        };
+        let words = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
+        frame.render_widget(words.style(Style::new().fg(theme.accent)), below);
+    }
 }

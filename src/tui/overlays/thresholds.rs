@@ -1,12 +1,13 @@
 //! The thresholds in use and where each is from.
 
 use ratatui::style::{Modifier, Style};
-use ratatui::text::{Line, Span};
+use ratatui::text::Line;
 
 use crate::metrics::{LIMITS, MEASURES, Thresholds};
 use crate::text::visible;
 use crate::tui::model::Model;
-use crate::tui::widgets::words::{fit, pad, quantity};
+use crate::tui::widgets::row;
+use crate::tui::widgets::words::quantity;
 
 /// Columns of what is limited, in a narrow window and in a wide one.
 const NAME: [usize; 2] = [28, 40];
@@ -32,11 +33,11 @@ pub fn text(model: &Model, width: usize) -> Vec<Line<'static>> {
             } else {
                 ("  ", Style::new())
             };
-            lines.push(Line::from(vec![
-                Span::styled(format!("{sign}{} ", pad(&name, name_width - 3)), style),
-                Span::styled(pad(&value, VALUE), style),
-                Span::styled(fit(&source, width.saturating_sub(name_width + VALUE)), dim),
-            ]));
+            let cells = [
+                (format!("{sign}{name}"), name_width, style),
+                (value, VALUE, style),
+            ];
+            lines.extend(row::lines(&cells, (&source, dim), width));
         }
     };
     part("thresholds", critical(thresholds));

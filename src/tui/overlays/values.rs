@@ -3,13 +3,14 @@
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
-use ratatui::text::{Line, Span, Text};
+use ratatui::text::{Line, Text};
 
 use super::thresholds;
 use crate::metrics::{MEASURES, Reading, SCENE_MEASURES, Threshold, measure};
 use crate::tui::loaded::Measured;
 use crate::tui::model::Model;
-use crate::tui::widgets::words::{fit, pad, quantity};
+use crate::tui::widgets::row;
+use crate::tui::widgets::words::quantity;
 
 /// Columns of the window at most, its borders included.
 const COLUMNS: u16 = 132;
@@ -77,7 +78,7 @@ fn scene(model: &Model, found: &Measured, width: usize) -> Vec<Line<'static>> {
     let step = model.clock.step();
     let readings = found.scene_at(step).unwrap_or_default();
     let rows = SCENE_MEASURES.iter().zip(readings);
-    let rows = rows.map(|(m, reading)| line(model, m.id, m.unit, m.source, reading, width));
+    let rows = rows.flat_map(|(m, reading)| line(model, m.id, m.unit, m.source, reading, width));
     rows.collect()
 }
 
@@ -87,7 +88,7 @@ fn obstacle(model: &Model, found: &Measured, width: usize) -> Vec<Line<'static>>
     };
     let at = |measure: &str| found.series.at(measure, id, model.clock.step());
     let rows = MEASURES.iter();
-    let rows = rows.map(|m| line(model, m.id, m.unit, m.source, at(m.id), width));
+    let rows = rows.flat_map(|m| line(model, m.id, m.unit, m.source, at(m.id), width));
     rows.collect()
 }
 
@@ -99,44 +100,34 @@ fn line(
     source: &str,
     reading: Reading,
     width: usize,
-) -> Line<'static> {
+) -> Vec<Line<'static>> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
-    let source = fit(source, width.saturating_sub(NAME + VALUE + LIMIT));
     let reached = |value: f64| {
         let measure = measure(id)?;
         model.thresholds.reached(measure, value)
     };
-    match reading {
-        Reading::None(why) => Line::from(vec![
-            Span::styled(pad(&format!("  {id}"), NAME), dim),
-            Span::styled(cell(&format!("– {}", why.reason()), VALUE + LIMIT), dim),
-            Span::styled(source, dim),
-        ]),
+    let cells = match reading {
+        Reading::None(why) => vec![
+            (format!("  {id}"), NAME, dim),
+            (format!("– {}", why.reason()), VALUE + LIMIT, dim),
+        ],
         Reading::Value(value) => {
-            let reached = reached(value);
-            let (sign, style, limit) = match reached {
-                Some(threshold) => (
-                    "!",
-                    Style::new().fg(theme.danger).add_modifier(Modifier::BOLD),
-                    cell(&words(threshold, unit), LIMIT),
-                ),
-                None => (" ", Style::new(), cell(&nearest(model, id, unit), LIMIT)),
+            let (sign, style, limit) = match reached(value) {
+                Some(threshold) => {
+                    let danger = Style::new().fg(theme.danger).add_modifier(Modifier::BOLD);
+                    ("!", danger, (words(threshold, unit), LIMIT, danger))
+                }
+                None => (" ", Style::new(), (nearest(model, id, unit), LIMIT, dim)),
             };
-            let limit_style = if reached.is_some() { style } else { dim };
-            Line::from(vec![
-                Span::styled(pad(&format!("{sign} {id}"), NAME), style),
-                Span::styled(pad(&quantity(value, unit), VALUE), style),
-                Span::styled(limit, limit_style),
-                Span::styled(source, dim),
-            ])
+            vec![
+                (format!("{sign} {id}"), NAME, style),
+                (quantity(value, unit), VALUE, style),
+                limit,
+            ]
         }
-    }
-}
-
-/// A cell with a gap behind it.
-fn cell(text: &str, width: usize) -> String {
-    format!("{} ", pad(text, width.saturating_sub(1)))
+    };
+    row::lines(&cells, (source, dim), width)
 }
 
 /// The threshold that a value that is not dangerous would reach first.
@@ -148,7 +139,5 @@ fn nearest(model: &Model, id: &str, unit: &str) -> String {
 fn words(threshold: &Threshold, unit: &str) -> String {
     let own = if threshold.own { "*" } else { "" };
     let value = quantity(threshold.value, unit);
-    // The name is cut before the value is.
-    let room = LIMIT.saturating_sub(value.chars().count() + own.len() + 3);
-    format!("{} {value}{own}", fit(&threshold.name, room))
+    format!("{} {value}{own}", threshold.name)
 }

@@ -1,12 +1,21 @@
 //! Asking, streaming, comparing, cancelling.
 
 use super::bench::{Bench, answer, no_verdict};
-use crate::evaluation::{Answer, Event, Judged, Past};
+use crate::evaluation::{Answer, Event, Judged, Missing, Past};
 use crate::llm::{Dialect, Discovered};
 use crate::store::{Origin, RunId};
 use crate::tui::message::{Effect, Msg, StoredOf};
 use crate::tui::model::{Pane, Progress, Shown};
 use crate::verdict::How;
+
+/// What the workbench wants earlier answers about.
+fn stored_of(bench: &Bench) -> StoredOf {
+    let wanted = bench.effects.iter().find_map(|e| match e {
+        Effect::LoadStored(of) => Some(of.clone()),
+        _ => None,
+    });
+    wanted.unwrap()
+}
 
 /// The model `lab/small` is asked.
 fn asking() -> Bench {
@@ -230,14 +239,7 @@ fn an_answer_goes_on_while_another_scenario_is_looked_at() {
 #[test]
 fn stored_answers_come_back_with_their_scenario_ego_and_task() {
     let mut bench = Bench::bundled();
-    let of = bench
-        .effects
-        .iter()
-        .find_map(|e| match e {
-            Effect::LoadStored(of) => Some(of.clone()),
-            _ => None,
-        })
-        .unwrap();
+    let of = stored_of(&bench);
     let other = StoredOf {
         ego: "301, obstacle 301 taken as ego".into(),
         ..of.clone()
@@ -298,7 +300,7 @@ fn more_answers_than_fit_can_all_be_reached() {
         bench.press("[");
     }
     for i in 0..6 {
-        assert!(seen.contains(&format!(" m{i} ")), "m{i}");
+        assert!(seen.contains(&format!("lab/m{i} ")), "m{i}");
     }
 }
 
@@ -404,7 +406,7 @@ fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
             assert!(frame.contains(word), "{word}: {frame}");
         }
     };
-    let names = ["gemini", "openai", "deepse"];
+    let names = ["gemini", "openai", "epseek"];
     shows(&bench, &names);
     shows(
         &bench,
@@ -415,4 +417,51 @@ fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
     // Asked as it would be asked now, beside the built-in judge.
     let last = &bench.model.answers.columns[6..];
     assert!(last.iter().all(|c| c.how == "ego · cp+cot+icl"));
+}
+
+#[test]
+fn runs_that_reached_no_model_do_not_come_back() {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let refused = || no_verdict("lab/x", "");
+    bench.send(Msg::Stored(of.clone(), vec![refused(), refused()]));
+    assert!(bench.model.answers.columns.is_empty());
+    assert_eq!(bench.model.answers.shown, Shown::Reference);
+    bench.send(Msg::Stored(of, vec![refused(), answer("lab/x", true, 301)]));
+    assert_eq!(bench.model.answers.columns.len(), 1);
+    assert!(
+        bench.frame(120, 40).contains("yes ="),
+        "the older answer of that model is not hidden by the newer failure"
+    );
+}
+
+#[test]
+fn an_error_is_read_beside_the_answer_and_covers_nothing() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    let mut failed = no_verdict("lab/small", "");
+    let why =
+        "cannot reach lab (http://127.0.0.1:9/v1/chat): connection refused; check the address";
+    failed.reasoning.clear();
+    failed.judged = Judged::Missing(Missing::NoAnswer(why.into()));
+    bench.send(Msg::Answered(id, Ok(Box::new(failed))));
+    let frame = bench.frame(80, 24);
+    let lines: Vec<&str> = frame.lines().collect();
+    let title = lines.iter().position(|l| l.contains("reasoning")).unwrap();
+    assert!(
+        lines[title + 1].contains("no answer: cannot reach"),
+        "{frame}"
+    );
+    assert!(lines[title + 4].contains("address"), "{frame}");
+    assert!(
+        frame.contains("lowest") && frame.contains("┌ risk"),
+        "{frame}"
+    );
+    assert!(frame.contains("lab/small"), "whose column it is: {frame}");
+    // Where the reasoning is not seen, the error is a message.
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.press("z");
+    bench.send(Msg::Answered(id, Err(why.into())));
+    assert!(bench.frame(80, 24).contains("something is wrong"));
 }

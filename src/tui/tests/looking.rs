@@ -210,3 +210,55 @@ fn it_can_be_left() {
     bench.send(Msg::Terminate);
     assert!(matches!(bench.effects.last(), Some(Effect::Quit)));
 }
+
+#[test]
+fn a_notice_goes_with_the_next_key_and_hides_no_pane() {
+    let mut bench = Bench::empty();
+    bench.press("shift-e");
+    assert!(bench.frame(80, 24).contains(" no scenario is open"));
+    bench.press("r");
+    assert_eq!(bench.model.toasts.len(), 1, "the newest alone");
+    bench.send(Msg::Found(Ok(crate::scenario::bundled().into())));
+    assert!(bench.model.toasts.is_empty(), "it is not true any longer");
+    bench.press("d");
+    let frame = bench.frame(80, 24);
+    let (above, last) = frame.rsplit_once('\n').unwrap();
+    assert!(last.contains("the built-in judge stays"), "{frame}");
+    bench.press("right");
+    assert!(bench.model.toasts.is_empty());
+    bench.press("left");
+    assert_eq!(bench.frame(80, 24).rsplit_once('\n').unwrap().0, above);
+    // What nobody asked for stays for its time, whatever key is pressed.
+    bench.model.tell("an answer elsewhere");
+    bench.press("right");
+    assert_eq!(bench.model.toasts.len(), 1);
+    bench.send(Msg::Passed(Duration::from_secs(7)));
+    assert!(bench.model.toasts.is_empty() && !bench.model.moves());
+}
+
+#[test]
+fn an_error_covers_neither_plot_nor_timeline() {
+    let mut bench = Bench::bundled();
+    let plain = bench.frame(80, 24);
+    bench.model.complain("words ".repeat(60));
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("something is wrong"));
+    let parts = |frame: &str| {
+        let lines: Vec<String> = frame.lines().map(String::from).collect();
+        let timeline = lines.iter().position(|l| l.starts_with("┌ 0.0 s")).unwrap();
+        lines[timeline..].join("\n")
+    };
+    assert_eq!(parts(&frame), parts(&plain));
+}
+
+#[test]
+fn the_position_hides_no_number_of_the_timeline() {
+    let mut bench = Bench::bundled();
+    for _ in 0..8 {
+        let frame = bench.frame(120, 40);
+        let ruler = frame.lines().find(|l| l.contains('▲')).unwrap();
+        assert!(ruler.contains("0s") && ruler.contains("2s"), "{ruler}");
+        bench.press("right");
+    }
+    assert!(bench.frame(200, 60).contains("bars: lowest risk score"));
+}

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::bench::Bench;
 use crate::scenario::{Entry, WantedEgo, write_recording};
 use crate::tui::message::{Effect, Msg, OpenId};
+use crate::tui::model::{Notice, Pane};
 
 #[test]
 fn the_first_scenario_opens_with_the_built_in_verdict() {
@@ -178,7 +179,7 @@ fn what_cannot_be_the_ego_changes_nothing_but_is_said() {
     bench.press("shift-e");
     assert_eq!(bench.model.opened.as_ref().unwrap().name, name);
     assert_eq!(bench.model.clock.step(), step);
-    assert!(bench.model.toasts.last().unwrap().bad);
+    assert_eq!(bench.model.toasts.last().unwrap().kind, Notice::Error);
     bench.model.picked = Some(302);
     bench.press("shift-e");
     assert_eq!(
@@ -210,4 +211,85 @@ fn what_reading_assumed_is_shown_and_counted() {
     }
     bench.press("i");
     assert!(bench.model.overlays.is_empty());
+}
+
+#[test]
+fn an_obstacle_as_the_ego_is_seen_at_once_and_r_goes_back() {
+    let mut bench = Bench::bundled();
+    let badge = |bench: &Bench| {
+        let frame = bench.frame(80, 24);
+        let row = frame
+            .lines()
+            .find(|l| l.contains("▸ "))
+            .unwrap()
+            .to_string();
+        row.split('┃').nth(1).unwrap().trim_end().to_string()
+    };
+    bench.press("backspace");
+    assert!(bench.frame(80, 24).contains("no obstacle is the ego"));
+    let risk = crate::tui::loaded::Facts {
+        obstacles: 9,
+        headline: bench.model.opened.as_ref().unwrap().headline.clone(),
+    };
+    bench.send(Msg::Surveyed(0, Ok(risk)));
+    let recorded = badge(&bench);
+    assert!(recorded.ends_with("0X"), "{recorded}");
+    bench.press("shift-e");
+    let taken = bench.model.taken.unwrap();
+    let frame = bench.frame(80, 24);
+    assert!(
+        frame.starts_with(&format!(" nearmiss {taken} as ego · ")),
+        "{frame}"
+    );
+    assert!(frame.contains("Backspace goes back"), "{frame}");
+    assert_ne!(badge(&bench), recorded, "the list is about the same ego");
+    bench.press("right");
+    let hints = bench.frame(80, 24);
+    let hints = hints.lines().last().unwrap();
+    assert!(hints.starts_with(" Backspace recorded ego"), "{hints}");
+    bench.press("backspace");
+    assert_eq!(bench.model.taken, None);
+    assert_eq!(badge(&bench), recorded);
+    assert!(!bench.frame(80, 24).contains("recorded ego"));
+}
+
+#[test]
+fn without_an_ego_every_pane_says_what_to_do_and_no_names_run_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("alone.xml");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ZAM_JamTail-1_1_T-1.xml");
+    std::fs::copy(source, &path).unwrap();
+    let mut bench = Bench::empty();
+    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
+    let panes = bench.frame(120, 40).matches("makes it the ego").count();
+    assert!(panes >= 3, "{}", bench.frame(120, 40));
+    let ids: Vec<String> = bench
+        .model
+        .opened
+        .as_ref()
+        .unwrap()
+        .scenario
+        .obstacles
+        .iter()
+        .map(|o| o.id.to_string())
+        .collect();
+    let mut named = 0;
+    bench.model.focus = Pane::Map;
+    for keys in ["z", "a", "- -", "-", "end"] {
+        bench.press(keys);
+        for (columns, rows) in [(80, 24), (120, 40)] {
+            let frame = bench.frame(columns, rows);
+            let map = frame
+                .lines()
+                .filter(|l| l.starts_with('┃') && !l.contains('├'));
+            for word in map.flat_map(|l| l.split(|c: char| !c.is_ascii_digit())) {
+                assert!(
+                    word.is_empty() || ids.iter().any(|id| id == word),
+                    "{word}: {frame}"
+                );
+                named += usize::from(!word.is_empty());
+            }
+        }
+    }
+    assert!(named > 10);
 }

@@ -15,7 +15,7 @@ fn any_measure_is_plotted_for_chosen_obstacles() {
     assert_eq!(bench.model.plot.marked.len(), 2);
     assert_eq!(bench.model.plot.marked[0], picked);
     let frame = bench.frame(200, 60);
-    for words in ["ttc · picked", "critical 1.50 s", &format!("━{picked}")] {
+    for words in ["· picked", "critical 1.50 s", &format!("━{picked}")] {
         assert!(frame.contains(words), "{words}: {frame}");
     }
     bench.press("shift-o b");
@@ -51,4 +51,78 @@ fn the_list_is_sorted_by_a_measure() {
     assert!(bench.frame(200, 60).contains("0.25 "));
     bench.press("s enter");
     assert_eq!(bench.model.list.visible[..3], [0, 1, 2]);
+}
+
+#[test]
+fn measures_to_choose_from_are_there_whole() {
+    for key in ["p", "s"] {
+        let mut bench = Bench::bundled();
+        bench.press(key);
+        let frame = bench.frame(200, 60);
+        let inside = frame.lines().filter_map(|line| line.split('┃').nth(1));
+        for line in inside {
+            assert!(!line.contains('…'), "{line}");
+        }
+        // In a small window, the selected one is there whole below the list.
+        bench.type_text("rss_long_margin");
+        let frame = bench.frame(80, 24);
+        let inside = frame.lines().filter_map(|line| line.split('┃').nth(1));
+        let words: Vec<&str> = inside.map(str::trim).collect();
+        let words = words.join(" ");
+        let measure = crate::metrics::measure("rss_long_margin").unwrap();
+        assert!(words.contains(measure.source), "{frame}");
+    }
+}
+
+/// What is inside the plot's frame, its borders included.
+fn plotted(bench: &Bench, columns: u16, rows: u16) -> String {
+    let frame = bench.frame(columns, rows);
+    let from = frame
+        .lines()
+        .position(|l| l.contains(&format!("┌ {} ", bench.model.plot.measure.id)));
+    let lines: Vec<&str> = frame.lines().skip(from.unwrap()).collect();
+    let right = |line: &&str| {
+        line.chars()
+            .skip(usize::from(columns) / 2)
+            .collect::<String>()
+    };
+    lines.iter().map(right).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn axes_have_round_ends_and_units_and_marks_have_names() {
+    let mut bench = Bench::bundled();
+    bench.press("p");
+    bench.type_text("distance");
+    bench.press("enter b o b o");
+    for (columns, rows) in [(80, 24), (120, 40), (200, 60)] {
+        let plot = plotted(&bench, columns, rows);
+        assert!(plot.contains("6 s") && plot.contains(" m┤"), "{plot}");
+        for id in &bench.model.plot.marked {
+            assert!(
+                plot.contains(&format!("━{id}")),
+                "{id} at {columns}×{rows}: {plot}"
+            );
+        }
+        let numbers = plot.lines().filter(|l| l.contains('┤')).count();
+        assert!((2..=6).contains(&numbers), "{plot}");
+        let title = plot.lines().next().unwrap();
+        assert!(title.ends_with('┐') && !title.contains("· ┐"), "{title}");
+    }
+}
+
+#[test]
+fn a_threshold_that_is_far_away_is_an_arrow_with_its_value() {
+    let mut bench = Bench::bundled();
+    bench.press("p");
+    bench.type_text("ttc");
+    bench.press("enter");
+    assert_eq!(bench.model.plot.measure.id, "ttc");
+    let text = "[[threshold]]\nmeasure = \"ttc\"\nname = \"far\"\nvalue = 900\n";
+    let far = crate::metrics::Thresholds::read(text, "mine.toml").unwrap();
+    bench.send(Msg::Thresholds(Ok(std::sync::Arc::new(far))));
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let plot = plotted(&bench, columns, rows);
+        assert!(plot.contains("↑ ") && plot.contains("far 900 s"), "{plot}");
+    }
 }

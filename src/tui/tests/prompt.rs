@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use crate::prompts::Library;
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::PromptView;
+use crate::tui::model::{Notice, PromptView};
 
 fn rendered(bench: &Bench) -> String {
     let prompt = &bench.model.prompt.question.as_ref().unwrap().prompt;
@@ -95,7 +95,7 @@ fn a_broken_template_is_named_and_the_last_good_one_stays() {
             .all(|e| !matches!(e, Effect::Ask { .. })),
         "a broken template is not sent"
     );
-    assert!(bench.model.toasts.last().unwrap().bad);
+    assert_eq!(bench.model.toasts.last().unwrap().kind, Notice::Error);
 }
 
 #[test]

@@ -23,7 +23,7 @@ fn own() -> Arc<Thresholds> {
 /// All that the window says, page by page.
 fn pages(bench: &mut Bench, columns: u16, rows: u16) -> String {
     let mut seen = String::new();
-    for _ in 0..12 {
+    for _ in 0..30 {
         seen.push_str(&bench.frame(columns, rows));
         bench.press("pagedown");
     }
@@ -232,4 +232,47 @@ fn without_an_ego_only_thresholds_are_shown() {
         frame.contains("need an ego") && frame.contains("thresholds"),
         "{frame}"
     );
+}
+
+#[test]
+fn nothing_is_cut_and_the_keys_that_work_are_told() {
+    for (columns, rows) in [(80, 24), (120, 40), (200, 60)] {
+        let mut bench = looking();
+        let keys = bench.frame(columns, rows);
+        let keys = keys.lines().last().unwrap();
+        assert!(
+            keys.contains("←→ step") && keys.contains("o obstacle") && !keys.contains("choose"),
+            "{keys}"
+        );
+        let seen = pages(&mut bench, columns, rows);
+        let inside = seen.lines().filter_map(|line| line.split('┃').nth(1));
+        for line in inside {
+            assert!(!line.contains('…'), "{columns}×{rows}: {line}");
+        }
+    }
+    let mut bench = Bench::bundled();
+    for keys in ["?", "i"] {
+        bench.press(keys);
+        let frame = bench.frame(80, 24);
+        let last = frame.lines().last().unwrap();
+        assert!(
+            last.contains("↑↓ scroll") && !last.contains("choose"),
+            "{last}"
+        );
+        bench.press("esc");
+    }
+}
+
+#[test]
+fn thresholds_read_again_keep_what_was_picked_and_marked() {
+    let mut bench = Bench::bundled();
+    bench.press("b o b right right");
+    let kept = |bench: &Bench| {
+        let model = &bench.model;
+        (model.picked, model.plot.marked.clone(), model.clock.step())
+    };
+    let before = kept(&bench);
+    assert_eq!(before.1.len(), 2);
+    bench.send(Msg::Thresholds(Ok(own())));
+    assert_eq!(kept(&bench), before);
 }

@@ -52,7 +52,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         NextObstacle => pick(model, 1),
         PreviousObstacle => pick(model, -1),
         TakeAsEgo => return take_as_ego(model),
-        RecordedEgo => return reopen(model, None),
+        RecordedEgo => return recorded_ego(model),
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl => {
             return toggle(model, action);
         }
@@ -326,6 +326,14 @@ fn take_as_ego(model: &mut Model) -> Vec<Effect> {
             Vec::new()
         }
     }
+}
+
+fn recorded_ego(model: &mut Model) -> Vec<Effect> {
+    if model.taken.is_some() || model.opening.is_some() {
+        return reopen(model, None);
+    }
+    model.say("no obstacle is the ego");
+    Vec::new()
 }
 
 fn reopen(model: &mut Model, ego: Option<i64>) -> Vec<Effect> {

@@ -1,7 +1,7 @@
 //! Asking, and what arrives.
 
 use super::super::message::{AskId, Effect};
-use super::super::model::{Column, Model, Progress, Shown};
+use super::super::model::{Column, Model, Pane, Progress, Shown};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
 use crate::llm::{Discovered, Offer};
@@ -130,7 +130,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
                     .run
                     .map_or("not kept".into(), |r| format!("kept as run {r}"));
                 let word = answer.word();
-                model.say(format!("{}: {word}, {run}", judge::MODEL));
+                model.tell(format!("{}: {word}, {run}", judge::MODEL));
             }
             Err(error) => model.complain(error),
         }
@@ -146,7 +146,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
         match result {
             Ok(answer) => {
                 let word = answer.word();
-                model.say(format!("{} on {name}: {word}", answer.model));
+                model.tell(format!("{} on {name}: {word}", answer.model));
             }
             Err(error) => model.complain(error),
         }
@@ -171,15 +171,32 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
                 model.answers.show_once(ask, run);
             }
             if let Some(text) = failed {
-                model.complain(text);
+                failed_with(model, ask, text);
             }
         }
         Err(error) => {
             column.progress = Progress::Broken(error.clone());
-            model.complain(error);
+            failed_with(model, ask, error);
         }
     }
     Vec::new()
+}
+
+/// Says why there is no verdict, unless it is read beside the answer anyway.
+fn failed_with(model: &mut Model, ask: AskId, why: String) {
+    let read = !model.zoomed || model.focus == Pane::Reasoning;
+    match model
+        .answers
+        .column()
+        .filter(|c| read && c.ask == Some(ask))
+    {
+        // A reason is read from its beginning.
+        Some(column) if column.text.is_empty() && column.reasoning.is_empty() => {
+            model.answers.scroll = Some(0);
+        }
+        Some(_) => {}
+        None => model.complain(why),
+    }
 }
 
 /// Lets what is on its way go on without its column, as another scenario is opened.

@@ -119,7 +119,7 @@ pub fn saved(
                     model.prompt.reload(&model.library);
                 }
             }
-            model.say(words);
+            model.tell(words);
             model.refresh();
             return keep(model).into_iter().collect();
         }

@@ -12,7 +12,7 @@ use super::action::Action;
 use super::keymap::{self, Code, Key};
 use super::loaded::Opened;
 use super::message::{Effect, Msg, OpenId};
-use super::model::{Model, Shown};
+use super::model::{Model, Notice, Shown};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
 use crate::tui::model::Column;
@@ -79,8 +79,8 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
 }
 
 fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
-    // Errors stay until somebody was there to read them.
-    model.toasts.retain(|t| !t.bad);
+    // Errors stay until somebody was there to read them, replies until the next question.
+    model.toasts.retain(|t| t.kind == Notice::News);
     if key
         == (Key {
             ctrl: true,
@@ -203,21 +203,59 @@ fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) ->
         .as_ref()
         .filter(|o| o.scenario.hash == opened.scenario.hash);
     let step = again.map(|_| model.clock.step());
+    let kept = again.map(|before| Kept::of(model, before, &opened));
     leave(model);
     model.open_error = None;
+    if kept.is_none() {
+        model.toasts.retain(|t| t.kind != Notice::Reply);
+    }
     let speed = model.clock.speed();
     let clock = super::clock::Clock::new(opened.steps(), opened.scenario.dt());
     model.clock = clock.at_speed(speed);
     if let Some(step) = step {
         model.clock.go(step);
     }
-    frame_map(model, &opened);
+    let same_ego = kept.as_ref().is_some_and(|kept| kept.same_ego);
+    if !same_ego {
+        frame_map(model, &opened);
+    }
     let riskiest = opened.headline.as_ref().and_then(|h| h.risk);
     model.picked = riskiest.map(|n| n.obstacle);
+    if let Some(kept) = kept {
+        if kept.same_ego {
+            model.picked = kept.picked;
+        }
+        let ego = opened.scene.as_ref().map(|s| s.ego.id);
+        model.plot.marked = kept.marked;
+        model.plot.marked.retain(|&id| Some(id) != ego);
+    }
+    model.taken = ego;
+    if let (Some(id), false) = (ego, same_ego) {
+        model.say(format!("{id} is the ego now; Backspace goes back"));
+    }
     model.opened = Some(opened);
     plot::refresh(model);
     model.refresh();
     actions::load_stored(model).into_iter().collect()
+}
+
+/// What stays when the scenario that is open is opened again.
+struct Kept {
+    /// Whether its ego is the same too, as when thresholds are read again.
+    same_ego: bool,
+    picked: Option<i64>,
+    marked: Vec<i64>,
+}
+
+impl Kept {
+    fn of(model: &Model, before: &Opened, now: &Opened) -> Self {
+        let ego = |opened: &Opened| opened.scene.as_ref().map(|s| s.ego.to_string());
+        Self {
+            same_ego: ego(before) == ego(now),
+            picked: model.picked,
+            marked: model.plot.marked.clone(),
+        }
+    }
 }
 
 /// Puts away what belongs to the scenario that was open.
@@ -229,6 +267,7 @@ fn leave(model: &mut Model) {
     answers::leave(model, &name);
     model.answers.reference_ms = None;
     model.answers.show(Shown::Reference);
+    model.taken = None;
     model.picked = None;
     model.plot.marked.clear();
     model.plot.series = None;
@@ -260,8 +299,8 @@ fn frame_map(model: &mut Model, opened: &Opened) {
     }
 }
 
-/// Shows earlier answers, the newest of each model and way of asking, unless something newer is there. Those that
-/// were asked as it would be asked now come last, beside the built-in judge.
+/// Shows earlier answers that say something, the newest of each model and way of asking, unless something newer is
+/// there. Those that were asked as it would be asked now come last, beside the built-in judge.
 fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     if !model.answers.columns.is_empty() {
         return;
@@ -270,7 +309,9 @@ fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     let mut seen = std::collections::HashSet::new();
     let mut newest: Vec<Answer> = stored
         .into_iter()
-        .filter(|a| a.model != crate::judge::MODEL && seen.insert((a.model.clone(), a.how.clone())))
+        // A run that reached no model says nothing about the scenario, nor about an older answer of that model.
+        .filter(|a| a.model != crate::judge::MODEL && !a.text.trim().is_empty())
+        .filter(|a| seen.insert((a.model.clone(), a.how.clone())))
         .collect();
     newest.sort_by_key(|answer| answer.how != how);
     newest.truncate(STORED);

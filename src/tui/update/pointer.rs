@@ -4,7 +4,7 @@ use ratatui::layout::{Position, Rect};
 
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
-use super::super::model::{Model, Overlay, Pane};
+use super::super::model::{Model, Notice, Overlay, Pane};
 use super::{actions, open_current};
 
 /// The mouse did something.
@@ -18,6 +18,9 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
     let Some((pane, area)) = model.drawn.pane_at(at) else {
         return Vec::new();
     };
+    if matches!(mouse, Mouse::Press(_)) {
+        model.toasts.retain(|t| t.kind != Notice::Reply);
+    }
     match mouse {
         Mouse::WheelUp(_) => wheel(model, pane, at, Action::Up),
         Mouse::WheelDown(_) => wheel(model, pane, at, Action::Down),

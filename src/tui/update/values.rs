@@ -9,7 +9,6 @@ use super::super::message::{Effect, MeasureId};
 use super::super::model::{Model, Overlay, Values};
 use super::{actions, open};
 use crate::metrics::Thresholds;
-use crate::scenario::EgoSource;
 
 /// A key that moves what is shown: the step, or the obstacle.
 pub fn on_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
@@ -61,7 +60,7 @@ pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> V
             return Vec::new();
         }
     };
-    model.say(match thresholds.file() {
+    model.tell(match thresholds.file() {
         Some(file) => format!("{} entries of {file}", thresholds.changes().len()),
         None => "there is no thresholds.toml: the shipped thresholds are in use".into(),
     });
@@ -78,11 +77,7 @@ pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> V
         effects.push(Effect::Rank(measure.id, entries));
     }
     if let Some(place) = model.list.opened {
-        let ego = match model.scene().map(|scene| &scene.ego.source) {
-            Some(EgoSource::Obstacle(id)) => Some(*id),
-            _ => None,
-        };
-        effects.extend(open(model, place, ego));
+        effects.extend(open(model, place, model.taken));
     }
     effects
 }

@@ -30,6 +30,13 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     frame.render_widget(line, area);
 }
 
+/// The key of an action, and what it does.
+fn hint_of(action: Action) -> Option<(String, String)> {
+    let entry = ACTIONS.iter().find(|e| e.action == action)?;
+    let key = keymap::keys(entry).next()?;
+    Some((key.to_string(), entry.short.to_string()))
+}
+
 fn hints(model: &Model) -> Vec<(String, String)> {
     let fixed = |pairs: &[(&str, &str)]| {
         pairs
@@ -37,11 +44,34 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             .map(|(k, w)| ((*k).to_string(), (*w).to_string()))
             .collect()
     };
-    if let Some(Overlay::Help { .. } | Overlay::About { .. }) = model.overlays.last() {
-        return fixed(&[("↑↓", "scroll"), ("Esc", "close")]);
-    }
-    if !model.overlays.is_empty() {
-        return fixed(&[("↑↓", "select"), ("Enter", "choose"), ("Esc", "close")]);
+    match model.overlays.last() {
+        Some(Overlay::Help { .. } | Overlay::About { .. }) => {
+            return fixed(&[
+                ("↑↓", "scroll"),
+                ("PgUp PgDn", "a page"),
+                ("Esc", "or another key closes"),
+            ]);
+        }
+        Some(Overlay::Values { .. }) => {
+            return fixed(&[
+                ("←→", "step"),
+                ("o", "obstacle"),
+                ("↑↓", "scroll"),
+                ("Esc", "close"),
+                ("PgUp PgDn", "a page"),
+                ("x", "worst"),
+                ("n", "nearest"),
+            ]);
+        }
+        Some(Overlay::Palette(_) | Overlay::Models { .. } | Overlay::Measures { .. }) => {
+            return fixed(&[
+                ("type", "to search"),
+                ("↑↓", "select"),
+                ("Enter", "choose"),
+                ("Esc", "close"),
+            ]);
+        }
+        None => {}
     }
     if model.prompt.editing {
         return fixed(&[
@@ -63,6 +93,10 @@ fn hints(model: &Model) -> Vec<(String, String)> {
     let mut hints: Vec<(String, String)> = Vec::new();
     if model.answers.is_running() {
         hints.push(("Esc".into(), "cancel request".into()));
+    }
+    if model.taken.is_some() {
+        // The way back is needed only here.
+        hints.extend(hint_of(Action::RecordedEgo));
     }
     for entry in shown {
         let Some(key) = keymap::keys(entry).next() else {

@@ -4,8 +4,10 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
+use unicode_width::UnicodeWidthStr;
 
 use crate::scenario::EgoSource;
+use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
 use crate::tui::widgets::words::fit;
 
@@ -23,30 +25,33 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let room = usize::from(area.width).saturating_sub(asked.chars().count() + 12);
     let mut line = Line::from(vec![Span::styled(" nearmiss ", bold)]);
     if let Some(opened) = &model.opened {
-        let ego = match opened.scene.as_ref().map(|s| &s.ego.source) {
-            Some(source) if opened.chosen => format!("ego {}", source.short()),
-            Some(EgoSource::Recording(_)) => "ego recorded".to_string(),
-            Some(EgoSource::Log(_)) => "ego of a log".to_string(),
-            Some(EgoSource::Solution { vehicle, .. }) => format!("ego of a solution, {vehicle}"),
-            Some(EgoSource::Obstacle(id)) => format!("{id} as ego"),
-            None => "no ego".to_string(),
-        };
+        // An ego that was chosen changes every number on the screen: it comes before the name.
+        let mut room = room;
+        if model.taken.is_some() {
+            let taken = fit(&format!("{} · ", ego(opened)), room);
+            room = room.saturating_sub(taken.width());
+            let style = Style::new().fg(theme.ego).add_modifier(Modifier::BOLD);
+            line.push_span(Span::styled(taken, style));
+        }
         let name = fit(&opened.name, room);
-        let rest = room.saturating_sub(name.chars().count());
-        let facts = format!(" · {} obstacles · {ego}", opened.scenario.obstacles.len());
+        let rest = room.saturating_sub(name.width());
+        let mut facts = format!(" · {} obstacles", opened.scenario.obstacles.len());
+        if model.taken.is_none() {
+            facts.push_str(&format!(" · {}", ego(opened)));
+        }
         line.push_span(Span::styled(
             name,
             theme.base().add_modifier(Modifier::BOLD),
         ));
         let shown = fit(&facts, rest);
-        let left = rest.saturating_sub(shown.chars().count());
+        let left = rest.saturating_sub(shown.width());
         line.push_span(Span::styled(shown, dim));
         let assumed = match opened.warnings() {
             0 => String::new(),
             1 => " · ! 1 warning (i)".into(),
             n => format!(" · ! {n} warnings (i)"),
         };
-        if assumed.chars().count() <= left {
+        if assumed.width() <= left {
             line.push_span(Span::styled(assumed, Style::new().fg(theme.warning)));
         }
     }
@@ -60,4 +65,16 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         ..area
     };
     frame.render_widget(Span::styled(asked, Style::new().fg(theme.title)), right);
+}
+
+/// The ego in a few words.
+fn ego(opened: &Opened) -> String {
+    match opened.scene.as_ref().map(|s| &s.ego.source) {
+        Some(source) if opened.chosen => format!("ego {}", source.short()),
+        Some(EgoSource::Recording(_)) => "ego recorded".to_string(),
+        Some(EgoSource::Log(_)) => "ego of a log".to_string(),
+        Some(EgoSource::Solution { vehicle, .. }) => format!("ego of a solution, {vehicle}"),
+        Some(EgoSource::Obstacle(id)) => format!("{id} as ego"),
+        None => "no ego".to_string(),
+    }
 }

@@ -19,6 +19,7 @@ use crate::geometry::{Bounds, Point, Pose};
 use crate::tui::loaded::Opened;
 use crate::tui::model::{MapDrawn, Model, Pane};
 use crate::tui::widgets::frame;
+use crate::tui::widgets::words::hundredths;
 
 /// From the world to the canvas: x to the right, y up, in metres from the middle.
 struct Projection {
@@ -208,8 +209,8 @@ fn picked_in_words(model: &Model, opened: &Opened, step: i64, room: usize) -> St
     };
     let parts = [
         Some(format!("{} {}", obstacle.kind, obstacle.id)),
-        value("distance").map(|d| format!("{d:.2} m away")),
-        value("ttc").map(|t| format!("TTC {t:.2} s")),
+        value("distance").map(|d| format!("{} m away", hundredths(d))),
+        value("ttc").map(|t| format!("TTC {} s", hundredths(t))),
         obstacle
             .track()
             .at(step)

@@ -27,7 +27,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
         return;
     };
     header::draw(frame, parts.header, model);
-    for (pane, area) in parts.panes {
+    for &(pane, area) in &parts.panes {
         match pane {
             Pane::Scenarios => scenarios::draw(frame, area, model),
             Pane::Map => map::draw(frame, area, model),
@@ -39,6 +39,6 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
         }
     }
     footer::draw(frame, parts.footer, model);
-    toasts::draw(frame, screen, model);
     overlays::draw(frame, screen, model);
+    toasts::draw(frame, &parts, model);
 }

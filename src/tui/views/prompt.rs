@@ -19,12 +19,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let prompt = &model.prompt;
     let Some(question) = &prompt.question else {
         if prompt.view != PromptView::Template || prompt.file().is_empty() {
-            let words = match model.opened.as_ref().and_then(|o| o.no_ego.as_ref()) {
-                Some(why) => format!(
-                    "no prompt without an ego: {why}. o picks an obstacle, E takes it as the ego."
-                ),
-                None => "no scenario is open".into(),
-            };
+            let words = model.without_ego();
             let words = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
             f.render_widget(words.style(Style::new().fg(model.theme.dim)), inner);
             return;

@@ -8,7 +8,7 @@ use ratatui::text::{Line, Text};
 use crate::evaluation::Judged;
 use crate::tui::model::{Column, Model, Pane, Progress};
 use crate::tui::widgets::highlight::markdown;
-use crate::tui::widgets::words::fit;
+use crate::tui::widgets::words::fit_end;
 use crate::tui::widgets::{frame, scroll};
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
@@ -16,7 +16,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let (title, text) = match model.answers.column() {
         None => ("reasoning · built-in".to_string(), reference(model)),
         Some(column) => {
-            let name = fit(&column.model, usize::from(area.width).saturating_sub(28));
+            let name = fit_end(&column.model, usize::from(area.width).saturating_sub(28));
             (
                 format!("reasoning · {name} · {}", state(column)),
                 answer(model, column),
@@ -51,7 +51,7 @@ fn reference(model: &Model) -> Text<'static> {
             let words = model
                 .open_error
                 .clone()
-                .unwrap_or_else(|| "nothing to judge yet".into());
+                .unwrap_or_else(|| format!("nothing to judge yet: {}", model.without_ego()));
             markdown(&words, &model.theme)
         }
     }
@@ -71,7 +71,9 @@ fn answer(model: &Model, column: &Column) -> Text<'static> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let mut text = Text::default();
-    if !column.how.is_empty() {
+    let said = !column.text.is_empty() || !column.reasoning.is_empty();
+    // Where nothing was said, the reason is what there is to read: it comes first.
+    if !column.how.is_empty() && (said || why_missing(column).is_none()) {
         text.push_line(Line::styled(column.how.clone(), dim));
         text.push_line("");
     }
@@ -83,31 +85,39 @@ fn answer(model: &Model, column: &Column) -> Text<'static> {
     if !column.text.is_empty() {
         text.extend(markdown(&column.text, theme));
     }
-    let bad = Style::new().fg(theme.danger);
-    match &column.progress {
-        Progress::Done(answer) => {
-            if let Judged::Missing(missing) = &answer.judged {
-                text.push_line("");
-                text.extend(Text::styled(
-                    crate::text::visible(&missing.to_string()).into_owned(),
-                    bad,
-                ));
-            }
+    if let Some(why) = why_missing(column) {
+        if said {
+            text.push_line("");
         }
+        let why = crate::text::visible(&why).into_owned();
+        text.extend(Text::styled(why, Style::new().fg(theme.danger)));
+        if !said {
+            text.push_line(Line::styled(column.how.clone(), dim));
+        }
+    }
+    match &column.progress {
         Progress::Retrying(why) => {
             text.extend(Text::styled(
                 crate::text::visible(why).into_owned(),
                 Style::new().fg(theme.warning),
             ));
         }
-        Progress::Broken(why) => {
-            text.push_line("");
-            text.extend(Text::styled(crate::text::visible(why).into_owned(), bad));
-        }
-        Progress::Waiting(_) if column.text.is_empty() && column.reasoning.is_empty() => {
+        Progress::Waiting(_) if !said => {
             text.push_line(Line::styled("the question is on its way…", dim));
         }
-        Progress::Waiting(_) | Progress::Arriving(_) => {}
+        _ => {}
     }
     text
+}
+
+/// Why there is no verdict, once that is known.
+fn why_missing(column: &Column) -> Option<String> {
+    match &column.progress {
+        Progress::Done(answer) => match &answer.judged {
+            Judged::Missing(missing) => Some(missing.to_string()),
+            Judged::Verdict(_) | Judged::Other(_) => None,
+        },
+        Progress::Broken(why) => Some(why.clone()),
+        _ => None,
+    }
 }

@@ -6,6 +6,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
+use crate::metrics::Headline;
 use crate::tui::loaded::Facts;
 use crate::tui::model::{Extent, Model, Pane};
 use crate::tui::widgets::frame;
@@ -59,8 +60,18 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let lines = shown.map(|(i, &place)| {
         let row = &list.rows[place];
         let chosen = i == list.selected;
-        let (badge, color) = badge(model, row.facts.as_ref());
-        let value = list.order.map_or(String::new(), |_| value(row.value));
+        // With an obstacle as the ego, the list agrees with what is open; what it is sorted by is the recorded ego's.
+        let taken = model.opened.as_ref();
+        let taken = taken.filter(|_| model.taken.is_some() && list.opened == Some(place));
+        let (badge, color) = match taken {
+            Some(opened) => headline_badge(model, opened.headline.as_ref()),
+            None => badge(model, row.facts.as_ref()),
+        };
+        let value = match list.order {
+            Some(_) if taken.is_some() => format!("{:>5} ", "·"),
+            Some(_) => value(row.value),
+            None => String::new(),
+        };
         let name = width.saturating_sub(5 + value.chars().count());
         let name = pad(&row.entry.name, name);
         let sign = if chosen { "▸ " } else { "  " };
@@ -128,14 +139,18 @@ fn badge(model: &Model, facts: Option<&Result<Facts, String>>) -> (String, ratat
     match facts {
         None => ("·".into(), theme.dim),
         Some(Err(_)) => ("!".into(), theme.danger),
-        Some(Ok(Facts { headline: None, .. })) => ("-".into(), theme.dim),
-        Some(Ok(Facts {
-            headline: Some(headline),
-            ..
-        })) => match headline.risk {
-            None => ("-".into(), theme.dim),
-            Some(risk) if headline.collides() => (format!("{}X", risk.value), theme.danger),
-            Some(risk) => (format!("{}", risk.value), theme.risk(risk.value)),
-        },
+        Some(Ok(facts)) => headline_badge(model, facts.headline.as_ref()),
+    }
+}
+
+fn headline_badge(model: &Model, headline: Option<&Headline>) -> (String, ratatui::style::Color) {
+    let theme = &model.theme;
+    let Some((headline, risk)) = headline.and_then(|h| Some((h, h.risk?))) else {
+        return ("-".into(), theme.dim);
+    };
+    if headline.collides() {
+        (format!("{}X", risk.value), theme.danger)
+    } else {
+        (format!("{}", risk.value), theme.risk(risk.value))
     }
 }

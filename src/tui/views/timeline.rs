@@ -5,6 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
+use unicode_width::UnicodeWidthStr;
 
 use crate::metrics::Series;
 use crate::tui::loaded::Opened;
@@ -24,7 +25,15 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     } else if (clock.speed() - 1.0).abs() > f64::EPSILON {
         title.push_str(&format!(" · {}×", clock.speed()));
     }
-    let inner = frame::pane(f, area, model, Pane::Timeline, Line::from(title));
+    let mut title = Line::from(title);
+    let bars = " · bars: lowest risk score";
+    let room = usize::from(area.width).saturating_sub(4);
+    if model.opened.as_ref().is_some_and(|o| o.series.is_some())
+        && title.width() + bars.width() <= room
+    {
+        title.push_span(Span::styled(bars, Style::new().fg(model.theme.dim)));
+    }
+    let inner = frame::pane(f, area, model, Pane::Timeline, title);
     let Some(opened) = &model.opened else { return };
     let scale = Rect {
         x: inner.x + LABEL,
@@ -131,6 +140,13 @@ fn ruler(
         .into_iter()
         .find(|e| seconds / e * 7.0 <= width as f64)
         .unwrap_or(200.0);
+    let contact = opened
+        .collision
+        .as_ref()
+        .and_then(|c| c.decisive_step)
+        .map(column);
+    let cursor = column(model.clock.step());
+    let marked = |place: usize| place == cursor || Some(place) == contact;
     let mut tick = (first as f64 * dt / every).ceil() * every;
     while tick <= last as f64 * dt + 1e-9 {
         let at = column((tick / dt).round() as i64);
@@ -139,18 +155,19 @@ fn ruler(
         } else {
             format!("{tick:.1}")
         };
-        if at + label.len() < width {
-            cells.splice(at..at + label.len(), label.chars());
+        // Marks come first: a label steps aside, or is left out where it cannot.
+        let free = |from: usize| {
+            let to = from + label.len();
+            to < width && !(from..to).any(|i| marked(i) || cells[i] != ' ')
+        };
+        let beside = at.saturating_sub(label.len());
+        let place = (at..=at + label.len()).find(|&from| free(from));
+        if let Some(from) = place.or_else(|| Some(beside).filter(|&from| free(from))) {
+            cells.splice(from..from + label.len(), label.chars());
         }
         tick += every;
     }
     let mut line = Line::from(Span::raw(" ".repeat(usize::from(LABEL))));
-    let contact = opened
-        .collision
-        .as_ref()
-        .and_then(|c| c.decisive_step)
-        .map(column);
-    let cursor = column(model.clock.step());
     for (i, cell) in cells.into_iter().enumerate() {
         let dim = Style::new().fg(model.theme.dim);
         let danger = Style::new()

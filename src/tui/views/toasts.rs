@@ -1,46 +1,82 @@
-//! Messages, over the lower right corner.
+//! Messages: in the line at the bottom where they fit, else in boxes where they cover neither plot nor timeline.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
-use ratatui::style::Style;
-use ratatui::text::Text;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Text};
 use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
+use unicode_width::UnicodeWidthStr;
 
 use crate::text::visible;
-use crate::tui::model::Model;
+use crate::tui::layout::Parts;
+use crate::tui::model::{Model, Notice, Pane, Toast};
 
 /// Messages shown at once.
 const MOST: usize = 3;
+/// Columns of a box at least, where the screen has them.
+const NARROWEST: u16 = 50;
 
-pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-    let mut bottom = screen.bottom().saturating_sub(1);
-    for toast in model.toasts.iter().rev().take(MOST) {
-        let color = if toast.bad {
-            model.theme.danger
-        } else {
-            model.theme.accent
-        };
-        let title = if toast.bad {
-            " something is wrong "
-        } else {
-            ""
+pub fn draw(frame: &mut Frame<'_>, parts: &Parts, model: &Model) {
+    let room = usize::from(parts.footer.width).saturating_sub(2);
+    let in_a_line =
+        |toast: &&Toast| toast.kind != Notice::Error && visible(&toast.text).width() <= room;
+    let line = model.toasts.iter().rfind(in_a_line);
+    if let Some(toast) = line {
+        let style = Style::new()
+            .fg(model.theme.accent)
+            .add_modifier(Modifier::BOLD);
+        let words = Line::styled(format!(" {}", visible(&toast.text)), style);
+        frame.render_widget(Clear, parts.footer);
+        frame.render_widget(Block::new().style(model.theme.base()), parts.footer);
+        frame.render_widget(words, parts.footer);
+    }
+    let boxed = model.toasts.iter().rev();
+    let boxed = boxed.filter(|toast| line.is_none_or(|shown| !std::ptr::eq(shown, *toast)));
+    boxes(frame, place(parts), model, boxed.take(MOST));
+}
+
+/// Where boxes stand: over the reasoning and, if they are many, over the verdicts; or over the pane that is shown alone.
+fn place(parts: &Parts) -> Rect {
+    let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
+    let (_, area) = match (reasoning, parts.panes.first()) {
+        (Some(found), _) | (None, Some(found)) => *found,
+        (None, None) => (Pane::Reasoning, parts.header),
+    };
+    let (top, right) = (parts.header.bottom(), parts.header.right());
+    let width = area.width.max(NARROWEST).min(parts.header.width);
+    Rect {
+        x: right - width,
+        y: top,
+        width,
+        height: area.bottom().saturating_sub(top),
+    }
+}
+
+/// The newest at the bottom.
+fn boxes<'a>(
+    frame: &mut Frame<'_>,
+    place: Rect,
+    model: &Model,
+    toasts: impl Iterator<Item = &'a Toast>,
+) {
+    let mut bottom = place.bottom();
+    for toast in toasts {
+        let (color, title) = match toast.kind {
+            Notice::Error => (model.theme.danger, " something is wrong "),
+            Notice::Reply | Notice::News => (model.theme.accent, ""),
         };
         let text = visible(&toast.text);
-        let wanted = u16::try_from(text.chars().count())
-            .unwrap_or(u16::MAX)
-            .saturating_add(4);
-        let width = wanted.clamp(24, (screen.width * 2 / 3).max(24));
+        let wanted = u16::try_from(text.width()).unwrap_or(u16::MAX);
+        let width = wanted.saturating_add(4).clamp(24, place.width.max(24));
         let words =
             Paragraph::new(Text::styled(text, model.theme.base())).wrap(Wrap { trim: true });
         let lines = words.line_count(width.saturating_sub(4));
-        let height = u16::try_from(lines)
-            .unwrap_or(u16::MAX)
-            .saturating_add(2)
-            .min(screen.height / 2);
-        if bottom < height + 1 {
+        let height = u16::try_from(lines).unwrap_or(u16::MAX).saturating_add(2);
+        let height = height.min(place.height);
+        if bottom < place.y + height {
             break;
         }
-        let area = Rect::new(screen.right() - width - 1, bottom - height, width, height);
+        let area = Rect::new(place.right() - width, bottom - height, width, height);
         let block = Block::bordered()
             .border_style(Style::new().fg(color))
             .title(title)

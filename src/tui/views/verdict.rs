@@ -10,7 +10,7 @@ use crate::evaluation::{Answer, Judged, Past};
 use crate::judge;
 use crate::store::{Origin, RunId};
 use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown};
-use crate::tui::widgets::words::{date, duration, fit, pad, thousands};
+use crate::tui::widgets::words::{date, duration, fit_end, pad, thousands};
 use crate::tui::widgets::{frame, scroll};
 use crate::verdict::{Task, Verdict};
 
@@ -35,12 +35,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let answers = &model.answers;
     let Some(reference) = &answers.reference else {
         let dim = Style::new().fg(model.theme.dim);
-        let why = model
-            .open_error
-            .as_deref()
-            .or(model.opened.as_ref().and_then(|o| o.no_ego.as_deref()));
-        let words = why.unwrap_or("no scenario is open");
-        let text = Text::styled(crate::text::visible(words).into_owned(), dim);
+        let error = model.open_error.clone();
+        let words = error.unwrap_or_else(|| model.without_ego());
+        let text = Text::styled(crate::text::visible(&words).into_owned(), dim);
         scroll::text(f, inner, model, Pane::Verdict, text, Some(0));
         return;
     };
@@ -107,7 +104,7 @@ impl Table<'_> {
         let theme = &self.model.theme;
         // The last column needs no gap behind it.
         let gap = usize::from(name != BUILT_IN);
-        let name = fit(name, self.width.saturating_sub(gap));
+        let name = fit_end(name, self.width.saturating_sub(gap));
         let rest = " ".repeat(self.width.saturating_sub(name.width()));
         let style = if shown {
             theme
@@ -156,11 +153,7 @@ impl Table<'_> {
     fn column(&mut self, column: &Column, truth: &Verdict, shown: bool) {
         let theme = &self.model.theme;
         let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
-        let short = column
-            .model
-            .split_once('/')
-            .map_or(column.model.as_str(), |(_, m)| m);
-        self.head(short, shown);
+        self.head(&column.model, shown);
         self.way(&column.how);
         let waiting = match &column.progress {
             Progress::Done(answer) => return self.answer(answer, column.steps, truth),

@@ -3,5 +3,6 @@
 pub mod fill;
 pub mod frame;
 pub mod highlight;
+pub mod row;
 pub mod scroll;
 pub mod words;

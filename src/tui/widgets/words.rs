@@ -25,6 +25,26 @@ pub fn fit(text: &str, width: usize) -> String {
     cut
 }
 
+/// The same, cut at its beginning: what tells names apart is often at their end.
+#[must_use]
+pub fn fit_end(text: &str, width: usize) -> String {
+    let text = visible(text).replace(['\n', '\t'], " ");
+    if text.width() <= width {
+        return text;
+    }
+    let mut kept = Vec::new();
+    let mut left = width.saturating_sub(1);
+    for grapheme in text.graphemes(true).rev() {
+        let Some(rest) = left.checked_sub(grapheme.width()) else {
+            break;
+        };
+        left = rest;
+        kept.push(grapheme);
+    }
+    let ellipsis = (width > 0).then_some("…");
+    ellipsis.into_iter().chain(kept.into_iter().rev()).collect()
+}
+
 /// `text` filled with spaces to `width` columns, cut where it is longer.
 #[must_use]
 pub fn pad(text: &str, width: usize) -> String {
@@ -54,6 +74,15 @@ pub fn number(value: f64) -> String {
         format!("{value:.2}")
     } else {
         format!("{value:.1}")
+    }
+}
+
+/// To a hundredth; what is too small for that and not nothing is said to be.
+#[must_use]
+pub fn hundredths(value: f64) -> String {
+    match value.abs() {
+        small if small > 0.0 && small < 0.01 => "<0.01".into(),
+        _ => format!("{value:.2}"),
     }
 }
 
@@ -104,6 +133,10 @@ mod tests {
         assert_eq!(fit("a\u{1b}[m\nb", 9), "a␛[m b");
         assert_eq!(pad("ab", 4), "ab  ");
         assert_eq!(fit("abc", 0), "");
+        assert_eq!(fit_end("lab/small", 9), "lab/small");
+        assert_eq!(fit_end("lab/small", 6), "…small");
+        assert_eq!(fit_end("日本語", 4), "…語");
+        assert_eq!(fit_end("abc", 0), "");
     }
 
     #[test]
@@ -114,6 +147,9 @@ mod tests {
         let shown = ["0", "0", "3", "4.0e-3", "-1.25", "12.3", "4.0e9", "-250"];
         assert_eq!(values.map(number), shown);
         assert_eq!(quantity(1.5, "s"), "1.50 s");
+        let values = [0.0, 0.005, 0.009_9, 0.01, 1.234];
+        let shown = ["0.00", "<0.01", "<0.01", "0.01", "1.23"];
+        assert_eq!(values.map(hundredths), shown);
         assert_eq!(duration(6_120), "6.1 s");
     }
 }
