@@ -13,6 +13,7 @@ mod open;
 mod output;
 mod progress;
 mod prompt;
+mod prompts;
 mod routes;
 mod verdicts;
 
@@ -45,6 +46,8 @@ pub enum Command {
     Describe(describe::Describe),
     /// The messages as they would be sent to a model.
     Prompt(prompt::PromptArguments),
+    /// The prompt templates: list, show, compare with the shipped ones, copy to change them.
+    Prompts(prompts::Prompts),
     /// One verdict: by the built-in judge, or by a language model.
     Ask(ask::Ask),
     /// How good the built-in judge is, and how long before a collision.
@@ -93,6 +96,7 @@ pub fn run(command: &Command) -> Outcome {
         Command::Metrics(arguments) => metrics::run(arguments),
         Command::Describe(arguments) => describe::run(arguments),
         Command::Prompt(arguments) => prompt::run(arguments),
+        Command::Prompts(arguments) => prompts::run(arguments),
         Command::Ask(arguments) => ask::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Completions(arguments) => generated::completions(arguments),

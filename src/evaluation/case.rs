@@ -9,7 +9,7 @@ use super::answer::{Answer, Judged, Missing};
 use super::judges::{Judge, ModelJudge};
 use super::question::Question;
 use crate::judge;
-use crate::llm::{self, Chunk, Finish, Request, Schema};
+use crate::llm::{self, Chunk, Finish, Parameters, Request, Schema};
 use crate::store::{Consumed, Ending, NewRun, Piece, RunId, RunState, Store, StoreError};
 use crate::verdict::{self, How, Parsed};
 
@@ -148,7 +148,7 @@ impl Asking {
         let request = Request {
             model: model.name.clone(),
             messages: question.messages(),
-            parameters: model.parameters,
+            parameters: parameters(question, model),
             schema: Some(Schema {
                 name: format!("{}_verdict", task.name()),
                 schema: verdict::schema(task),
@@ -221,6 +221,14 @@ fn word(finish: &Finish) -> String {
     }
 }
 
+/// The parameters that are sent: a temperature that the user does not say may be the template's.
+fn parameters(question: &Question, model: &ModelJudge) -> Parameters {
+    Parameters {
+        temperature: model.parameters.temperature.or(question.temperature),
+        ..model.parameters
+    }
+}
+
 fn record(question: &Question, judge: &Judge) -> NewRun {
     let case = &question.case;
     let json = |value: serde_json::Result<String>| value.unwrap_or_default();
@@ -228,7 +236,7 @@ fn record(question: &Question, judge: &Judge) -> NewRun {
         Judge::Reference => ("built in".to_string(), "{}".to_string(), "[]".to_string()),
         Judge::Model(model) => (
             model.endpoint.place().to_string(),
-            json(serde_json::to_string(&model.parameters)),
+            json(serde_json::to_string(&parameters(question, model))),
             json(serde_json::to_string(&question.messages())),
         ),
     };

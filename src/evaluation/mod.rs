@@ -8,6 +8,9 @@ mod judges;
 mod labels;
 mod lead;
 mod question;
+mod settings;
+mod trial;
+mod values;
 
 pub use answer::{Answer, Judged, Missing};
 pub use case::{Event, run};
@@ -15,4 +18,6 @@ pub use confusion::Confusion;
 pub use judges::{Judge, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
-pub use question::{Case, CaseError, Question, prepare};
+pub use question::{Case, CaseError, Question, prepare, template};
+pub use settings::{Decided, Settings};
+pub use trial::trial;

@@ -120,7 +120,10 @@ fn keys(schema: &Value, path: &str, lines: &mut Vec<String>) {
 
 fn say(what: &str, schema: &Value, lines: &mut Vec<String>) {
     if let Some(words) = schema.get("description").and_then(Value::as_str) {
-        let line = format!("- {what}: {}", words.split_whitespace().collect::<Vec<_>>().join(" "));
+        let line = format!(
+            "- {what}: {}",
+            words.split_whitespace().collect::<Vec<_>>().join(" ")
+        );
         if !lines.contains(&line) {
             lines.push(line);
         }

@@ -75,7 +75,9 @@ fn precision<'de, D: Deserializer<'de>>(from: D) -> Result<Option<usize>, D::Err
 
 fn techniques<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Techniques>, D::Error> {
     let words = String::deserialize(from)?;
-    Techniques::parse(&words).map(Some).map_err(D::Error::custom)
+    Techniques::parse(&words)
+        .map(Some)
+        .map_err(D::Error::custom)
 }
 
 fn temperature<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {

@@ -284,9 +284,11 @@ mod tests {
     fn the_users_file_overrides_and_a_broken_one_does_not() {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
-        let mine = Library::shipped("collision-ego.md")
-            .unwrap()
-            .replacen("version = ", "version = \"mine\" #", 1);
+        let mine = Library::shipped("collision-ego.md").unwrap().replacen(
+            "version = ",
+            "version = \"mine\" #",
+            1,
+        );
         std::fs::write(file("collision-ego.md"), &mine).unwrap();
         std::fs::write(file("safety-ego.md"), "no front matter").unwrap();
         std::fs::write(file("_risk.md"), "a\n{% if %}").unwrap();

@@ -156,7 +156,9 @@ mod tests {
 
     #[test]
     fn a_fragment_that_is_not_named_cannot_be_included() {
-        let error = fill("+++\n+++\n{% block system %}{% include \"_\" ~ \"f.md\" %}{% endblock %}").unwrap_err();
+        let error =
+            fill("+++\n+++\n{% block system %}{% include \"_\" ~ \"f.md\" %}{% endblock %}")
+                .unwrap_err();
         assert!(error.message.contains("_f.md"), "{error}");
     }
 }

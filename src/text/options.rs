@@ -90,11 +90,7 @@ impl Options {
     }
 
     /// Everyone who is near at a described step, in the order in which they come near.
-    pub(super) fn everyone<'a>(
-        &self,
-        scene: &'a Scene,
-        window: &Window,
-    ) -> Vec<Participant<'a>> {
+    pub(super) fn everyone<'a>(&self, scene: &'a Scene, window: &Window) -> Vec<Participant<'a>> {
         let mut seen = std::collections::HashSet::new();
         let mut everyone = Vec::new();
         for step in self.steps(window) {

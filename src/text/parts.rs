@@ -95,11 +95,12 @@ pub(super) fn on_lanelets(w: &mut Writer, scene: &Scene, motion: &Motion) {
 }
 
 /// Ids of lanelets.
-pub(super) fn lanelet_ids(w: &mut Writer, ids: &[i64], between: &str) {
+pub(super) fn lanelet_ids<'w>(w: &'w mut Writer, ids: &[i64], between: &str) -> &'w mut Writer {
     for (place, &id) in ids.iter().enumerate() {
         if place > 0 {
             w.words(between);
         }
         w.whole("lanelet", id);
     }
+    w
 }

@@ -85,7 +85,11 @@ fn one(w: &mut Writer, lanelet: &Lanelet, places: &[Point], radius: f64) {
     }
     w.words(":");
     for p in points {
-        w.words(" (").number("x", p.x).words(", ").number("y", p.y).words(")");
+        w.words(" (")
+            .number("x", p.x)
+            .words(", ")
+            .number("y", p.y)
+            .words(")");
     }
     w.words("\n");
 }

@@ -2,13 +2,13 @@
 //!
 //! Nothing after the window is looked at, neither directly nor through the route along which lanes are followed.
 
-use super::motion_words;
 use super::ego_centric::{OWN, own, relative};
+use super::motion_words;
 use super::options::{Form, Options};
 use super::parts::{NO_EGO, ego_drives, heading, name, nobody, on_lanelets, sizes, subject};
 use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
 use super::writer::{Subject, Writer};
-use crate::metrics::{Context, Encounter, Reading, measure};
+use crate::metrics::{Context, Encounter, measure};
 use crate::scenario::{Participant, Scene, Window};
 
 /// Relation to the ego, of everyone else.
@@ -23,11 +23,19 @@ const RELATION: &[Column] = &[
 /// What is said of one obstacle at one step beside its relation: column, words of the prose before and after.
 const SAID: &[(Column, &str, &str)] = &[
     (column("distance [m]", "distance"), "distance ", " m"),
-    (column("ttc long [s]", "ttc_long"), "time to close the gap longitudinal ", " s"),
+    (
+        column("ttc long [s]", "ttc_long"),
+        "time to close the gap longitudinal ",
+        " s",
+    ),
     (column("ttc lat [s]", "ttc_lat"), "lateral ", " s"),
     (column("ttc [s]", "ttc"), "time to collision ", " s"),
     (column("time gap [s]", "time_gap"), "time gap ", " s"),
-    (column("drac [m/s²]", "drac"), "deceleration needed ", " m/s²"),
+    (
+        column("drac [m/s²]", "drac"),
+        "deceleration needed ",
+        " m/s²",
+    ),
     (column("risk", "risk"), "risk score ", ""),
 ];
 
@@ -60,12 +68,7 @@ struct Described<'c, 's> {
     options: &'c Options,
 }
 
-pub(super) fn describe(
-    w: &mut Writer,
-    context: &Context<'_>,
-    window: &Window,
-    options: &Options,
-) {
+pub(super) fn describe(w: &mut Writer, context: &Context<'_>, window: &Window, options: &Options) {
     let scene = context.scene();
     let everyone = options.everyone(scene, window);
     let described = Described {
@@ -114,14 +117,21 @@ impl Described<'_, '_> {
                 relative(w, &relation);
                 for (place, (column, before, after)) in SAID.iter().enumerate() {
                     // The two times to close gaps belong together.
-                    let between = if column.quantity == "ttc_lat" { ", " } else { "; " };
-                    w.words(if place == 0 { "; " } else { between }).words(before);
+                    let between = if column.quantity == "ttc_lat" {
+                        ", "
+                    } else {
+                        "; "
+                    };
+                    w.words(if place == 0 { "; " } else { between })
+                        .words(before);
                     match read(column.quantity, &encounter) {
                         Some(value) => said(w, column.quantity, value).words(after),
                         None => w.words("none"),
                     };
                 }
-                w.words(". ").words(&motion_words::of(&relation)).words("\n");
+                w.words(". ")
+                    .words(&motion_words::of(&relation))
+                    .words("\n");
             }
         }
         if everyone.is_empty() {
@@ -143,18 +153,29 @@ impl Described<'_, '_> {
                     continue;
                 };
                 w.about(subject(participant), Some(step));
-                said(w, id, value).words(after).words(" at step ").whole("step", step);
+                said(w, id, value)
+                    .words(after)
+                    .words(" at step ")
+                    .whole("step", step);
             }
             w.words(".\n");
         }
     }
 
     fn compact(&self, w: &mut Writer, everyone: &[Participant<'_>]) {
-        let measures: Vec<Column> = SAID.iter().map(|(c, ..)| column(c.title, c.quantity)).collect();
+        let measures: Vec<Column> = SAID
+            .iter()
+            .map(|(c, ..)| column(c.title, c.quantity))
+            .collect();
         table::titles(w, WHEN_AND_WHO, &[OWN, RELATION, &measures]);
         for step in self.options.steps(self.window) {
             table::begin(w, self.scene, step, None);
-            let ego = self.scene.ego.track.at(step).map(|ego| own(self.scene, ego));
+            let ego = self
+                .scene
+                .ego
+                .track
+                .at(step)
+                .map(|ego| own(self.scene, ego));
             table::cells(w, OWN, ego.as_ref().map_or(&[], |c| c));
             table::cells(w, RELATION, &[]);
             table::cells(w, &measures, &[]);

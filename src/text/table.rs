@@ -1,7 +1,7 @@
 //! The compact form: a line of titles with units, then one row a step and participant.
 
-use super::writer::{Subject, Writer};
 use super::parts::{lanelet_ids, name, subject};
+use super::writer::{Subject, Writer};
 use crate::scenario::{Motion, Participant, Scene};
 
 /// A column: its title with the unit, and what its numbers are.
@@ -77,10 +77,7 @@ pub(super) fn cells(w: &mut Writer, columns: &[Column], cells: &[Cell]) {
             Cell::Whole(value) => w.whole(column.quantity, *value),
             Cell::Words(words) => w.words(words),
             Cell::Lanelets(ids) if ids.is_empty() => w.words("-"),
-            Cell::Lanelets(ids) => {
-                lanelet_ids(w, ids, "+");
-                w
-            }
+            Cell::Lanelets(ids) => lanelet_ids(w, ids, "+"),
         };
     }
 }

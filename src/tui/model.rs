@@ -24,12 +24,12 @@ use super::loaded::Opened;
 use super::message::{AskId, OpenId};
 use super::theme::Theme;
 use crate::config::Config;
-use crate::evaluation::{Case, prepare};
+use crate::evaluation::{Case, Decided, Settings, prepare};
 use crate::judge::{self, judge};
 use crate::llm::Offer;
 use crate::prompts::{Library, Techniques, Template};
 use crate::scenario::{Scene, Window};
-use crate::text::{Frame, Options};
+use crate::text::Frame;
 use crate::verdict::Task;
 
 /// The panes of the main screen.
@@ -159,6 +159,8 @@ pub struct Model {
     pub frame: Frame,
     /// How it is asked.
     pub techniques: Techniques,
+    /// Whether the techniques were chosen, or are the template's.
+    pub techniques_chosen: bool,
     /// The prompt.
     pub prompt: PromptPane,
     /// Templates.
@@ -210,6 +212,7 @@ impl Model {
             task: Task::Collision,
             frame: Frame::Ego,
             techniques: Techniques::ALL,
+            techniques_chosen: false,
             prompt: PromptPane::default(),
             library,
             answers: Answers::default(),
@@ -249,7 +252,22 @@ impl Model {
             Task::Collision => scene.last_step(),
             Task::Safety => self.clock.step(),
         };
-        Some(Window::ending_at(scene, last, self.config.history))
+        Some(Window::ending_at(scene, last, self.decided().history))
+    }
+
+    /// How the scene is described: as the configuration says, else as the saved template does.
+    #[must_use]
+    pub fn decided(&self) -> Decided {
+        let found = self.library.find(self.task.name(), self.frame.name());
+        let defaults = found.map(|(_, template)| template.front.defaults);
+        let said = Settings {
+            history: self.config.history,
+            radius: self.config.radius,
+            techniques: self.techniques_chosen.then_some(self.techniques),
+            obstacle: self.picked.filter(|_| self.frame == Frame::Trajectory),
+            ..Settings::default()
+        };
+        said.with(&defaults.unwrap_or_default())
     }
 
     /// Works out again what depends on the scene, the window, the template and the switches:
@@ -267,6 +285,8 @@ impl Model {
             Task::Collision => opened.collision.clone(),
             Task::Safety => Some(judge(&scene, Task::Safety, &window)),
         };
+        let decided = self.decided();
+        self.techniques = decided.techniques;
         let case = Case {
             name: opened.name.clone(),
             scene,
@@ -274,10 +294,7 @@ impl Model {
             frame: self.frame,
             techniques: self.techniques,
             window,
-            options: Options {
-                radius: self.config.radius,
-                ..Options::default()
-            },
+            options: decided.options,
         };
         self.prompt.load(&self.library, self.task, self.frame);
         let draft = self.prompt.draft();

@@ -103,7 +103,7 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
     let theme = theme.at_depth(Depth::of_environment(env));
     let library = Library::load(Some(&folders.prompts()));
     for problem in &library.problems {
-        complaints.push(format!("{}: {}", problem.path.display(), problem.message));
+        complaints.push(problem.to_string());
     }
     let offers = registry.offers(env);
     let mut model = Model::new(paths, config, theme, library, offers);

@@ -5,6 +5,7 @@ use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
 use super::{answers, editing, open, open_current, plot};
 use crate::geometry::Pose;
+use crate::text::Frame;
 use crate::verdict::Task;
 
 /// Does it.
@@ -59,6 +60,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         }
         Edit => editing::begin(model),
         ResetTemplate => return editing::reset(model),
+        RereadTemplates => return vec![Effect::RereadTemplates],
         Run => return answers::ask(model),
         NextAnswer => model.answers.cycle(true),
         PreviousAnswer => model.answers.cycle(false),
@@ -306,6 +308,9 @@ fn pick(model: &mut Model, by: isize) {
         None => 0,
     };
     model.picked = Some(order[next]);
+    if model.frame == Frame::Trajectory {
+        model.refresh();
+    }
 }
 
 fn take_as_ego(model: &mut Model) -> Vec<Effect> {
@@ -337,6 +342,13 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
                 Task::Collision => Task::Safety,
                 Task::Safety => Task::Collision,
             };
+            if model
+                .library
+                .find(model.task.name(), model.frame.name())
+                .is_none()
+            {
+                model.frame = next_frame(model);
+            }
             // Answers to another question do not compare.
             let name = model
                 .opened
@@ -347,18 +359,30 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
             effects.extend(load_stored(model));
         }
         Action::ToggleFrame => {
-            use crate::text::Frame;
-            model.frame = match model.frame {
-                Frame::Ego => Frame::Cartesian,
-                Frame::Cartesian => Frame::Ego,
-            };
+            model.frame = next_frame(model);
         }
-        Action::ToggleCp => model.techniques.cp = !model.techniques.cp,
-        Action::ToggleCot => model.techniques.cot = !model.techniques.cot,
-        _ => model.techniques.icl = !model.techniques.icl,
+        _ => {
+            model.techniques_chosen = true;
+            let on = match action {
+                Action::ToggleCp => &mut model.techniques.cp,
+                Action::ToggleCot => &mut model.techniques.cot,
+                _ => &mut model.techniques.icl,
+            };
+            *on = !*on;
+        }
     }
     model.refresh();
     effects
+}
+
+/// The frame after the present one that has a template for the task.
+fn next_frame(model: &Model) -> Frame {
+    let all = Frame::ALL;
+    let now = all.iter().position(|f| *f == model.frame).unwrap_or(0);
+    let after = (1..=all.len()).map(|n| all[(now + n) % all.len()]);
+    let task = model.task.name();
+    let mut fits = after.filter(|f| model.library.find(task, f.name()).is_some());
+    fits.next().unwrap_or(model.frame)
 }
 
 fn copy(model: &mut Model) -> Vec<Effect> {

@@ -54,6 +54,10 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Saved(file, result) => editing::saved(model, &file, result),
+        Msg::Reread(library) => {
+            editing::reread(model, library);
+            Vec::new()
+        }
         Msg::Complaint(text) => {
             model.complain(text);
             Vec::new()
@@ -256,7 +260,7 @@ fn show_stored(model: &mut Model, stored: Vec<Answer>) {
         }
         seen.push(key);
         let mut column = Column::from(answer);
-        column.truth = truth(model, column.steps.1);
+        column.truth = truth(model, column.steps);
         model.answers.columns.insert(0, column);
     }
     if !model.answers.columns.is_empty() {
@@ -268,9 +272,10 @@ fn show_stored(model: &mut Model, stored: Vec<Answer>) {
 /// Earlier answers shown at once.
 const STORED: usize = 4;
 
-/// What the built-in judge says about a window that ends at a step.
-fn truth(model: &Model, last: i64) -> Option<crate::verdict::Verdict> {
+/// What the built-in judge says about the window of an answer.
+fn truth(model: &Model, (first, last): (i64, i64)) -> Option<crate::verdict::Verdict> {
     let scene = model.scene()?;
-    let window = crate::scenario::Window::ending_at(scene, last, model.config.history);
+    let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
+    let window = crate::scenario::Window::ending_at(scene, last, history);
     Some(crate::judge::judge(scene, model.task, &window).verdict)
 }
