@@ -28,6 +28,7 @@ macro_rules! shipped {
 const SHIPPED: &[Shipped] = shipped![
     "_answer.md",
     "_cartesian.md",
+    "_critical.md",
     "_ego.md",
     "_metrics.md",
     "_risk.md",
