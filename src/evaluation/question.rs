@@ -65,7 +65,7 @@ pub enum CaseError {
     #[error(transparent)]
     Text(#[from] text::TextError),
     /// The draft is no template.
-    #[error("{file}: {error}")]
+    #[error("{}", error.in_file(file))]
     Draft {
         /// Which file it is a draft of.
         file: String,

@@ -65,6 +65,17 @@ pub enum TemplateError {
     },
 }
 
+impl TemplateError {
+    /// The error with the name of its file: `FILE:LINE: …`.
+    #[must_use]
+    pub fn in_file(&self, file: &str) -> String {
+        match self {
+            Self::NoFrontMatter => format!("{file}: {self}"),
+            Self::Wrong { line, message } => format!("{file}:{line}: {message}"),
+        }
+    }
+}
+
 const FENCE: &str = "+++";
 
 impl Template {

@@ -27,7 +27,7 @@ use crate::config::Config;
 use crate::evaluation::{Case, Decided, Settings, prepare};
 use crate::judge::{self, judge};
 use crate::llm::Offer;
-use crate::prompts::{Library, Techniques, Template};
+use crate::prompts::{Library, Techniques};
 use crate::scenario::{Scene, Window};
 use crate::text::Frame;
 use crate::verdict::Task;
@@ -298,13 +298,6 @@ impl Model {
         };
         self.prompt.load(&self.library, self.task, self.frame);
         let draft = self.prompt.draft();
-        if let Some(Err(error)) = draft.as_ref().map(|(_, source)| Template::read(source)) {
-            self.prompt.error = Some(error.to_string());
-            let good = self.prompt.good();
-            let good = good.as_ref().map(|(f, s)| (f.as_str(), s.as_str()));
-            self.prompt.question = prepare(case, &self.library, good).ok();
-            return;
-        }
         let prepared = prepare(
             case.clone(),
             &self.library,
