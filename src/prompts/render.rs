@@ -77,7 +77,7 @@ pub fn render(
     let mut block = |name: &str| {
         let rendered = filled.with_state_mut(|state| state.render_block(name));
         rendered
-            .map(|text| text.trim().to_string())
+            .map(|text| without_holes(&text))
             .map_err(|error| match error.kind() {
                 ErrorKind::UnknownBlock => RenderError {
                     file: file.to_string(),
@@ -91,6 +91,22 @@ pub fn render(
         system: block("system")?,
         user: block("user")?,
     })
+}
+
+/// One blank line where what was left out leaves several.
+fn without_holes(text: &str) -> String {
+    let mut whole = String::with_capacity(text.len());
+    let mut blank = false;
+    for line in text.trim().lines() {
+        let empty = line.trim().is_empty();
+        if !(empty && blank) {
+            whole.push_str(line);
+            whole.push('\n');
+        }
+        blank = empty;
+    }
+    whole.truncate(whole.trim_end().len());
+    whole
 }
 
 fn describe(file: &str, error: &minijinja::Error) -> RenderError {

@@ -347,7 +347,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
                 .find(model.task.name(), model.frame.name())
                 .is_none()
             {
-                model.frame = next_frame(model);
+                model.frame = model.next_frame();
             }
             // Answers to another question do not compare.
             let name = model
@@ -359,7 +359,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
             effects.extend(load_stored(model));
         }
         Action::ToggleFrame => {
-            model.frame = next_frame(model);
+            model.frame = model.next_frame();
         }
         _ => {
             model.techniques_chosen = true;
@@ -373,16 +373,6 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
     }
     model.refresh();
     effects
-}
-
-/// The frame after the present one that has a template for the task.
-fn next_frame(model: &Model) -> Frame {
-    let all = Frame::ALL;
-    let now = all.iter().position(|f| *f == model.frame).unwrap_or(0);
-    let after = (1..=all.len()).map(|n| all[(now + n) % all.len()]);
-    let task = model.task.name();
-    let mut fits = after.filter(|f| model.library.find(task, f.name()).is_some());
-    fits.next().unwrap_or(model.frame)
 }
 
 fn copy(model: &mut Model) -> Vec<Effect> {
