@@ -99,7 +99,10 @@ fn measures(criterion: &mut Criterion) {
     let mut sets = vec![("bundled", scenes(&bundled()))];
     let published = shared.join("data/from-words-to-collisions");
     if published.is_dir() {
-        sets.push(("shared", scenes(&find(&[published]).expect("scenarios"))));
+        sets.push((
+            "shared",
+            scenes(&find(&[published]).expect("scenarios").entries),
+        ));
     }
     for (name, scenes) in sets {
         report(name, &scenes);

@@ -24,7 +24,7 @@ fn entries() -> Vec<Entry> {
     } else {
         root.join("scenarios")
     };
-    find(&[folder]).expect("scenarios")
+    find(&[folder]).expect("scenarios").entries
 }
 
 fn bytes_of(entry: &Entry) -> Vec<u8> {

@@ -20,6 +20,8 @@ pub mod prompts;
 pub mod scenario;
 /// Every run, in SQLite.
 pub mod store;
+/// What the operating system says, in plain words.
+pub mod system;
 /// Scenes in words.
 pub mod text;
 /// The workbench in the terminal.

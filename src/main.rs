@@ -7,16 +7,20 @@ use nearmiss::{cli, tui};
 
 fn main() -> ExitCode {
     let arguments = cli::Arguments::parse();
-    let outcome = match &arguments.command {
-        Some(command) => cli::run(command),
-        None if cli::has_terminal() => tui::run(arguments.paths).map_err(cli::Failure::input),
-        None => cli::without_terminal(&arguments.paths),
-    };
-    match outcome {
+    match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.say();
             ExitCode::from(failure.status)
         }
+    }
+}
+
+fn run(arguments: cli::Arguments) -> cli::Outcome {
+    let ego = cli::chosen_ego(&arguments)?;
+    match &arguments.command {
+        Some(command) => cli::run(command),
+        None if cli::has_terminal() => tui::run(arguments.paths, ego).map_err(cli::Failure::input),
+        None => cli::without_terminal(&arguments.paths, &ego),
     }
 }

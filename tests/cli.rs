@@ -13,6 +13,8 @@ mod encode;
 mod evaluate;
 #[path = "cli/hostile.rs"]
 mod hostile;
+#[path = "cli/inspecting.rs"]
+mod inspecting;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
 #[path = "cli/long_jobs.rs"]
@@ -27,7 +29,11 @@ mod protobuf;
 mod reading;
 #[path = "cli/remote.rs"]
 mod remote;
+#[path = "protobuf/rich.rs"]
+mod rich;
 mod support;
+#[path = "cli/thresholds.rs"]
+mod thresholds;
 
 /// The bundled scenarios and whether the ego collides in them.
 const BUNDLED: [(&str, bool); 8] = [

@@ -186,6 +186,7 @@ fn version_2018b_and_what_refers_to_nothing() {
         <successor ref="8"/><speedLimit>13.9</speedLimit>
       </lanelet>
       <obstacle id="9"><role>dynamic</role><type>car</type></obstacle>
+      <intersection id="3"><incoming id="4"><incomingLanelet ref="6"/><isLeftOf ref="5"/></incoming></intersection>
     </commonRoad>"#;
     let scenario = read(text.as_bytes(), "old").unwrap();
     assert_eq!(scenario.tags, ["urban", "highway"]);
@@ -195,17 +196,28 @@ fn version_2018b_and_what_refers_to_nothing() {
         (10_010, "13.9")
     );
     assert_eq!(scenario.network.lanelets[0].signs, [10_010]);
-    let said = |what: &str| {
-        scenario
-            .diagnostics
-            .iter()
-            .any(|d| d.message.contains(what) && d.line > 0)
-    };
-    assert!(
-        said("refers to 8") && said("speed limit 13.9") && said("ZAM_test_0-1"),
-        "{:#?}",
-        scenario.diagnostics
-    );
+    for (line, element, what) in [
+        (1, "commonRoad", "ZAM_test_0-1"),
+        (5, "commonRoad/lanelet#7/successor", "refers to 8"),
+        (5, "commonRoad/lanelet#7/speedLimit", "speed limit 13.9"),
+        (
+            8,
+            "commonRoad/intersection#3/incoming#4/isLeftOf",
+            "refers to 5",
+        ),
+        (
+            8,
+            "commonRoad/intersection#3/incoming#4/incomingLanelet",
+            "refers to 6",
+        ),
+    ] {
+        let said = scenario.diagnostics.iter();
+        let mut said = said.filter(|d| d.message.contains(what));
+        let said = said
+            .next()
+            .unwrap_or_else(|| panic!("{what}: {:#?}", scenario.diagnostics));
+        assert_eq!((said.line, said.element.as_str()), (line, element));
+    }
 }
 
 #[test]

@@ -98,8 +98,34 @@ fn the_content_decides_and_wrong_files_are_told_apart() {
         ),
         (
             "timestep,x_position,y_position\n0,1,inf\n",
-            "line 2: column `y_position` is `inf`",
+            "line 2: column `y_position` is `inf`, a finite number",
         ),
+        (
+            "timestep,x_position,y_position,velocity\n0,1,1,2\n\n1,1\n",
+            "line 4 has 2 fields where the header has 4 columns: `y_position` is missing",
+        ),
+        (
+            "timestep,x_position,y_position\n0,1,1,5\n",
+            "line 2 has 4 fields where the header has 3 columns: `5` is too many",
+        ),
+        (
+            "timestep,x_position,y_position\n0,\"1,1\n1,1,1\n",
+            "line 2: a quote begins in this row",
+        ),
+        ("timestep,x_position,y_position,X Position\n", "no rows"),
+        (
+            "Timestep,x-position,X Position,y_position\n0,1,1,1\n",
+            "`x-position` and `X Position` could both be `x_position`",
+        ),
+        (
+            "timestep,x_position,y_position,ego_id\n0,1,1,7\n1,1,1,x7\n",
+            "line 3: column `ego_id` is `x7`, a whole number",
+        ),
+        (
+            "timestep,x_position,y_position,ego_id\n0,1,1,7\n0,2,2,8\n1,1,1,7\n",
+            "egos for the planning problems 7, 8; choose one",
+        ),
+        ("\u{1f}\u{8b}", "no header of a known kind"),
     ] {
         let said = error(text, &scenario);
         assert!(
@@ -107,6 +133,73 @@ fn the_content_decides_and_wrong_files_are_told_apart() {
             "{text}: {said}"
         );
     }
+}
+
+#[test]
+fn columns_may_be_spelled_in_another_way_and_it_is_said() {
+    let (scenario, ego) = recorded(CUT_IN);
+    let csv = String::from_utf8(write_recording(ego.id, &ego.track).unwrap()).unwrap();
+    let (_, rows) = csv.split_once('\n').unwrap();
+    let text = format!(
+        "EGO ID, Time Step,\"X-Position\",yPosition,Orientation,velocity ,acceleration\n{rows}"
+    );
+    let again = read_ego(text.as_bytes(), "f", &scenario, None).unwrap();
+    assert_eq!(apart(&ego.track, &again.track).0, 0.0);
+    assert_eq!(again.id, ego.id);
+    let said = again.diagnostics.iter();
+    let said = said.filter(|d| d.message.contains("taken as `"));
+    assert_eq!(said.count(), 5, "{:?}", again.diagnostics);
+}
+
+#[test]
+fn what_is_no_text_is_named_with_what_to_do() {
+    let (scenario, _) = recorded(CUT_IN);
+    let said = |bytes: &[u8]| {
+        let error = read_ego(bytes, "f", &scenario, None).unwrap_err();
+        error.to_string()
+    };
+    let text = "timestep,x_position,y_position,street\n0,1,1,a\n1,1,1,caf\u{e9}\n";
+    for unit in [u16::to_le_bytes, u16::to_be_bytes] {
+        let marked = format!("\u{feff}{text}");
+        let wide: Vec<u8> = marked.encode_utf16().flat_map(unit).collect();
+        let words = said(&wide);
+        assert!(
+            words.contains("this is UTF-16; save it as UTF-8"),
+            "{words}"
+        );
+    }
+    let latin: Vec<u8> = text.chars().map(|c| c as u8).collect();
+    assert!(
+        said(&latin).starts_with("f: line 3: column `street` is not UTF-8; save"),
+        "{}",
+        said(&latin)
+    );
+    assert!(said(&[0x1f, 0x8b, 8]).contains("this is compressed with gzip; unpack it first"));
+}
+
+#[test]
+fn of_a_recording_of_several_the_ego_of_a_planning_problem_is_chosen() {
+    let (scenario, ego) = recorded(CUT_IN);
+    let own = String::from_utf8(write_recording(ego.id, &ego.track).unwrap()).unwrap();
+    let other = String::from_utf8(write_recording(ego.id + 1, &ego.track).unwrap()).unwrap();
+    let (_, other) = other.split_once('\n').unwrap();
+    let both = format!("{own}{other}");
+    let read = |problem| read_ego(both.as_bytes(), "f", &scenario, problem);
+    let chosen = read(Some(ego.id)).unwrap();
+    assert_eq!(chosen.id, ego.id);
+    assert_eq!(apart(&ego.track, &chosen.track).0, 0.0);
+    let left = format!(
+        "{} rows of other egos ({}, {})",
+        ego.track.iter().count(),
+        ego.id,
+        ego.id + 1
+    );
+    let said = chosen.diagnostics.iter();
+    assert_eq!(said.filter(|d| d.message.starts_with(&left)).count(), 1);
+    let ids = format!("{}, {}", ego.id, ego.id + 1);
+    assert!(matches!(read(None), Err(EgoError::Several { known, .. }) if known == ids));
+    let none = read(Some(-5));
+    assert!(matches!(none, Err(EgoError::NoSuchProblem { known, .. }) if known == ids));
 }
 
 #[test]

@@ -9,5 +9,7 @@ mod expected;
 mod invariance;
 #[path = "measures/random.rs"]
 mod random;
+#[path = "measures/thresholds.rs"]
+mod thresholds;
 #[path = "measures/transform.rs"]
 mod transform;

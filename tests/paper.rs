@@ -112,7 +112,7 @@ fn compare(table: &Path, ours: &[&Row], differences: &mut Vec<String>) -> usize 
 fn every_number_of_the_published_tables_is_reproduced() {
     let Some(folder) = published() else { return };
     let (mut compared, mut differences) = (0, Vec::new());
-    for entry in find(std::slice::from_ref(&folder)).unwrap() {
+    for entry in find(std::slice::from_ref(&folder)).unwrap().entries {
         let scenario = entry.read().unwrap();
         let ego = entry.recorded_ego(&scenario).unwrap().expect("a recording");
         let scene = Scene::new(scenario, ego);

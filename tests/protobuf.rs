@@ -271,7 +271,7 @@ fn a_folder_lists_each_scenario_once() {
     let mut lonely = rich();
     lonely.header.benchmark_id = "ZAM_Lonely-1_1_T-1".into();
     std::fs::write(within("ZAM_Lonely-1.pb"), triple::encode(&lonely).map).unwrap();
-    let found = find(&[folder.path().to_path_buf()]).unwrap();
+    let found = find(&[folder.path().to_path_buf()]).unwrap().entries;
     let names: Vec<&str> = found.iter().map(|e| e.name.as_str()).collect();
     assert_eq!(
         names,

@@ -61,7 +61,12 @@ fn published() -> Option<&'static [Published]> {
                 collides,
             }
         };
-        find(&[folder]).unwrap().into_iter().map(open).collect()
+        find(&[folder])
+            .unwrap()
+            .entries
+            .into_iter()
+            .map(open)
+            .collect()
     };
     Some(ALL.get_or_init(read))
 }

@@ -239,6 +239,24 @@ fn a_path_that_is_not_there_is_said_on_the_shell() {
 }
 
 #[test]
+fn a_chosen_ego_is_that_of_the_opened_scenario() {
+    let name = "ZAM_CutIn-1_1_T-1";
+    let bundled = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.csv");
+    std::fs::copy(bundled.join(format!("{name}.ego_trajectory.csv")), &file).unwrap();
+    let arguments = [name, "--ego", file.to_str().unwrap()];
+    let mut session = Session::start_with(160, 45, &[], &arguments);
+    session.see("ego recorded in mine.csv");
+    session.press("q");
+    assert_eq!(session.end(), 0);
+    session.is_restored();
+    let mut session = Session::start_with(100, 30, &[], &["--ego", "301"]);
+    assert_eq!(session.end(), 2);
+    session.see("--ego is the ego of one scenario");
+}
+
+#[test]
 #[cfg(target_os = "linux")]
 fn ctrl_z_gives_the_terminal_back_until_it_is_continued() {
     let mut session = Session::start(100, 30, &[]);

@@ -207,7 +207,7 @@ fn document(answer: &Answer, case: &Case) -> Value {
 /// What the built-in judge's verdict on safety rests on.
 fn prediction(case: &Case) -> Value {
     let rounded = |value: f64| (value * 1e6).round() / 1e6;
-    let judgement = judge::judge(&case.scene, case.task, &case.window);
+    let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
     let obstacles = judgement.prospects.iter().map(|p| {
         json!({
             "id": p.id,

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::open::found;
 use super::{Failure, Outcome, output};
 use crate::scenario::commonroad::{conform, save, write};
-use crate::scenario::{Entry, find, in_short};
+use crate::scenario::{Entry, in_short};
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
@@ -25,7 +26,7 @@ pub struct Convert {
 
 /// Runs `convert`.
 pub fn run(arguments: &Convert) -> Outcome {
-    let entries = find(&arguments.paths).map_err(Failure::input)?;
+    let entries = found(&arguments.paths)?;
     let folder = arguments.output.as_deref().filter(|path| path.is_dir());
     if entries.len() > 1 && folder.is_none() {
         return Err(Failure::input(format!(

@@ -1,7 +1,8 @@
 //! `nearmiss describe`: a window of a scene in words, and where each number in them comes from.
 
-use super::open::{Span, Which, configuration, frame};
+use super::open::{Span, Which, configuration, frame, user_thresholds};
 use super::{Failure, Outcome, output};
+use crate::metrics::Context;
 use crate::prompts::{Defaults, estimate_tokens};
 use crate::text::{self, Frame, TextError};
 
@@ -22,14 +23,16 @@ pub struct Describe {
 
 /// Runs `describe`.
 pub fn run(arguments: &Describe) -> Outcome {
-    let (_, config) = configuration()?;
+    let (folders, config) = configuration()?;
     let (_, scene) = arguments.which.open()?;
     let decided = arguments
         .span
         .settings(None, &config)?
         .with(&Defaults::default());
     let window = arguments.span.window(&scene, None, decided.history)?;
-    let described = text::describe(&scene, arguments.frame, &window, &decided.options);
+    let thresholds = user_thresholds(&folders)?;
+    let context = Context::under(&scene, &thresholds);
+    let described = text::describe_in(&context, arguments.frame, &window, &decided.options);
     let described = described.map_err(|error| Failure::input(advised(&error)))?;
     if arguments.trace {
         output::json(&serde_json::json!({

@@ -17,10 +17,13 @@ mod prompts;
 mod routes;
 mod verdicts;
 
+pub use open::{EgoChoice, chosen_ego};
 pub use verdicts::{has_terminal, without_terminal};
 
 use std::fmt::Display;
 use std::path::PathBuf;
+
+use crate::system;
 
 /// A terminal workbench for safety-critical driving scenarios.
 #[derive(Debug, clap::Parser)]
@@ -31,6 +34,9 @@ pub struct Arguments {
     pub command: Option<Command>,
     /// Scenario files or folders to open in the workbench [default: the bundled scenarios].
     pub paths: Vec<PathBuf>,
+    /// Who is the ego in the workbench.
+    #[command(flatten)]
+    pub ego: EgoChoice,
 }
 
 /// The headless commands.
@@ -77,6 +83,11 @@ impl Failure {
             message: error.to_string(),
             status: 2,
         }
+    }
+
+    /// What the system said about a file, or about what else is named.
+    pub fn system(name: impl Display, error: &std::io::Error) -> Self {
+        Self::input(format!("{name}: {}", system::words(error)))
     }
 
     /// Says on standard error what went wrong.

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{Failure, output};
-use crate::config::{Config, Folders};
+use super::{Arguments, Failure, output};
+use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::Settings;
+use crate::metrics::Thresholds;
 use crate::prompts::{MOST_DECIMALS, Techniques};
 use crate::scenario::{
-    EgoError, Entry, Place, Scenario, Scene, Severity, Window, bundled, read_ego_file,
+    EgoError, Entry, Place, Scenario, Scene, Severity, WantedEgo, Window, bundled, find,
+    not_standard_input,
 };
 use crate::text::{Form, Frame};
 use crate::verdict::Task;
@@ -39,6 +41,33 @@ pub struct EgoChoice {
     planning_problem: Option<i64>,
 }
 
+impl EgoChoice {
+    /// Who that is.
+    ///
+    /// # Errors
+    /// An obstacle is named and a planning problem too, or standard input.
+    pub fn wanted(&self) -> Result<WantedEgo, Failure> {
+        let Some(wanted) = &self.ego else {
+            return Ok(WantedEgo::Beside);
+        };
+        let planning_problem = self.planning_problem;
+        // A file that is called like a number is meant by `./7`.
+        match wanted.to_str().and_then(|text| text.parse().ok()) {
+            Some(_) if planning_problem.is_some() => Err(Failure::input(
+                "--planning-problem chooses among the egos of a file; --ego names an obstacle",
+            )),
+            Some(id) => Ok(WantedEgo::Obstacle(id)),
+            None => {
+                not_standard_input(wanted).map_err(Failure::input)?;
+                Ok(WantedEgo::File {
+                    path: wanted.clone(),
+                    planning_problem,
+                })
+            }
+        }
+    }
+}
+
 impl Which {
     /// Opens the scene.
     pub fn open(&self) -> Result<(Entry, Arc<Scene>), Failure> {
@@ -50,6 +79,7 @@ impl Which {
 
 /// The entry that an argument means, if it is a file or the name of a bundled scenario.
 pub fn entry(argument: &Path) -> Result<Entry, Failure> {
+    not_standard_input(argument).map_err(Failure::input)?;
     let entry = Entry::of_argument(argument);
     if let Place::File(path) = &entry.place {
         let shown = path.display();
@@ -72,9 +102,52 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
     Ok(entry)
 }
 
+/// Who shall be the ego in the workbench, checked as far as that needs no screen.
+///
+/// # Errors
+/// An ego is chosen, and there is a command, or the paths are not one scenario, or it cannot be the ego there.
+pub fn chosen_ego(arguments: &Arguments) -> Result<WantedEgo, Failure> {
+    let wanted = arguments.ego.wanted()?;
+    if wanted == WantedEgo::Beside {
+        return Ok(wanted);
+    }
+    if arguments.command.is_some() {
+        return Err(Failure::input(
+            "--ego before a command is that of the workbench; put it behind: nearmiss COMMAND FILE --ego ID|FILE",
+        ));
+    }
+    let entries = match &arguments.paths[..] {
+        [] => bundled(),
+        paths => find(paths).map_err(Failure::input)?.entries,
+    };
+    let [entry] = &entries[..] else {
+        return Err(Failure::input(format!(
+            "--ego is the ego of one scenario, and here are {}; name one file or bundled scenario",
+            entries.len()
+        )));
+    };
+    let scenario = entry.read().map_err(Failure::input)?;
+    wanted.of(entry, &scenario).map_err(advised)?;
+    Ok(wanted)
+}
+
+/// The scenarios at `paths`. What was passed over is said.
+pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
+    let found = find(paths).map_err(Failure::input)?;
+    if let Some(words) = found.passed_over_in_short() {
+        output::say(&format!("nearmiss: {words}"));
+    }
+    Ok(found.entries)
+}
+
 /// The scene of an entry, with an obstacle or a file's ego. What is doubtful about the ego is said.
 pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
-    let (scene, doubts) = scene_and_doubts(entry, choice)?;
+    scene_with(entry, &choice.wanted()?)
+}
+
+/// The same with an ego that is told by id, file or place.
+pub fn scene_with(entry: &Entry, wanted: &WantedEgo) -> Result<Arc<Scene>, Failure> {
+    let (scene, doubts) = wanted_scene(entry, wanted)?;
     doubts.iter().for_each(|doubt| output::say(doubt));
     Ok(scene)
 }
@@ -84,34 +157,19 @@ pub fn scene_and_doubts(
     entry: &Entry,
     choice: &EgoChoice,
 ) -> Result<(Arc<Scene>, Vec<String>), Failure> {
+    wanted_scene(entry, &choice.wanted()?)
+}
+
+/// The same with an ego that is already told by id, file or place.
+fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<(Arc<Scene>, Vec<String>), Failure> {
     let scenario = entry.read().map_err(Failure::input)?;
-    let ego = match &choice.ego {
-        Some(wanted) => {
-            // A file that is called like a number is meant by `./7`.
-            let id = wanted.to_str().and_then(|text| text.parse::<i64>().ok());
-            if let Some(id) = id {
-                if choice.planning_problem.is_some() {
-                    return Err(Failure::input(
-                        "--planning-problem chooses among the egos of a file; --ego names an obstacle",
-                    ));
-                }
-                let scene = Scene::with_obstacle_as_ego(scenario, id)
-                    .map_err(|e| Failure::input(format!("{}: {e}", entry.display())))?;
-                return Ok((Arc::new(scene), Vec::new()));
-            }
-            read_ego_file(wanted, &scenario, choice.planning_problem).map_err(advised)?
-        }
-        None => match entry.recorded_ego(&scenario).map_err(advised)? {
-            Some(ego) => ego,
-            None => {
-                return Err(Failure::input(format!(
-                    "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID ({}), \
-                     or a file with --ego FILE",
-                    entry.display(),
-                    possible(&scenario)
-                )));
-            }
-        },
+    let Some(ego) = wanted.of(entry, &scenario).map_err(advised)? else {
+        return Err(Failure::input(format!(
+            "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID ({}), \
+             or a file with --ego FILE",
+            entry.display(),
+            possible(&scenario)
+        )));
     };
     let doubts = ego.diagnostics.iter();
     let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
@@ -140,7 +198,7 @@ fn possible(scenario: &Scenario) -> String {
 }
 
 /// An error about an ego, with what to do on the command line.
-fn advised(error: EgoError) -> Failure {
+pub fn advised(error: EgoError) -> Failure {
     let advice = match &error {
         EgoError::Several { .. } => ", with --ego FILE --planning-problem ID",
         EgoError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
@@ -228,6 +286,21 @@ pub fn configuration() -> Result<(Folders, Config), Failure> {
     let folders = Folders::find().map_err(Failure::input)?;
     let config = Config::read(&folders.config_file()).map_err(Failure::input)?;
     Ok((folders, config))
+}
+
+/// The shipped thresholds, changed by the user's file in the configuration folder if there is one.
+pub fn user_thresholds(folders: &Folders) -> Result<Thresholds, Failure> {
+    match TextFile::read_if_there(&folders.thresholds()).map_err(Failure::input)? {
+        Some(said) => Thresholds::read(&said.text, &said.file).map_err(Failure::input),
+        None => Ok(Thresholds::shipped().clone()),
+    }
+}
+
+/// The shipped thresholds, changed by a file.
+pub fn thresholds_of(path: &Path) -> Result<Thresholds, Failure> {
+    let said =
+        TextFile::read(path).map_err(|error| Failure::input(format!("--thresholds {error}")))?;
+    Thresholds::read(&said.text, &said.file).map_err(Failure::input)
 }
 
 /// The name of a task.

@@ -1,7 +1,9 @@
 //! `nearmiss prompt`: the messages as they would be sent.
 
+use std::sync::Arc;
+
 use super::describe::advised;
-use super::open::{Span, Which, configuration, frame, task, techniques};
+use super::open::{Span, Which, configuration, frame, task, techniques, user_thresholds};
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
 use crate::evaluation::{Case, CaseError, Question, prepare, template};
@@ -47,6 +49,7 @@ impl Asked {
             techniques: decided.techniques,
             window: self.span.window(&scene, Some(self.task), decided.history)?,
             options: decided.options,
+            thresholds: Arc::new(user_thresholds(folders)?),
             scene,
         };
         prepare(case, &library, None).map_err(|error| match &error {

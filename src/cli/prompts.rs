@@ -10,6 +10,7 @@ use super::open::configuration;
 use super::{Failure, Outcome, output};
 use crate::evaluation::trial;
 use crate::prompts::{Library, Origin};
+use crate::system;
 
 /// Arguments of `prompts`.
 #[derive(Debug, clap::Args)]
@@ -195,8 +196,13 @@ fn diff(library: &Library, name: &str) -> Outcome {
     let (theirs, path) = match (broken, library.source(&file)) {
         (Some(problem), _) => {
             output::say(&format!("nearmiss: {problem}"));
-            let text = std::fs::read_to_string(&problem.path)
-                .map_err(|error| Failure::input(format!("{}: {error}", problem.path.display())))?;
+            let text = std::fs::read_to_string(&problem.path).map_err(|error| {
+                Failure::input(format!(
+                    "{}: {}",
+                    problem.path.display(),
+                    system::words(&error)
+                ))
+            })?;
             (text, problem.path.clone())
         }
         (None, Some((text, Origin::User(path)))) => (text.to_string(), path.clone()),
@@ -221,7 +227,7 @@ fn write_new(path: &PathBuf, text: &str) -> Result<(), Failure> {
             std::io::ErrorKind::AlreadyExists => {
                 format!("{} is there already; nothing was written", path.display())
             }
-            _ => format!("{}: {error}", path.display()),
+            _ => format!("{}: {}", path.display(), system::words(&error)),
         })
     };
     if let Some(folder) = path.parent() {

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 
-use super::open::{EgoChoice, scene};
+use super::open::{found, scene_with};
 use super::{Failure, Outcome, output};
 use crate::judge::{self, judge};
-use crate::scenario::{Entry, Scene, Window, bundled, find};
+use crate::scenario::{Entry, Scene, WantedEgo, Window, bundled};
 use crate::verdict::Task;
 
 /// Whether somebody is there to look at a screen and press keys.
@@ -18,11 +18,11 @@ pub fn has_terminal() -> bool {
     std::io::stdout().is_terminal() && keys()
 }
 
-/// A table of the built-in judge's verdicts on the scenarios at `paths`, or on the bundled ones.
+/// A table of the built-in judge's verdicts on the scenarios at `paths`, or on the bundled ones, with this ego.
 ///
 /// # Errors
 /// No scenario can be found or judged.
-pub fn without_terminal(paths: &[PathBuf]) -> Outcome {
+pub fn without_terminal(paths: &[PathBuf], ego: &WantedEgo) -> Outcome {
     output::say(&format!(
         "nearmiss: there is no terminal here, so the workbench cannot open. These commands work without one: \
          inspect, convert, metrics, describe, prompt, ask, evaluate (see `nearmiss --help`).\n\
@@ -32,11 +32,11 @@ pub fn without_terminal(paths: &[PathBuf]) -> Outcome {
     let entries = if paths.is_empty() {
         bundled()
     } else {
-        find(paths).map_err(Failure::input)?
+        found(paths)?
     };
     let lines: Vec<Result<String, Failure>> = entries
         .par_iter()
-        .map(|e| scene(e, &EgoChoice::default()).map(|s| line(e, &s)))
+        .map(|e| scene_with(e, ego).map(|s| line(e, &s)))
         .collect();
     let mut failed = 0;
     for line in lines {

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::system;
+
 /// The configuration.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -70,7 +72,7 @@ impl Config {
                 return Err(ConfigError {
                     file,
                     line: None,
-                    message: error.to_string(),
+                    message: system::words(&error),
                 });
             }
         };

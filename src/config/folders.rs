@@ -7,7 +7,7 @@ use etcetera::BaseStrategy;
 /// The two folders of the program; neither is made before something is written there.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Folders {
-    /// Configuration: `config.toml`, `prompts/`, `themes/`.
+    /// Configuration: `config.toml`, `thresholds.toml`, `prompts/`, `themes/`.
     pub config: PathBuf,
     /// Data: the store, drafts.
     pub data: PathBuf,
@@ -44,6 +44,12 @@ impl Folders {
     #[must_use]
     pub fn config_file(&self) -> PathBuf {
         self.config.join("config.toml")
+    }
+
+    /// The user's thresholds.
+    #[must_use]
+    pub fn thresholds(&self) -> PathBuf {
+        self.config.join("thresholds.toml")
     }
 
     /// The user's prompt templates.

@@ -2,6 +2,8 @@
 
 mod file;
 mod folders;
+mod text_file;
 
 pub use file::{Config, ConfigError};
 pub use folders::Folders;
+pub use text_file::TextFile;

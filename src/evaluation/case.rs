@@ -127,7 +127,7 @@ impl Asking {
         on_event: &mut impl FnMut(Event),
     ) -> Result<(), StoreError> {
         let case = &question.case;
-        let judgement = judge::judge(&case.scene, case.task, &case.window);
+        let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
         self.piece(Event::Reasoning(judgement.reasoning), on_event)?;
         let text = serde_json::to_string(&judgement.verdict)?;
         self.piece(Event::Text(text), on_event)?;
@@ -233,7 +233,16 @@ fn record(question: &Question, judge: &Judge) -> NewRun {
     let case = &question.case;
     let json = |value: serde_json::Result<String>| value.unwrap_or_default();
     let (endpoint, parameters, messages) = match judge {
-        Judge::Reference => ("built in".to_string(), "{}".to_string(), "[]".to_string()),
+        Judge::Reference => {
+            let changes = case.thresholds.changes();
+            let words: Vec<_> = changes.iter().map(ToString::to_string).collect();
+            let parameters = match words.as_slice() {
+                [] => serde_json::json!({}),
+                words => serde_json::json!({ "thresholds": words }),
+            };
+            let built_in = "built in".to_string();
+            (built_in, parameters.to_string(), "[]".to_string())
+        }
         Judge::Model(model) => (
             model.endpoint.place().to_string(),
             json(serde_json::to_string(&parameters(question, model))),

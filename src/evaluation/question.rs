@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::values::Values;
 use crate::llm::{Message, Role};
-use crate::metrics::Context;
+use crate::metrics::{Context, Thresholds};
 use crate::prompts::{self, Library, Prompt, Techniques, Template};
 use crate::scenario::{Scene, Window};
 use crate::text::{self, Frame, Options, Span};
@@ -27,6 +27,8 @@ pub struct Case {
     pub window: Window,
     /// How precisely, and how far around the ego.
     pub options: Options,
+    /// What the risk scores are, in the prompt and for the built-in judge.
+    pub thresholds: Arc<Thresholds>,
 }
 
 /// A case with its description and messages.
@@ -99,7 +101,7 @@ pub fn prepare(
         }
         None => template(library, case.task, case.frame)?,
     };
-    let context = Context::new(&case.scene);
+    let context = Context::under(&case.scene, &case.thresholds);
     let described = text::describe_in(&context, case.frame, &case.window, &case.options)?;
     let values = Values::of(&case, &described.text, &verdict::schema(case.task));
     let prompt = prompts::render(file, &template.source, library.fragments(), values)?;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::question::{Case, prepare};
 use super::settings::Settings;
+use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
 use crate::scenario::{Scene, Window, bundled};
 use crate::text::Frame;
@@ -49,6 +50,7 @@ pub fn trial(library: &Library, file: &str) -> Result<(), String> {
             techniques: decided.techniques,
             window: Window::ending_at(&scene, i64::MAX, decided.history),
             options: decided.options,
+            thresholds: Arc::new(Thresholds::shipped().clone()),
         };
         let draft = Some((file, template.source.as_str()));
         prepare(case, library, draft).map_err(|error| error.to_string())?;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::question::Case;
-use crate::metrics::{MEASURES, RISK_LEVELS, RiskLevel, limits, thresholds};
+use crate::metrics::{MEASURES, RiskLevel, Thresholds};
 use crate::prompts;
 
 /// The values of a case.
@@ -27,7 +27,7 @@ pub(super) struct Values<'a> {
     obstacle: Option<i64>,
     scenario: &'a str,
     window: WindowValues,
-    risk_levels: &'static [RiskLevel],
+    risk_levels: &'a [RiskLevel],
     /// Critical values of measures.
     thresholds: Vec<ThresholdValues>,
     limits: LimitValues,
@@ -77,6 +77,7 @@ impl<'a> Values<'a> {
         let steps = last - first + 1;
         let described = case.options.steps(&case.window);
         let dt = case.scene.scenario.dt();
+        let limits = &case.thresholds.limits;
         Self {
             task: case.task.name(),
             frame: case.frame.name(),
@@ -103,13 +104,13 @@ impl<'a> Values<'a> {
                 ),
                 until: plain(case.scene.time_of(last)),
             },
-            risk_levels: &RISK_LEVELS.levels,
-            thresholds: critical(),
+            risk_levels: &case.thresholds.risk.levels,
+            thresholds: critical(&case.thresholds),
             limits: LimitValues {
-                acceleration: limits::KICK_DOWN,
-                deceleration: limits::FULL_BRAKING,
-                lateral: limits::EVASION,
-                curvature: limits::TIGHTEST,
+                acceleration: limits.kick_down,
+                deceleration: limits.full_braking,
+                lateral: limits.evasion,
+                curvature: limits.tightest,
             },
             answer_form: prompts::answer_form(schema),
             answer_keys: prompts::answer_keys(schema),
@@ -118,9 +119,9 @@ impl<'a> Values<'a> {
     }
 }
 
-fn critical() -> Vec<ThresholdValues> {
+fn critical(thresholds: &Thresholds) -> Vec<ThresholdValues> {
     let of = MEASURES.iter().flat_map(|measure| {
-        thresholds(measure.id).map(|threshold| ThresholdValues {
+        thresholds.of(measure.id).map(|threshold| ThresholdValues {
             measure: measure.id,
             name: measure.name,
             value: threshold.value,

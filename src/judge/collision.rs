@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::Judgement;
 use super::reasoning::{metres, moment, name, risk, situation, value};
-use crate::metrics::Encounter;
+use crate::metrics::{Encounter, Thresholds};
 use crate::scenario::{Participant, Scene};
 use crate::verdict::{ObstacleRisk, Task, Verdict};
 
@@ -20,10 +20,10 @@ struct History<'a> {
 /// Obstacles listed beside those in contact.
 const MOST_LISTED: usize = 5;
 
-pub(super) fn judge(scene: &Scene) -> Judgement {
+pub(super) fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
     let mut histories: Vec<_> = scene
         .participants()
-        .filter_map(|p| history(scene, p))
+        .filter_map(|p| history(scene, p, thresholds))
         .collect();
     histories.sort_by(|a, b| {
         let key = |h: &History<'_>| (h.contact.unwrap_or(i64::MAX), h.risk);
@@ -76,12 +76,17 @@ fn by_distance<'a, 'b>(histories: &'b [History<'a>]) -> Option<&'b History<'a>> 
         .min_by(|a, b| a.nearest.total_cmp(&b.nearest))
 }
 
-fn history<'a>(scene: &'a Scene, participant: Participant<'a>) -> Option<History<'a>> {
+fn history<'a>(
+    scene: &'a Scene,
+    participant: Participant<'a>,
+    thresholds: &Thresholds,
+) -> Option<History<'a>> {
     let mut found: Option<History<'a>> = None;
     for step in scene.steps() {
         let Some(encounter) = Encounter::at(scene, &participant, step) else {
             continue;
         };
+        let encounter = encounter.under(thresholds);
         let distance = encounter.distance();
         let risk = value("risk", &encounter).map_or(5, |r| r as u8);
         let h = found.get_or_insert(History {

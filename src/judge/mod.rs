@@ -7,6 +7,7 @@ mod safety;
 
 pub use prospect::{Criterion, Prospect};
 
+use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Window};
 use crate::verdict::{Task, Verdict};
 
@@ -26,14 +27,27 @@ pub struct Judgement {
     pub prospects: Vec<Prospect>,
 }
 
+/// Judges a scene, with the shipped thresholds; see [`judge_under`].
+#[must_use]
+pub fn judge(scene: &Scene, task: Task, window: &Window) -> Judgement {
+    judge_under(scene, task, window, Thresholds::shipped())
+}
+
 /// Judges a scene.
+///
+/// Whether it is dangerous does not depend on the thresholds; the risk scores do.
 ///
 /// The collision task looks at every recorded step of the ego, whatever the window. The safety task predicts from
 /// `window` alone, never from anything beyond it: see [`Criterion::REFERENCE`].
 #[must_use]
-pub fn judge(scene: &Scene, task: Task, window: &Window) -> Judgement {
+pub fn judge_under(
+    scene: &Scene,
+    task: Task,
+    window: &Window,
+    thresholds: &Thresholds,
+) -> Judgement {
     match task {
-        Task::Collision => collision::judge(scene),
-        Task::Safety => safety::judge(scene, window),
+        Task::Collision => collision::judge(scene, thresholds),
+        Task::Safety => safety::judge(scene, window, thresholds),
     }
 }

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::Judgement;
 use super::prospect::{Criterion, Prospect};
 use super::reasoning::{moment, name, risk, situation, value};
-use crate::metrics::{Encounter, RISK_LEVELS};
+use crate::metrics::{Encounter, Thresholds};
 use crate::scenario::prediction::{Past, Way};
 use crate::scenario::{Participant, Scene, Window};
 use crate::verdict::{ObstacleRisk, Task, Verdict};
@@ -27,7 +27,7 @@ struct Finding {
     line: String,
 }
 
-pub(super) fn judge(scene: &Scene, window: &Window) -> Judgement {
+pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> Judgement {
     let criterion = Criterion::REFERENCE;
     // All that is predicted comes from here, and it ends with the window.
     let past = Past::of(scene, window);
@@ -37,7 +37,15 @@ pub(super) fn judge(scene: &Scene, window: &Window) -> Judgement {
     let mut found: Vec<Finding> = prospects
         .filter_map(|prospect| {
             let who = people.get(&prospect.id)?;
-            finding(scene, &criterion, past.now(), who, prospect)
+            let encounter = Encounter::at(scene, who, past.now())?.under(thresholds);
+            Some(finding(
+                scene,
+                &criterion,
+                &encounter,
+                past.now(),
+                who,
+                prospect,
+            ))
         })
         .collect();
     found.sort_by_key(|f| (!f.critical, f.entry.risk_score));
@@ -76,15 +84,15 @@ pub(super) fn judge(scene: &Scene, window: &Window) -> Judgement {
 fn finding(
     scene: &Scene,
     criterion: &Criterion,
+    encounter: &Encounter<'_>,
     now: i64,
     who: &Participant<'_>,
     prospect: Prospect,
-) -> Option<Finding> {
-    let encounter = Encounter::at(scene, who, now)?;
+) -> Finding {
     let critical = criterion.critical(&prospect);
-    let at_present = value("risk", &encounter).map_or(5, |r| r as u8);
+    let at_present = value("risk", encounter).map_or(5, |r| r as u8);
     let score = if critical {
-        let coming = RISK_LEVELS.of_time(prospect.time);
+        let coming = encounter.thresholds().risk.of_time(prospect.time);
         at_present.min(coming).min(CRITICAL)
     } else {
         at_present.max(NOT_CRITICAL)
@@ -108,10 +116,10 @@ fn finding(
         "{}: {when}{ways}; at {}: {}. Risk {}.",
         name(who),
         moment(scene, now),
-        situation(&encounter),
+        situation(encounter),
         risk(score)
     );
-    Some(Finding {
+    Finding {
         entry: ObstacleRisk {
             id: who.obstacle.id,
             risk_score: score,
@@ -120,7 +128,7 @@ fn finding(
         prospect,
         critical,
         line,
-    })
+    }
 }
 
 fn justification(

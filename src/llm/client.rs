@@ -7,6 +7,8 @@ use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use crate::system;
+
 /// A pool of connections; build one and clone it, clones share the pool.
 ///
 /// Proxies are taken from the environment (`HTTPS_PROXY`, `HTTP_PROXY`, `NO_PROXY`), certificates from the system.
@@ -79,9 +81,11 @@ impl fmt::Debug for Client {
 
 /// The innermost cause: the outer ones repeat the URL, or say only that a request failed.
 pub(super) fn deepest(error: &(dyn StdError + 'static)) -> String {
-    chain(error)
-        .last()
-        .map_or_else(String::new, ToString::to_string)
+    let last = chain(error).last();
+    last.map_or_else(String::new, |e| match e.downcast_ref() {
+        Some(error) => system::words(error),
+        None => e.to_string(),
+    })
 }
 
 fn chain<'a>(

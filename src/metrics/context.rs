@@ -4,9 +4,10 @@ use std::cell::OnceCell;
 use std::ops::Range;
 
 use super::along::{LaneBody, LaneSet, Road};
+use super::limits::Limits;
 use super::pair::Pair;
 use super::recorded::{Starts, Swept};
-use super::{Encounter, NoValue};
+use super::{Encounter, NoValue, Thresholds};
 use crate::geometry::{Footprint, Placed};
 use crate::scenario::{Motion, Participant, RouteError, Scene, Window};
 
@@ -19,6 +20,7 @@ pub(super) type Here<'s> = (&'s Motion, &'s Footprint);
 #[derive(Debug)]
 pub struct Context<'s> {
     pub(super) scene: &'s Scene,
+    pub(super) thresholds: &'s Thresholds,
     steps: Range<i64>,
     /// The ego by step; nothing in gaps of its recording.
     pub(super) ego: Vec<Option<Here<'s>>>,
@@ -36,25 +38,33 @@ pub struct Context<'s> {
 }
 
 impl<'s> Context<'s> {
-    /// Prepares a scene.
+    /// Prepares a scene, to be measured with the shipped thresholds.
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
-        Self::over(scene, scene.steps(), false)
+        Self::under(scene, Thresholds::shipped())
+    }
+
+    /// Prepares a scene, to be measured with these thresholds.
+    #[must_use]
+    pub fn under(scene: &'s Scene, thresholds: &'s Thresholds) -> Self {
+        Self::over(scene, thresholds, scene.steps(), false)
     }
 
     /// The same scene as it is known at the end of a window: there are no other steps, and measures along the
     /// lane look along the road that the ego drove in it and then straight on.
     #[must_use]
     pub fn during(&self, window: &Window) -> Self {
-        Self::over(self.scene, window.first()..window.last() + 1, true)
+        let steps = window.first()..window.last() + 1;
+        Self::over(self.scene, self.thresholds, steps, true)
     }
 
-    fn over(scene: &'s Scene, steps: Range<i64>, ends: bool) -> Self {
+    fn over(scene: &'s Scene, thresholds: &'s Thresholds, steps: Range<i64>, ends: bool) -> Self {
         let at = |step| Some((scene.ego.track.at(step)?, scene.ego_footprint_at(step)));
         let ego: Vec<_> = steps.clone().map(at).collect();
         let participants: Vec<_> = scene.participants().collect();
         Self {
             scene,
+            thresholds,
             ego_lanes: vec![OnceCell::new(); ego.len()],
             pairs: participants.iter().map(|_| Pair::default()).collect(),
             steps,
@@ -115,6 +125,10 @@ impl<'s> Context<'s> {
             }
         });
         road.as_ref()
+    }
+
+    pub(super) fn limits(&self) -> &Limits {
+        &self.thresholds.limits
     }
 
     /// Place of a step among the ego's.

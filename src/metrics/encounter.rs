@@ -1,6 +1,6 @@
 //! The ego and one other participant at one step: what every measure looks at.
 
-use super::{Context, NoValue, Relation};
+use super::{Context, NoValue, Relation, Thresholds};
 use crate::geometry::{Footprint, Placed};
 use crate::scenario::{Motion, Participant, Scene};
 
@@ -15,6 +15,7 @@ pub struct Encounter<'a> {
     pub other: &'a Motion,
     /// The other's body.
     pub other_body: &'a Footprint,
+    thresholds: &'a Thresholds,
     place: Place<'a>,
 }
 
@@ -42,8 +43,21 @@ impl<'a> Encounter<'a> {
             ego_body: scene.ego_footprint_at(step),
             other: other.at(step)?,
             other_body: other.footprint_at(step),
+            thresholds: Thresholds::shipped(),
             place: Place::Scene(scene, other.obstacle.id, step),
         })
+    }
+
+    /// The same, measured with these thresholds instead of the shipped ones.
+    #[must_use]
+    pub fn under(self, thresholds: &'a Thresholds) -> Self {
+        Self { thresholds, ..self }
+    }
+
+    /// The thresholds that it is measured with.
+    #[must_use]
+    pub fn thresholds(&self) -> &'a Thresholds {
+        self.thresholds
     }
 
     pub(super) fn in_context(
@@ -56,6 +70,7 @@ impl<'a> Encounter<'a> {
             ego_body,
             other,
             other_body,
+            thresholds: context.thresholds,
             place: Place::Context(context, participant, index),
         }
     }
@@ -70,6 +85,7 @@ impl<'a> Encounter<'a> {
             ego_body,
             other,
             other_body,
+            thresholds: Thresholds::shipped(),
             place: Place::Nowhere,
         }
     }
@@ -114,7 +130,7 @@ impl<'a> Encounter<'a> {
         match self.place {
             Place::Context(context, participant, index) => question(context, participant, index),
             Place::Scene(scene, id, step) => {
-                let context = Context::new(scene);
+                let context = Context::under(scene, self.thresholds);
                 let mut all = context.participants().iter();
                 let place = all.position(|p| p.obstacle.id == id);
                 let (participant, index) = place.zip(context.index(step)).ok_or(NoValue::Absent)?;

@@ -1,39 +1,29 @@
 //! What vehicles and drivers are taken to be able to do: the parameters of the measures that need any.
 
-/// Deceleration that the brake-threat number is held against, m/s²: the longitudinal limit of every vehicle of
-/// Althoff and Würsching, "CommonRoad: Vehicle Models" (2020), as commonroad-crime takes it.
-pub const BRAKE_THREAT: f64 = 11.5;
-
-/// Lateral acceleration that the steer-threat number is held against, m/s² (commonroad-crime's default).
-pub const STEER_THREAT: f64 = 8.0;
-
-/// Full braking on a dry road, m/s².
-pub const FULL_BRAKING: f64 = 8.0;
-
-/// Full acceleration, m/s².
-pub const KICK_DOWN: f64 = 3.5;
-
-/// Lateral acceleration of an evasive manoeuvre on a dry road, m/s².
-pub const EVASION: f64 = 8.0;
-
-/// The tightest curve that can be steered, 1/m: at low speed it limits the evasive manoeuvre.
-pub const TIGHTEST: f64 = 0.2;
-
-/// Acceleration in any direction that is feared of everyone who moves, m/s² (worst-case time to collision).
-/// The longitudinal limit of the CommonRoad vehicles.
-pub const WORST_CASE: f64 = 11.5;
-
-/// Threshold of the time-exposed and time-integrated time to collision, seconds.
-pub const TAU: f64 = 2.0;
-
-/// Maximum available deceleration, m/s²: mean, standard deviation and bounds of a truncated normal
-/// distribution (Cunto and Saccomanno 2008).
-pub const MADR: Madr = Madr {
-    mean: 8.45,
-    deviation: 1.40,
-    least: 4.23,
-    most: 12.68,
-};
+/// Parameters of the measures; [`super::LIMITS`] has a line for each, with its unit and what it may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Deceleration that the brake-threat number is held against, m/s².
+    pub brake_threat: f64,
+    /// Lateral acceleration that the steer-threat number is held against, m/s².
+    pub steer_threat: f64,
+    /// Full braking, m/s².
+    pub full_braking: f64,
+    /// Full acceleration, m/s².
+    pub kick_down: f64,
+    /// Lateral acceleration of an evasive manoeuvre, m/s².
+    pub evasion: f64,
+    /// The tightest curve that can be steered, 1/m: at low speed it limits the evasive manoeuvre.
+    pub tightest: f64,
+    /// Acceleration in any direction that is feared of everyone who moves, m/s² (worst-case time to collision).
+    pub worst_case: f64,
+    /// Threshold of the time-exposed and time-integrated time to collision, seconds.
+    pub tau: f64,
+    /// Maximum available deceleration.
+    pub madr: Madr,
+    /// Responsibility-sensitive safety.
+    pub rss: Rss,
+}
 
 /// A truncated normal distribution, m/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,19 +37,6 @@ pub struct Madr {
     /// Upper bound.
     pub most: f64,
 }
-
-/// Parameters of responsibility-sensitive safety. The paper leaves them open; these are the ones that the
-/// examples of the library ad-rss-lib use.
-pub const RSS: Rss = Rss {
-    response: 1.0,
-    accelerate: 3.5,
-    brake_least: 4.0,
-    brake_most: 8.0,
-    brake_correct: 3.0,
-    lateral_accelerate: 0.2,
-    lateral_brake: 0.8,
-    lateral_margin: 0.1,
-};
 
 /// Parameters of responsibility-sensitive safety, the same for everyone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,4 +57,47 @@ pub struct Rss {
     pub lateral_brake: f64,
     /// Margin μ for lateral fluctuations, metres.
     pub lateral_margin: f64,
+}
+
+impl Limits {
+    /// Those that come with the program; where each is from, [`super::LIMITS`] says.
+    pub const SHIPPED: Self = Self {
+        brake_threat: 11.5,
+        steer_threat: 8.0,
+        full_braking: 8.0,
+        kick_down: 3.5,
+        evasion: 8.0,
+        tightest: 0.2,
+        worst_case: 11.5,
+        tau: 2.0,
+        madr: Madr {
+            mean: 8.45,
+            deviation: 1.40,
+            least: 4.23,
+            most: 12.68,
+        },
+        rss: Rss {
+            response: 1.0,
+            accelerate: 3.5,
+            brake_least: 4.0,
+            brake_most: 8.0,
+            brake_correct: 3.0,
+            lateral_accelerate: 0.2,
+            lateral_brake: 0.8,
+            lateral_margin: 0.1,
+        },
+    };
+
+    /// An order that does not hold, in words.
+    #[must_use]
+    pub fn mistake(&self) -> Option<&'static str> {
+        let (madr, rss) = (&self.madr, &self.rss);
+        if !(madr.least < madr.mean && madr.mean < madr.most) {
+            Some("madr_least < madr_mean < madr_most must hold")
+        } else if !(rss.brake_correct <= rss.brake_least && rss.brake_least <= rss.brake_most) {
+            Some("rss_brake_correct ≤ rss_brake_least ≤ rss_brake_most must hold")
+        } else {
+            None
+        }
+    }
 }

@@ -32,6 +32,16 @@ impl Danger {
         }
     }
 
+    /// Whether a value is as dangerous as another one; where neither is dangerous, no.
+    #[must_use]
+    pub fn reaches(self, value: f64, threshold: f64) -> bool {
+        match self {
+            Self::Low => value <= threshold,
+            Self::High => value >= threshold,
+            Self::Neutral => false,
+        }
+    }
+
     /// Orders two values, the more dangerous one first; of a measure that only describes, the lower one.
     #[must_use]
     pub fn compare(self, a: f64, b: f64) -> std::cmp::Ordering {

@@ -36,10 +36,11 @@ pub struct RiskTable {
     pub levels: Vec<RiskLevel>,
 }
 
-/// The table in use.
+/// The table that comes with the program.
 pub static RISK_LEVELS: LazyLock<RiskTable> = LazyLock::new(|| {
     // A program without its own table could only give wrong scores; a test reads the file.
-    toml::from_str(include_str!("risk.toml")).expect("the program's own risk table is right")
+    toml::from_str(include_str!("thresholds/risk.toml"))
+        .expect("the program's own risk table is right")
 });
 
 impl RiskTable {
@@ -104,7 +105,10 @@ pub(super) const MEASURE: Measure = Measure {
 /// The risk score, 0 to 5.
 fn compute(encounter: &Encounter<'_>) -> Reading {
     Reading::Value(f64::from(
-        RISK_LEVELS.of(&encounter.relation(), encounter.distance()),
+        encounter
+            .thresholds()
+            .risk
+            .of(&encounter.relation(), encounter.distance()),
     ))
 }
 

@@ -25,17 +25,34 @@ impl Series {
     /// Computes `measures` over a prepared scene.
     #[must_use]
     pub fn of(context: &Context<'_>, measures: Vec<&'static Measure>) -> Self {
+        let everyone = 0..context.participants().len();
+        Self::among(context, measures, &everyone.collect::<Vec<_>>())
+    }
+
+    /// Computes `measures` of one obstacle over a prepared scene; of nobody where it has no such obstacle.
+    #[must_use]
+    pub fn of_obstacle(
+        context: &Context<'_>,
+        measures: Vec<&'static Measure>,
+        obstacle: i64,
+    ) -> Self {
+        let mut all = context.participants().iter();
+        let place = all.position(|p| p.obstacle.id == obstacle);
+        Self::among(context, measures, place.as_slice())
+    }
+
+    /// `places` are among the participants of the context.
+    fn among(context: &Context<'_>, measures: Vec<&'static Measure>, places: &[usize]) -> Self {
         let steps = context.steps();
-        let participants = context.participants();
         let length = (steps.end - steps.start).max(0) as usize;
-        let block = participants.len() * length;
+        let block = places.len() * length;
         let mut readings = vec![Reading::None(NoValue::Absent); measures.len() * block];
-        for participant in 0..participants.len() {
+        for (row, &participant) in places.iter().enumerate() {
             for (index, step) in steps.clone().enumerate() {
                 let Some(encounter) = context.encounter(participant, step) else {
                     continue;
                 };
-                let place = participant * length + index;
+                let place = row * length + index;
                 for (m, measure) in measures.iter().enumerate() {
                     readings[m * block + place] = (measure.compute)(&encounter);
                 }
@@ -43,7 +60,10 @@ impl Series {
         }
         Self {
             steps,
-            obstacles: participants.iter().map(|p| p.obstacle.id).collect(),
+            obstacles: places
+                .iter()
+                .map(|&p| context.participants()[p].obstacle.id)
+                .collect(),
             measures,
             readings,
         }

@@ -1,10 +1,10 @@
 //! Worst-case time to collision: when the two can touch at the earliest, whatever both do.
 //!
 //! Around where each would be at constant velocity grows a circle of radius R + ½·a·t², with R that of the body
-//! around its position and a = 11.5 m/s² in any direction, 0 for what stands for ever; WTTC is the first t at
+//! around its position and a = `worst_case` in any direction, 0 for what stands for ever; WTTC is the first t at
 //! which the circles touch. Source: Wachenfeld, Junietz, Wenzel and Winner 2016.
 
-use super::{Danger, Encounter, Measure, Mirrored, Reading, limits};
+use super::{Danger, Encounter, Measure, Mirrored, Reading};
 
 pub(super) const MEASURE: Measure = Measure {
     id: "wttc",
@@ -12,22 +12,19 @@ pub(super) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
-    source: "first touch of reachable circles, 11.5 m/s² (Wachenfeld 2016)",
+    source: "first touch of circles that grow with worst_case (Wachenfeld 2016)",
     compute,
 };
 
 fn compute(encounter: &Encounter<'_>) -> Reading {
+    let feared = encounter.thresholds().limits.worst_case;
     let stands = encounter.ask(|c, other, _| Ok(c.stands(other)));
-    let others = if stands == Ok(true) {
-        0.0
-    } else {
-        limits::WORST_CASE
-    };
+    let others = if stands == Ok(true) { 0.0 } else { feared };
     let away = encounter.other.pose.position - encounter.ego.pose.position;
     let velocity = encounter.other.velocity_vector() - encounter.ego.velocity_vector();
     let reach = encounter.ego_body.reach() + encounter.other_body.reach();
     let circles = Circles {
-        growth: (limits::WORST_CASE + others) / 2.0,
+        growth: (feared + others) / 2.0,
         reach,
         distance: away.norm_squared(),
         closing: -away.dot(&velocity),

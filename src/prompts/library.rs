@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::render::syntax;
 use super::{Template, TemplateError, includes};
+use crate::system;
 
 /// A file that comes with the program.
 #[derive(Debug, Clone, Copy)]
@@ -152,7 +153,7 @@ impl Library {
                 if error.kind() != std::io::ErrorKind::NotFound {
                     self.problems.push(Problem {
                         path: folder.to_path_buf(),
-                        message: error.to_string(),
+                        message: system::words(&error),
                         instead: Instead::Shipped,
                     });
                 }
@@ -251,13 +252,15 @@ impl Library {
 }
 
 fn read(path: &Path) -> Result<String, String> {
-    let length = std::fs::metadata(path).map_err(|e| e.to_string())?.len();
+    let length = std::fs::metadata(path)
+        .map_err(|e| system::words(&e))?
+        .len();
     if length > LARGEST {
         return Err(format!(
             "{length} bytes are too many for a template; at most {LARGEST}"
         ));
     }
-    std::fs::read_to_string(path).map_err(|e| e.to_string())
+    std::fs::read_to_string(path).map_err(|e| system::words(&e))
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
-//! Finding scenario files in folders, the bundled scenarios, and opening either with its ego.
+//! Scenarios that can be opened, in files or in the program itself, and opening them with their ego.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -25,24 +24,6 @@ pub struct Entry {
     pub group: String,
     /// Where it lies.
     pub place: Place,
-}
-
-/// Why no scenarios were found.
-#[derive(Debug, thiserror::Error)]
-pub enum LibraryError {
-    /// A path does not exist or cannot be read.
-    #[error("{path}: {source}")]
-    Io {
-        /// Which path.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// There is no scenario below a path.
-    #[error(
-        "{0}: no CommonRoad scenario (a .xml file with a <commonRoad> root, or a .pb file) in this folder or below"
-    )]
-    Nothing(PathBuf),
 }
 
 /// A bundled scenario: its name, its XML, its ego trajectory.
@@ -144,77 +125,4 @@ impl Entry {
             }
         }
     }
-}
-
-/// The scenarios at `paths`: files as they are, folders searched to the bottom, each file once.
-///
-/// A scenario that is several files in a folder (2024 protobuf) is there once, with the file that needs the others.
-///
-/// In a folder laid out like the repository of "From Words to Collisions" (with `Scenarios` and
-/// `Results`), the scenarios are those below `Scenarios`.
-///
-/// # Errors
-/// A path that cannot be read, or not one scenario at any of them.
-pub fn find(paths: &[PathBuf]) -> Result<Vec<Entry>, LibraryError> {
-    let mut found = Vec::new();
-    for path in paths {
-        let io = |source| LibraryError::Io {
-            path: path.clone(),
-            source,
-        };
-        if Entry::of_argument(path).place == Place::File(path.clone()) {
-            let before = found.len();
-            if path.metadata().map_err(io)?.is_dir() {
-                let scenarios = path.join("Scenarios");
-                let whole = !(scenarios.is_dir() && path.join("Results").is_dir());
-                search(if whole { path } else { &scenarios }, 0, &mut found).map_err(io)?;
-                found[before..].sort();
-            } else {
-                found.push(path.clone());
-            }
-        } else {
-            found.push(path.clone());
-        }
-    }
-    if let (true, Some(first)) = (found.is_empty(), paths.first()) {
-        return Err(LibraryError::Nothing(first.clone()));
-    }
-    let mut seen = std::collections::HashSet::new();
-    found.retain(|p| seen.insert(p.clone()));
-    Ok(found.iter().map(|p| Entry::of_argument(p)).collect())
-}
-
-/// Folders nested deeper than this are not searched: it is a loop of links.
-const DEEPEST: usize = 32;
-
-fn search(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
-    let mut protobuf = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.is_dir() {
-            let hidden = path
-                .file_name()
-                .is_some_and(|n| n.to_string_lossy().starts_with('.'));
-            if depth < DEEPEST && !hidden {
-                // A folder that may not be entered hides its scenarios, not its neighbours'.
-                let _ = search(&path, depth + 1, found);
-            }
-        } else if !path.is_file() {
-            // Reading from a pipe would wait for ever.
-        } else if path.extension().is_some_and(|x| x == "xml") && is_scenario(&path) {
-            found.push(path);
-        } else if commonroad::is_protobuf_name(&path) {
-            protobuf.push(path);
-        }
-    }
-    found.extend(commonroad::protobuf_scenarios(protobuf));
-    Ok(())
-}
-
-/// Whether the beginning of a file looks like a scenario's; other XML files are passed over.
-pub(super) fn is_scenario(path: &Path) -> bool {
-    let mut head = Vec::with_capacity(2048);
-    let opened = std::fs::File::open(path);
-    let read = opened.and_then(|f| f.take(2048).read_to_end(&mut head));
-    read.is_ok() && head.windows(11).any(|w| w == b"<commonRoad")
 }

@@ -13,6 +13,7 @@ pub mod prediction;
 mod quantity;
 mod road;
 mod scene;
+mod search;
 mod summary;
 mod track;
 mod vehicle;
@@ -21,11 +22,11 @@ mod window;
 use std::collections::BTreeMap;
 
 pub use ego::{
-    EgoError, EgoSource, ego_of_solution, find_recording, read_ego, read_ego_file, read_recording,
-    write_recording,
+    EgoError, EgoSource, WantedEgo, ego_of_solution, find_recording, read_ego, read_ego_file,
+    read_recording, write_recording,
 };
 pub use identity::ContentHash;
-pub use library::{Entry, LibraryError, Place, bundled, find};
+pub use library::{Entry, Place, bundled};
 pub use names::{
     LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, Signal, SignalColor,
     StateField, TrafficDirection,
@@ -42,6 +43,7 @@ pub use road::{
     Route, RouteError, Side,
 };
 pub use scene::{Ego, Participant, Scene, SceneError};
+pub use search::{Found, LibraryError, PassedOver, Why, find, not_standard_input};
 pub use summary::in_short;
 pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
 pub use vehicle::{VehicleModel, VehicleType};

@@ -7,6 +7,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use rusqlite::{Connection, OptionalExtension, Row, params};
 
 use super::{Consumed, Ending, NewRun, Piece, Run, RunId, RunState};
+use crate::system;
 use crate::verdict::Task;
 
 /// All runs. Several threads and several programs may use one store at once.
@@ -19,7 +20,10 @@ pub struct Store {
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// The folder cannot be made.
-    #[error("{folder}: {source}; set NEARMISS_DATA to a folder that can be written")]
+    #[error(
+        "{folder}: {}; set NEARMISS_DATA to a folder that can be written",
+        system::words(source)
+    )]
     Folder {
         /// Which folder.
         folder: String,

@@ -43,6 +43,8 @@ pub enum Action {
     EgoUp,
     FitMap,
     PlotMeasure,
+    Values,
+    ReadThresholds,
     SortScenarios,
     Mark,
     NextObstacle,
@@ -151,9 +153,11 @@ table! {
     PreviousObstacle, Global, "previous-obstacle", ["shift-o"], 0, "obstacle back", "Pick the previous obstacle.";
     Mark, Global, "mark", ["b"], 0, "mark", "Plot the picked obstacle beside the others, or no longer.";
     PlotMeasure, Global, "plot", ["p"], 0, "plot", "Choose the measure that is plotted over time.";
+    Values, Global, "values", ["shift-v"], 0, "values", "Every measure of the picked obstacle and of the scene at this step, and the thresholds.";
+    ReadThresholds, Global, "read-thresholds", [], 0, "thresholds", "Read thresholds.toml again and measure anew.";
     SortScenarios, Global, "sort", ["s"], 0, "sort", "Sort the list of scenarios by a measure, the most dangerous first.";
     TakeAsEgo, Global, "take-as-ego", ["shift-e"], 0, "as ego", "Take the picked obstacle as the ego.";
-    RecordedEgo, Global, "recorded-ego", [], 0, "recorded ego", "Go back to the recorded ego.";
+    RecordedEgo, Global, "recorded-ego", [], 0, "recorded ego", "Go back to the recorded ego, or to that of --ego.";
     Follow, Global, "follow", ["w"], 0, "follow", "Keep the ego in the middle of the map, or not.";
     EgoUp, Global, "ego-up", ["u"], 0, "ego up", "Turn the map so that the ego drives upwards, or north up.";
     FitMap, Global, "fit", ["a"], 0, "fit all", "Show the whole map.";

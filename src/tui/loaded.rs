@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use crate::judge::{Judgement, judge};
-use crate::metrics::{Headline, MEASURES, Measure, Series};
-use crate::scenario::{Entry, Scenario, Scene, Severity, Window};
+use crate::judge::{Judgement, judge_under};
+use crate::metrics::{
+    Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
+};
+use crate::scenario::{Entry, Scenario, Scene, Severity, WantedEgo, Window};
 use crate::verdict::Task;
 
 /// What is worth knowing before a scenario is opened.
@@ -17,16 +19,16 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Reads a scenario and works them out.
+    /// Reads a scenario and works them out with this ego.
     ///
     /// # Errors
     /// It or its ego cannot be read.
-    pub fn read(entry: &Entry) -> Result<Self, String> {
+    pub fn read(entry: &Entry, ego: &WantedEgo, thresholds: &Thresholds) -> Result<Self, String> {
         let scenario = entry.read().map_err(|e| e.to_string())?;
-        let ego = entry.recorded_ego(&scenario).map_err(|e| e.to_string())?;
+        let ego = ego.of(entry, &scenario).map_err(|e| e.to_string())?;
         Ok(Self {
             obstacles: scenario.obstacles.len(),
-            headline: ego.map(|ego| Headline::of(&series(&Scene::new(scenario, ego)))),
+            headline: ego.map(|ego| Headline::of(&series(&Scene::new(scenario, ego), thresholds))),
         })
     }
 }
@@ -44,6 +46,8 @@ pub struct Opened {
     pub scene: Option<Arc<Scene>>,
     /// Why there is no ego.
     pub no_ego: Option<String>,
+    /// Whether the ego's file was chosen, and is not just the one beside the scenario.
+    pub chosen: bool,
     /// Distance, time to collision and risk over all steps.
     pub series: Option<Series>,
     /// The most dangerous values.
@@ -58,32 +62,29 @@ pub struct Opened {
 const SHOWN: [&str; 3] = ["distance", "ttc", "risk"];
 
 impl Opened {
-    /// Reads a scenario and works everything out; `ego` is an obstacle to take as the ego.
+    /// Reads a scenario and works everything out with this ego. One that lies beside it is looked for, and where it is
+    /// missing or broken, there is none.
     ///
     /// # Errors
-    /// It cannot be read, or the obstacle cannot be the ego.
-    pub fn read(entry: &Entry, ego: Option<i64>) -> Result<Self, String> {
+    /// It cannot be read, or the obstacle or file that was asked for cannot be the ego.
+    pub fn read(
+        entry: &Entry,
+        wanted: &WantedEgo,
+        thresholds: &Thresholds,
+    ) -> Result<Self, String> {
         let scenario = entry.read().map_err(|e| e.to_string())?;
-        let (scene, no_ego) = match ego {
-            Some(id) => {
-                let scene = Scene::with_obstacle_as_ego(scenario.clone(), id);
-                (Some(scene.map_err(|e| e.to_string())?), None)
-            }
-            None => match entry.recorded_ego(&scenario) {
-                Ok(Some(ego)) => (Some(Scene::new(scenario.clone(), ego)), None),
-                Ok(None) => (None, Some("no recorded ego beside it".to_string())),
-                Err(error) => (None, Some(error.to_string())),
-            },
+        let (scene, no_ego) = match wanted.of(entry, &scenario) {
+            Ok(Some(ego)) => (Some(Scene::new(scenario.clone(), ego)), None),
+            Ok(None) => (None, Some("no recorded ego beside it".to_string())),
+            Err(error) if *wanted == WantedEgo::Beside => (None, Some(error.to_string())),
+            Err(error) => return Err(error.to_string()),
         };
         let scene = scene.map(Arc::new);
-        let series = scene.as_deref().map(series);
+        let series = scene.as_deref().map(|scene| series(scene, thresholds));
         let headline = series.as_ref().map(Headline::of);
         let collision = scene.as_deref().map(|scene| {
-            judge(
-                scene,
-                Task::Collision,
-                &Window::ending_at(scene, i64::MAX, 1),
-            )
+            let whole = Window::ending_at(scene, i64::MAX, 1);
+            judge_under(scene, Task::Collision, &whole, thresholds)
         });
         Ok(Self {
             name: entry.name.clone(),
@@ -92,6 +93,7 @@ impl Opened {
             scenario,
             scene,
             no_ego,
+            chosen: matches!(wanted, WantedEgo::File { .. }),
             series,
             headline,
             collision,
@@ -117,9 +119,10 @@ impl Opened {
 }
 
 /// The shown measures of a scene.
-fn series(scene: &Scene) -> Series {
+fn series(scene: &Scene, thresholds: &Thresholds) -> Series {
     let wanted = |m: &&'static Measure| SHOWN.contains(&m.id);
-    Series::compute(scene, MEASURES.iter().filter(wanted).collect())
+    let context = Context::under(scene, thresholds);
+    Series::of(&context, MEASURES.iter().filter(wanted).collect())
 }
 
 /// Obstacles by their lowest risk, then their smallest distance.
@@ -144,17 +147,66 @@ fn ranking(series: &Series) -> Vec<i64> {
     ranked.into_iter().map(|(id, ..)| id).collect()
 }
 
-/// The most dangerous value of a measure in a scenario; nothing without an ego or a value.
+/// The most dangerous value of a measure in a scenario with this ego; nothing without an ego or a value.
 #[must_use]
-pub fn worst_of(entry: &Entry, measure: &str) -> Option<f64> {
+pub fn worst_of(
+    entry: &Entry,
+    ego: &WantedEgo,
+    measure: &str,
+    thresholds: &Thresholds,
+) -> Option<f64> {
     let measure = MEASURES.iter().find(|m| m.id == measure)?;
     let scenario = entry.read().ok()?;
-    let ego = entry.recorded_ego(&scenario).ok()??;
-    let series = Series::compute(&Scene::new(scenario, ego), vec![measure]);
+    let ego = ego.of(entry, &scenario).ok()??;
+    let scene = Scene::new(scenario, ego);
+    let series = Series::of(&Context::under(&scene, thresholds), vec![measure]);
     let rows = series
         .obstacles()
         .iter()
         .map(|&id| series.row(measure.id, id));
     let values = rows.flatten().filter_map(|r| r.value());
     values.min_by(|a, b| measure.danger.compare(*a, *b))
+}
+
+/// Every measure of one obstacle, and those of the whole scene, at every step.
+#[derive(Debug)]
+pub struct Measured {
+    /// The obstacle; nobody where none is picked.
+    pub obstacle: Option<i64>,
+    /// Every measure of it.
+    pub series: Series,
+    /// Readings of [`SCENE_MEASURES`], by measure, then step.
+    scene: Vec<Vec<Reading>>,
+}
+
+impl Measured {
+    /// Works them out.
+    #[must_use]
+    pub fn of(scene: &Scene, obstacle: Option<i64>, thresholds: &Thresholds) -> Self {
+        let context = Context::under(scene, thresholds);
+        let all = || MEASURES.iter().collect();
+        let series = match obstacle {
+            Some(id) => Series::of_obstacle(&context, all(), id),
+            None => Series::of_obstacle(&context, Vec::new(), i64::MIN),
+        };
+        let steps = || context.steps();
+        let row = |m: &crate::metrics::SceneMeasure| {
+            steps().map(|step| (m.compute)(&context, step)).collect()
+        };
+        Self {
+            obstacle,
+            scene: SCENE_MEASURES.iter().map(row).collect(),
+            series,
+        }
+    }
+
+    /// The readings of the whole scene at a step, in the order of [`SCENE_MEASURES`]; nothing outside its steps.
+    #[must_use]
+    pub fn scene_at(&self, step: i64) -> Option<Vec<Reading>> {
+        let place = usize::try_from(step - self.series.steps().start).ok()?;
+        self.scene
+            .iter()
+            .map(|row| row.get(place).copied())
+            .collect()
+    }
 }

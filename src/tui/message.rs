@@ -1,15 +1,17 @@
 //! What reaches `update`, and what it asks for in return: both are data.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use ratatui::layout::Position;
 
 use super::keymap::Key;
-use super::loaded::{Facts, Opened};
+use super::loaded::{Facts, Measured, Opened};
 use crate::evaluation::{Answer, Event, Question};
+use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::Entry;
+use crate::scenario::{Entry, Found, Scene};
 use crate::verdict::Task;
 
 /// Something happened.
@@ -26,13 +28,17 @@ pub enum Msg {
     /// Time passed; sent only while something moves.
     Passed(Duration),
     /// The scenarios were found, or why not.
-    Found(Result<Vec<Entry>, String>),
+    Found(Result<Found, String>),
     /// The facts of a scenario, by its place in the list.
     Surveyed(usize, Result<Facts, String>),
     /// The most dangerous value of a measure in a scenario, by the measure's id and the place in the list.
     Ranked(&'static str, usize, Option<f64>),
     /// A scenario was opened.
     Opened(OpenId, Result<Box<Opened>, String>),
+    /// Every measure of an obstacle was worked out.
+    Measured(MeasureId, Box<Measured>),
+    /// The user's thresholds were read, or why they cannot be used.
+    Thresholds(Result<Arc<Thresholds>, String>),
     /// A piece of an answer.
     Asked(AskId, Event),
     /// An answer is complete, or the store refused.
@@ -64,6 +70,10 @@ pub struct StoredOf {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct OpenId(pub u64);
 
+/// Numbers the requests for every measure; what an old one gives is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct MeasureId(pub u64);
+
 /// Numbers the questions asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct AskId(pub u64);
@@ -90,8 +100,14 @@ pub enum Effect {
     Survey(Vec<(usize, Entry)>),
     /// Work out the most dangerous value of a measure in these scenarios, by their places in the list.
     Rank(&'static str, Vec<(usize, Entry)>),
-    /// Open a scenario, with its recorded ego or an obstacle as ego.
+    /// Open a scenario, with an obstacle as ego or without one with its recorded or chosen ego.
     Open(OpenId, Entry, Option<i64>),
+    /// Work out every measure of an obstacle, if one is picked, and of the scene.
+    Measure(MeasureId, Arc<Scene>, Option<i64>, Arc<Thresholds>),
+    /// Read the user's thresholds again.
+    ReadThresholds,
+    /// Measure with these thresholds from now on.
+    UseThresholds(Arc<Thresholds>),
     /// Load earlier answers.
     LoadStored(StoredOf),
     /// Keep the draft of a template (its file and text) for the next start; nothing removes it.

@@ -7,8 +7,10 @@ mod list;
 mod picker;
 mod plot;
 mod prompt;
+mod values;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 pub use answers::{Answers, Column, Progress, Shown};
 pub use camera::Camera;
@@ -17,6 +19,7 @@ pub use list::List;
 pub use picker::{Picker, measures_shown, models_shown, palette_shown};
 pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
+pub use values::Values;
 
 use super::action::Scope;
 use super::clock::Clock;
@@ -25,8 +28,9 @@ use super::message::{AskId, OpenId};
 use super::theme::Theme;
 use crate::config::Config;
 use crate::evaluation::{Case, Decided, Settings, prepare};
-use crate::judge::{self, judge};
+use crate::judge::{self, judge_under};
 use crate::llm::Offer;
+use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
 use crate::scenario::{Scene, Window};
 use crate::text::Frame;
@@ -87,6 +91,11 @@ pub enum Overlay {
         /// Lines scrolled.
         scroll: usize,
     },
+    /// Every measure at the current step, and the thresholds; scrolled by so many lines.
+    Values {
+        /// Lines scrolled.
+        scroll: usize,
+    },
     /// Actions by name.
     Palette(Picker),
     /// Models; the chosen one is asked at once if `ask`.
@@ -109,7 +118,9 @@ impl Overlay {
     /// How far it is scrolled, if it is text.
     pub fn scroll_mut(&mut self) -> Option<&mut usize> {
         match self {
-            Self::Help { scroll } | Self::About { scroll } => Some(scroll),
+            Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
+                Some(scroll)
+            }
             Self::Palette(_) | Self::Models { .. } | Self::Measures { .. } => None,
         }
     }
@@ -153,6 +164,10 @@ pub struct Model {
     pub picked: Option<i64>,
     /// What is plotted over time.
     pub plot: Plot,
+    /// Every measure of the picked obstacle, while somebody looks at them.
+    pub values: Values,
+    /// From where on values are dangerous, and what measures take for granted.
+    pub thresholds: Arc<Thresholds>,
     /// What is asked.
     pub task: Task,
     /// From where the scene is described.
@@ -209,6 +224,8 @@ impl Model {
             camera: Camera::default(),
             picked: None,
             plot: Plot::default(),
+            values: Values::default(),
+            thresholds: Arc::new(Thresholds::shipped().clone()),
             task: Task::Collision,
             frame: Frame::Ego,
             techniques: Techniques::ALL,
@@ -293,7 +310,7 @@ impl Model {
         };
         self.answers.reference = match self.task {
             Task::Collision => opened.collision.clone(),
-            Task::Safety => Some(judge(&scene, Task::Safety, &window)),
+            Task::Safety => Some(judge_under(&scene, Task::Safety, &window, &self.thresholds)),
         };
         let decided = self.decided();
         self.techniques = decided.techniques;
@@ -305,6 +322,7 @@ impl Model {
             techniques: self.techniques,
             window,
             options: decided.options,
+            thresholds: self.thresholds.clone(),
         };
         self.prompt.load(&self.library, self.task, self.frame);
         let draft = self.prompt.draft();

@@ -8,7 +8,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::message::{Effect, Msg};
 use super::model::Model;
-use super::tasks::{Remaining, Tasks};
+use super::tasks::{Remaining, Tasks, thresholds};
 use super::terminal::{Events, Screen, give_back_on_panic};
 use super::theme::{Depth, Theme};
 use super::update::{start, update};
@@ -16,8 +16,9 @@ use super::{views, widgets};
 use crate::config::{Config, Folders};
 use crate::llm::Registry;
 use crate::prompts::Library;
-use crate::scenario::{Entry, Place};
+use crate::scenario::{Entry, Place, WantedEgo, not_standard_input};
 use crate::store::Store;
+use crate::system;
 
 /// Why the workbench ended.
 pub type Ended = Result<(), String>;
@@ -25,38 +26,43 @@ pub type Ended = Result<(), String>;
 /// Least time between two frames.
 const FRAME: Duration = Duration::from_micros(16_667);
 
-/// Runs the workbench on the scenarios at `paths`, or on the bundled ones.
+/// Runs the workbench on the scenarios at `paths`, or on the bundled ones, with this ego.
 ///
 /// # Errors
 /// A path is not there; the terminal cannot be taken, or went away.
-pub fn run(paths: Vec<PathBuf>) -> Ended {
+pub fn run(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     // Better said on the shell, where the mistake was made.
     for path in &paths {
+        not_standard_input(path).map_err(|error| error.to_string())?;
         if let Place::File(file) = Entry::of_argument(path).place {
             file.metadata()
-                .map_err(|error| format!("{}: {error}", file.display()))?;
+                .map_err(|error| format!("{}: {}", file.display(), system::words(&error)))?;
         }
     }
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()
         .build()
-        .map_err(|e| e.to_string())?;
-    let ended = runtime.block_on(workbench(paths));
+        .map_err(|e| system::words(&e))?;
+    let ended = runtime.block_on(workbench(paths, ego));
     // Files that are still being read do not keep the program from ending.
     runtime.shutdown_background();
     ended
 }
 
-async fn workbench(paths: Vec<PathBuf>) -> Ended {
+fn the_terminal(error: &std::io::Error) -> String {
+    format!("the terminal: {}", system::words(error))
+}
+
+async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     give_back_on_panic();
     let folders = Folders::find()?;
     let (mut model, registry) = prepare(paths, &folders);
-    let mut screen = Screen::take(model.mouse).map_err(|e| format!("the terminal: {e}"))?;
-    model.size = screen.size().map_err(|e| e.to_string())?;
+    let mut screen = Screen::take(model.mouse).map_err(|e| the_terminal(&e))?;
+    model.size = screen.size().map_err(|e| the_terminal(&e))?;
     screen
         .draw(|frame| views::draw(frame, &model))
-        .map_err(|e| e.to_string())?;
+        .map_err(|e| the_terminal(&e))?;
     std::thread::spawn(widgets::highlight::load);
 
     let store = match Store::open(&folders.store()) {
@@ -67,7 +73,15 @@ async fn workbench(paths: Vec<PathBuf>) -> Ended {
         }
     };
     let (sender, receiver) = unbounded_channel();
-    let tasks = Tasks::new(sender, folders, registry, &model.config, store);
+    let tasks = Tasks::new(
+        sender,
+        folders,
+        registry,
+        &model.config,
+        model.thresholds.clone(),
+        store,
+        ego,
+    );
     let mut looping = Loop {
         model,
         screen,
@@ -75,12 +89,12 @@ async fn workbench(paths: Vec<PathBuf>) -> Ended {
         receiver,
     };
     let effects = start(&looping.model);
-    if looping.perform(effects).map_err(|e| e.to_string())? {
+    if looping.perform(effects).map_err(|e| the_terminal(&e))? {
         return Ok(());
     }
     let ended = looping.until_quit().await;
     looping.tasks.finish().await;
-    ended.map_err(|e| format!("the terminal: {e}"))
+    ended.map_err(|e| the_terminal(&e))
 }
 
 /// The model at the start; what is wrong with the user's files is said, and the defaults are used.
@@ -107,6 +121,10 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, Registry) {
     }
     let offers = registry.offers(env);
     let mut model = Model::new(paths, config, theme, library, offers);
+    match thresholds(&folders.thresholds()) {
+        Ok(thresholds) => model.thresholds = Arc::new(thresholds),
+        Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),
+    }
     for (file, draft) in drafts(&folders.drafts()) {
         model.prompt.take_up(file, draft);
     }

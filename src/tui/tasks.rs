@@ -10,14 +10,16 @@ use rayon::prelude::*;
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
-use super::loaded::{Facts, Opened, worst_of};
+use super::loaded::{Facts, Measured, Opened, worst_of};
 use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
-use crate::config::{Config, Folders};
+use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::{self, Answer, Judge, Question};
 use crate::llm::{Client, Parameters, Registry};
+use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Entry, bundled, find};
+use crate::scenario::{Entry, Found, WantedEgo, bundled, find};
 use crate::store::Store;
+use crate::system;
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const PATIENCE: usize = 100;
@@ -29,8 +31,11 @@ pub struct Tasks {
     folders: Folders,
     registry: Registry,
     parameters: Parameters,
+    thresholds: Arc<Thresholds>,
     client: Client,
     store: Option<Arc<Store>>,
+    /// The ego of a scenario where no obstacle is taken in its place.
+    ego: WantedEgo,
     asking: HashMap<AskId, AbortHandle>,
     /// Cancelled, and not yet written down.
     ending: Vec<AbortHandle>,
@@ -61,7 +66,9 @@ impl Tasks {
         folders: Folders,
         registry: Registry,
         config: &Config,
+        thresholds: Arc<Thresholds>,
         store: Option<Arc<Store>>,
+        ego: WantedEgo,
     ) -> Self {
         Self {
             sender,
@@ -72,8 +79,10 @@ impl Tasks {
                 max_tokens: config.max_tokens,
                 seed: None,
             },
+            thresholds,
             client: Client::new(),
             store,
+            ego,
             asking: HashMap::new(),
             ending: Vec::new(),
             survey: Arc::new(AtomicU64::new(0)),
@@ -87,7 +96,20 @@ impl Tasks {
             Effect::Find(paths) => self.background(move || Msg::Found(found(paths))),
             Effect::Survey(entries) => self.survey(entries),
             Effect::Rank(measure, entries) => self.rank(measure, entries),
-            Effect::Open(id, entry, ego) => self.background(move || open(id, &entry, ego)),
+            Effect::Open(id, entry, obstacle) => {
+                let ego = obstacle.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
+                let thresholds = self.thresholds.clone();
+                self.background(move || open(id, &entry, &ego, &thresholds));
+            }
+            Effect::Measure(id, scene, obstacle, thresholds) => self.background(move || {
+                let measured = Measured::of(&scene, obstacle, &thresholds);
+                Msg::Measured(id, Box::new(measured))
+            }),
+            Effect::ReadThresholds => {
+                let path = self.folders.thresholds();
+                self.background(move || Msg::Thresholds(thresholds(&path).map(Arc::new)));
+            }
+            Effect::UseThresholds(thresholds) => self.thresholds = thresholds,
             Effect::LoadStored(of) => self.load_stored(of),
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
             Effect::Ask(id, question, model) => self.ask(id, question, &model),
@@ -130,14 +152,16 @@ impl Tasks {
     }
 
     fn survey(&self, entries: Vec<(usize, Entry)>) {
-        self.for_each(self.survey.clone(), entries, |place, entry| {
-            Msg::Surveyed(place, Facts::read(entry))
+        let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
+        self.for_each(self.survey.clone(), entries, move |place, entry| {
+            Msg::Surveyed(place, Facts::read(entry, &ego, &thresholds))
         });
     }
 
     fn rank(&self, measure: &'static str, entries: Vec<(usize, Entry)>) {
+        let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
         self.for_each(self.ranking.clone(), entries, move |place, entry| {
-            Msg::Ranked(measure, place, worst_of(entry, measure))
+            Msg::Ranked(measure, place, worst_of(entry, &ego, measure, &thresholds))
         });
     }
 
@@ -186,9 +210,11 @@ impl Tasks {
             None => remove(&path),
         };
         if let Err(error) = kept {
-            let _ = self
-                .sender
-                .send(Msg::Complaint(format!("{}: {error}", path.display())));
+            let _ = self.sender.send(Msg::Complaint(format!(
+                "{}: {}",
+                path.display(),
+                system::words(&error)
+            )));
         }
     }
 
@@ -238,7 +264,7 @@ impl Tasks {
         self.background(move || {
             let result = change()
                 .map(|words| (Library::load(Some(&folder)), words))
-                .map_err(|e| format!("{}: {e}", folder.join(&file).display()));
+                .map_err(|e| format!("{}: {}", folder.join(&file).display(), system::words(&e)));
             Msg::Saved(file, result)
         });
     }
@@ -266,14 +292,25 @@ fn remove(path: &Path) -> std::io::Result<()> {
     }
 }
 
-fn found(paths: Vec<PathBuf>) -> Result<Vec<Entry>, String> {
+fn found(paths: Vec<PathBuf>) -> Result<Found, String> {
     if paths.is_empty() {
-        Ok(bundled())
+        Ok(bundled().into())
     } else {
         find(&paths).map_err(|e| e.to_string())
     }
 }
 
-fn open(id: OpenId, entry: &Entry, ego: Option<i64>) -> Msg {
-    Msg::Opened(id, Opened::read(entry, ego).map(Box::new))
+fn open(id: OpenId, entry: &Entry, ego: &WantedEgo, thresholds: &Thresholds) -> Msg {
+    Msg::Opened(id, Opened::read(entry, ego, thresholds).map(Box::new))
+}
+
+/// The shipped thresholds, changed by the user's file if it is there.
+///
+/// # Errors
+/// It cannot be read, or says something that is not allowed: with file and line.
+pub fn thresholds(path: &Path) -> Result<Thresholds, String> {
+    match TextFile::read_if_there(path)? {
+        Some(said) => Thresholds::read(&said.text, &said.file).map_err(|e| e.to_string()),
+        None => Ok(Thresholds::shipped().clone()),
+    }
 }

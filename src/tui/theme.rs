@@ -5,6 +5,8 @@ use std::path::Path;
 use ratatui::style::{Color, Modifier, Style};
 use serde::Deserialize;
 
+use crate::system;
+
 /// A colour for every role.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Theme {
@@ -106,8 +108,8 @@ impl Theme {
     pub fn load(name: &str, folder: &Path) -> Result<Self, String> {
         let path = folder.join(format!("{name}.toml"));
         if !name.contains(['/', '\\']) && path.is_file() {
-            let text =
-                std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+            let text = std::fs::read_to_string(&path)
+                .map_err(|e| format!("{}: {}", path.display(), system::words(&e)))?;
             return Self::parse(&text).map_err(|e| format!("{}: {e}", path.display()));
         }
         match SHIPPED.iter().find(|(shipped, _)| *shipped == name) {

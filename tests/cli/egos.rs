@@ -7,7 +7,7 @@ use super::support::program::Home;
 use super::{CUT_IN, bundled_ego, bundled_xml};
 
 /// The bundled ego of [`CUT_IN`] as a solution of `problems`, the first of which is its own.
-fn solution(model: VehicleModel, problems: &[i64]) -> Vec<u8> {
+pub fn solution(model: VehicleModel, problems: &[i64]) -> Vec<u8> {
     let entry = bundled().into_iter().find(|e| e.name == CUT_IN).unwrap();
     let scenario = entry.read().unwrap();
     let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
@@ -176,9 +176,11 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
             problem,
         ])
     };
-    chosen("9000")
-        .status(2)
-        .says(&["planning problem 9000", "has the planning problems"]);
+    chosen("9000").status(2).says(&[
+        "planning problem 9000",
+        CUT_IN,
+        "the scenario that was opened",
+    ]);
     chosen("5")
         .status(2)
         .says(&["no ego for planning problem 5", "9000"]);
@@ -286,4 +288,45 @@ fn an_ego_that_does_not_fit_its_scenario_is_doubted() {
         "{}",
         ended.stderr
     );
+}
+
+#[test]
+fn a_solution_of_another_scenario_says_whose_it_is_and_what_to_do() {
+    let home = Home::new();
+    let other = "ZAM_Other-1_1_T-1";
+    let text = String::from_utf8(solution(VehicleModel::Ks, &[])).unwrap();
+    let foreign = text.replace(CUT_IN, other);
+    home.write("same-id.xml", &foreign);
+    let ended = home
+        .run(&["metrics", CUT_IN, "--ego", "same-id.xml"])
+        .status(0);
+    ended.says(&[
+        "a solution of the scenario ZAM_Other-1_1_T-1",
+        "was opened is ZAM_CutIn-1_1_T-1",
+        "open ZAM_Other",
+    ]);
+    let id = |n: i64| format!("planningProblem=\"{n}\"");
+    let own = (0..=9)
+        .find(|n| foreign.contains(&id(*n)))
+        .expect("the bundled ones are numbered from 1");
+    home.write("foreign.xml", foreign.replace(&id(own), &id(777)));
+    for command in ["metrics", "describe", "inspect"] {
+        home.run(&[command, CUT_IN, "--ego", "foreign.xml"])
+            .status(2)
+            .says(&[
+                "foreign.xml",
+                "planning problem 777 of ZAM_Other-1_1_T-1",
+                "was opened is ZAM_CutIn-1_1_T-1",
+                "open ZAM_Other-1_1_T-1, or take a solution of ZAM_CutIn-1_1_T-1",
+            ]);
+    }
+    // Of the same scenario, where it was changed: there is no other to open.
+    home.write("changed.xml", text.replace(&id(own), &id(777)));
+    let ended = home
+        .run(&["metrics", CUT_IN, "--ego", "changed.xml"])
+        .status(2);
+    ended.says(&[
+        "planning problem 777 of ZAM_CutIn-1_1_T-1",
+        "the file of that scenario for which it was made",
+    ]);
 }

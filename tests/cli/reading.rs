@@ -122,7 +122,24 @@ fn inspect_names_file_line_and_element_of_what_is_wrong() {
     let line_of = |text: &str| 1 + good[..good.find(text).unwrap()].matches('\n').count();
     let x_line = format!("wrong.xml:{}", line_of("<x>"));
     let cut = good.len() / 3 + good[good.len() / 3..].find('\n').unwrap();
-    let cases: [(&str, Vec<u8>, Vec<&str>); 9] = [
+    // In Latin-1, where the file does not say that it is.
+    let element = good.find("<type>").unwrap() + "<type>".len();
+    let latin = [
+        &good.as_bytes()[..element],
+        b"caf\xe9",
+        &good.as_bytes()[element..],
+    ]
+    .concat();
+    let column = 1 + good[..element].lines().last().unwrap().len() + "caf".len();
+    let latin_place = format!("latin.xml:{}:{column}: in <commonRoad/", line_of("<type>"));
+    let author = good.find("author=\"").unwrap() + "author=\"".len();
+    let attribute = [
+        &good.as_bytes()[..author],
+        b"M\xfcller",
+        &good.as_bytes()[author..],
+    ]
+    .concat();
+    let cases: [(&str, Vec<u8>, Vec<&str>); 13] = [
         (
             "other.xml",
             b"<?xml version=\"1.0\"?>\n<note/>".to_vec(),
@@ -148,6 +165,30 @@ fn inspect_names_file_line_and_element_of_what_is_wrong() {
             "bytes.xml",
             vec![0xff, 0x00, 0xfe, 0x3c, 0x80],
             vec!["bytes.xml", "no text"],
+        ),
+        (
+            "latin.xml",
+            latin,
+            vec![
+                &latin_place,
+                "/type>: the byte 0xe9 is not UTF-8",
+                "save it",
+            ],
+        ),
+        (
+            "attribute.xml",
+            attribute,
+            vec!["attribute.xml:2:", "in <commonRoad>: the byte 0xfc"],
+        ),
+        (
+            "packed.xml",
+            vec![0x1f, 0x8b, 8, 0],
+            vec!["packed.xml", "gzip", "unpack"],
+        ),
+        (
+            "packed.pb",
+            vec![0x1f, 0x8b, 8, 0],
+            vec!["packed.pb", "gzip", "unpack"],
         ),
         (
             "wrong.xml",

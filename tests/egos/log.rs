@@ -188,7 +188,7 @@ fn mistakes_in_a_log_are_named_with_line_column_and_value() {
     let short = format!("{HEADER}\n0;\"0.1\";\"1.0\";\"2.0\"");
     let said = error(&short, &scenario);
     assert!(
-        said.contains("line 2") && said.contains("`x_positions_m` is ``"),
+        said.contains("line 2 has 4 fields") && said.contains("`optimal_trajectory` is missing"),
         "{said}"
     );
     let far = format!(
@@ -200,9 +200,51 @@ fn mistakes_in_a_log_are_named_with_line_column_and_value() {
         read_ego(far.as_bytes(), "f", &scenario, None).is_ok(),
         "and in no time"
     );
-    for cut in 0..good.len() {
-        // An error or an ego, never a panic.
-        let _ = read_ego(&good.as_bytes()[..cut], "cut", &scenario, None);
+    let middle = format!(
+        "{HEADER}\n0;\"0.1\";\"1.0\";\"2.0\"{}",
+        row(1, &motions, 1, 3)
+    );
+    let said = error(&middle, &scenario);
+    assert!(
+        said.contains("line 2 has 4 fields") && said.contains("`x_positions_m` is missing"),
+        "{said}"
+    );
+    let open = good.replacen("\"3.0\"", "\"3.0", 1);
+    let said = error(&open, &scenario);
+    assert!(said.contains("line 2: a quote begins"), "{said}");
+}
+
+#[test]
+fn a_log_that_is_cut_off_is_read_to_its_last_whole_row() {
+    let (scenario, motions, _) = driven();
+    let whole: String = std::iter::once(HEADER.to_string())
+        .chain((0..3).map(|i| row(i, &motions, i, 4)))
+        .collect();
+    let last = whole.rfind('\n').unwrap();
+    let rows = |cut: usize| {
+        let read = read_ego(&whole.as_bytes()[..cut], "cut", &scenario, None).unwrap();
+        let count = read.track.iter().count();
+        let said = read.diagnostics.into_iter();
+        let said: Vec<_> = said
+            .filter(|d| d.severity == Severity::Warning && d.message.contains("cut off"))
+            .collect();
+        (count, said)
+    };
+    // Within the quotes of the last column a cut shows; behind its last digit nothing is missing.
+    for cut in last + 2..whole.len() {
+        let (count, said) = rows(cut);
+        assert_eq!(count, 2, "{cut}");
+        assert!(said.len() == 1 && said[0].line == 4, "{cut}: {said:?}");
+    }
+    for cut in [last, last + 1] {
+        assert_eq!(rows(cut), (2, vec![]));
+    }
+    assert_eq!(rows(whole.len()), (3, vec![]));
+    // No whole row is no ego.
+    let first = HEADER.len() + 2..whole.len() - 2 * (whole.len() - last);
+    for cut in (0..HEADER.len()).chain(first) {
+        let error = read_ego(&whole.as_bytes()[..cut], "cut", &scenario, None).unwrap_err();
+        assert!(error.to_string().starts_with("cut: "), "{error}");
     }
 }
 

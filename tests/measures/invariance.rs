@@ -166,7 +166,7 @@ fn recorded_scenes_can_be_moved() {
         );
         return;
     }
-    let entries = find(&[published]).unwrap();
+    let entries = find(&[published]).unwrap().entries;
     let scenes: Vec<_> = entries
         .iter()
         .filter_map(|e| Some((e, opened(e)?)))

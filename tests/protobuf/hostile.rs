@@ -253,6 +253,96 @@ fn what_is_not_known_is_left_out_and_noted() {
     );
 }
 
+/// The fields of which it is said that characters in them were replaced.
+fn replaced(scenario: &nearmiss::scenario::Scenario) -> Vec<&str> {
+    let said = scenario.diagnostics.iter();
+    let said = said.filter(|d| d.message.contains("U+FFFD"));
+    said.map(|d| d.element.as_str()).collect()
+}
+
+#[test]
+fn characters_that_xml_has_no_place_for_are_replaced_and_it_is_said_where() {
+    let mut marked = rich();
+    let author = marked.header.attributes.get_mut("author").unwrap();
+    *author = " a\u{1b}b ".into();
+    let location = marked.location.as_mut().unwrap();
+    let place = location.transformation.as_mut().unwrap();
+    place.reference = Some("\0+proj=utm\t+zone=32".into());
+    let i = marked
+        .network
+        .signs
+        .iter()
+        .position(|s| !s.elements[0].values.is_empty())
+        .unwrap();
+    let values = &mut marked.network.signs[i].elements[0].values;
+    values.push(" 5\u{7}0".into());
+    let j = values.len() - 1;
+    let check = |read: &nearmiss::scenario::Scenario| {
+        assert_eq!(read.header.attributes["author"], "a\u{fffd}b");
+        let place = read.location.as_ref().unwrap().transformation.as_ref();
+        let reference = place.unwrap().reference.as_deref();
+        assert_eq!(reference, Some("\u{fffd}+proj=utm\t+zone=32"));
+        let signs = &read.network.signs;
+        assert_eq!(signs[i].elements[0].values[j], "5\u{fffd}0");
+    };
+    let one = read(&single::encode(&marked), "x.pb").unwrap();
+    check(&one);
+    let value = format!("traffic_signs[{i}]/traffic_sign_elements[0]/additional_values[{j}]");
+    assert_eq!(
+        replaced(&one),
+        [
+            "information/author",
+            "location/geo_transformation/geo_reference",
+            &value
+        ]
+    );
+    let folder = tempdir().unwrap();
+    let names = triple::names(&marked);
+    let file = triple::write(folder.path(), &triple::encode(&marked), &names);
+    let three = read_file(&file).unwrap();
+    check(&three);
+    let said = replaced(&three);
+    for field in [
+        "scenario/scenario_meta_information/file_information/author",
+        "dynamic/dynamic_meta_information/file_information/author",
+        "map/map_meta_information/file_information/author",
+        "map/location/geo_transformation/geo_reference",
+    ] {
+        assert!(said.contains(&field), "{field}: {said:#?}");
+    }
+    let value = |s: &&str| s.ends_with(&format!("/additional_values[{j}]"));
+    assert!(said.iter().any(value), "{said:#?}");
+}
+
+#[test]
+fn the_words_of_a_header_hold_no_control_characters() {
+    let date = message().whole(1, 2026).whole(2, 1).whole(3, 2);
+    let information = message()
+        .text(1, "2020a\u{1}")
+        .text(2, "ZAM_Test-1_1_T-1\u{2}")
+        .inner(3, date)
+        .text(4, "")
+        .text(5, "b\u{3}")
+        .text(6, "c\u{4}")
+        .double(7, 0.1);
+    let location = message().whole(1, -999).double(2, 999.0).double(3, 999.0);
+    let file = message()
+        .inner(1, information)
+        .inner(2, message())
+        .inner(3, location);
+    let header = read(&file.0, "x.pb").unwrap();
+    assert_eq!(header.header.benchmark_id, "ZAM_Test-1_1_T-1\u{fffd}");
+    assert_eq!(
+        replaced(&header),
+        [
+            "information/common_road_version",
+            "information/benchmark_id",
+            "information/affiliation",
+            "information/source"
+        ]
+    );
+}
+
 #[test]
 fn bombs_are_harmless() {
     let start = Instant::now();

@@ -21,7 +21,7 @@ fn entries() -> Vec<Entry> {
         );
         return Vec::new();
     }
-    find(&[folder]).expect("a folder that can be read")
+    find(&[folder]).expect("a folder that can be read").entries
 }
 
 fn poses(entry: &Entry, scenario: &Arc<Scenario>) -> (Footprint, Vec<Pose>) {

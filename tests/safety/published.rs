@@ -34,7 +34,12 @@ fn published() -> Option<&'static [Scene]> {
             let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
             Scene::new(Arc::clone(&scenario), ego)
         };
-        find(&[folder]).unwrap().into_iter().map(open).collect()
+        find(&[folder])
+            .unwrap()
+            .entries
+            .into_iter()
+            .map(open)
+            .collect()
     };
     Some(ALL.get_or_init(read))
 }

@@ -7,12 +7,13 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 
-use super::open::{EgoChoice, scene, task};
+use super::open::{EgoChoice, found, scene, task};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::evaluation::{Candidate, Label, Labelled, Labels, Lead};
 use crate::judge;
-use crate::scenario::{Entry, find};
+use crate::scenario::Entry;
+use crate::system;
 use crate::verdict::Task;
 
 /// Arguments of `evaluate`.
@@ -106,7 +107,7 @@ struct Batch<T> {
 pub fn run(arguments: &Evaluate) -> Outcome {
     let candidates = candidates(arguments)?;
     let truth = truth(&arguments.truth)?;
-    let entries = find(&arguments.paths).map_err(Failure::input)?;
+    let entries = found(&arguments.paths)?;
     match arguments.task {
         Task::Safety => safety::run(arguments, candidates, &truth, &entries),
         Task::Collision => collision::run(arguments, &truth, &entries),
@@ -160,7 +161,8 @@ fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
         let file = path.display().to_string();
         let bytes = std::fs::read(path).map_err(|e| {
             Failure::input(format!(
-                "--truth {file}: {e}; it takes CSV files, or `auto` alone for the exact geometry"
+                "--truth {file}: {}; it takes CSV files, or `auto` alone for the exact geometry",
+                system::words(&e)
             ))
         })?;
         labels.read(&bytes, &file).map_err(Failure::input)?;

@@ -11,7 +11,7 @@ use crate::scenario::commonroad::{self, ProblemSolution, Solution, SolutionState
 /// Prints the solution in the file at `path`.
 pub fn run(path: &Path, as_json: bool) -> Outcome {
     let file = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| Failure::input(format!("{file}: {e}")))?;
+    let bytes = std::fs::read(path).map_err(|e| Failure::system(&file, &e))?;
     let solution = commonroad::read_solution(&bytes, &file).map_err(Failure::input)?;
     if as_json {
         output::json(&document(&solution))

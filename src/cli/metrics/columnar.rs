@@ -35,14 +35,18 @@ impl<W: Write + Send> Columnar<W> {
             .iter()
             .map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }))
             .collect();
+        let mut entries = vec![
+            entry("version", version.into()),
+            entry("convention", table.convention.into()),
+            entry("columns", json!(columns).to_string()),
+        ];
+        if let Some(changed) = &table.thresholds {
+            entries.push(entry("thresholds_changed", json!(changed).to_string()));
+        }
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
             .set_created_by(format!("nearmiss version {version}"))
-            .set_key_value_metadata(Some(vec![
-                entry("version", version.into()),
-                entry("convention", table.convention.into()),
-                entry("columns", json!(columns).to_string()),
-            ]));
+            .set_key_value_metadata(Some(entries));
         let schema = schema(&table.fields).map_err(io::Error::other)?;
         let file = SerializedFileWriter::new(out, schema, Arc::new(properties.build()));
         Ok(Self {

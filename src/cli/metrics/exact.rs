@@ -1,10 +1,11 @@
 //! The table of the exact convention: every measure there is, of real bodies.
 
 use super::table::{Cell, Column, Form, Kind, Sheet, Values};
-use crate::metrics::{Context, MEASURES, Reading};
+use crate::metrics::{Context, MEASURES, Reading, Thresholds};
 use crate::scenario::Scene;
 
-const HEAD: [Column; 5] = [
+/// What is at the head of every row: where and when.
+pub const WHEN: [Column; 3] = [
     Column {
         name: "scenario",
         kind: Kind::Text,
@@ -26,6 +27,9 @@ const HEAD: [Column; 5] = [
         unit: "s",
         source: "time since time step 0",
     },
+];
+
+const WHO: [Column; 2] = [
     Column {
         name: "obstacle_id",
         kind: Kind::Integer,
@@ -50,14 +54,14 @@ pub fn columns() -> Vec<Column> {
         unit: measure.unit,
         source: measure.source,
     });
-    HEAD.into_iter().chain(measures).collect()
+    WHEN.into_iter().chain(WHO).chain(measures).collect()
 }
 
 /// Every measure of every obstacle whose centre is within `radius` metres of the ego's, at every step of the ego.
-pub fn sheet(name: String, scene: &Scene, radius: Option<f64>) -> Sheet {
+pub fn sheet(name: String, scene: &Scene, radius: Option<f64>, thresholds: &Thresholds) -> Sheet {
     let (mut steps, mut times, mut ids, mut directions) = (vec![], vec![], vec![], vec![]);
     let mut measures: Vec<Vec<Cell>> = vec![Vec::new(); MEASURES.len()];
-    let context = Context::new(scene);
+    let context = Context::under(scene, thresholds);
     for step in context.steps() {
         for (place, participant) in context.participants().iter().enumerate() {
             let Some(encounter) = context.encounter(place, step) else {
@@ -72,10 +76,7 @@ pub fn sheet(name: String, scene: &Scene, radius: Option<f64>) -> Sheet {
             ids.push(participant.obstacle.id);
             directions.push(encounter.relation().direction.name());
             for (measure, cells) in MEASURES.iter().zip(&mut measures) {
-                cells.push(match (measure.compute)(&encounter) {
-                    Reading::Value(value) => Cell::finite(rounded(value)),
-                    Reading::None(why) => Cell::None(why.reason()),
-                });
+                cells.push(cell((measure.compute)(&encounter)));
             }
         }
     }
@@ -96,8 +97,16 @@ pub fn sheet(name: String, scene: &Scene, radius: Option<f64>) -> Sheet {
     }
 }
 
+/// What a measure says, as a cell.
+pub fn cell(reading: Reading) -> Cell {
+    match reading {
+        Reading::Value(value) => Cell::finite(rounded(value)),
+        Reading::None(why) => Cell::None(why.reason()),
+    }
+}
+
 /// Micrometres and microseconds are beyond what the files carry.
-fn rounded(value: f64) -> f64 {
+pub fn rounded(value: f64) -> f64 {
     let millionths = value * 1e6;
     if millionths.is_finite() {
         millionths.round() / 1e6 + 0.0

@@ -1,8 +1,9 @@
-//! `nearmiss metrics`: every measure of every obstacle at every step, as a table.
+//! `nearmiss metrics`: every measure of every obstacle, or of whole scenes, at every step, as a table.
 
 mod columnar;
 mod exact;
 mod paper;
+mod scene;
 mod table;
 mod target;
 mod text;
@@ -14,10 +15,12 @@ use std::sync::atomic::Ordering;
 
 use super::in_order::in_order;
 use super::interrupt::{INTERRUPTED, interrupted};
-use super::open::{EgoChoice, scene_and_doubts};
+use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
-use crate::scenario::{Entry, Scene, find};
+use crate::config::Folders;
+use crate::metrics::Thresholds;
+use crate::scenario::{Entry, Scene};
 use table::{Column, Sheet, Table};
 use target::{Encoded, Format, TableWriter, Target};
 
@@ -32,6 +35,13 @@ pub struct Metrics {
     /// How the measures are defined.
     #[arg(long, value_enum, default_value = "exact")]
     convention: Convention,
+    /// Measures of the whole scene instead, of the ego against everyone together: a row a step.
+    #[arg(long, conflicts_with = "radius")]
+    scene: bool,
+    /// A TOML file of risk levels and limits, over the shipped ones and instead of `thresholds.toml` in the
+    /// configuration folder. The paper's convention has its own, which nothing changes.
+    #[arg(long, value_name = "FILE")]
+    thresholds: Option<PathBuf>,
     /// Rows of obstacles whose centre is farther than this from the ego's are left out, metres (the paper: 30).
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
     radius: Option<f64>,
@@ -65,20 +75,73 @@ impl Convention {
             Self::Paper => "paper",
         }
     }
+}
 
+/// What is in the rows.
+#[derive(Debug, Clone, Copy)]
+enum Rows {
+    Exact,
+    Scene,
+    Paper,
+}
+
+impl Rows {
     fn columns(self) -> Vec<Column> {
         match self {
             Self::Exact => exact::columns(),
+            Self::Scene => scene::columns(),
             Self::Paper => paper::columns(),
         }
     }
+}
 
-    fn sheet(self, name: String, scene: &Scene, radius: Option<f64>) -> Result<Sheet, String> {
-        match self {
-            Self::Exact => Ok(exact::sheet(name, scene, radius)),
-            Self::Paper => paper::sheet(name, scene, radius),
+/// What is measured, the same for every scenario.
+struct Plan<'a> {
+    arguments: &'a Metrics,
+    rows: Rows,
+    thresholds: Thresholds,
+    format: Format,
+    table: Table,
+}
+
+impl Plan<'_> {
+    fn sheet(&self, name: String, scene: &Scene) -> Result<Sheet, String> {
+        let radius = self.arguments.radius;
+        match self.rows {
+            Rows::Exact => Ok(exact::sheet(name, scene, radius, &self.thresholds)),
+            Rows::Scene => Ok(scene::sheet(name, scene, &self.thresholds)),
+            Rows::Paper => paper::sheet(name, scene, radius),
         }
     }
+}
+
+/// What the rows are, and the thresholds that they are worked out with.
+fn measured(arguments: &Metrics) -> Result<(Rows, Thresholds), Failure> {
+    if arguments.convention == Convention::Paper {
+        let asked = [
+            (arguments.scene, "--scene"),
+            (arguments.thresholds.is_some(), "--thresholds"),
+        ];
+        if let Some((_, option)) = asked.iter().find(|(asked, _)| *asked) {
+            return Err(Failure::input(format!(
+                "{option} does not go with --convention paper: that convention is as it was published, with its own \
+                 thresholds and without measures of whole scenes"
+            )));
+        }
+        return Ok((Rows::Paper, Thresholds::shipped().clone()));
+    }
+    let thresholds = match (&arguments.thresholds, Folders::find()) {
+        (Some(path), _) => thresholds_of(path)?,
+        (None, Ok(folders)) => user_thresholds(&folders)?,
+        // Where nobody is at home there is no file of theirs.
+        (None, Err(_)) => Thresholds::shipped().clone(),
+    };
+    let rows = if arguments.scene {
+        Rows::Scene
+    } else {
+        Rows::Exact
+    };
+    Ok((rows, thresholds))
 }
 
 fn radius(word: &str) -> Result<f64, String> {
@@ -100,27 +163,41 @@ pub fn run(arguments: &Metrics) -> Outcome {
             "Parquet is not for terminals and pipes: name a file with -o FILE",
         ));
     }
-    let entries = find(&arguments.paths).map_err(Failure::input)?;
+    let (rows, thresholds) = measured(arguments)?;
+    let entries = found(&arguments.paths)?;
     // Before the file is begun, so that it never stays behind.
-    let stop = interrupted(file.is_some()).map_err(Failure::input)?;
+    let stop = interrupted(file.is_some()).map_err(|e| Failure::system("Ctrl-C", &e))?;
+    let table = Table::new(
+        arguments.convention.name(),
+        rows.columns(),
+        arguments.reasons,
+    );
+    let plan = Plan {
+        arguments,
+        rows,
+        table: match rows {
+            Rows::Paper => table,
+            Rows::Exact | Rows::Scene => table.under(&thresholds),
+        },
+        thresholds,
+        format,
+    };
     let mut job = Job {
-        table: Table::new(
-            arguments.convention.name(),
-            arguments.convention.columns(),
-            arguments.reasons,
-        ),
+        table: plan.table.clone(),
         format,
         target: Some(Target::begin(file, arguments.overwrite)?),
         writer: None,
         failed: 0,
     };
-    let table = job.table.clone();
+    if let Some(said) = plan.thresholds.file() {
+        output::say(&format!("nearmiss: measured with the thresholds of {said}"));
+    }
     let progress = Progress::new(entries.len(), "scenarios", file.is_some());
     let mut written = Ok(());
     in_order(
         entries.len(),
         &stop,
-        |i| measure(&entries[i], arguments, format, &table),
+        |i| measure(&entries[i], &plan),
         |(doubts, rows)| {
             progress.suspend(|| {
                 doubts.iter().for_each(|doubt| output::say(doubt));
@@ -147,9 +224,9 @@ pub fn run(arguments: &Metrics) -> Outcome {
     match (written, file) {
         // The reader of the pipe has seen enough.
         (Err(error), None) if error.kind() == io::ErrorKind::BrokenPipe => {}
-        (Err(error), None) => return Err(Failure::input(error)),
+        (Err(error), None) => return Err(Failure::system("standard output", &error)),
         (Err(error), Some(path)) => {
-            return Err(Failure::input(format!("{}: {error}", path.display())));
+            return Err(Failure::system(path.display(), &error));
         }
         (Ok(target), _) if job.failed < entries.len() => {
             target.map_or(Ok(()), Target::finish)?;
@@ -171,20 +248,15 @@ pub fn run(arguments: &Metrics) -> Outcome {
 }
 
 /// What is doubtful about the ego, and the rows of one scenario.
-fn measure(
-    entry: &Entry,
-    arguments: &Metrics,
-    format: Format,
-    table: &Table,
-) -> (Vec<String>, Result<Encoded, Failure>) {
-    let (scene, doubts) = match scene_and_doubts(entry, &arguments.ego) {
+fn measure(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Encoded, Failure>) {
+    let (scene, doubts) = match scene_and_doubts(entry, &plan.arguments.ego) {
         Ok(opened) => opened,
         Err(failure) => return (Vec::new(), Err(failure)),
     };
     let name = output::visible(&entry.name);
-    let sheet = arguments.convention.sheet(name, &scene, arguments.radius);
-    let rows = sheet
-        .map(|sheet| format.encode(table, sheet))
+    let rows = plan
+        .sheet(name, &scene)
+        .map(|sheet| plan.format.encode(&plan.table, sheet))
         .map_err(|why| Failure::input(format!("{}: {why}", entry.display())));
     (doubts, rows)
 }

@@ -1,5 +1,7 @@
 //! A table of measures, whatever it is written as: its columns, and the values of one scenario.
 
+use crate::metrics::Thresholds;
+
 /// One column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
@@ -111,6 +113,8 @@ pub struct Field {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     pub convention: &'static str,
+    /// What a file of thresholds changed, in words; nothing where thresholds are not asked.
+    pub thresholds: Option<Vec<String>>,
     pub columns: Vec<Column>,
     pub fields: Vec<Field>,
 }
@@ -137,8 +141,23 @@ impl Table {
         let fields = values.chain(reasons).collect();
         Self {
             convention,
+            thresholds: None,
             columns,
             fields,
+        }
+    }
+
+    /// The same, of values worked out with these thresholds.
+    pub fn under(self, thresholds: &Thresholds) -> Self {
+        Self {
+            thresholds: Some(
+                thresholds
+                    .changes()
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect(),
+            ),
+            ..self
         }
     }
 }

@@ -72,7 +72,7 @@ impl Target {
             Self::Stdout(_) => Ok(()),
             Self::File(out) => match out.into_inner() {
                 Ok(file) => file.finish().map_err(Failure::input),
-                Err(error) => Err(Failure::input(error.into_error())),
+                Err(error) => Err(Failure::system("the table", &error.into_error())),
             },
         }
     }

@@ -7,7 +7,7 @@
 use std::f64::consts::SQRT_2;
 
 use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
-use crate::metrics::limits::MADR;
+use crate::metrics::limits::Madr;
 
 pub(in crate::metrics) const MEASURE: Measure = Measure {
     id: "cpi",
@@ -25,16 +25,23 @@ fn compute(encounter: &Encounter<'_>) -> Reading {
 }
 
 /// Probability that the brakes give less than `rate`, m/s².
-pub(super) fn probability(rate: f64) -> f64 {
-    let below = |x: f64| 0.5 * libm::erfc((MADR.mean - x) / (MADR.deviation * SQRT_2));
-    let (least, most) = (below(MADR.least), below(MADR.most));
-    let inside = rate.clamp(MADR.least, MADR.most);
+pub(super) fn probability(rate: f64, madr: &Madr) -> f64 {
+    let below = |x: f64| 0.5 * libm::erfc((madr.mean - x) / (madr.deviation * SQRT_2));
+    let (least, most) = (below(madr.least), below(madr.most));
+    let inside = rate.clamp(madr.least, madr.most);
     (below(inside) - least) / (most - least)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metrics::limits::Limits;
+
+    const MADR: Madr = Limits::SHIPPED.madr;
+
+    fn probability(rate: f64) -> f64 {
+        super::probability(rate, &MADR)
+    }
 
     #[test]
     fn the_distribution_is_truncated() {

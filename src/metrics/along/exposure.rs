@@ -1,7 +1,7 @@
 //! Sums over the rest of the recording that several measures share, from the last step to the first.
 
 use super::{crash_potential, drac, lane_ttc};
-use crate::metrics::{Context, limits};
+use crate::metrics::Context;
 
 /// What is summed from a step to the end of the recording.
 #[derive(Debug, Clone, Copy, Default)]
@@ -21,18 +21,19 @@ impl Exposure {
     pub fn rows(context: &Context<'_>, participant: usize) -> Vec<Self> {
         let mut rows = vec![Self::default(); context.length()];
         let mut sum = Self::default();
+        let limits = context.limits();
         for index in (0..context.length()).rev() {
             let both = context.ego[index].is_some() && context.other(participant, index).is_some();
             sum.steps += u32::from(both);
             if both && let Ok(following) = context.following(participant, index) {
                 if let Ok(time) = lane_ttc::time(&following)
-                    && time < limits::TAU
+                    && time < limits.tau
                 {
                     sum.exposed += context.dt();
-                    sum.integrated += (limits::TAU - time) * context.dt();
+                    sum.integrated += (limits.tau - time) * context.dt();
                 }
                 if let Ok(rate) = drac::rate(&following) {
-                    sum.crash += crash_potential::probability(rate);
+                    sum.crash += crash_potential::probability(rate, &limits.madr);
                 }
             }
             rows[index] = sum;

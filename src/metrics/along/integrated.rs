@@ -1,6 +1,6 @@
 //! Time integrated time to collision: by how much, from now to the end of the recording, it is too short.
 //!
-//! TIT = Σ dt·(τ − TTC) over the steps with TTC < τ, with the time to collision along the lane and τ = 2.0 s.
+//! TIT = Σ dt·(τ − TTC) over the steps with TTC < τ, with the time to collision along the lane and τ the limit `tau`.
 //! Source: Minderhoud and Bovy 2001.
 
 use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
@@ -11,7 +11,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "s²",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
-    source: "what ttc_lane lacks to 2.0 s, integrated from now on (Minderhoud and Bovy 2001)",
+    source: "what ttc_lane lacks to tau, integrated from now on (Minderhoud and Bovy 2001)",
     compute,
 };
 

@@ -7,7 +7,7 @@
 
 use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
 use super::LaneBody;
-use crate::metrics::limits::RSS;
+use crate::metrics::limits::Rss;
 
 pub(in crate::metrics) const DISTANCE: Measure = Measure {
     id: "rss_lat",
@@ -17,7 +17,7 @@ pub(in crate::metrics) const DISTANCE: Measure = Measure {
     mirrored: Mirrored::Kept,
     source: "Shalev-Shwartz et al. 2017, definition 6, across the ego's route",
     compute: |e| {
-        e.ask(|c, other, i| Ok(safe(&c.ego_along(i)?, &c.along(other, i)?)))
+        e.ask(|c, other, i| Ok(safe(&c.ego_along(i)?, &c.along(other, i)?, &c.limits().rss)))
             .into()
     },
 };
@@ -32,7 +32,7 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
     compute: |e: &Encounter<'_>| -> Reading {
         e.ask(|c, other, i| {
             let (ego, other) = (c.ego_along(i)?, c.along(other, i)?);
-            Ok(ego.clearance(&other) - safe(&ego, &other))
+            Ok(ego.clearance(&other) - safe(&ego, &other, &c.limits().rss))
         })
         .into()
     },
@@ -42,8 +42,9 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
 const ALIKE: f64 = 1e-6;
 
 /// The safe distance, metres.
-fn safe(ego: &LaneBody, other: &LaneBody) -> f64 {
-    let ways = |left: &LaneBody, right: &LaneBody| way(-left.velocity.y) + way(right.velocity.y);
+fn safe(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64 {
+    let ways =
+        |left: &LaneBody, right: &LaneBody| way(-left.velocity.y, rss) + way(right.velocity.y, rss);
     let aside = ego.at.d - other.at.d;
     let ways = if aside.abs() < ALIKE {
         ways(ego, other).max(ways(other, ego))
@@ -52,25 +53,28 @@ fn safe(ego: &LaneBody, other: &LaneBody) -> f64 {
     } else {
         ways(other, ego)
     };
-    RSS.lateral_margin + ways.max(0.0)
+    rss.lateral_margin + ways.max(0.0)
 }
 
 /// The way towards the other, metres; negative away from it.
-fn way(velocity: f64) -> f64 {
-    let after = velocity + RSS.response * RSS.lateral_accelerate;
-    (velocity + after) / 2.0 * RSS.response + after * after.abs() / (2.0 * RSS.lateral_brake)
+fn way(velocity: f64, rss: &Rss) -> f64 {
+    let after = velocity + rss.response * rss.lateral_accelerate;
+    (velocity + after) / 2.0 * rss.response + after * after.abs() / (2.0 * rss.lateral_brake)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metrics::limits::Limits;
+
+    const RSS: &Rss = &Limits::SHIPPED.rss;
 
     #[test]
     fn the_formula_of_the_paper() {
         // At rest: 0.1 m in the response time and 0.2²/1.6 m of braking.
-        assert!((way(0.0) - 0.125).abs() < 1e-12);
+        assert!((way(0.0, RSS) - 0.125).abs() < 1e-12);
         assert!(
-            (way(-1.0) - (-0.9 - 0.64 / 1.6)).abs() < 1e-12,
+            (way(-1.0, RSS) - (-0.9 - 0.64 / 1.6)).abs() < 1e-12,
             "driving away"
         );
     }

@@ -9,7 +9,7 @@
 
 use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
 use super::LaneBody;
-use crate::metrics::limits::RSS;
+use crate::metrics::limits::Rss;
 
 pub(in crate::metrics) const DISTANCE: Measure = Measure {
     id: "rss_long",
@@ -19,7 +19,7 @@ pub(in crate::metrics) const DISTANCE: Measure = Measure {
     mirrored: Mirrored::Kept,
     source: "Shalev-Shwartz et al. 2017, definitions 1 and 2, along the ego's route",
     compute: |e| {
-        e.ask(|c, other, i| Ok(safe(&c.ego_along(i)?, &c.along(other, i)?)))
+        e.ask(|c, other, i| Ok(safe(&c.ego_along(i)?, &c.along(other, i)?, &c.limits().rss)))
             .into()
     },
 };
@@ -32,20 +32,20 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
     mirrored: Mirrored::Kept,
     source: "gap along the route minus rss_long; below 0 is too short",
     compute: |e: &Encounter<'_>| -> Reading {
-        e.ask(|c, other, i| margin(&c.ego_along(i)?, &c.along(other, i)?))
+        e.ask(|c, other, i| margin(&c.ego_along(i)?, &c.along(other, i)?, &c.limits().rss))
             .into()
     },
 };
 
-fn margin(ego: &LaneBody, other: &LaneBody) -> Result<f64, NoValue> {
+fn margin(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> Result<f64, NoValue> {
     let gap = (other.rear - ego.front)
         .max(ego.rear - other.front)
         .max(0.0);
-    Ok(gap - safe(ego, other))
+    Ok(gap - safe(ego, other, rss))
 }
 
 /// The safe distance, metres.
-fn safe(ego: &LaneBody, other: &LaneBody) -> f64 {
+fn safe(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64 {
     let ego_behind = ego.at.s <= other.at.s;
     let (rear, front) = if ego_behind {
         (ego, other)
@@ -55,42 +55,49 @@ fn safe(ego: &LaneBody, other: &LaneBody) -> f64 {
     let (rear, front) = (rear.velocity.x, front.velocity.x);
     if rear < 0.0 && front < 0.0 {
         // Both drive against the route: the one in front of the other is behind along it.
-        return same_direction(-front, -rear);
+        return same_direction(-front, -rear, rss);
     }
     if front >= 0.0 {
-        return same_direction(rear, front);
+        return same_direction(rear, front, rss);
     }
     let (of_rear, of_front) = if ego_behind {
-        (RSS.brake_correct, RSS.brake_least)
+        (rss.brake_correct, rss.brake_least)
     } else {
-        (RSS.brake_least, RSS.brake_correct)
+        (rss.brake_least, rss.brake_correct)
     };
-    (stopping(rear, of_rear) + stopping(-front, of_front)).max(0.0)
+    (stopping(rear, of_rear, rss) + stopping(-front, of_front, rss)).max(0.0)
 }
 
-fn same_direction(rear: f64, front: f64) -> f64 {
-    (stopping(rear, RSS.brake_least) - front * front / (2.0 * RSS.brake_most)).max(0.0)
+fn same_direction(rear: f64, front: f64, rss: &Rss) -> f64 {
+    (stopping(rear, rss.brake_least, rss) - front * front / (2.0 * rss.brake_most)).max(0.0)
 }
 
 /// The way towards the other of one who first accelerates for the response time, then brakes, metres.
 /// One who drives away at first is not faster than that.
-fn stopping(velocity: f64, brake: f64) -> f64 {
-    let after = (velocity + RSS.response * RSS.accelerate).max(0.0);
-    velocity * RSS.response
-        + RSS.accelerate * RSS.response * RSS.response / 2.0
+fn stopping(velocity: f64, brake: f64, rss: &Rss) -> f64 {
+    let after = (velocity + rss.response * rss.accelerate).max(0.0);
+    velocity * rss.response
+        + rss.accelerate * rss.response * rss.response / 2.0
         + after * after / (2.0 * brake)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metrics::limits::Limits;
+
+    const RSS: &Rss = &Limits::SHIPPED.rss;
 
     #[test]
     fn the_formula_of_the_paper() {
         // ρ = 1, a = 3.5, b_min = 4, b_max = 8; both at 20 m/s.
         let expected = 20.0 + 1.75 + 23.5 * 23.5 / 8.0 - 400.0 / 16.0;
-        assert!((same_direction(20.0, 20.0) - expected).abs() < 1e-12);
-        assert_eq!(same_direction(0.0, 60.0), 0.0, "the one in front is away");
-        assert!((stopping(10.0, 3.0) - (10.0 + 1.75 + 13.5 * 13.5 / 6.0)).abs() < 1e-12);
+        assert!((same_direction(20.0, 20.0, RSS) - expected).abs() < 1e-12);
+        assert_eq!(
+            same_direction(0.0, 60.0, RSS),
+            0.0,
+            "the one in front is away"
+        );
+        assert!((stopping(10.0, 3.0, RSS) - (10.0 + 1.75 + 13.5 * 13.5 / 6.0)).abs() < 1e-12);
     }
 }

@@ -1,9 +1,9 @@
 //! Steer-threat number: the required lateral acceleration over the available one.
 //!
-//! STN = a_lat_req / a_lat,max, with a_lat,max = 8.0 m/s²; from 1 on steering alone does not help. Source:
+//! STN = a_lat_req / a_lat,max, with a_lat,max the limit `steer_threat`; from 1 on steering alone does not help. Source:
 //! Hosseini, Murgovski, de Campos and Sjöberg 2016.
 
-use super::super::{Danger, Encounter, Measure, Mirrored, Reading, limits};
+use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
 use super::lateral_deceleration::required;
 
 pub(in crate::metrics) const MEASURE: Measure = Measure {
@@ -12,13 +12,13 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
-    source: "a_lat_req over 8.0 m/s² (Hosseini 2016)",
+    source: "a_lat_req over steer_threat (Hosseini 2016)",
     compute,
 };
 
 fn compute(encounter: &Encounter<'_>) -> Reading {
     let following = encounter.ask(|c, other, index| c.following(other, index));
     following
-        .and_then(|f| Ok(required(&f)? / limits::STEER_THREAT))
+        .and_then(|f| Ok(required(&f)? / encounter.thresholds().limits.steer_threat))
         .into()
 }

@@ -1,6 +1,6 @@
 //! Time exposed time to collision: how long, from now to the end of the recording, it is too short.
 //!
-//! TET = Σ dt·[TTC < τ] with the time to collision along the lane and τ = 2.0 s. Steps at which the bodies
+//! TET = Σ dt·[TTC < τ] with the time to collision along the lane and τ the limit `tau`. Steps at which the bodies
 //! overlap along the lane have none and do not count. Source: Minderhoud and Bovy 2001.
 
 use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
@@ -11,7 +11,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "s",
     danger: Danger::High,
     mirrored: Mirrored::Kept,
-    source: "time with ttc_lane below 2.0 s, from now on (Minderhoud and Bovy 2001)",
+    source: "time with ttc_lane below tau, from now on (Minderhoud and Bovy 2001)",
     compute,
 };
 

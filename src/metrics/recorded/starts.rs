@@ -118,7 +118,7 @@ fn avoids(
         return false;
     };
     (start..context.length()).all(|index| {
-        let ego = body.at(manoeuvre.pose(motion, context.time(start, index)));
+        let ego = body.at(manoeuvre.pose(motion, context.time(start, index), context.limits()));
         participants.clone().all(|participant| {
             let Some((other, other_body)) = context.other(participant, index) else {
                 return true;

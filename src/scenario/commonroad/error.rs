@@ -1,5 +1,7 @@
 //! What is wrong with a file that is not a scenario, and where.
 
+use crate::system;
+
 /// Why a file is not a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}{}{}: {message}", place(*line, *column), inside(*line, element))]
@@ -39,20 +41,7 @@ impl ReadError {
             line: 0,
             column: 0,
             element: String::new(),
-            message: error.to_string(),
+            message: system::words(error),
         }
-    }
-}
-
-/// What bytes are that are not UTF-8.
-pub(super) fn not_text(bytes: &[u8]) -> &'static str {
-    match bytes {
-        [0x1f, 0x8b, ..] => "this is compressed with gzip; unpack it first",
-        [b'P', b'K', 3, 4, ..] => "this is a ZIP archive; unpack it first",
-        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => {
-            "this is UTF-16; CommonRoad files are UTF-8, save it as such"
-        }
-        _ if bytes.contains(&0) => "bytes that are no text; this is not an XML file",
-        _ => "bytes that are not UTF-8; CommonRoad files are UTF-8, save it as such",
     }
 }

@@ -2,6 +2,7 @@
 
 mod conform;
 mod elements;
+mod encoding;
 mod error;
 mod location;
 mod obstacles;
@@ -25,8 +26,10 @@ mod xml;
 use std::path::{Path, PathBuf};
 
 pub use conform::{Conformed, conform};
+pub(super) use encoding::foreign;
 pub use error::ReadError;
-pub use root::{Root, root_of, root_of_file};
+pub(super) use root::is_scenario;
+pub use root::{Root, Unrecognised, root_of, root_of_file};
 pub use save::{NewFile, SaveError, save};
 pub use solution::{
     Field, ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory,
@@ -74,8 +77,17 @@ pub(super) fn is_protobuf_name(path: &Path) -> bool {
     protobuf::is_protobuf_name(path)
 }
 
-/// The protobuf files among those of one folder that are scenarios, and not part of one of the others.
-pub(super) fn protobuf_scenarios(files: Vec<PathBuf>) -> Vec<PathBuf> {
+/// Whether a file's name is that of an XML file.
+pub(super) fn is_xml_name(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|x| x.eq_ignore_ascii_case("xml"))
+}
+
+/// The protobuf files among those of one folder that are scenarios, and not part of one of the others; and those that
+/// are nothing known.
+pub(super) fn protobuf_scenarios(
+    files: Vec<PathBuf>,
+) -> (Vec<PathBuf>, Vec<(PathBuf, Unrecognised)>) {
     protobuf::scenarios(files)
 }
 

@@ -35,13 +35,11 @@ pub(super) fn check(xml: &mut Xml<'_>, network: &LaneletNetwork) {
     known.extend(network.lanelets.iter().map(|l| (Target::Lanelet, l.id)));
     known.extend(network.signs.iter().map(|s| (Target::Sign, s.id)));
     known.extend(network.lights.iter().map(|l| (Target::Light, l.id)));
-    for (element, id) in xml.take_references() {
-        if !known.contains(&(target(element.name), id)) {
-            let message = format!(
-                "<{}> refers to {id}, which is not in the file",
-                element.name
-            );
-            xml.note(Severity::Warning, element, message);
+    for (place, id) in xml.take_references() {
+        let name = place.element.name;
+        if !known.contains(&(target(name), id)) {
+            let message = format!("<{name}> refers to {id}, which is not in the file");
+            xml.note_at(Severity::Warning, &place, message);
         }
     }
 }

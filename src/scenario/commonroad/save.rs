@@ -4,6 +4,8 @@ use std::fs::Permissions;
 use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use crate::system;
+
 /// Why a file was not saved. Whatever stood at its path is still there, unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
@@ -19,7 +21,7 @@ pub enum SaveError {
     #[error("{file}: there is no folder {folder}; make it first", file = .0.display(), folder = .1.display())]
     NoFolder(PathBuf, PathBuf),
     /// The system refused.
-    #[error("{path}: {source}")]
+    #[error("{path}: {}", system::words(source))]
     Io {
         /// Which file.
         path: PathBuf,

@@ -1,6 +1,6 @@
 //! Speed limits of version 2018b: numbers on lanelets there, signs beside them since.
 
-use super::xml::{Element, Xml};
+use super::xml::Xml;
 use crate::scenario::{Lanelet, Severity, Sign, SignElement};
 
 /// The German number of the sign for a maximum speed, which the reference reader takes in most countries.
@@ -12,11 +12,11 @@ const BEYOND: i64 = 10_000;
 /// Makes a sign for every lanelet with a speed limit, numbered as the reference reader does it.
 ///
 /// `used` is the largest id in the file.
-pub(super) fn signs<'a>(xml: &mut Xml<'a>, lanelets: &mut [Lanelet], used: i64) -> Vec<Sign> {
-    let limits: Vec<(i64, f64, Element<'a>)> = xml.take_speed_limits();
+pub(super) fn signs(xml: &mut Xml<'_>, lanelets: &mut [Lanelet], used: i64) -> Vec<Sign> {
+    let limits = xml.take_speed_limits();
     let mut signs = Vec::with_capacity(limits.len());
     let mut last = used;
-    for (id, limit, element) in limits {
+    for (id, limit, place) in limits {
         let Some(lanelet) = lanelets.iter_mut().find(|l| l.id == id) else {
             continue;
         };
@@ -32,7 +32,7 @@ pub(super) fn signs<'a>(xml: &mut Xml<'a>, lanelets: &mut [Lanelet], used: i64) 
             is_virtual: true,
         });
         let message = format!("speed limit {limit} m/s taken as sign {last}");
-        xml.note(Severity::Note, element, message);
+        xml.note_at(Severity::Note, &place, message);
     }
     signs
 }

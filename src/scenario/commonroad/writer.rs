@@ -12,10 +12,11 @@ use crate::scenario::{
     Adjacent, Bound, Goal, Intersection, Lanelet, Obstacle, ObstacleRole, Position, Prediction,
     Quantity, Scenario, Sign, SignalState, State, StateField, Steps, TrafficLight,
 };
+use crate::system;
 
 /// Why a scenario was not written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write the scenario: {0}")]
+#[error("cannot write the scenario: {}", system::words(.0))]
 pub struct WriteError(#[from] std::io::Error);
 
 /// The scenario as an XML file of version 2020a, in UTF-8. The same scenario gives the same bytes.

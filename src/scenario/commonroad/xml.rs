@@ -1,12 +1,15 @@
 //! A pull parser with names, line numbers and one kind of error, on quick-xml's tokens.
 
+mod later;
+
 use std::borrow::Cow;
 
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use quick_xml::events::attributes::Attributes;
 
-use super::error::{ReadError, not_text};
+use super::encoding;
+use super::error::ReadError;
 use crate::scenario::{Diagnostic, Severity};
 
 /// An opened element.
@@ -18,6 +21,21 @@ pub(super) struct Element<'a> {
     pub at: usize,
 }
 
+impl<'a> Element<'a> {
+    /// Its attributes, as far as they can be read, unescaped.
+    fn values(self) -> impl Iterator<Item = (&'a str, Cow<'a, str>)> + use<'a> {
+        let found = Attributes::new(self.attributes, 0)
+            .with_checks(false)
+            .clone();
+        found.flatten().map(|a| {
+            let value = a
+                .normalized_value(quick_xml::XmlVersion::Implicit1_0)
+                .unwrap_or_else(|_| a.value.clone());
+            (a.key.0, value)
+        })
+    }
+}
+
 /// The parser; every element that is opened must be read to its end by one of its functions.
 pub(super) struct Xml<'a> {
     reader: Reader<&'a [u8]>,
@@ -27,10 +45,7 @@ pub(super) struct Xml<'a> {
     diagnostics: Vec<Diagnostic>,
     suppressed: usize,
     counted: (usize, usize),
-    /// References met so far, to be checked when everything is known.
-    references: Vec<(Element<'a>, i64)>,
-    /// Speed limits of version 2018b, by lanelet.
-    speed_limits: Vec<(i64, f64, Element<'a>)>,
+    later: later::Later<'a>,
 }
 
 /// Larger numbers are a mistake in the file, and their squares would not fit a floating-point number.
@@ -41,18 +56,9 @@ pub(super) const MOST_DIAGNOSTICS: usize = 500;
 
 impl<'a> Xml<'a> {
     /// # Errors
-    /// The bytes are not UTF-8.
+    /// The bytes are not UTF-8: with what they are instead, and where.
     pub fn new(bytes: &'a [u8], file: &'a str) -> Result<Self, ReadError> {
-        let text = std::str::from_utf8(bytes).map_err(|e| {
-            let before = &bytes[..e.valid_up_to()];
-            ReadError {
-                file: file.to_string(),
-                line: 1 + before.iter().filter(|&&b| b == b'\n').count(),
-                column: 1 + before.iter().rev().take_while(|&&b| b != b'\n').count(),
-                element: String::new(),
-                message: not_text(bytes).into(),
-            }
-        })?;
+        let text = encoding::text(bytes, file)?;
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut reader = Reader::from_str(text);
         reader.config_mut().expand_empty_elements = true;
@@ -64,8 +70,7 @@ impl<'a> Xml<'a> {
             diagnostics: Vec::new(),
             suppressed: 0,
             counted: (0, 1),
-            references: Vec::new(),
-            speed_limits: Vec::new(),
+            later: later::Later::default(),
         })
     }
 
@@ -194,15 +199,7 @@ impl<'a> Xml<'a> {
         &self,
         element: Element<'a>,
     ) -> impl Iterator<Item = (&'a str, Cow<'a, str>)> + use<'a> {
-        let found = Attributes::new(element.attributes, 0)
-            .with_checks(false)
-            .clone();
-        found.flatten().map(|a| {
-            let value = a
-                .normalized_value(quick_xml::XmlVersion::Implicit1_0)
-                .unwrap_or_else(|_| a.value.clone());
-            (a.key.0, value)
-        })
+        element.values()
     }
 
     /// The value of an attribute that must be a whole number.
@@ -261,26 +258,6 @@ impl<'a> Xml<'a> {
         Ok(value)
     }
 
-    /// Remembers a reference, to be checked at the end.
-    pub fn refer(&mut self, element: Element<'a>, id: i64) {
-        self.references.push((element, id));
-    }
-
-    /// The references met so far.
-    pub fn take_references(&mut self) -> Vec<(Element<'a>, i64)> {
-        std::mem::take(&mut self.references)
-    }
-
-    /// Remembers a speed limit of a lanelet, m/s.
-    pub fn limit_speed(&mut self, lanelet: i64, limit: f64, element: Element<'a>) {
-        self.speed_limits.push((lanelet, limit, element));
-    }
-
-    /// The speed limits met so far, in the file's order.
-    pub fn take_speed_limits(&mut self) -> Vec<(i64, f64, Element<'a>)> {
-        std::mem::take(&mut self.speed_limits)
-    }
-
     /// An error at a byte offset, inside the open elements.
     pub fn fail(&mut self, at: usize, message: String) -> ReadError {
         let before = &self.text[..self.text.floor_char_boundary(at.min(self.text.len()))];
@@ -304,12 +281,23 @@ impl<'a> Xml<'a> {
 
     /// Notes something assumed or skipped at `element`.
     pub fn note(&mut self, severity: Severity, element: Element<'a>, message: String) {
+        let path = |xml: &Self| xml.element_path(Some(element));
+        self.push_note(severity, element.at, path, message);
+    }
+
+    fn push_note(
+        &mut self,
+        severity: Severity,
+        at: usize,
+        path: impl FnOnce(&Self) -> String,
+        message: String,
+    ) {
         if self.diagnostics.len() >= MOST_DIAGNOSTICS {
             self.suppressed += 1;
             return;
         }
-        let line = self.line_of(element.at);
-        let element = self.element_path(Some(element));
+        let element = path(self);
+        let line = self.line_of(at);
         self.diagnostics.push(Diagnostic {
             severity,
             line,
@@ -332,6 +320,17 @@ impl<'a> Xml<'a> {
         Ok(())
     }
 
+    /// The path of the elements within which the text ends or stops being XML.
+    pub fn path_at_end(mut self) -> String {
+        loop {
+            match self.next() {
+                Ok(None) if self.path.is_empty() => return String::new(),
+                Ok(_) => {}
+                Err(error) => return error.element,
+            }
+        }
+    }
+
     /// What was noted, in the order of the file.
     pub fn into_diagnostics(mut self) -> Vec<Diagnostic> {
         if self.suppressed > 0 {
@@ -347,20 +346,8 @@ impl<'a> Xml<'a> {
 
     /// Path of the open elements, and `last` if it is closed already.
     fn element_path(&self, last: Option<Element<'a>>) -> String {
-        let mut names: Vec<String> = Vec::new();
-        let open = self.path.iter().copied();
         let closed = last.filter(|l| self.path.last().is_none_or(|p| p.at != l.at));
-        for element in open.chain(closed) {
-            let id = self.attribute(element, "id").filter(|id| id.len() <= 20);
-            names.push(match id {
-                Some(id) => format!("{}#{id}", element.name),
-                None => short(element.name),
-            });
-        }
-        if names.len() > 6 {
-            names.splice(1..names.len() - 4, ["…".to_string()]);
-        }
-        names.join("/")
+        path(&self.path, closed)
     }
 
     /// The line of a byte offset, counted on from the last one asked for.
@@ -374,6 +361,22 @@ impl<'a> Xml<'a> {
         self.counted = (at, line);
         line
     }
+}
+
+/// The path of elements from the root, and one more inside them.
+fn path(open: &[Element<'_>], last: Option<Element<'_>>) -> String {
+    let name = |element: Element<'_>| {
+        let id = element.values().find(|(key, _)| *key == "id");
+        match id.filter(|(_, id)| id.len() <= 20) {
+            Some((_, id)) => format!("{}#{id}", element.name),
+            None => short(element.name),
+        }
+    };
+    let mut names: Vec<String> = open.iter().copied().chain(last).map(name).collect();
+    if names.len() > 6 {
+        names.splice(1..names.len() - 4, ["…".to_string()]);
+    }
+    names.join("/")
 }
 
 /// A whole number, also where it is written as `3.0`.

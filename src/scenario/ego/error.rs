@@ -1,12 +1,14 @@
 //! Why an ego could not be read.
 
+use crate::scenario::SceneError;
 use crate::scenario::commonroad::ReadError;
+use crate::system;
 
 /// Why an ego could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum EgoError {
     /// The file cannot be opened or read.
-    #[error("{file}: {source}")]
+    #[error("{file}: {}", system::words(source))]
     Io {
         /// Which file.
         file: String,
@@ -22,7 +24,7 @@ pub enum EgoError {
         /// Which file.
         file: String,
         /// What it is instead.
-        why: &'static str,
+        why: String,
     },
     /// A column that is needed is not in the header.
     #[error(
@@ -79,13 +81,81 @@ pub enum EgoError {
         /// What stands there.
         value: String,
     },
-    /// The file is not CSV.
-    #[error("{file}: {message}")]
-    Csv {
+    /// Two columns could be the same one.
+    #[error(
+        "{file}: line 1: `{first}` and `{second}` could both be `{column}`; rename or remove one of them"
+    )]
+    Ambiguous {
         /// Which file.
         file: String,
-        /// What is wrong, with the line.
-        message: String,
+        /// Which column they could be.
+        column: &'static str,
+        /// What one is called.
+        first: String,
+        /// What the other is called.
+        second: String,
+    },
+    /// A row has fewer fields than the header.
+    #[error(
+        "{file}: line {line} has {found} fields where the header has {expected} columns: `{column}` is missing; each row \
+         has a value, or nothing between separators, for every column"
+    )]
+    Short {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// How many fields the row has.
+        found: usize,
+        /// How many columns there are.
+        expected: usize,
+        /// The first column that it has no field for.
+        column: String,
+    },
+    /// A row has more fields than the header.
+    #[error(
+        "{file}: line {line} has {found} fields where the header has {expected} columns: `{value}` is too many; are \
+         there commas in numbers?"
+    )]
+    Long {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// How many fields the row has.
+        found: usize,
+        /// How many columns there are.
+        expected: usize,
+        /// The first field without a column.
+        value: String,
+    },
+    /// A field is not UTF-8.
+    #[error("{file}: line {line}: column `{column}` is not UTF-8; save the file as such")]
+    Text {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which column.
+        column: String,
+    },
+    /// A quote is never closed, and takes in the lines behind it.
+    #[error("{file}: line {line}: a quote begins in this row and does not end; close or remove it")]
+    Unclosed {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+    },
+    /// The id of an ego is not a whole number.
+    #[error("{file}: line {line}: column `ego_id` is `{value}`, a whole number is needed")]
+    Id {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// What stands there.
+        value: String,
     },
     /// A time step stands twice.
     #[error("{file}: line {line}: time step {step} was there before; every step has one row")]
@@ -129,21 +199,31 @@ pub enum EgoError {
         /// Those that are there.
         known: String,
     },
-    /// The ego is that of a planning problem which the scenario does not have.
+    /// The solution is of another scenario: of planning problems which this one does not have.
     #[error(
-        "{file}: the ego of planning problem {problem} of {of}; the scenario {scenario} has the planning problems {known}"
+        "{file}: this solves planning problem {problems} of {of}, and the scenario that was opened is {scenario} with \
+         planning problem {known}; {}",
+        other_scenario(of, scenario)
     )]
     Foreign {
         /// Which file.
         file: String,
-        /// The planning problem it solves.
-        problem: i64,
+        /// The planning problems it solves.
+        problems: String,
         /// The scenario that it is of.
         of: String,
         /// The scenario it was to be put into.
         scenario: String,
         /// The planning problems of that one.
         known: String,
+    },
+    /// The obstacle cannot be the ego.
+    #[error("{file}: {source}")]
+    Obstacle {
+        /// The file with the scenario.
+        file: String,
+        /// What it lacks.
+        source: SceneError,
     },
     /// The file has egos for several planning problems, and none was chosen.
     #[error("{file}: egos for the planning problems {known}; choose one of them")]
@@ -153,4 +233,13 @@ pub enum EgoError {
         /// Those that are there.
         known: String,
     },
+}
+
+/// What to do with a solution of `of` where `scenario` was opened.
+fn other_scenario(of: &str, scenario: &str) -> String {
+    if of == scenario {
+        "open the file of that scenario for which it was made".into()
+    } else {
+        format!("open {of}, or take a solution of {scenario}")
+    }
 }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use super::super::commonroad;
-use super::super::library::is_scenario;
 
 const RECORDING: &str = "ego_trajectory.csv";
 const LOG: &str = "logs.csv";
@@ -63,10 +62,10 @@ fn alone(folder: &Path) -> bool {
         paths.partition(|path| commonroad::is_protobuf_name(path));
     let xml = others
         .into_iter()
-        .filter(|p| p.extension().is_some_and(|x| x == "xml") && is_scenario(p));
+        .filter(|p| commonroad::is_xml_name(p) && commonroad::is_scenario(p).is_ok_and(|is| is));
     // A folder of thousands is not looked at further than to its second scenario.
     let mut names = xml
-        .chain(commonroad::protobuf_scenarios(protobuf))
+        .chain(commonroad::protobuf_scenarios(protobuf).0)
         .map(|path| commonroad::scenario_name(&path));
     let mut first = None;
     names.all(|name| *first.get_or_insert_with(|| name.clone()) == name) && first.is_some()

@@ -9,6 +9,7 @@
 //! more than one step are recognised by where the next row begins in the plan, and the states between are the plan's.
 
 use super::recording::{USUAL, whole};
+use super::table::{self, Table, finite, shown};
 use super::{EgoError, EgoSource, assumed};
 use crate::geometry::{Point, Vector};
 use crate::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
@@ -112,51 +113,61 @@ pub(super) fn read(
     })
 }
 
-fn columns(header: &csv::StringRecord, file: &str) -> Result<Columns, EgoError> {
-    let column = |name: &str| header.iter().position(|h| h == name);
+fn columns(
+    table: &Table<'_>,
+    file: &str,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<Columns, EgoError> {
+    let mut column = |name| table.column(name, diagnostics);
     let missing = |column| EgoError::LogColumn {
         file: file.to_string(),
         column,
     };
-    let centre = column("x_position_vehicle_m").zip(column("y_position_vehicle_m"));
-    let lists = LISTS.map(column);
+    let centre = column("x_position_vehicle_m")?.zip(column("y_position_vehicle_m")?);
+    let mut lists = [None; 5];
+    for (place, name) in lists.iter_mut().zip(LISTS) {
+        *place = column(name)?;
+    }
     if centre.is_none()
         && let Some(place) = lists[..3].iter().position(Option::is_none)
     {
         return Err(missing(LISTS[place]));
     }
     Ok(Columns {
-        step: column("trajectory_number").ok_or_else(|| missing("trajectory_number"))?,
+        step: column("trajectory_number")?.ok_or_else(|| missing("trajectory_number"))?,
         centre,
-        found: column("optimal_trajectory"),
+        found: column("optimal_trajectory")?,
         lists,
     })
 }
 
 /// The rows in order of time, each step once.
 fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<Vec<Row>, EgoError> {
-    let csv_error = |e: csv::Error| EgoError::Csv {
-        file: file.to_string(),
-        message: e.to_string(),
-    };
-    // Rows of steps without a plan are shorter than the header.
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(b';')
-        .trim(csv::Trim::All)
-        .flexible(true)
-        .from_reader(bytes);
-    let columns = columns(reader.headers().map_err(csv_error)?, file)?;
-    let (mut rows, mut planless) = (Vec::new(), Vec::new());
-    for record in reader.records() {
-        let record = record.map_err(csv_error)?;
-        let line = record.position().map_or(0, csv::Position::line);
+    let mut table = Table::begin(bytes, file, b';')?;
+    let columns = columns(&table, file, diagnostics)?;
+    let (mut rows, mut planless, mut widest) = (Vec::new(), Vec::new(), 0);
+    while let Some(record) = table.next()? {
+        let line = record.line;
         // In such a row the columns before this one are left out, so it stands too far left.
         let no_plan = [Some(2), columns.found].into_iter().flatten();
-        if no_plan.into_iter().any(|c| record.get(c) == Some("False")) {
+        if no_plan.into_iter().any(|c| record.text(c) == "False") {
             planless.push(line);
             continue;
         }
-        rows.push(row(&record, &columns, line, file)?);
+        let fields = match widest {
+            0 => table.header().len(),
+            widest => widest,
+        };
+        if table.is_cut_off(&record, fields) {
+            if rows.is_empty() {
+                return Err(table.cut_off(&record));
+            }
+            let message = "the file is cut off within this row, which was left out; is the end of the drive missing?";
+            diagnostics.push(at(line, message.into()));
+            continue;
+        }
+        widest = widest.max(record.len());
+        rows.push(row(&record, &columns, &table, file)?);
     }
     if let Some(first) = planless.first() {
         let message = format!(
@@ -182,28 +193,32 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
 }
 
 fn row(
-    record: &csv::StringRecord,
+    record: &table::Row,
     columns: &Columns,
-    line: u64,
+    table: &Table<'_>,
     file: &str,
 ) -> Result<Row, EgoError> {
-    let text = |place: usize| record.get(place).unwrap_or("");
-    let shown = |text: &str| text.chars().take(40).collect::<String>();
-    let finite = |text: &str| text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
-    let number = |place: usize, column: &'static str| {
-        finite(text(place)).ok_or_else(|| EgoError::Value {
+    let line = record.line;
+    let value = |place: usize, column: &'static str| {
+        if place >= record.len() {
+            return table.short(record, place);
+        }
+        EgoError::Value {
             file: file.to_string(),
             line,
             column,
-            value: shown(text(place)),
-        })
+            value: shown(record.text(place)),
+        }
     };
-    let step = finite(text(columns.step)).and_then(whole);
+    let number = |place: usize, column: &'static str| {
+        finite(record.text(place)).ok_or_else(|| value(place, column))
+    };
+    let step = finite(record.text(columns.step)).and_then(whole);
     let step = step.ok_or_else(|| EgoError::Step {
         file: file.to_string(),
         line,
         column: "trajectory_number",
-        value: shown(text(columns.step)),
+        value: shown(record.text(columns.step)),
     })?;
     let centre = match columns.centre {
         Some((x, y)) => Some(Point::new(
@@ -215,15 +230,10 @@ fn row(
     let mut plan: [Vec<Option<f64>>; 5] = Default::default();
     for ((place, column), list) in columns.lists.iter().zip(LISTS).zip(&mut plan) {
         let Some(place) = *place else { continue };
-        *list = text(place).split(',').map(finite).collect();
+        *list = record.text(place).split(',').map(finite).collect();
         // Only what was driven has to be right; a plan may end in anything.
         if list.first().is_none_or(Option::is_none) {
-            return Err(EgoError::Value {
-                file: file.to_string(),
-                line,
-                column,
-                value: shown(text(place)),
-            });
+            return Err(value(place, column));
         }
     }
     Ok(Row {

@@ -6,6 +6,8 @@ mod find;
 mod log;
 mod recording;
 mod solution;
+mod table;
+mod wanted;
 
 use std::path::Path;
 
@@ -13,8 +15,9 @@ pub use error::EgoError;
 pub use find::find_recording;
 pub use recording::{read_recording, write_recording};
 pub use solution::ego_of_solution;
+pub use wanted::WantedEgo;
 
-use super::commonroad::{Root, read_solution, root_of};
+use super::commonroad::{Root, foreign, read_solution, root_of};
 use super::{Diagnostic, Ego, Scenario, Severity};
 
 /// Where an ego's motion comes from; shown wherever the ego is.
@@ -75,7 +78,8 @@ impl std::fmt::Display for EgoSource {
 ///
 /// What is in the bytes decides, not the name: XML is a solution, a header with `trajectory_number` a log of
 /// Frenetix, one with `timestep` a recording. `planning_problem` chooses among the egos of a cooperative
-/// solution; without it the one of the scenario's first planning problem is taken, with a diagnostic.
+/// solution or of a recording of several; without it the one of the scenario's first planning problem is taken of a
+/// solution, with a diagnostic, and none of a recording.
 ///
 /// # Errors
 /// It is none of these, it is broken, or it has no ego for that planning problem.
@@ -86,10 +90,13 @@ pub fn read_ego(
     planning_problem: Option<i64>,
 ) -> Result<Ego, EgoError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let unknown = |why| EgoError::Unknown {
+    let unknown = |why: &str| EgoError::Unknown {
         file: file.to_string(),
-        why,
+        why: why.to_string(),
     };
+    if let Some(what) = foreign(bytes) {
+        return Err(unknown(&format!("this is {what}")));
+    }
     if bytes.trim_ascii_start().starts_with(b"<") {
         if root_of(bytes) == Root::Scenario {
             return Err(unknown("this is a scenario"));
@@ -98,16 +105,17 @@ pub fn read_ego(
         return ego_of_solution(&solution, file, scenario, planning_problem);
     }
     let header = bytes.split(|&b| b == b'\n').next().unwrap_or_default();
-    let has = |word: &[u8]| header.windows(word.len()).any(|w| w == word);
-    if has(b"unique_id") && has(b"trajectory_number") {
+    let header = table::plain(&String::from_utf8_lossy(header));
+    let has = |word: &str| header.contains(&table::plain(word));
+    if has("unique_id") && has("trajectory_number") {
         return Err(unknown(
             "these are all trajectories that a planner sampled; what was driven is in logs.csv",
         ));
     }
-    let mut ego = if has(b"trajectory_number") {
+    let mut ego = if has("trajectory_number") {
         log::read(bytes, file, scenario, planning_problem)?
-    } else if has(b"timestep") || has(b"x_position") {
-        read_recording(bytes, file, scenario)?
+    } else if has("timestep") || has("x_position") {
+        recording::read_chosen(bytes, file, scenario, planning_problem)?
     } else {
         return Err(unknown("its first line is no header of a known kind"));
     };

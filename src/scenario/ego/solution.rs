@@ -33,6 +33,7 @@ pub fn ego_of_solution(
     planning_problem: Option<i64>,
 ) -> Result<Ego, EgoError> {
     let mut diagnostics = Vec::new();
+    check_scenario(solution, file, scenario, planning_problem)?;
     let solved = choose(solution, file, scenario, planning_problem, &mut diagnostics)?;
     let kind = solved.trajectory.kind();
     if kind.is_input() {
@@ -44,16 +45,6 @@ pub fn ego_of_solution(
     }
     let problems = &scenario.planning_problems;
     let problem = problems.iter().find(|p| p.id == solved.planning_problem);
-    if problem.is_none() && !problems.is_empty() {
-        let known: Vec<_> = problems.iter().map(|p| p.id.to_string()).collect();
-        return Err(EgoError::Foreign {
-            file: file.to_string(),
-            problem: solved.planning_problem,
-            of: solution.scenario_id.clone(),
-            scenario: scenario.header.benchmark_id.clone(),
-            known: known.join(", "),
-        });
-    }
     let samples: Vec<Sample> = samples(solved);
     diagnostics.extend(about(solution, solved, scenario, problem, &samples));
     let resting = problem.and_then(|p| p.initial.orientation);
@@ -71,6 +62,45 @@ pub fn ego_of_solution(
     })
 }
 
+/// # Errors
+/// The scenario has planning problems, and neither the wanted nor any other of the solution's is among them.
+fn check_scenario(
+    solution: &Solution,
+    file: &str,
+    scenario: &Scenario,
+    wanted: Option<i64>,
+) -> Result<(), EgoError> {
+    let known: Vec<i64> = scenario.planning_problems.iter().map(|p| p.id).collect();
+    let solved = solution.problems.iter().map(|p| p.planning_problem);
+    let asked: Vec<i64> = match wanted {
+        Some(problem) if solution.problem(problem).is_some() => vec![problem],
+        _ => solved.collect(),
+    };
+    if known.is_empty() || asked.iter().any(|problem| known.contains(problem)) {
+        return Ok(());
+    }
+    Err(EgoError::Foreign {
+        file: file.to_string(),
+        problems: listed(&asked),
+        of: solution.scenario_id.clone(),
+        scenario: named(scenario).to_string(),
+        known: listed(&known),
+    })
+}
+
+fn listed(ids: &[i64]) -> String {
+    let ids: Vec<String> = ids.iter().map(i64::to_string).collect();
+    ids.join(", ")
+}
+
+/// A scenario's benchmark id, for people.
+fn named(scenario: &Scenario) -> &str {
+    match scenario.header.benchmark_id.as_str() {
+        "" => "one without a benchmark id",
+        id => id,
+    }
+}
+
 fn choose<'a>(
     solution: &'a Solution,
     file: &str,
@@ -79,9 +109,8 @@ fn choose<'a>(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<&'a ProblemSolution, EgoError> {
     let known = || {
-        let ids = solution.problems.iter();
-        let ids: Vec<_> = ids.map(|p| p.planning_problem.to_string()).collect();
-        ids.join(", ")
+        let ids = solution.problems.iter().map(|p| p.planning_problem);
+        listed(&ids.collect::<Vec<_>>())
     };
     if let Some(problem) = wanted {
         return solution
@@ -161,8 +190,10 @@ fn about(
     let id = &scenario.header.benchmark_id;
     if *id != solution.scenario_id && benchmark_id::normalized(id) != solution.scenario_id {
         warn(format!(
-            "the solution is of the scenario {}, this one is {id}",
-            solution.scenario_id
+            "it is a solution of the scenario {of}, and the scenario that was opened is {}, whose planning problem has the \
+             same id; if they are not the same scenario by two names, open {of}",
+            named(scenario),
+            of = solution.scenario_id,
         ));
     }
     match problem {

@@ -6,7 +6,7 @@ use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
 
 use crate::metrics::Measure;
-use crate::scenario::Entry;
+use crate::scenario::{Entry, Found, PassedOver};
 use crate::tui::loaded::Facts;
 
 /// The scenarios.
@@ -16,6 +16,8 @@ pub struct List {
     pub rows: Vec<Row>,
     /// Whether they have been looked for.
     pub found: bool,
+    /// What looked like scenarios from outside and was left out, and folders that could not be searched.
+    pub passed_over: Vec<PassedOver>,
     /// Places of those that the filter lets through, the best match first.
     pub visible: Vec<usize>,
     /// The selected one, as a place in `visible`.
@@ -43,8 +45,10 @@ pub struct Row {
 
 impl List {
     /// The list of these scenarios.
-    pub fn fill(&mut self, entries: Vec<Entry>) {
-        self.rows = entries
+    pub fn fill(&mut self, found: Found) {
+        self.passed_over = found.passed_over;
+        self.rows = found
+            .entries
             .into_iter()
             .map(|entry| Row {
                 entry,
@@ -147,7 +151,8 @@ mod tests {
             "a/USA_Peach-4_8_T-1.xml",
             "b/DEU_Bonn-1_1_T-1.xml",
         ];
-        list.fill(names.iter().map(|n| Entry::of_file(Path::new(n))).collect());
+        let entries = names.iter().map(|n| Entry::of_file(Path::new(n)));
+        list.fill(entries.collect::<Vec<_>>().into());
         list.move_by(2);
         assert_eq!(list.current(), Some(2));
         list.set_filter("brem".into());

@@ -1,6 +1,6 @@
 //! What is plotted over time: a measure, for everyone together and for the chosen obstacles.
 
-use crate::metrics::{MEASURES, Measure, Series};
+use crate::metrics::{Context, MEASURES, Measure, Series, Thresholds};
 use crate::scenario::Scene;
 
 /// The measure that is plotted, and whose.
@@ -35,8 +35,9 @@ fn measure(id: &str) -> &'static Measure {
 
 impl Plot {
     /// Works the values out for a scene.
-    pub fn refresh(&mut self, scene: Option<&Scene>) {
-        self.series = scene.map(|scene| Series::compute(scene, vec![self.measure]));
+    pub fn refresh(&mut self, scene: Option<&Scene>, thresholds: &Thresholds) {
+        let series = |scene| Series::of(&Context::under(scene, thresholds), vec![self.measure]);
+        self.series = scene.map(series);
     }
 
     /// Marks an obstacle, or takes its mark away; says whether there was room.

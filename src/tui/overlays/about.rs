@@ -2,7 +2,7 @@
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
-use ratatui::style::{Modifier, Style};
+use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
 use crate::scenario::{Severity, in_short};
@@ -12,14 +12,54 @@ use crate::tui::model::Model;
 use crate::tui::widgets::words::pad;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
-    let text = match &model.opened {
-        Some(opened) => about(model, opened, super::text_width(screen)),
+    let width = super::text_width(screen);
+    let mut text = match &model.opened {
+        Some(opened) => about(model, opened, width),
         None => Text::raw(match &model.open_error {
             Some(error) => visible(error).into_owned(),
             None => "no scenario is open".into(),
         }),
     };
+    passed_over(model, &mut text, width);
     super::scrolled(frame, screen, model, "scenario", text, scroll);
+}
+
+/// So many files are named; more of them tell nothing new.
+const NAMED: usize = 100;
+
+/// What the list leaves out.
+fn passed_over(model: &Model, text: &mut Text<'static>, width: usize) {
+    let all = &model.list.passed_over;
+    if all.is_empty() {
+        return;
+    }
+    text.push_line("");
+    text.push_line(Line::styled(
+        "what looks like a scenario and is not in the list",
+        title(model),
+    ));
+    for one in all.iter().take(NAMED) {
+        push_wrapped(text, &one.to_string(), width, model.theme.warning);
+    }
+    if all.len() > NAMED {
+        text.push_line(format!("  and {} more", all.len() - NAMED));
+    }
+}
+
+fn title(model: &Model) -> Style {
+    Style::new()
+        .fg(model.theme.picked)
+        .add_modifier(Modifier::BOLD)
+}
+
+/// A paragraph with a hanging indent.
+fn push_wrapped(text: &mut Text<'static>, words: &str, width: usize, color: Color) {
+    let hanging = textwrap::Options::new(width.max(10))
+        .initial_indent("  ")
+        .subsequent_indent("    ");
+    for line in textwrap::wrap(&visible(words), hanging) {
+        text.push_line(Line::styled(line.into_owned(), Style::new().fg(color)));
+    }
 }
 
 /// Columns before what is said about a word.
@@ -27,7 +67,7 @@ const INDENT: usize = 14;
 
 fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
     let theme = &model.theme;
-    let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
+    let title = title(model);
     let word = Style::new().fg(theme.accent);
     let scenario = &opened.scenario;
     let mut text = Text::from(Line::styled(visible(&opened.name).into_owned(), title));
@@ -50,7 +90,8 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
     match (&opened.scene, &opened.no_ego) {
         (Some(scene), _) => {
             let (first, last) = (scene.steps().start, scene.last_step());
-            line("ego", &format!("{}, steps {first} to {last}", scene.ego));
+            let (id, source) = (scene.ego.id, &scene.ego.source);
+            line("ego", &format!("{id}, {source}, steps {first} to {last}"));
         }
         (None, why) => line("ego", why.as_deref().unwrap_or("none")),
     }
@@ -75,12 +116,7 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
             Severity::Warning => theme.warning,
             Severity::Note => theme.dim,
         };
-        let hanging = textwrap::Options::new(width.max(10))
-            .initial_indent("  ")
-            .subsequent_indent("    ");
-        for line in textwrap::wrap(&visible(&words), hanging) {
-            text.push_line(Line::styled(line.into_owned(), Style::new().fg(color)));
-        }
+        push_wrapped(&mut text, &words, width, color);
     }
     text
 }

@@ -1,8 +1,10 @@
-//! What lies over the main screen: help, what is in the scenario, palette, list of models.
+//! What lies over the main screen: help, what is in the scenario, values, palette, list of models.
 
 mod about;
 mod help;
 mod picker;
+mod thresholds;
+mod values;
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -18,6 +20,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         match overlay {
             Overlay::Help { scroll } => help::draw(frame, screen, model, *scroll),
             Overlay::About { scroll } => about::draw(frame, screen, model, *scroll),
+            Overlay::Values { scroll } => values::draw(frame, screen, model, *scroll),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
             Overlay::Models { picker: typed, ask } => {
                 picker::models(frame, screen, model, typed, *ask);
@@ -35,8 +38,13 @@ const COLUMNS: u16 = 92;
 
 /// Columns of text in a window of text.
 fn text_width(screen: Rect) -> usize {
+    width_in(screen, COLUMNS)
+}
+
+/// Columns of text in a window of so many columns, its borders included.
+fn width_in(screen: Rect, columns: u16) -> usize {
     usize::from(
-        COLUMNS
+        columns
             .min(screen.width.saturating_sub(4))
             .saturating_sub(2),
     )
@@ -52,7 +60,19 @@ fn scrolled(
     scroll: usize,
 ) {
     let title = format!("{what} · ↑↓ scroll · any other key closes");
-    let inner = window(frame, screen, model, &title, (COLUMNS, 60));
+    scrolled_in(frame, screen, model, &title, text, (COLUMNS, scroll));
+}
+
+/// The same, with a title and a width of its own.
+fn scrolled_in(
+    frame: &mut Frame<'_>,
+    screen: Rect,
+    model: &Model,
+    title: &str,
+    text: Text<'static>,
+    (columns, scroll): (u16, usize),
+) {
+    let inner = window(frame, screen, model, title, (columns, 60));
     let paragraph = Paragraph::new(text).wrap(Wrap { trim: false });
     let last = paragraph
         .line_count(inner.width)

@@ -6,10 +6,10 @@ use ratatui::backend::TestBackend;
 use crate::config::Config;
 use crate::evaluation::{Answer, Judged, Missing};
 use crate::prompts::Library;
-use crate::scenario::bundled;
+use crate::scenario::{WantedEgo, bundled};
 use crate::store::Consumed;
 use crate::tui::keymap::Key;
-use crate::tui::loaded::Opened;
+use crate::tui::loaded::{Measured, Opened};
 use crate::tui::message::{AskId, Effect, Msg};
 use crate::tui::model::Model;
 use crate::tui::theme::Theme;
@@ -19,6 +19,8 @@ use crate::verdict::{How, ObstacleRisk, Parsed, Task, Verdict};
 
 pub struct Bench {
     pub model: Model,
+    /// The ego of a scenario where no obstacle is taken in its place.
+    pub ego: WantedEgo,
     /// What was asked for and not done.
     pub effects: Vec<Effect>,
 }
@@ -27,7 +29,7 @@ impl Bench {
     /// The bundled scenarios, with the first one open.
     pub fn bundled() -> Self {
         let mut bench = Self::empty();
-        bench.send(Msg::Found(Ok(bundled())));
+        bench.send(Msg::Found(Ok(bundled().into())));
         bench
     }
 
@@ -45,6 +47,7 @@ impl Bench {
                 library,
                 offers,
             ),
+            ego: WantedEgo::Beside,
             effects: Vec::new(),
         }
     }
@@ -52,10 +55,17 @@ impl Bench {
     /// Sends a message; scenarios that it asks for are opened at once.
     pub fn send(&mut self, msg: Msg) {
         for effect in update(&mut self.model, msg) {
-            if let Effect::Open(id, entry, ego) = effect {
-                self.send(Msg::Opened(id, Opened::read(&entry, ego).map(Box::new)));
-            } else {
-                self.effects.push(effect);
+            match effect {
+                Effect::Open(id, entry, ego) => {
+                    let ego = ego.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
+                    let opened = Opened::read(&entry, &ego, &self.model.thresholds);
+                    self.send(Msg::Opened(id, opened.map(Box::new)));
+                }
+                Effect::Measure(id, scene, obstacle, thresholds) => {
+                    let measured = Measured::of(&scene, obstacle, &thresholds);
+                    self.send(Msg::Measured(id, Box::new(measured)));
+                }
+                other => self.effects.push(other),
             }
         }
     }

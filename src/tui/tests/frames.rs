@@ -63,7 +63,7 @@ fn too_small_is_said() {
 #[test]
 fn no_size_is_too_much_or_too_little() {
     let mut bench = compared();
-    let overlays = ["", "?", "i", "m", ":", "e"];
+    let overlays = ["", "?", "i", "shift-v", "m", ":", "e"];
     for keys in overlays {
         bench.press(keys);
         for columns in [1, 2, 10, 79, 80, 81, 109, 110, 160, 300] {

@@ -1,41 +1,14 @@
-//! Opening, filtering, stepping, the map, the mouse.
+//! Filtering, stepping, the map, the mouse.
 
-use std::path::Path;
 use std::time::Duration;
 
 use ratatui::layout::Position;
 
 use super::bench::Bench;
-use crate::scenario::Entry;
 use crate::tui::action::ACTIONS;
-use crate::tui::message::{Effect, Mouse, Msg, OpenId};
+use crate::tui::message::{Effect, Mouse, Msg};
 use crate::tui::model::Pane;
 use crate::verdict::Task;
-
-#[test]
-fn the_first_scenario_opens_with_the_built_in_verdict() {
-    let bench = Bench::bundled();
-    assert_eq!(
-        bench.model.opened.as_ref().unwrap().name,
-        "ZAM_HardBraking-1_1_T-1"
-    );
-    assert!(
-        bench
-            .model
-            .answers
-            .reference
-            .as_ref()
-            .unwrap()
-            .verdict
-            .dangerous
-    );
-    assert!(
-        bench
-            .effects
-            .iter()
-            .any(|e| matches!(e, Effect::Survey(list) if list.len() == 8))
-    );
-}
 
 #[test]
 fn arrows_step_and_stop_at_the_ends() {
@@ -98,40 +71,6 @@ fn the_filter_narrows_as_one_types_and_opens_the_best_match() {
 }
 
 #[test]
-fn a_stale_opening_is_dropped() {
-    let mut bench = Bench::bundled();
-    bench.send(Msg::Opened(OpenId(0), Err("late".into())));
-    assert!(bench.model.open_error.is_none() && bench.model.opened.is_some());
-}
-
-#[test]
-fn a_file_that_cannot_be_read_says_why_and_the_rest_works() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("broken.xml");
-    std::fs::write(&path, "<commonRoad timeStepSize=\"x\">").unwrap();
-    let mut entries = vec![Entry::of_file(&path)];
-    entries.extend(crate::scenario::bundled());
-    let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(entries)));
-    let error = bench.model.open_error.clone().unwrap();
-    assert!(
-        error.contains("broken.xml:1:1") && error.contains("timeStepSize"),
-        "{error}"
-    );
-    assert!(bench.frame(120, 40).contains("timeStepSize"));
-    bench.press("down");
-    assert!(bench.model.opened.is_some() && bench.model.open_error.is_none());
-}
-
-#[test]
-fn nothing_found_is_said() {
-    let mut bench = Bench::empty();
-    assert!(bench.frame(120, 40).contains("looking for scenarios"));
-    bench.send(Msg::Found(Err("nothing in there".into())));
-    assert!(bench.frame(120, 40).contains("nothing in there"));
-}
-
-#[test]
 fn the_safety_task_follows_the_step() {
     let mut bench = Bench::bundled();
     bench.press("t");
@@ -167,44 +106,6 @@ fn the_safety_task_follows_the_step() {
         .window
         .last();
     assert_eq!(last, bench.model.clock.step());
-}
-
-#[test]
-fn an_obstacle_can_be_the_ego_and_the_recorded_one_comes_back() {
-    let mut bench = Bench::bundled();
-    let recorded = bench.model.scene().unwrap().ego.id;
-    bench.press("o shift-e");
-    let taken = bench.model.scene().unwrap().ego.id;
-    assert_ne!(taken, recorded);
-    assert!(bench.frame(120, 40).contains(&format!("{taken} as ego")));
-    bench.press(":");
-    bench.type_text("recorded-ego");
-    bench.press("enter");
-    assert_eq!(bench.model.scene().unwrap().ego.id, recorded);
-}
-
-#[test]
-fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("alone.xml");
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ZAM_Merge-1_1_T-1.xml");
-    std::fs::copy(source, &path).unwrap();
-    let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)])));
-    assert!(bench.frame(120, 40).contains("no ego"));
-    bench.press("r");
-    assert!(bench.effects.iter().all(|e| !matches!(e, Effect::Ask(..))));
-    assert!(
-        bench
-            .model
-            .toasts
-            .last()
-            .unwrap()
-            .text
-            .contains("take it as ego")
-    );
-    bench.press("o shift-e");
-    assert!(bench.model.scene().is_some());
 }
 
 #[test]
@@ -308,59 +209,4 @@ fn it_can_be_left() {
     let mut bench = Bench::bundled();
     bench.send(Msg::Terminate);
     assert!(matches!(bench.effects.last(), Some(Effect::Quit)));
-}
-
-#[test]
-fn what_cannot_be_the_ego_changes_nothing_but_is_said() {
-    let mut bench = Bench::bundled();
-    bench.press("x");
-    let (step, name) = (
-        bench.model.clock.step(),
-        bench.model.opened.as_ref().unwrap().name.clone(),
-    );
-    let parked = bench
-        .model
-        .opened
-        .as_ref()
-        .unwrap()
-        .scenario
-        .obstacles
-        .iter();
-    let parked = parked.map(|o| o.id).max().unwrap();
-    bench.model.picked = Some(parked + 1_000);
-    bench.press("shift-e");
-    assert_eq!(bench.model.opened.as_ref().unwrap().name, name);
-    assert_eq!(bench.model.clock.step(), step);
-    assert!(bench.model.toasts.last().unwrap().bad);
-    bench.model.picked = Some(302);
-    bench.press("shift-e");
-    assert_eq!(
-        bench.model.clock.step(),
-        step,
-        "another ego, the same moment"
-    );
-}
-
-#[test]
-fn what_reading_assumed_is_shown_and_counted() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("old.xml");
-    let text = r#"<commonRoad timeStepSize="0.1" commonRoadVersion="2020a" benchmarkID="ZAM_Old-1_1_T-1" author="someone">
-        <dynamicObstacle id="7"><type>spaceship</type></dynamicObstacle></commonRoad>"#;
-    std::fs::write(&path, text).unwrap();
-    let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)])));
-    assert!(bench.frame(160, 45).contains("! 3 warnings (i)"));
-    bench.press("i");
-    let frame = bench.frame(160, 45);
-    for words in [
-        "someone",
-        "1 dynamic unknown",
-        "`spaceship` is not a known <type>",
-        "line 2",
-    ] {
-        assert!(frame.contains(words), "{words}: {frame}");
-    }
-    bench.press("i");
-    assert!(bench.model.overlays.is_empty());
 }

@@ -5,5 +5,7 @@ mod answers;
 mod bench;
 mod frames;
 mod looking;
+mod opening;
 mod plotting;
 mod prompt;
+mod values;

@@ -27,6 +27,8 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         }
         Help => model.overlays.push(Overlay::Help { scroll: 0 }),
         About => model.overlays.push(Overlay::About { scroll: 0 }),
+        Values => model.overlays.push(Overlay::Values { scroll: 0 }),
+        ReadThresholds => return vec![Effect::ReadThresholds],
         PlotMeasure => plot::choose(model, false),
         SortScenarios => plot::choose(model, true),
         Mark => plot::mark(model),

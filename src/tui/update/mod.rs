@@ -6,6 +6,7 @@ mod editing;
 mod overlays;
 mod plot;
 mod pointer;
+mod values;
 
 use super::action::Action;
 use super::keymap::{self, Code, Key};
@@ -24,6 +25,12 @@ pub fn start(model: &Model) -> Vec<Effect> {
 
 /// Takes one message.
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
+    let mut effects = take(model, msg);
+    effects.extend(values::follow(model));
+    effects
+}
+
+fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
     match msg {
         Msg::Key(key) => on_key(model, key),
         Msg::Paste(text) => editing::paste(model, &text),
@@ -45,6 +52,11 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Opened(id, result) => opened(model, id, result),
+        Msg::Measured(id, found) => {
+            values::measured(model, id, found);
+            Vec::new()
+        }
+        Msg::Thresholds(read) => values::thresholds(model, read),
         Msg::Asked(ask, event) => answers::arrived(model, ask, event),
         Msg::Answered(ask, result) => answers::answered(model, ask, result),
         Msg::Stored(of, stored) => {
@@ -130,12 +142,12 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
 
 fn found_scenarios(
     model: &mut Model,
-    found: Result<Vec<crate::scenario::Entry>, String>,
+    found: Result<crate::scenario::Found, String>,
 ) -> Vec<Effect> {
     match found {
-        Ok(entries) => {
-            let survey = entries.iter().cloned().enumerate().collect();
-            model.list.fill(entries);
+        Ok(found) => {
+            let survey = found.entries.iter().cloned().enumerate().collect();
+            model.list.fill(found);
             let mut effects = open_current(model);
             effects.push(Effect::Survey(survey));
             effects
@@ -220,6 +232,7 @@ fn leave(model: &mut Model) {
     model.picked = None;
     model.plot.marked.clear();
     model.plot.series = None;
+    model.values = super::model::Values::default();
     model.prompt.scroll = 0;
 }
 
@@ -277,5 +290,6 @@ fn truth(model: &Model, (first, last): (i64, i64)) -> Option<crate::verdict::Ver
     let scene = model.scene()?;
     let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
     let window = crate::scenario::Window::ending_at(scene, last, history);
-    Some(crate::judge::judge(scene, model.task, &window).verdict)
+    let judgement = crate::judge::judge_under(scene, model.task, &window, &model.thresholds);
+    Some(judgement.verdict)
 }

@@ -3,13 +3,18 @@
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
 use super::super::model::{Model, Overlay, Picker, measures_shown, models_shown, palette_shown};
-use super::{actions, answers, plot};
+use super::{actions, answers, plot, values};
 
 /// A key while an overlay is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if key.code == Code::Esc {
         model.overlays.pop();
         return Vec::new();
+    }
+    if matches!(model.overlays.last(), Some(Overlay::Values { .. }))
+        && let Some(effects) = values::on_key(model, key)
+    {
+        return effects;
     }
     let Some(overlay) = model.overlays.last_mut() else {
         return Vec::new();
@@ -62,7 +67,7 @@ pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
         Overlay::Palette(picker)
         | Overlay::Models { picker, .. }
         | Overlay::Measures { picker, .. } => Some(picker),
-        Overlay::Help { .. } | Overlay::About { .. } => None,
+        Overlay::Help { .. } | Overlay::About { .. } | Overlay::Values { .. } => None,
     }
 }
 

@@ -21,7 +21,7 @@ pub fn plot(model: &mut Model, measure: &'static Measure) {
 /// Works the plotted values out again, after another scene was opened.
 pub fn refresh(model: &mut Model) {
     let scene = model.opened.as_ref().and_then(|o| o.scene.as_deref());
-    model.plot.refresh(scene);
+    model.plot.refresh(scene, &model.thresholds);
 }
 
 /// Marks the picked obstacle for the plot, or takes the mark away.

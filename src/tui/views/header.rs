@@ -24,6 +24,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut line = Line::from(vec![Span::styled(" nearmiss ", bold)]);
     if let Some(opened) = &model.opened {
         let ego = match opened.scene.as_ref().map(|s| &s.ego.source) {
+            Some(source) if opened.chosen => format!("ego {}", source.short()),
             Some(EgoSource::Recording(_)) => "ego recorded".to_string(),
             Some(EgoSource::Log(_)) => "ego of a log".to_string(),
             Some(EgoSource::Solution { vehicle, .. }) => format!("ego of a solution, {vehicle}"),

@@ -7,11 +7,11 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph, Wrap};
 
-use crate::metrics::{Measure, Series, thresholds};
+use crate::metrics::{Measure, Series};
 use crate::tui::loaded::Opened;
 use crate::tui::model::{Model, Pane};
-use crate::tui::theme::Theme;
 use crate::tui::widgets::frame;
+use crate::tui::widgets::words::{number, quantity};
 
 /// A line of the plot: what it is called, its colour, its points.
 struct Curve {
@@ -33,7 +33,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     };
     let inner = frame::pane(f, area, model, Pane::Plot, title(model, opened, series));
     let curves = curves(model, opened, series);
-    let inner = legend(f, inner, theme, &curves, model.plot.measure);
+    let inner = legend(f, inner, model, &curves);
     let dt = opened.scenario.dt();
     let steps = series.steps();
     let (from, to) = (steps.start as f64 * dt, (steps.end - 1) as f64 * dt);
@@ -41,7 +41,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let (low, high) = bounds(model.plot.measure, &curves);
     let now = model.clock.step() as f64 * dt;
     let cursor = [(now, low), (now, high)];
-    let limits: Vec<[(f64, f64); 2]> = thresholds(model.plot.measure.id)
+    let limits: Vec<[(f64, f64); 2]> = model
+        .thresholds
+        .of(model.plot.measure.id)
         .filter(|t| (low..=high).contains(&t.value))
         .map(|t| [(from, t.value), (to, t.value)])
         .collect();
@@ -91,7 +93,7 @@ fn title(model: &Model, opened: &Opened, series: &Series) -> Line<'static> {
     };
     if let Some((id, value)) = series.most_dangerous_at(measure.id, model.clock.step()) {
         title.push_span(Span::styled(
-            format!(" · now {}", with_unit(value, measure)),
+            format!(" · now {}", quantity(value, measure.unit)),
             Style::new().fg(colored(value)),
         ));
         title.push_span(Span::raw(format!(" ({id})")));
@@ -108,7 +110,7 @@ fn title(model: &Model, opened: &Opened, series: &Series) -> Line<'static> {
         let word = measure.danger.extreme();
         title.push_span(Span::raw(format!(
             " · {word} {} at {time:.1} s",
-            with_unit(value, measure)
+            quantity(value, measure.unit)
         )));
     }
     title
@@ -179,18 +181,13 @@ fn bounds(measure: &Measure, curves: &[Curve]) -> (f64, f64) {
 fn labels(low: f64, high: f64, measure: &Measure) -> [String; 3] {
     match measure.id {
         "risk" => ["0".into(), String::new(), "5".into()],
-        _ => [short(low), String::new(), short(high)],
+        _ => [number(low), String::new(), number(high)],
     }
 }
 
 /// Whose line is which: names in the colours of their lines, and the thresholds. Gives the area that is left.
-fn legend(
-    f: &mut Frame<'_>,
-    area: Rect,
-    theme: &Theme,
-    curves: &[Curve],
-    measure: &Measure,
-) -> Rect {
+fn legend(f: &mut Frame<'_>, area: Rect, model: &Model, curves: &[Curve]) -> Rect {
+    let (theme, measure) = (&model.theme, model.plot.measure);
     // On a small plot the lines matter more than their names, which the title has in part.
     if area.height < 8 {
         return area;
@@ -202,11 +199,12 @@ fn legend(
             Style::new().fg(curve.color),
         ));
     }
-    for threshold in thresholds(measure.id) {
+    for threshold in model.thresholds.of(measure.id) {
         let words = format!(
-            "╌{} {} ",
+            "╌{} {}{} ",
             threshold.name,
-            with_unit(threshold.value, measure)
+            quantity(threshold.value, measure.unit),
+            if threshold.own { " (yours)" } else { "" },
         );
         line.push_span(Span::styled(words, Style::new().fg(theme.dim)));
     }
@@ -215,23 +213,5 @@ fn legend(
         y: area.y + 1,
         height: area.height - 1,
         ..area
-    }
-}
-
-fn with_unit(value: f64, measure: &Measure) -> String {
-    match measure.unit {
-        "" => short(value),
-        unit => format!("{} {unit}", short(value)),
-    }
-}
-
-/// As many digits as tell values apart.
-fn short(value: f64) -> String {
-    if value.fract() == 0.0 {
-        format!("{value:.0}")
-    } else if value.abs() < 10.0 {
-        format!("{value:.2}")
-    } else {
-        format!("{value:.1}")
     }
 }

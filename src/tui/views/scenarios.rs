@@ -24,6 +24,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     });
     let title = Line::from(count + &order);
     let mut inner = frame::pane(f, area, model, Pane::Scenarios, title);
+    passed_over(f, area, model);
     if list.filtering || !list.filter.is_empty() {
         let cursor = if list.filtering { "▏" } else { "" };
         let text = format!(
@@ -75,6 +76,26 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         line
     });
     f.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
+}
+
+/// In the lower border, where it takes no row: that not everything is in the list, and the key that tells why.
+fn passed_over(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let count = model.list.passed_over.len();
+    if count == 0 || area.height < 2 {
+        return;
+    }
+    let width = usize::from(area.width).saturating_sub(4);
+    let words = format!(" {} ", fit(&format!("{count} passed over · i"), width));
+    let below = Rect {
+        x: area.x + 1,
+        y: area.bottom() - 1,
+        width: area.width.saturating_sub(2),
+        height: 1,
+    };
+    f.render_widget(
+        Span::styled(words, Style::new().fg(model.theme.warning)),
+        below,
+    );
 }
 
 /// The value by which the list is sorted, in the width of its column.

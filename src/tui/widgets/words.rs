@@ -34,6 +34,29 @@ pub fn pad(text: &str, width: usize) -> String {
     text
 }
 
+/// A value with its unit, if it has one.
+#[must_use]
+pub fn quantity(value: f64, unit: &str) -> String {
+    match unit {
+        "" => number(value),
+        unit => format!("{} {unit}", number(value)),
+    }
+}
+
+/// As many digits as tell values apart.
+#[must_use]
+pub fn number(value: f64) -> String {
+    if value.fract() == 0.0 && value.abs() < 1e9 {
+        format!("{:.0}", value + 0.0)
+    } else if value.abs() < 5e-3 || value.abs() >= 1e6 {
+        format!("{value:.1e}")
+    } else if value.abs() < 10.0 {
+        format!("{value:.2}")
+    } else {
+        format!("{value:.1}")
+    }
+}
+
 /// A whole number with spaces between thousands.
 #[must_use]
 pub fn thousands(number: u64) -> String {
@@ -76,6 +99,10 @@ mod tests {
     fn numbers() {
         assert_eq!(thousands(1_834_002), "1,834,002");
         assert_eq!(thousands(12), "12");
+        let values = [0.0, -0.0, 3.0, 0.004, -1.254, 12.34, 4e9, -250.0];
+        let shown = ["0", "0", "3", "4.0e-3", "-1.25", "12.3", "4.0e9", "-250"];
+        assert_eq!(values.map(number), shown);
+        assert_eq!(quantity(1.5, "s"), "1.50 s");
         assert_eq!(duration(6_120), "6.1 s");
     }
 }

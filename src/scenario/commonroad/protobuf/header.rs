@@ -8,6 +8,7 @@ use super::messages::{
 };
 use super::place::day;
 use super::report::{At, Report};
+use super::values::text;
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::commonroad::xml::short;
 use crate::scenario::{self, Header, Severity};
@@ -18,20 +19,17 @@ pub(super) fn of_2020a(
     at: &At<'_>,
     message: &ScenarioInformation,
 ) -> Result<Header, ReadError> {
-    let version = report.need(
-        at,
-        "common_road_version",
-        message.common_road_version.as_ref(),
-    )?;
+    let version = message.common_road_version.as_ref();
+    let version = needed_text(report, at, "common_road_version", version)?;
     if !matches!(version.as_str(), "2020a" | "2018b") {
-        let message = format!("version `{}` is not 2020a; read as 2020a", short(version));
+        let message = format!("version `{}` is not 2020a; read as 2020a", short(&version));
         report.warn(&at.field("common_road_version"), message);
     }
-    let id = report.need(at, "benchmark_id", message.benchmark_id.as_ref())?;
-    check_id(report, &at.field("benchmark_id"), id);
+    let id = needed_text(report, at, "benchmark_id", message.benchmark_id.as_ref())?;
+    check_id(report, &at.field("benchmark_id"), &id);
     Ok(Header {
-        benchmark_id: id.clone(),
-        version: version.clone(),
+        benchmark_id: id,
+        version,
         time_step_size: step_size(report, at, message.time_step_size)?,
         attributes: attributes(
             report,
@@ -53,23 +51,23 @@ pub(super) fn of_2024(
     let step = step_size(report, at, message.time_step_size)?;
     let attributes = of_file(report, &at.field("file_information"), file)?;
     let at = at.field("benchmark_id");
-    let map = map(
-        report,
-        &at.field("map_id"),
-        report.need(&at, "map_id", id.map_id.as_ref())?,
-    )?;
-    let version = report.need(&at, "scenario_version", id.scenario_version.as_ref())?;
+    let map_id = report.need(&at, "map_id", id.map_id.as_ref())?;
+    let map = map(report, &at.field("map_id"), map_id)?;
+    let version = id.scenario_version.as_ref();
+    let version = needed_text(report, &at, "scenario_version", version)?;
+    let behavior = id.obstacle_behavior.as_deref();
+    let behavior = behavior.map(|said| text(report, &at.field("obstacle_behavior"), said));
     let benchmark_id = benchmark_id(
         report.need(&at, "cooperative", id.cooperative)?,
         &map.id,
         Some(report.need(&at, "configuration_id", id.configuration_id)?),
-        id.obstacle_behavior.as_deref(),
+        behavior.as_deref(),
         id.prediction_id,
     );
     check_id(report, &at, &benchmark_id);
     let header = Header {
         benchmark_id,
-        version: version.clone(),
+        version,
         time_step_size: step,
         attributes,
     };
@@ -85,13 +83,13 @@ pub(super) struct Map {
     pub country: String,
 }
 
-pub(super) fn map(report: &Report, at: &At<'_>, message: &MapId) -> Result<Map, ReadError> {
-    let country = report.need(at, "country_id", message.country_id.as_deref())?;
-    let name = report.need(at, "map_name", message.map_name.as_deref())?;
+pub(super) fn map(report: &mut Report, at: &At<'_>, message: &MapId) -> Result<Map, ReadError> {
+    let country = needed_text(report, at, "country_id", message.country_id.as_ref())?;
+    let name = needed_text(report, at, "map_name", message.map_name.as_ref())?;
     let number = report.need(at, "map_id", message.map_id)?;
     Ok(Map {
-        id: map_name(country, name, number),
-        country: country.to_string(),
+        id: map_name(&country, &name, number),
+        country,
     })
 }
 
@@ -119,19 +117,30 @@ pub(super) fn of_file(
 }
 
 fn attributes(
-    report: &Report,
+    report: &mut Report,
     at: &At<'_>,
     date: Option<&TimeStamp>,
     texts: [&Option<String>; 3],
 ) -> Result<BTreeMap<String, String>, ReadError> {
     let mut found = BTreeMap::new();
-    for (name, text) in ["author", "affiliation", "source"].into_iter().zip(texts) {
-        let text = report.need(at, name, text.as_ref())?;
-        found.insert(name.to_string(), text.clone());
+    for (name, said) in ["author", "affiliation", "source"].into_iter().zip(texts) {
+        let said = needed_text(report, at, name, said.as_ref())?;
+        found.insert(name.to_string(), said);
     }
     let date = day(report.need(at, "date", date)?);
     found.extend(date.map(|day| ("date".to_string(), day)));
     Ok(found)
+}
+
+/// A text that the schema requires.
+fn needed_text(
+    report: &mut Report,
+    at: &At<'_>,
+    name: &str,
+    value: Option<&String>,
+) -> Result<String, ReadError> {
+    let value = report.need(at, name, value)?;
+    Ok(text(report, &at.field(name), value))
 }
 
 fn step_size(report: &Report, at: &At<'_>, value: Option<f64>) -> Result<f64, ReadError> {

@@ -35,6 +35,8 @@ use report::{At, Report};
 pub(super) use beside::{is_protobuf_name, scenario_name};
 
 use super::ReadError;
+use super::encoding::foreign;
+use super::root::{Unrecognised, beginning_of_file};
 use crate::scenario::Scenario;
 
 /// Larger files are not read, bytes.
@@ -42,9 +44,7 @@ const LARGEST_FILE: u64 = 128 << 20;
 
 /// Whether a file is protobuf: its beginning is a message's, or it has the name of one and is no XML.
 pub(super) fn is_meant(bytes: &[u8], file: &str) -> bool {
-    let markup = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let markup = markup.trim_ascii_start().starts_with(b"<");
-    Head::of(bytes).is_some() || !markup && is_protobuf_name(Path::new(file))
+    Head::of(bytes).is_some() || !is_markup(bytes) && is_protobuf_name(Path::new(file))
 }
 
 /// Reads a scenario; `path` is where the other files of a scenario of 2024 are looked for.
@@ -55,12 +55,20 @@ pub(super) fn read(bytes: &[u8], file: &str, path: Option<&Path>) -> Result<Scen
             kind: Kind::Single, ..
         }) => single::read(bytes, file),
         Some(head) => triple::read(bytes, file, &head, path),
-        None if bytes.is_empty() => Err(fail(file, "it is empty")),
-        None => Err(fail(
-            file,
-            "it is no protobuf message of CommonRoad, or damaged at its beginning: the information of a scenario or a map is expected there as field 1",
-        )),
+        None => Err(fail(file, &no_message(bytes))),
     }
+}
+
+/// What bytes are that do not begin as a message does.
+fn no_message(bytes: &[u8]) -> String {
+    let said = match foreign(bytes) {
+        Some(what) => return format!("this is {what}"),
+        None if bytes.is_empty() => "it is empty",
+        None => {
+            "it is no protobuf message of CommonRoad, or damaged at its beginning: the information of a scenario or a map is expected there as field 1"
+        }
+    };
+    said.to_string()
 }
 
 fn fail(file: &str, message: &str) -> ReadError {
@@ -77,14 +85,37 @@ fn check_size(file: &str, size: u64) -> Result<(), ReadError> {
     Err(fail(file, &message))
 }
 
-/// Those of the protobuf files in one folder that are scenarios, in the order given: not those that are part of another one.
-pub(super) fn scenarios(files: Vec<PathBuf>) -> Vec<PathBuf> {
+/// Those of the protobuf files in one folder that are scenarios, in the order given: not those that are part of another
+/// one. And those that are nothing known, with why.
+pub(super) fn scenarios(files: Vec<PathBuf>) -> (Vec<PathBuf>, Vec<(PathBuf, Unrecognised)>) {
     let Some(mut folder) = files.first().map(|file| Folder::around(file)) else {
-        return files;
+        return Default::default();
     };
     let parts = files.iter().flat_map(|file| folder.parts_of(file));
     let parts: HashSet<PathBuf> = parts.flatten().collect();
-    let mut files = files;
-    files.retain(|file| folder.head(file).is_some() && !parts.contains(file));
-    files
+    let whole = files.into_iter().filter(|file| !parts.contains(file));
+    let (known, unknown): (Vec<_>, Vec<_>) = whole.partition(|file| folder.head(file).is_some());
+    let unknown = unknown.into_iter().map(|file| {
+        let why = why_unknown(&file);
+        (file, why)
+    });
+    (known, unknown.collect())
+}
+
+/// Why a file is no message that is known.
+fn why_unknown(file: &Path) -> Unrecognised {
+    match beginning_of_file(file, 64) {
+        Err(why) => why,
+        Ok(bytes) => match foreign(&bytes) {
+            Some(what) => Unrecognised::Foreign(what),
+            None if is_markup(&bytes) => Unrecognised::Foreign("XML; its name should end in .xml"),
+            None => Unrecognised::NoMessage,
+        },
+    }
+}
+
+/// Whether bytes begin as XML does.
+fn is_markup(bytes: &[u8]) -> bool {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    bytes.trim_ascii_start().starts_with(b"<")
 }

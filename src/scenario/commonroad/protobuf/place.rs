@@ -2,7 +2,7 @@
 
 use super::messages::{self, TimeStamp};
 use super::report::{At, Report};
-use super::values::optional;
+use super::values::{optional, text};
 use super::words::{EnvironmentWords, UNDERGROUNDS, word};
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::commonroad::location::{UNKNOWN_DEGREES, UNKNOWN_ID};
@@ -37,7 +37,8 @@ fn transformation(
     at: &At<'_>,
     message: &messages::GeoTransformation,
 ) -> GeoTransformation {
-    let reference = message.geo_reference.clone();
+    let reference = message.geo_reference.as_deref();
+    let reference = reference.map(|said| text(report, &at.field("geo_reference"), said));
     GeoTransformation {
         reference: reference.filter(|text| !text.is_empty()),
         x: optional(report, &at.field("x_translation"), message.x_translation),

@@ -3,7 +3,7 @@
 use super::messages::{self, CycleElement, TrafficSignElement};
 use super::report::{At, Report};
 use super::signs;
-use super::values::{ids, point, points};
+use super::values::{ids, point, points, texts};
 use super::words::{
     DIRECTIONS, LANELET_TYPES, LINE_MARKINGS, ROAD_USERS, SIGNAL_COLORS, all, needed_word, word_or,
 };
@@ -188,7 +188,7 @@ fn sign_element(
     }
     Ok(SignElement {
         id: id.unwrap_or_default().to_string(),
-        values: super::values::texts(&message.additional_values),
+        values: texts(report, at, "additional_values", &message.additional_values),
     })
 }
 

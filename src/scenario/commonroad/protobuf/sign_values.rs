@@ -3,6 +3,7 @@
 use super::messages::MapSignElement;
 use super::report::{At, Report};
 use super::signs::{Sign2024, of_2024};
+use super::values::texts;
 use crate::scenario::SignElement;
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::commonroad::xml::short;
@@ -35,7 +36,7 @@ pub(super) fn elements(
         };
         found.push(SignElement {
             id: id.to_string(),
-            values: super::values::texts(&message.additional_values),
+            values: texts(r, &at, "additional_values", &message.additional_values),
         });
     }
     Ok(found)

@@ -1,18 +1,34 @@
 //! Points, numbers, quantities and time steps out of messages.
 
+use std::borrow::Cow;
+
 use super::messages::{self, FloatExactOrInterval, IntegerExactOrInterval};
 use super::report::{At, Report};
 use crate::geometry::Point;
 use crate::scenario::commonroad::ReadError;
+use crate::scenario::commonroad::out::allowed;
 use crate::scenario::commonroad::states::LATEST;
 use crate::scenario::commonroad::xml::LARGEST;
 use crate::scenario::{Quantity, Steps};
 
-/// Texts as XML gives them: trimmed, and without the control characters that no XML file can hold, which
-/// show as U+FFFD.
-pub(super) fn texts(texts: &[String]) -> Vec<String> {
-    let plain = |text: &String| crate::scenario::commonroad::out::allowed(text.trim()).into_owned();
-    texts.iter().map(plain).collect()
+/// A text as XML gives it: trimmed, and with U+FFFD, and a diagnostic, for every character that no XML file can hold.
+pub(super) fn text(report: &mut Report, at: &At<'_>, text: &str) -> String {
+    let allowed = allowed(text.trim());
+    if let Cow::Owned(_) = allowed {
+        report.warn(
+            at,
+            "control characters, which have no place in XML, were replaced by U+FFFD",
+        );
+    }
+    allowed.into_owned()
+}
+
+/// The texts of a repeated field; see [`text`].
+pub(super) fn texts(report: &mut Report, at: &At<'_>, name: &str, texts: &[String]) -> Vec<String> {
+    let numbered = texts.iter().enumerate();
+    numbered
+        .map(|(i, value)| text(report, &at.nth(name, i), value))
+        .collect()
 }
 
 /// A number that the schema requires, finite.

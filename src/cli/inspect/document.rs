@@ -1,0 +1,48 @@
+//! Everything that was read of a scenario, as JSON: metres, radians, m/s, time steps, with the words of the format.
+
+use serde_json::{Value, json};
+
+use super::{obstacles, planning, road, surroundings, traffic};
+use crate::cli::routes;
+use crate::scenario::{Ego, EgoError, Scenario, benchmark_id};
+
+pub fn document(scenario: &Scenario, of_ego: &Result<Option<Ego>, EgoError>) -> Value {
+    let (header, network) = (&scenario.header, &scenario.network);
+    let references = traffic::References::of(network);
+    json!({
+        "benchmark_id": benchmark_id::normalized(&header.benchmark_id),
+        "benchmark_id_as_written": header.benchmark_id,
+        "version": header.version,
+        "time_step_size": header.time_step_size,
+        "attributes": header.attributes,
+        "location": scenario.location.as_ref().map(surroundings::location),
+        "tags": scenario.tags,
+        "hash": scenario.hash.to_string(),
+        "lanelets": all(&network.lanelets, road::lanelet),
+        "traffic_signs": all(&network.signs, |sign| traffic::sign(sign, &references)),
+        "traffic_lights": all(&network.lights, |light| traffic::light(light, &references)),
+        "intersections": all(&network.intersections, road::intersection),
+        "obstacles": all(&scenario.obstacles, obstacles::obstacle),
+        "planning_problems": all(&scenario.planning_problems, planning::problem),
+        "ego": ego(of_ego),
+        "routes": routes::document(scenario),
+        "diagnostics": scenario.diagnostics,
+    })
+}
+
+pub fn all<'a, T>(things: &'a [T], of: impl Fn(&'a T) -> Value) -> Vec<Value> {
+    things.iter().map(of).collect()
+}
+
+fn ego(ego: &Result<Option<Ego>, EgoError>) -> Value {
+    match ego {
+        Ok(Some(ego)) => json!({
+            "id": ego.id,
+            "source": ego.source.to_string(),
+            "steps": [ego.track.steps().start, ego.track.steps().end - 1],
+            "diagnostics": ego.diagnostics,
+        }),
+        Ok(None) => Value::Null,
+        Err(error) => json!({ "error": error.to_string() }),
+    }
+}

@@ -1,0 +1,26 @@
+//! Planning problems as JSON: where the ego starts, and the goals with their regions.
+
+use serde_json::{Value, json};
+
+use super::document::all;
+use super::states::{initial_state, position, quantity};
+use crate::scenario::{Goal, PlanningProblem};
+
+pub fn problem(problem: &PlanningProblem) -> Value {
+    json!({
+        "id": problem.id,
+        "initial": initial_state(&problem.initial),
+        "goals": all(&problem.goals, goal),
+    })
+}
+
+/// `positions` are alternatives; `lanelets` are those among them.
+fn goal(goal: &Goal) -> Value {
+    json!({
+        "time_step": [goal.time.from, goal.time.to],
+        "positions": all(&goal.positions, position),
+        "lanelets": goal.lanelets(),
+        "velocity": goal.velocity.map(quantity),
+        "orientation": goal.orientation.map(quantity),
+    })
+}

@@ -1,0 +1,47 @@
+//! Who shall be the ego of a scenario: whoever lies beside it, whoever is in another file, or an obstacle.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::{EgoError, read_ego_file};
+use crate::scenario::{Ego, Entry, Scenario, Scene};
+
+/// Who shall be the ego of a scenario.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum WantedEgo {
+    /// The one whose file lies with the scenario; see [`super::find_recording`].
+    #[default]
+    Beside,
+    /// The obstacle with this id.
+    Obstacle(i64),
+    /// The one in a file.
+    File {
+        /// A recording, a log or a solution.
+        path: PathBuf,
+        /// The planning problem whose vehicle it is, where the file solves several.
+        planning_problem: Option<i64>,
+    },
+}
+
+impl WantedEgo {
+    /// This ego of the scenario of an entry; nothing where it was to lie beside it and does not.
+    ///
+    /// # Errors
+    /// The file cannot be read or has no such ego, or the obstacle cannot be one.
+    pub fn of(&self, entry: &Entry, scenario: &Arc<Scenario>) -> Result<Option<Ego>, EgoError> {
+        match self {
+            Self::Beside => entry.recorded_ego(scenario),
+            Self::Obstacle(id) => match Scene::with_obstacle_as_ego(Arc::clone(scenario), *id) {
+                Ok(scene) => Ok(Some(scene.ego)),
+                Err(source) => Err(EgoError::Obstacle {
+                    file: entry.display(),
+                    source,
+                }),
+            },
+            Self::File {
+                path,
+                planning_problem,
+            } => read_ego_file(path, scenario, *planning_problem).map(Some),
+        }
+    }
+}

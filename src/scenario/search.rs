@@ -1,0 +1,265 @@
+//! Searching folders for scenarios: what is one, and what only looks like one from outside.
+
+use std::collections::HashSet;
+use std::fmt;
+use std::fs::DirEntry;
+use std::path::{Path, PathBuf};
+
+use super::commonroad::{self, Unrecognised};
+use super::library::{Entry, Place};
+use crate::system;
+
+/// What a search came upon.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// The scenarios.
+    pub entries: Vec<Entry>,
+    /// Files that are named like scenarios and cannot be told to be any, and folders that could not be searched. XML
+    /// of another kind is not among them.
+    pub passed_over: Vec<PassedOver>,
+}
+
+/// Something that was passed over in a search.
+#[derive(Debug)]
+pub struct PassedOver {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Why it was.
+    pub why: Why,
+}
+
+/// Why something was passed over.
+#[derive(Debug, thiserror::Error)]
+pub enum Why {
+    /// A file that is not known to be a scenario.
+    #[error(transparent)]
+    File(#[from] Unrecognised),
+    /// A folder that could not be read.
+    #[error("not searched: {}", system::words(.0))]
+    Folder(std::io::Error),
+}
+
+/// Why no scenarios were found.
+#[derive(Debug, thiserror::Error)]
+pub enum LibraryError {
+    /// A path does not exist or cannot be read.
+    #[error("{path}: {}", system::words(source))]
+    Io {
+        /// Which path.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The path is `-`.
+    #[error(
+        "-: standard input is not read; save it in a file and name that (one that is called `-` is meant by `./-`)"
+    )]
+    StandardInput,
+    /// There is no scenario below a path.
+    #[error(
+        "{path}: no CommonRoad scenario (a .xml file with a <commonRoad> root, or a .pb file) in this folder or below\
+         {}{}",
+        if passed_over.is_some() { "; " } else { "" },
+        passed_over.as_deref().unwrap_or_default()
+    )]
+    Nothing {
+        /// Which path.
+        path: PathBuf,
+        /// What was passed over, in short.
+        passed_over: Option<String>,
+    },
+}
+
+/// So many of those that were passed over are named where there is little room.
+const NAMED: usize = 3;
+
+impl Found {
+    /// What was passed over, in a line: the first few with why. Nothing if nothing was.
+    #[must_use]
+    pub fn passed_over_in_short(&self) -> Option<String> {
+        let (all, named) = (&self.passed_over, self.passed_over.iter().take(NAMED));
+        let named: Vec<String> = named.map(ToString::to_string).collect();
+        let more = match all.len() - named.len() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let count = count(all)?;
+        Some(format!("{count} passed over: {}{more}", named.join(", ")))
+    }
+}
+
+impl From<Vec<Entry>> for Found {
+    fn from(entries: Vec<Entry>) -> Self {
+        Self {
+            entries,
+            passed_over: Vec::new(),
+        }
+    }
+}
+
+/// How many files and folders these are, in words; nothing for none.
+fn count(all: &[PassedOver]) -> Option<String> {
+    let is_folder = |p: &&PassedOver| matches!(p.why, Why::Folder(_));
+    let folders = all.iter().filter(is_folder).count();
+    let words = |count: usize, one: &str, many: &str| match count {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        _ => Some(format!("{count} {many}")),
+    };
+    let files = words(all.len() - folders, "file", "files");
+    let folders = words(folders, "folder", "folders");
+    let both = files.into_iter().chain(folders).collect::<Vec<_>>();
+    (!both.is_empty()).then(|| both.join(" and "))
+}
+
+impl fmt::Display for PassedOver {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.path.display(), self.why)
+    }
+}
+
+/// Refuses `-`, by which other programs mean their standard input.
+///
+/// # Errors
+/// The path is `-`.
+pub fn not_standard_input(path: &Path) -> Result<(), LibraryError> {
+    if path.as_os_str() == "-" {
+        return Err(LibraryError::StandardInput);
+    }
+    Ok(())
+}
+
+/// The scenarios at `paths`: files as they are, folders searched to the bottom, each file once, links to folders too.
+///
+/// A scenario that is several files in a folder (2024 protobuf) is there once, with the file that needs the others.
+///
+/// In a folder laid out like the repository of "From Words to Collisions" (with `Scenarios` and
+/// `Results`), the scenarios are those below `Scenarios`.
+///
+/// # Errors
+/// A path that cannot be read, or not one scenario at any of them.
+pub fn find(paths: &[PathBuf]) -> Result<Found, LibraryError> {
+    let mut found = Vec::new();
+    let mut passed_over = Vec::new();
+    for path in paths {
+        not_standard_input(path)?;
+        let io = |source| LibraryError::Io {
+            path: path.clone(),
+            source,
+        };
+        let named = Entry::of_argument(path).place != Place::File(path.clone());
+        if named || !path.metadata().map_err(io)?.is_dir() {
+            found.push(path.clone());
+            continue;
+        }
+        let scenarios = path.join("Scenarios");
+        let whole = !(scenarios.is_dir() && path.join("Results").is_dir());
+        let search = Search::of(if whole { path } else { &scenarios }).map_err(io)?;
+        found.extend(search.found);
+        passed_over.extend(search.passed_over);
+    }
+    let mut seen = HashSet::new();
+    found.retain(|p| seen.insert(p.clone()));
+    let found = Found {
+        entries: found.iter().map(|p| Entry::of_argument(p)).collect(),
+        passed_over,
+    };
+    match paths.first() {
+        Some(first) if found.entries.is_empty() => Err(LibraryError::Nothing {
+            path: first.clone(),
+            passed_over: found.passed_over_in_short(),
+        }),
+        _ => Ok(found),
+    }
+}
+
+/// A search below one folder.
+#[derive(Default)]
+struct Search {
+    folders: Vec<PathBuf>,
+    links: Vec<PathBuf>,
+    entered: HashSet<PathBuf>,
+    found: Vec<PathBuf>,
+    passed_over: Vec<PassedOver>,
+}
+
+impl Search {
+    fn of(root: &Path) -> std::io::Result<Self> {
+        let mut search = Self::default();
+        search.entered.insert(root.canonicalize()?);
+        search.enter(root)?;
+        // Links come last: what is both there and linked to is found where it is. Each folder is entered once, as
+        // links may lead in circles.
+        loop {
+            search.links.sort_by(|a, b| b.cmp(a));
+            let Some(folder) = search.folders.pop().or_else(|| search.links.pop()) else {
+                break;
+            };
+            let new = folder
+                .canonicalize()
+                .map(|real| search.entered.insert(real));
+            let entered = match new {
+                Ok(true) => search.enter(&folder),
+                Ok(false) => Ok(()),
+                Err(error) => Err(error),
+            };
+            // A folder that may not be entered hides its scenarios, not its neighbours'.
+            if let Err(error) = entered {
+                search.pass_over(folder, Why::Folder(error));
+            }
+        }
+        search.found.sort();
+        search.passed_over.sort_by(|a, b| a.path.cmp(&b.path));
+        Ok(search)
+    }
+
+    /// Looks at what is in a folder.
+    fn enter(&mut self, folder: &Path) -> std::io::Result<()> {
+        let mut protobuf = Vec::new();
+        let mut read = Ok(());
+        for entry in std::fs::read_dir(folder)? {
+            match entry {
+                Ok(entry) => self.look(&entry, &mut protobuf),
+                Err(error) => read = Err(error),
+            }
+        }
+        let (scenarios, others) = commonroad::protobuf_scenarios(protobuf);
+        self.found.extend(scenarios);
+        for (path, why) in others {
+            self.pass_over(path, why.into());
+        }
+        read
+    }
+
+    fn look(&mut self, entry: &DirEntry, protobuf: &mut Vec<PathBuf>) {
+        let path = entry.path();
+        let kind = entry.file_type();
+        let link = kind.as_ref().is_ok_and(std::fs::FileType::is_symlink);
+        let is_folder = match kind {
+            Ok(kind) if !link => kind.is_dir(),
+            _ => path.is_dir(),
+        };
+        if is_folder {
+            if !entry.file_name().as_encoded_bytes().starts_with(b".") {
+                let into = if link {
+                    &mut self.links
+                } else {
+                    &mut self.folders
+                };
+                into.push(path);
+            }
+        } else if commonroad::is_protobuf_name(&path) {
+            protobuf.push(path);
+        } else if commonroad::is_xml_name(&path) {
+            match commonroad::is_scenario(&path) {
+                Ok(true) => self.found.push(path),
+                Ok(false) => {}
+                Err(why) => self.pass_over(path, why.into()),
+            }
+        }
+    }
+
+    fn pass_over(&mut self, path: PathBuf, why: Why) {
+        self.passed_over.push(PassedOver { path, why });
+    }
+}

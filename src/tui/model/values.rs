@@ -1,0 +1,23 @@
+//! Every measure of the picked obstacle and of the scene, worked out while somebody looks at them.
+
+use crate::tui::loaded::Measured;
+use crate::tui::message::MeasureId;
+
+/// What was asked for, and what came of it.
+#[derive(Debug, Default)]
+pub struct Values {
+    /// The last request, and about whom; nothing before the first one for a scene.
+    pub asked: Option<(MeasureId, Option<i64>)>,
+    /// The last result; it may be about the obstacle that was picked before.
+    pub found: Option<Box<Measured>>,
+}
+
+impl Values {
+    /// The values of this obstacle, if they are known.
+    #[must_use]
+    pub fn of(&self, obstacle: Option<i64>) -> Option<&Measured> {
+        self.found
+            .as_deref()
+            .filter(|found| found.obstacle == obstacle)
+    }
+}

@@ -1,0 +1,102 @@
+//! The thresholds in use and where each is from.
+
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+
+use crate::metrics::{LIMITS, MEASURES, Thresholds};
+use crate::text::visible;
+use crate::tui::model::Model;
+use crate::tui::widgets::words::{fit, pad, quantity};
+
+/// Columns of what is limited, in a narrow window and in a wide one.
+const NAME: [usize; 2] = [28, 40];
+/// Columns of a value with its unit.
+const VALUE: usize = 18;
+
+pub fn text(model: &Model, width: usize) -> Vec<Line<'static>> {
+    let name_width = NAME[usize::from(width > 100)];
+    let theme = &model.theme;
+    let thresholds = &model.thresholds;
+    let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
+    let dim = Style::new().fg(theme.dim);
+    let from = match thresholds.file() {
+        None => "as shipped; thresholds.toml in the configuration folder changes them".to_string(),
+        Some(file) => format!("* is from {}, the others as shipped", visible(file)),
+    };
+    let mut lines = Vec::new();
+    let mut part = |name: &str, rows: Vec<(String, String, bool, String)>| {
+        lines.push(Line::styled(name.to_string(), title));
+        for (name, value, own, source) in rows {
+            let (sign, style) = if own {
+                ("* ", Style::new().fg(theme.accent))
+            } else {
+                ("  ", Style::new())
+            };
+            lines.push(Line::from(vec![
+                Span::styled(format!("{sign}{} ", pad(&name, name_width - 3)), style),
+                Span::styled(pad(&value, VALUE), style),
+                Span::styled(fit(&source, width.saturating_sub(name_width + VALUE)), dim),
+            ]));
+        }
+    };
+    part("thresholds", critical(thresholds));
+    part("risk scores, up to", levels(thresholds));
+    part("limits that measures are computed with", limits(thresholds));
+    let place = 1;
+    for wrapped in textwrap::wrap(&from, width.saturating_sub(2).max(10))
+        .iter()
+        .rev()
+    {
+        lines.insert(place, Line::styled(format!("  {wrapped}"), dim));
+    }
+    lines
+}
+
+fn critical(thresholds: &Thresholds) -> Vec<(String, String, bool, String)> {
+    let rows = MEASURES.iter().flat_map(|measure| {
+        thresholds.of(measure.id).map(|t| {
+            let name = format!("{} {}", measure.id, t.name);
+            (
+                name,
+                quantity(t.value, measure.unit),
+                t.own,
+                t.source.clone(),
+            )
+        })
+    });
+    rows.collect()
+}
+
+fn levels(thresholds: &Thresholds) -> Vec<(String, String, bool, String)> {
+    let risk = &thresholds.risk;
+    let rows = risk.levels.iter().map(|level| {
+        let bounds = match (level.distance, level.time) {
+            (Some(d), Some(t)) => format!("{}, {}", quantity(d, "m"), quantity(t, "s")),
+            _ => "above".to_string(),
+        };
+        let name = format!("{} {}", level.score, level.name);
+        let own = thresholds.own_level(level.score);
+        let source = if own {
+            String::new()
+        } else {
+            risk.source.clone()
+        };
+        (name, bounds, own, source)
+    });
+    rows.collect()
+}
+
+fn limits(thresholds: &Thresholds) -> Vec<(String, String, bool, String)> {
+    let rows = LIMITS.iter().map(|limit| {
+        let own = thresholds.own_limit(limit);
+        let source = if own { "" } else { limit.source };
+        let about = format!("{} ({})", limit.name, limit.measures.join(" "));
+        let about = match source {
+            "" => about,
+            source => format!("{about} · {source}"),
+        };
+        let value = quantity(limit.of(&thresholds.limits), limit.unit);
+        (limit.id.to_string(), value, own, about)
+    });
+    rows.collect()
+}

@@ -1,0 +1,154 @@
+//! Every measure of the scene and of the picked obstacle at the current step, and the thresholds.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span, Text};
+
+use super::thresholds;
+use crate::metrics::{MEASURES, Reading, SCENE_MEASURES, Threshold, measure};
+use crate::tui::loaded::Measured;
+use crate::tui::model::Model;
+use crate::tui::widgets::words::{fit, pad, quantity};
+
+/// Columns of the window at most, its borders included.
+const COLUMNS: u16 = 132;
+
+/// Columns of the sign and of the name of a measure.
+const NAME: usize = 18;
+/// Columns of a value with its unit.
+const VALUE: usize = 13;
+/// Columns of thresholds.
+const LIMIT: usize = 22;
+
+pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
+    let who = model
+        .picked
+        .map_or("nobody".to_string(), |id| id.to_string());
+    let title = format!(
+        "{who} at {:.1} s, step {} · ←→ step · o obstacle · ↑↓ scroll · Esc",
+        model.clock.time(),
+        model.clock.step()
+    );
+    let width = super::width_in(screen, COLUMNS);
+    let text = text(model, width);
+    super::scrolled_in(frame, screen, model, &title, text, (COLUMNS, scroll));
+}
+
+fn text(model: &Model, width: usize) -> Text<'static> {
+    let mut text = Text::default();
+    let theme = &model.theme;
+    let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
+    let dim = Style::new().fg(theme.dim);
+    match (model.scene(), model.values.of(model.picked)) {
+        (None, _) => {
+            text.push_line(Line::styled(
+                "there are no values: they need an ego; o picks an obstacle, E takes it as the ego",
+                dim,
+            ));
+        }
+        (Some(_), None) => text.push_line(Line::styled("measuring …", dim)),
+        (Some(_), Some(found)) => {
+            text.push_line(Line::styled("the ego against everyone together", title));
+            text.extend(scene(model, found, width));
+            text.push_line("");
+            text.push_line(Line::styled(obstacle_title(model), title));
+            text.extend(obstacle(model, found, width));
+        }
+    }
+    text.push_line("");
+    text.extend(thresholds::text(model, width));
+    text
+}
+
+fn obstacle_title(model: &Model) -> String {
+    let opened = model.opened.as_ref().zip(model.picked);
+    let found = opened.and_then(|(opened, id)| {
+        let mut all = opened.scenario.obstacles.iter();
+        all.find(|o| o.id == id)
+    });
+    match found {
+        Some(obstacle) => format!("{} {}", obstacle.kind, obstacle.id),
+        None => "no obstacle is picked: o picks one".into(),
+    }
+}
+
+fn scene(model: &Model, found: &Measured, width: usize) -> Vec<Line<'static>> {
+    let step = model.clock.step();
+    let readings = found.scene_at(step).unwrap_or_default();
+    let rows = SCENE_MEASURES.iter().zip(readings);
+    let rows = rows.map(|(m, reading)| line(model, m.id, m.unit, m.source, reading, width));
+    rows.collect()
+}
+
+fn obstacle(model: &Model, found: &Measured, width: usize) -> Vec<Line<'static>> {
+    let Some(id) = found.obstacle else {
+        return Vec::new();
+    };
+    let at = |measure: &str| found.series.at(measure, id, model.clock.step());
+    let rows = MEASURES.iter();
+    let rows = rows.map(|m| line(model, m.id, m.unit, m.source, at(m.id), width));
+    rows.collect()
+}
+
+/// A measure: a sign and its name, its value or why there is none, its thresholds, its source.
+fn line(
+    model: &Model,
+    id: &str,
+    unit: &str,
+    source: &str,
+    reading: Reading,
+    width: usize,
+) -> Line<'static> {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let source = fit(source, width.saturating_sub(NAME + VALUE + LIMIT));
+    let reached = |value: f64| {
+        let measure = measure(id)?;
+        model.thresholds.reached(measure, value)
+    };
+    match reading {
+        Reading::None(why) => Line::from(vec![
+            Span::styled(pad(&format!("  {id}"), NAME), dim),
+            Span::styled(cell(&format!("– {}", why.reason()), VALUE + LIMIT), dim),
+            Span::styled(source, dim),
+        ]),
+        Reading::Value(value) => {
+            let reached = reached(value);
+            let (sign, style, limit) = match reached {
+                Some(threshold) => (
+                    "!",
+                    Style::new().fg(theme.danger).add_modifier(Modifier::BOLD),
+                    cell(&words(threshold, unit), LIMIT),
+                ),
+                None => (" ", Style::new(), cell(&nearest(model, id, unit), LIMIT)),
+            };
+            let limit_style = if reached.is_some() { style } else { dim };
+            Line::from(vec![
+                Span::styled(pad(&format!("{sign} {id}"), NAME), style),
+                Span::styled(pad(&quantity(value, unit), VALUE), style),
+                Span::styled(limit, limit_style),
+                Span::styled(source, dim),
+            ])
+        }
+    }
+}
+
+/// A cell with a gap behind it.
+fn cell(text: &str, width: usize) -> String {
+    format!("{} ", pad(text, width.saturating_sub(1)))
+}
+
+/// The threshold that a value that is not dangerous would reach first.
+fn nearest(model: &Model, id: &str, unit: &str) -> String {
+    let last = model.thresholds.of(id).last();
+    last.map_or(String::new(), |t| words(t, unit))
+}
+
+fn words(threshold: &Threshold, unit: &str) -> String {
+    let own = if threshold.own { "*" } else { "" };
+    let value = quantity(threshold.value, unit);
+    // The name is cut before the value is.
+    let room = LIMIT.saturating_sub(value.chars().count() + own.len() + 3);
+    format!("{} {value}{own}", fit(&threshold.name, room))
+}

@@ -1,0 +1,235 @@
+//! Every measure at the current step, and thresholds of the user's.
+
+use std::sync::Arc;
+
+use super::bench::Bench;
+use crate::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};
+use crate::tui::loaded::Measured;
+use crate::tui::message::{Effect, MeasureId, Msg};
+
+/// The first scenario shortly before its contact.
+fn looking() -> Bench {
+    let mut bench = Bench::bundled();
+    bench.press("x left left left shift-v");
+    bench
+}
+
+fn own() -> Arc<Thresholds> {
+    let text = "[[threshold]]\nmeasure = \"ttc\"\nname = \"critical\"\nvalue = 0.2\n\
+                [[level]]\nscore = 4\ndistance = 80\ntime = 80\n[[limit]]\nname = \"tau\"\nvalue = 1.1\n";
+    Arc::new(Thresholds::read(text, "mine/thresholds.toml").unwrap())
+}
+
+/// All that the window says, page by page.
+fn pages(bench: &mut Bench, columns: u16, rows: u16) -> String {
+    let mut seen = String::new();
+    for _ in 0..12 {
+        seen.push_str(&bench.frame(columns, rows));
+        bench.press("pagedown");
+    }
+    seen
+}
+
+#[test]
+fn values_at_80_by_24() {
+    insta::assert_snapshot!(looking().frame(80, 24));
+}
+
+#[test]
+fn values_at_200_by_60() {
+    insta::assert_snapshot!(looking().frame(200, 60));
+}
+
+#[test]
+fn every_measure_and_every_limit_is_there() {
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let seen = pages(&mut looking(), columns, rows);
+        let measures = MEASURES.iter().map(|m| m.id);
+        let scene = SCENE_MEASURES.iter().map(|m| m.id);
+        for id in measures.chain(scene).chain(LIMITS.iter().map(|l| l.id)) {
+            let line = seen
+                .lines()
+                .any(|l| l.split([' ', '┃']).any(|word| word == id));
+            assert!(line, "{id} at {columns}×{rows}: {seen}");
+        }
+        assert!(seen.contains("as shipped") && seen.contains("van der Horst"));
+    }
+}
+
+#[test]
+fn steps_and_obstacles_can_be_changed_while_it_is_open() {
+    let mut bench = looking();
+    let line = |bench: &Bench, id: &str| {
+        let frame = bench.frame(120, 40);
+        let mut lines = frame.lines().filter(|l| l.contains(&format!(" {id} ")));
+        lines.next().unwrap_or_default().to_string()
+    };
+    let (step, ttc) = (bench.model.clock.step(), line(&bench, "ttc"));
+    assert!(
+        ttc.contains("! ttc") && ttc.contains("critical 1.50 s"),
+        "{ttc}"
+    );
+    bench.press("right");
+    assert_eq!(bench.model.clock.step(), step + 1);
+    assert_ne!(line(&bench, "ttc"), ttc);
+    bench.press("left");
+    assert_eq!(line(&bench, "ttc"), ttc);
+    let picked = bench.model.picked.unwrap();
+    bench.press("o");
+    let next = bench.model.picked.unwrap();
+    assert_ne!(next, picked);
+    assert!(bench.frame(120, 40).contains(&format!(" {next} at ")));
+    assert_ne!(line(&bench, "distance"), "");
+    assert_eq!(bench.model.overlays.len(), 1);
+    bench.press("home");
+    assert!(!line(&bench, "ttc").contains("! ttc"), "far away at first");
+    bench.press("esc");
+    assert!(bench.model.overlays.is_empty());
+}
+
+#[test]
+fn values_are_asked_for_only_while_they_are_shown_and_old_ones_are_dropped() {
+    let mut bench = Bench::bundled();
+    bench.press("o o right");
+    assert!(bench.model.values.asked.is_none());
+    bench.press("shift-v");
+    let (id, _) = bench.model.values.asked.unwrap();
+    bench.press("right left home");
+    assert_eq!(
+        bench.model.values.asked.unwrap().0,
+        id,
+        "nothing is measured twice"
+    );
+    bench.press("o");
+    let known = bench.model.values.of(bench.model.picked).is_some();
+    assert!(known);
+    let scene = bench.model.opened.as_ref().unwrap().scene.clone().unwrap();
+    let late = Measured::of(&scene, None, Thresholds::shipped());
+    bench.send(Msg::Measured(id, Box::new(late)));
+    assert!(
+        bench.model.values.of(bench.model.picked).is_some(),
+        "too late"
+    );
+    bench.model.values.found = None;
+    assert!(bench.frame(80, 24).contains("measuring"));
+    bench.send(Msg::Measured(
+        MeasureId(0),
+        Box::new(Measured::of(&scene, None, Thresholds::shipped())),
+    ));
+    assert!(bench.model.values.found.is_none(), "never asked for");
+}
+
+#[test]
+fn thresholds_of_the_users_change_plot_list_and_judge() {
+    let mut bench = Bench::bundled();
+    let risk = |bench: &Bench| {
+        bench
+            .model
+            .opened
+            .as_ref()
+            .unwrap()
+            .headline
+            .as_ref()
+            .unwrap()
+            .clone()
+    };
+    let scores = |bench: &Bench| {
+        let reference = bench.model.answers.reference.as_ref().unwrap();
+        reference
+            .verdict
+            .obstacles
+            .iter()
+            .map(|o| u32::from(o.risk_score))
+            .sum::<u32>()
+    };
+    let before = (risk(&bench), scores(&bench), bench.frame(200, 60));
+    let row = |bench: &Bench| {
+        let series = bench.model.plot.series.as_ref().unwrap();
+        let rows = series
+            .obstacles()
+            .iter()
+            .flat_map(|&id| series.row("risk", id).to_vec());
+        rows.collect::<Vec<_>>()
+    };
+    let plotted = row(&bench);
+    bench.press("s");
+    bench.type_text("risk");
+    bench.press("enter");
+    bench.press(":");
+    bench.type_text("read-thresholds");
+    bench.press("enter");
+    assert!(
+        bench
+            .effects
+            .iter()
+            .any(|e| matches!(e, Effect::ReadThresholds))
+    );
+    bench.effects.clear();
+    bench.send(Msg::Thresholds(Ok(own())));
+    assert_eq!(risk(&bench).distance, before.0.distance);
+    assert!(scores(&bench) < before.1, "wider levels score lower");
+    assert_ne!(row(&bench), plotted, "the plot follows");
+    let anew = |wanted: fn(&Effect) -> bool| bench.effects.iter().any(wanted);
+    assert!(anew(
+        |e| matches!(e, Effect::UseThresholds(t) if t.file().is_some())
+    ));
+    assert!(anew(
+        |e| matches!(e, Effect::Survey(list) if list.len() == 8)
+    ));
+    assert!(anew(
+        |e| matches!(e, Effect::Rank("risk", list) if list.len() == 8)
+    ));
+    let question = bench.model.prompt.question.as_ref().unwrap();
+    assert!(question.prompt.user.contains("80") || question.prompt.system.contains("80"));
+    bench.press("p");
+    bench.type_text("ttc");
+    bench.press("enter");
+    assert!(bench.frame(200, 60).contains("critical 0.20 s (yours)"));
+    bench.press("shift-v");
+    let seen = pages(&mut bench, 120, 40);
+    for words in [
+        "mine/thresholds.toml",
+        "* ttc critical",
+        "* 4 low",
+        "80 m, 80 s",
+        "* tau",
+        "1.10 s",
+    ] {
+        assert!(seen.contains(words), "{words}: {seen}");
+    }
+    bench.press("esc");
+    // What cannot be used changes nothing and is said.
+    bench.send(Msg::Thresholds(Err("mine.toml:3: no".into())));
+    assert_eq!(bench.model.thresholds.file(), Some("mine/thresholds.toml"));
+    assert!(
+        bench
+            .model
+            .toasts
+            .last()
+            .unwrap()
+            .text
+            .contains("mine.toml:3")
+    );
+    bench.send(Msg::Thresholds(Ok(Arc::new(Thresholds::shipped().clone()))));
+    assert_eq!((risk(&bench), scores(&bench)), (before.0, before.1));
+}
+
+#[test]
+fn an_obstacle_that_is_the_ego_stays_it_with_other_thresholds() {
+    let mut bench = Bench::bundled();
+    bench.press("o shift-e");
+    let taken = bench.model.scene().unwrap().ego.id;
+    bench.send(Msg::Thresholds(Ok(own())));
+    assert_eq!(bench.model.scene().unwrap().ego.id, taken);
+}
+
+#[test]
+fn without_an_ego_only_thresholds_are_shown() {
+    let mut bench = Bench::empty();
+    bench.press("shift-v");
+    let frame = bench.frame(100, 30);
+    assert!(
+        frame.contains("need an ego") && frame.contains("thresholds"),
+        "{frame}"
+    );
+}

@@ -1,0 +1,88 @@
+//! Every measure at the current step, and the thresholds that they are held against.
+
+use std::sync::Arc;
+
+use super::super::action::{Action, Scope};
+use super::super::keymap::{self, Key};
+use super::super::loaded::Measured;
+use super::super::message::{Effect, MeasureId};
+use super::super::model::{Model, Overlay, Values};
+use super::{actions, open};
+use crate::metrics::Thresholds;
+use crate::scenario::EgoSource;
+
+/// A key that moves what is shown: the step, or the obstacle.
+pub fn on_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
+    use Action::*;
+    let action = keymap::action(key, Scope::Global)?;
+    let moves = matches!(
+        action,
+        StepForward
+            | StepBack
+            | JumpForward
+            | JumpBack
+            | FirstStep
+            | LastStep
+            | NearestStep
+            | CollisionStep
+            | NextObstacle
+            | PreviousObstacle
+    );
+    moves.then(|| actions::perform(model, action))
+}
+
+/// Asks for the values that are shown, if they are not known and not on their way.
+pub fn follow(model: &mut Model) -> Option<Effect> {
+    let shown = |overlay: &Overlay| matches!(overlay, Overlay::Values { .. });
+    let asked = model.values.asked.map(|(_, obstacle)| obstacle);
+    if !model.overlays.iter().any(shown) || asked == Some(model.picked) {
+        return None;
+    }
+    let scene = model.opened.as_ref()?.scene.clone()?;
+    let id = MeasureId(model.new_id());
+    model.values.asked = Some((id, model.picked));
+    let thresholds = model.thresholds.clone();
+    Some(Effect::Measure(id, scene, model.picked, thresholds))
+}
+
+/// Takes values, if nothing newer was asked for.
+pub fn measured(model: &mut Model, id: MeasureId, found: Box<Measured>) {
+    if model.values.asked.is_some_and(|(asked, _)| asked == id) {
+        model.values.found = Some(found);
+    }
+}
+
+/// Measures everything anew with other thresholds; those that cannot be used change nothing.
+pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> Vec<Effect> {
+    let thresholds = match read {
+        Ok(thresholds) => thresholds,
+        Err(error) => {
+            model.complain(format!("{error}; the thresholds stay as they were"));
+            return Vec::new();
+        }
+    };
+    model.say(match thresholds.file() {
+        Some(file) => format!("{} entries of {file}", thresholds.changes().len()),
+        None => "there is no thresholds.toml: the shipped thresholds are in use".into(),
+    });
+    model.thresholds = thresholds.clone();
+    model.values = Values::default();
+    let entries = model.list.rows.iter().map(|row| row.entry.clone());
+    let entries: Vec<_> = entries.enumerate().collect();
+    let mut effects = vec![
+        Effect::UseThresholds(thresholds),
+        Effect::Survey(entries.clone()),
+    ];
+    if let Some(measure) = model.list.order {
+        model.list.sort_by(Some(measure));
+        effects.push(Effect::Rank(measure.id, entries));
+    }
+    if let Some(place) = model.list.opened {
+        let ego = match model.scene().map(|scene| &scene.ego.source) {
+            Some(EgoSource::Obstacle(id)) => Some(*id),
+            _ => None,
+        };
+        effects.extend(open(model, place, ego));
+    }
+    effects
+}

@@ -1,0 +1,325 @@
+//! `inspect --json` with everything that a file says, `inspect --ego`, and the workbench's `--ego` without a terminal.
+
+use nearmiss::scenario::VehicleModel;
+use serde_json::{Value, json};
+
+use super::egos::solution;
+use super::rich::RICH;
+use super::support::program::Home;
+use super::{BUNDLED, CUT_IN, bundled_ego, bundled_xml};
+
+/// The thing with this id in a list.
+#[track_caller]
+fn with_id(list: &Value, id: i64) -> &Value {
+    let found = list.as_array().unwrap().iter().find(|v| v["id"] == id);
+    found.expect("the id is there")
+}
+
+/// Fails unless `value` has all the entries of `expected`; it may have more.
+#[track_caller]
+fn holds(value: &Value, expected: Value) {
+    for (key, wanted) in expected.as_object().unwrap() {
+        assert_eq!(&value[key], wanted, "{key} of {value}");
+    }
+}
+
+/// [`RICH`] with heights, references of a stop line, and one road to the left of another.
+fn rich() -> String {
+    let edits = [
+        (
+            "<point><x>0</x><y>4</y></point><point><x>50</x><y>5</y></point><lineMarking>broad_dashed",
+            "<point><x>0</x><y>4</y><z>1.5</z></point><point><x>50</x><y>5</y><z>2</z></point><lineMarking>broad_dashed",
+        ),
+        (
+            "<lineMarking>solid</lineMarking></stopLine>",
+            "<lineMarking>solid</lineMarking><trafficSignRef ref=\"20\"/><trafficLightRef ref=\"30\"/></stopLine>",
+        ),
+        (
+            "<successorsLeft ref=\"2\"/></incoming>",
+            "<successorsLeft ref=\"2\"/><isLeftOf ref=\"42\"/></incoming>\
+             <incoming id=\"42\"><incomingLanelet ref=\"3\"/></incoming>",
+        ),
+    ];
+    edits.iter().fold(RICH.to_string(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
+    })
+}
+
+#[test]
+fn the_road_is_printed_with_all_its_details() {
+    let home = Home::new();
+    home.write("rich.xml", rich());
+    let document = home
+        .run(&["inspect", "rich.xml", "--json"])
+        .status(0)
+        .json();
+    let expected = json!({
+        "geo_name_id": 2_867_714, "gps_latitude": 48.25, "gps_longitude": 11.5,
+        "geo_transformation": {
+            "geo_reference": "EPSG:3857", "x_translation": 1.5, "y_translation": -2.5, "z_rotation": 0.25, "scaling": 2.0,
+        },
+        "environment": {
+            "time": "06:30:00", "time_of_day": "night", "weather": "light_rain", "underground": "ice",
+        },
+    });
+    assert_eq!(document["location"], expected);
+    let lanelet = with_id(&document["lanelets"], 1);
+    let expected = json!({
+        "left_line_marking": "broad_dashed", "right_line_marking": "curb",
+        "left_heights": [1.5, 2.0],
+        "stop_line": {
+            "points": [[49.0, 1.0], [49.0, 5.0]], "line_marking": "solid", "traffic_signs": [20], "traffic_lights": [30],
+        },
+        "users_one_way": ["car"], "users_bidirectional": ["pedestrian"],
+        "traffic_signs": [20], "traffic_lights": [30],
+    });
+    holds(lanelet, expected);
+    assert!(lanelet.get("right_heights").is_none(), "{lanelet}");
+    assert_eq!(with_id(&document["lanelets"], 2)["stop_line"], Value::Null);
+    let intersection = with_id(&document["intersections"], 40);
+    let expected = json!({
+        "id": 40,
+        "incomings": [
+            {
+                "id": 41, "lanelets": [1], "successors_right": [3], "successors_straight": [2], "successors_left": [2],
+                "is_left_of": 42,
+            },
+            {
+                "id": 42, "lanelets": [3], "successors_right": [], "successors_straight": [], "successors_left": [],
+                "is_left_of": null,
+            },
+        ],
+        "crossings": [3],
+    });
+    assert_eq!(intersection, &expected);
+}
+
+#[test]
+fn signs_and_lights_are_printed_with_who_refers_to_them() {
+    let home = Home::new();
+    home.write("rich.xml", rich());
+    let document = home
+        .run(&["inspect", "rich.xml", "--json"])
+        .status(0)
+        .json();
+    let sign = with_id(&document["traffic_signs"], 20);
+    let expected = json!({
+        "elements": [
+            { "id": "274", "additional_values": ["13.89"] },
+            { "id": "306", "additional_values": [] },
+        ],
+        "position": [3.0, -1.0], "virtual": true, "lanelets": [1], "stop_lines": [1],
+    });
+    holds(sign, expected);
+    let light = with_id(&document["traffic_lights"], 30);
+    let expected = json!({
+        "position": [48.0, -1.0], "active": false, "direction": "leftStraight", "time_offset": 4,
+        "lanelets": [1], "stop_lines": [1],
+    });
+    holds(light, expected);
+    let phases = [("red", 7), ("redYellow", 2), ("green", 9), ("yellow", 1)];
+    let phases = phases.map(|(color, duration)| json!({ "duration": duration, "color": color }));
+    assert_eq!(light["cycle"], json!(phases));
+}
+
+#[test]
+fn obstacles_and_goals_are_printed_with_their_regions() {
+    let home = Home::new();
+    home.write("rich.xml", rich());
+    let document = home
+        .run(&["inspect", "rich.xml", "--json"])
+        .status(0)
+        .json();
+    let rectangle = json!({
+        "kind": "rectangle", "length": 2.0, "width": 1.0, "center": [4.0, 4.0], "orientation": 0.5, "origin_x_shift": 0.0,
+    });
+    let pedestrian = with_id(&document["obstacles"], 102);
+    assert_eq!(pedestrian["prediction"], "occupancy_set");
+    let initial = &pedestrian["states"][0];
+    assert_eq!(initial["position"], rectangle);
+    assert_eq!(initial["not_said"], json!(["orientation", "velocity"]));
+    assert!(initial.get("x").is_none(), "{initial}");
+    let occupancies = pedestrian["occupancy_set"].as_array().unwrap();
+    assert_eq!(pedestrian["occupancies"], occupancies.len());
+    assert_eq!(occupancies[0]["shape"]["kind"], "group");
+    assert_eq!(
+        occupancies[0]["shape"]["shapes"][1],
+        json!({ "kind": "circle", "radius": 2.0, "center": [5.0, 5.0] })
+    );
+    assert_eq!(
+        occupancies[0]["time_step"].as_array().map(Vec::len),
+        Some(2)
+    );
+
+    let priority = with_id(&document["obstacles"], 101);
+    assert_eq!(priority["prediction"], "trajectory");
+    let later = &priority["states"][2];
+    assert_eq!(later["time_step"], 2);
+    assert_eq!(later["time_interval"], json!([2, 3]));
+    assert_eq!(
+        later["position"],
+        json!({ "kind": "circle", "radius": 1.5, "center": [3.0, 2.0] })
+    );
+    let signals = &priority["signal_series"];
+    assert_eq!(
+        signals[0],
+        json!({ "time_step": [0, 0], "signals": { "horn": true, "flashingBlueLights": false } })
+    );
+    holds(
+        &signals[1]["signals"],
+        json!({ "indicatorLeft": true, "brakingLights": false }),
+    );
+
+    let goals = &with_id(&document["planning_problems"], 200)["goals"];
+    assert_eq!(
+        goals[0]["positions"][0],
+        json!({ "kind": "lanelets", "lanelets": [2, 3] })
+    );
+    assert_eq!(goals[0]["lanelets"], json!([2, 3]));
+    assert_eq!(goals[1]["positions"][0]["kind"], "rectangle");
+}
+
+#[test]
+fn inspect_shows_the_chosen_ego() {
+    let home = Home::new();
+    home.write("mine.csv", bundled_ego(CUT_IN));
+    home.write("two.xml", solution(VehicleModel::Ks, &[9000]));
+    let own = home.run(&["inspect", CUT_IN, "--json"]).status(0).json()["ego"]["id"].to_string();
+    let cases: [(&[&str], &str); 3] = [
+        (&["--ego", "301"], "301, obstacle 301 taken as ego"),
+        (&["--ego", "mine.csv"], "recorded in mine.csv"),
+        (
+            &["--ego", "two.xml", "--planning-problem", &own],
+            "solution KS2 of planning problem",
+        ),
+    ];
+    for (ego, words) in cases {
+        let mut arguments = vec!["inspect", CUT_IN];
+        arguments.extend(ego);
+        let shown = home.run(&arguments).status(0).stdout;
+        let line = shown.lines().find(|l| l.starts_with("  ego ")).unwrap();
+        assert!(
+            line.contains(words) && line.contains("steps 0 to 90"),
+            "{line}"
+        );
+        arguments.push("--json");
+        let document = home.run(&arguments).status(0).json();
+        let source = document["ego"]["source"].as_str().unwrap();
+        assert!(line.contains(source), "{source}: {line}");
+    }
+    for (ego, words) in [
+        ("5", "no obstacle 5"),
+        ("nowhere.csv", "no such file"),
+        ("-", "standard input is not read"),
+    ] {
+        home.run(&["inspect", CUT_IN, "--ego", ego])
+            .status(2)
+            .says(&[words]);
+    }
+    // What can be shown is shown all the same.
+    let ended = home
+        .run(&["inspect", CUT_IN, "--ego", "5", "--json"])
+        .status(2);
+    let error = ended.json()["ego"]["error"].to_string();
+    assert!(error.contains("no obstacle 5"), "{error}");
+    home.run(&["inspect", "two.xml", "--ego", "301"])
+        .status(2)
+        .says(&["two.xml", "this is a solution", "name the scenario"]);
+}
+
+#[test]
+fn the_workbench_takes_an_ego_for_one_scenario() {
+    let home = Home::new();
+    home.write("mine.csv", bundled_ego(CUT_IN));
+    let recorded = home.run(&[CUT_IN]).status(0).stdout;
+    assert_eq!(
+        home.run(&[CUT_IN, "--ego", "mine.csv"]).status(0).stdout,
+        recorded
+    );
+    let other = home.run(&[CUT_IN, "--ego", "301"]).status(0).stdout;
+    assert!(other.starts_with(CUT_IN) && other != recorded, "{other}");
+    for paths in [&[][..], &[BUNDLED[0].0, BUNDLED[1].0]] {
+        let mut arguments = paths.to_vec();
+        arguments.extend(["--ego", "301"]);
+        let ended = home.run(&arguments).status(2);
+        assert_eq!(ended.stdout, "");
+        ended.says(&["--ego", "one scenario"]);
+    }
+    for (name, _) in &BUNDLED[..2] {
+        home.write(format!("all/{name}.xml"), bundled_xml(name));
+    }
+    home.run(&["all", "--ego", "301"])
+        .status(2)
+        .says(&["one scenario", "2"]);
+    home.run(&[CUT_IN, "--ego", "5"])
+        .status(2)
+        .says(&["no obstacle 5"]);
+    home.run(&[CUT_IN, "--planning-problem", "5"])
+        .status(2)
+        .says(&["--ego"]);
+    home.run(&["--ego", "301", "inspect", CUT_IN])
+        .status(2)
+        .says(&["nearmiss COMMAND FILE --ego"]);
+}
+
+#[test]
+fn standard_input_is_not_read() {
+    let home = Home::new();
+    for arguments in [
+        &["inspect", "-"][..],
+        &["describe", "-"],
+        &["metrics", "-"],
+        &["convert", "-"],
+        &["-"],
+    ] {
+        let ended = home.run(arguments).status(2);
+        ended.says(&["standard input is not read", "save it"]);
+    }
+    home.write("-", bundled_xml(CUT_IN));
+    home.run(&["inspect", "./-"]).status(0);
+}
+
+#[test]
+fn what_the_system_says_is_said_in_plain_words() {
+    let home = Home::new();
+    home.write("a.csv", "no folder");
+    home.write("a folder/keep", "");
+    let mut cases: Vec<(&[&str], &str)> = vec![
+        (&["inspect", "a.csv/b.xml"], "a part of this path is a file"),
+        (&["metrics", "nowhere.xml"], "no such file"),
+        (&["nowhere.xml"], "no such file"),
+        (
+            &["describe", CUT_IN, "--ego", "a folder"],
+            "this is a folder",
+        ),
+        (&["metrics", CUT_IN, "-o", "a.csv/b.csv"], "a.csv/b.csv: "),
+        (&["convert", CUT_IN, "-o", "a.csv/b.xml"], "a.csv/b.xml: "),
+        (
+            &["evaluate", CUT_IN, "--truth", "a folder"],
+            "this is a folder",
+        ),
+    ];
+    if cfg!(target_os = "linux") {
+        cases.extend([
+            (&["inspect", "/proc/self/mem"][..], "input/output error"),
+            (
+                &["metrics", CUT_IN, "-o", "/proc/self/a.csv"],
+                "/proc/self/a.csv: ",
+            ),
+            (
+                &["convert", CUT_IN, "-o", "/proc/self/a.xml"],
+                "/proc/self/a.xml: ",
+            ),
+        ]);
+    }
+    for (arguments, words) in cases {
+        let ended = home.run(arguments).status(2);
+        assert!(
+            !ended.stderr.contains("os error") && !ended.stderr.contains(".part"),
+            "{arguments:?}: {}",
+            ended.stderr
+        );
+        ended.says(&[words]);
+    }
+}
