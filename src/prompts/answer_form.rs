@@ -56,8 +56,12 @@ fn form(schema: &Value, depth: usize) -> String {
     }
     match types(schema) {
         Some(types) if !types.is_empty() => {
-            let words: Vec<String> = types.iter().map(|t| word(t, schema)).collect();
-            format!("<{}>", words.join(" or "))
+            let words = types.iter().filter(|t| **t != "null");
+            let words: Vec<String> = words.map(|t| word(t, schema)).collect();
+            match words.is_empty() {
+                true => "null".into(),
+                false => or_null(schema, format!("<{}>", words.join(" or "))),
+            }
         }
         _ => schema.to_string(),
     }
@@ -82,7 +86,6 @@ fn word(name: &str, schema: &Value) -> String {
     let noun = match name {
         "boolean" => return "true or false".into(),
         "string" => return "text".into(),
-        "null" => return "null".into(),
         "integer" => "whole number",
         other => other,
     };
@@ -160,7 +163,7 @@ mod tests {
         assert_eq!(
             answer_form(&schema),
             "{\n  \"yes\": <true or false>,\n  \"list\": [{\n    \"score\": <whole number from 0 to 5>,\n    \
-             \"kind\": \"a\" or \"b\"\n  }, …],\n  \"why\": <text or null>\n}"
+             \"kind\": \"a\" or \"b\"\n  }, …],\n  \"why\": <text> or null\n}"
         );
         assert_eq!(
             answer_keys(&schema),
