@@ -32,6 +32,8 @@ mod remote;
 #[path = "protobuf/rich.rs"]
 mod rich;
 mod support;
+#[path = "cli/tasks.rs"]
+mod tasks;
 #[path = "cli/thresholds.rs"]
 mod thresholds;
 

@@ -1,5 +1,7 @@
 //! `nearmiss ask`: one answer, streamed.
 
+mod words;
+
 use std::io::{IsTerminal, Write};
 use std::sync::Arc;
 
@@ -13,7 +15,7 @@ use crate::evaluation::{self, Answer, Case, Event, Judge, Judged};
 use crate::judge;
 use crate::llm::{Client, Parameters, Registry};
 use crate::store::Store;
-use crate::verdict::{How, Task};
+use crate::verdict::Task;
 
 /// Arguments of `ask`.
 #[derive(Debug, clap::Args)]
@@ -90,7 +92,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         ));
     }
     match &answer.judged {
-        Judged::Verdict(_) => Ok(()),
+        Judged::Verdict(_) | Judged::Other(_) => Ok(()),
         Judged::Missing(missing) => Err(Failure {
             message: missing.to_string(),
             status: 1,
@@ -181,12 +183,9 @@ impl Words {
 fn document(answer: &Answer, case: &Case) -> Value {
     let mut value = match &answer.judged {
         Judged::Verdict(parsed) => {
-            let mut value = json!(parsed.verdict);
-            if let How::Repaired(notes) = &parsed.how {
-                value["repaired"] = json!(notes);
-            }
-            value
+            json!(parsed.verdict)
         }
+        Judged::Other(reading) => json!(reading.said),
         Judged::Missing(missing) => json!({
             "verdict": null,
             "problem": missing.to_string(),
@@ -194,6 +193,9 @@ fn document(answer: &Answer, case: &Case) -> Value {
             "reasoning": answer.reasoning,
         }),
     };
+    if !answer.repairs().is_empty() {
+        value["repaired"] = json!(answer.repairs());
+    }
     value["model"] = json!(answer.model);
     if let Some(returned) = &answer.model_returned {
         value["model_returned"] = json!(returned);
@@ -241,11 +243,12 @@ fn summary(answer: &Answer) -> String {
                 ));
             }
             text.push_str(&format!("justification {}\n", verdict.justification));
-            if let How::Repaired(notes) = &parsed.how {
-                text.push_str(&format!("repaired      {}\n", notes.join("; ")));
-            }
         }
+        Judged::Other(reading) => text.push_str(&words::said(&reading.said, &answer.model)),
         Judged::Missing(_) => text.push_str(&format!("\n{}\n", answer.text)),
+    }
+    if !answer.repairs().is_empty() {
+        text.push_str(&format!("repaired      {}\n", answer.repairs().join("; ")));
     }
     if answer.model_differs() {
         let returned = answer.model_returned.as_deref().unwrap_or_default();

@@ -19,7 +19,8 @@ pub struct Asked {
     /// What is asked: one of the tasks that `nearmiss prompts` lists.
     #[arg(long, default_value = "collision", value_parser = task)]
     pub task: Task,
-    /// How the scene is described: one of the task's frames [default: ego, or the only one].
+    /// How the scene is described: one of the task's frames [default: ego; metrics for the attacker; the
+    /// only one for the trajectory].
     #[arg(long, value_parser = frame)]
     frame: Option<Frame>,
     /// Prompting techniques: any of cp, cot, icl; base for none, all for all [default: what the template says,
@@ -59,11 +60,15 @@ impl Asked {
     }
 }
 
-/// The ego frame where the task has it, else the first that it has.
+/// Of an attacker the metrics, of the rest the ego frame, where the task has it; else the first that it has.
 fn usual(library: &Library, task: Task) -> Frame {
-    let mut frames = Frame::ALL.into_iter();
+    let first = match task {
+        Task::Attacker => Frame::Metrics,
+        _ => Frame::Ego,
+    };
+    let mut frames = std::iter::once(first).chain(Frame::ALL);
     let has = |frame: &Frame| library.find(task.name(), frame.name()).is_some();
-    frames.find(has).unwrap_or(Frame::Ego)
+    frames.find(has).unwrap_or(first)
 }
 
 /// Arguments of `prompt`.

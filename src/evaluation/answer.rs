@@ -2,7 +2,7 @@
 
 use crate::scenario::Scenario;
 use crate::store::{Consumed, Ending, Run, RunId, RunState};
-use crate::verdict::{How, Parsed, Verdict};
+use crate::verdict::{How, Parsed, Reading, Said, Verdict};
 
 /// The end of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,10 +32,24 @@ pub struct Answer {
 /// What was said.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Judged {
-    /// This.
+    /// This, yes or no.
     Verdict(Parsed),
+    /// This, to a task that asks for more than yes or no.
+    Other(Reading),
     /// No verdict, and why not.
     Missing(Missing),
+}
+
+impl From<Reading> for Judged {
+    fn from(reading: Reading) -> Self {
+        match reading.said {
+            Said::Verdict(verdict) => Self::Verdict(Parsed {
+                verdict,
+                how: reading.how,
+            }),
+            Said::Attacker(_) | Said::Trajectory(_) => Self::Other(reading),
+        }
+    }
 }
 
 /// Why there is no verdict.
@@ -65,8 +79,38 @@ impl Answer {
     pub fn verdict(&self) -> Option<&Verdict> {
         match &self.judged {
             Judged::Verdict(parsed) => Some(&parsed.verdict),
-            Judged::Missing(_) => None,
+            Judged::Other(_) | Judged::Missing(_) => None,
         }
+    }
+
+    /// What had to be put right to read it; nothing where it was as asked for, or was not read.
+    #[must_use]
+    pub fn repairs(&self) -> &[String] {
+        let how = match &self.judged {
+            Judged::Verdict(parsed) => &parsed.how,
+            Judged::Other(reading) => &reading.how,
+            Judged::Missing(_) => return &[],
+        };
+        match how {
+            How::Strict => &[],
+            How::Repaired(notes) => notes,
+        }
+    }
+
+    /// What was said, in a word or two, and whether it had to be repaired.
+    #[must_use]
+    pub fn word(&self) -> String {
+        let word = match &self.judged {
+            Judged::Verdict(parsed) => parsed.verdict.word(),
+            Judged::Other(reading) => reading.said.task().name(),
+            Judged::Missing(_) => "no verdict",
+        };
+        let repaired = if self.repairs().is_empty() {
+            ""
+        } else {
+            ", repaired"
+        };
+        format!("{word}{repaired}")
     }
 
     /// Whether the server named another model than the one asked for, in a way that is not just a date or a path.
@@ -84,12 +128,13 @@ impl Answer {
     /// Ids in the verdict that no obstacle of the scenario has.
     #[must_use]
     pub fn unknown_obstacles(&self, scenario: &Scenario) -> Vec<i64> {
-        let named = self
-            .verdict()
-            .into_iter()
-            .flat_map(|v| &v.obstacles)
-            .map(|o| o.id);
+        let named = match &self.judged {
+            Judged::Verdict(parsed) => parsed.verdict.obstacles.iter().map(|o| o.id).collect(),
+            Judged::Other(reading) => reading.said.named(),
+            Judged::Missing(_) => Vec::new(),
+        };
         named
+            .into_iter()
             .filter(|id| scenario.obstacle(*id).is_none())
             .collect()
     }
@@ -102,7 +147,16 @@ impl Answer {
                 let reading = reading(&parsed.how);
                 (
                     RunState::Answered,
-                    Some(parsed.verdict.clone()),
+                    Some(Said::Verdict(parsed.verdict.clone())),
+                    Some(reading),
+                    None,
+                )
+            }
+            Judged::Other(read) => {
+                let reading = reading(&read.how);
+                (
+                    RunState::Answered,
+                    Some(read.said.clone()),
                     Some(reading),
                     None,
                 )
@@ -142,7 +196,7 @@ impl From<Run> for Answer {
     fn from(run: Run) -> Self {
         let ending = run.ending;
         let judged = match (ending.verdict, ending.state) {
-            (Some(verdict), _) => {
+            (Some(said), _) => {
                 let how = match ending
                     .reading
                     .as_deref()
@@ -151,7 +205,7 @@ impl From<Run> for Answer {
                     Some(notes) => How::Repaired(notes.split("; ").map(str::to_string).collect()),
                     None => How::Strict,
                 };
-                Judged::Verdict(Parsed { verdict, how })
+                Judged::from(Reading { said, how })
             }
             (None, RunState::Answered) => Judged::Missing(Missing::NotInAnswer(
                 ending.reading.unwrap_or_else(|| "none was found".into()),

@@ -11,7 +11,7 @@ use super::question::Question;
 use crate::judge;
 use crate::llm::{self, Chunk, Finish, Parameters, Request, Schema};
 use crate::store::{Consumed, Ending, NewRun, Piece, RunId, RunState, Store, StoreError};
-use crate::verdict::{self, How, Parsed};
+use crate::verdict::{self, How, Parsed, Task};
 
 /// What happens while a case runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,6 +127,11 @@ impl Asking {
         on_event: &mut impl FnMut(Event),
     ) -> Result<(), StoreError> {
         let case = &question.case;
+        if !Task::VERDICTS.contains(&case.task) {
+            let why = "the built-in judge answers collision and safety only; choose a model";
+            self.answer.judged = Judged::Missing(Missing::NoAnswer(why.into()));
+            return Ok(());
+        }
         let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
         self.piece(Event::Reasoning(judgement.reasoning), on_event)?;
         let text = serde_json::to_string(&judgement.verdict)?;
@@ -190,8 +195,8 @@ impl Asking {
         };
         self.answer.judged = match failure {
             Some(missing @ Missing::NoAnswer(_)) => Judged::Missing(missing),
-            stopped => match (verdict::parse(task, whole), stopped) {
-                (Ok(parsed), _) => Judged::Verdict(parsed),
+            stopped => match (verdict::read(task, whole), stopped) {
+                (Ok(reading), _) => Judged::from(reading),
                 (Err(_), Some(stopped)) => Judged::Missing(stopped),
                 (Err(why), None) => Judged::Missing(Missing::NotInAnswer(why.to_string())),
             },

@@ -8,6 +8,8 @@ mod judges;
 mod labels;
 mod lead;
 mod question;
+/// Answers that were recorded by others.
+pub mod recorded;
 mod settings;
 mod trial;
 mod values;

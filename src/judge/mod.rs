@@ -39,6 +39,7 @@ pub fn judge(scene: &Scene, task: Task, window: &Window) -> Judgement {
 ///
 /// The collision task looks at every recorded step of the ego, whatever the window. The safety task predicts from
 /// `window` alone, never from anything beyond it: see [`Criterion::REFERENCE`].
+/// The tasks without a yes or no start from the same prediction: for them this is the judgement of safety, and says so.
 #[must_use]
 pub fn judge_under(
     scene: &Scene,
@@ -48,6 +49,8 @@ pub fn judge_under(
 ) -> Judgement {
     match task {
         Task::Collision => collision::judge(scene, thresholds),
-        Task::Safety => safety::judge(scene, window, thresholds),
+        Task::Safety | Task::Attacker | Task::Trajectory => {
+            safety::judge(scene, window, thresholds)
+        }
     }
 }

@@ -326,7 +326,7 @@ fn now_ms() -> i64 {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::verdict::Verdict;
+    use crate::verdict::{Said, Verdict};
 
     fn question() -> NewRun {
         let text = |s: &str| s.to_string();
@@ -360,12 +360,12 @@ mod tests {
             ("ab", RunState::Running)
         );
         let ending = Ending {
-            verdict: Some(Verdict {
+            verdict: Some(Said::Verdict(Verdict {
                 task: Task::Collision,
                 dangerous: true,
                 obstacles: vec![],
                 justification: "j".into(),
-            }),
+            })),
             ..Ending::bare(RunState::Answered)
         };
         store.finish(id, &ending).unwrap();

@@ -1,6 +1,6 @@
 //! What is kept of a run.
 
-use crate::verdict::{Task, Verdict};
+use crate::verdict::{Said, Task};
 
 /// Identifies a run in its store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -111,7 +111,7 @@ pub struct Ending {
     /// Why the model stopped.
     pub finish: Option<String>,
     /// What it says.
-    pub verdict: Option<Verdict>,
+    pub verdict: Option<Said>,
     /// How the verdict was read, or why there is none.
     pub reading: Option<String>,
     /// Why there is no answer.

@@ -267,7 +267,7 @@ impl Model {
         let scene = self.scene()?;
         let last = match self.task {
             Task::Collision => scene.last_step(),
-            Task::Safety => self.clock.step(),
+            Task::Safety | Task::Attacker | Task::Trajectory => self.clock.step(),
         };
         Some(Window::ending_at(scene, last, self.decided().history))
     }
@@ -311,6 +311,7 @@ impl Model {
         self.answers.reference = match self.task {
             Task::Collision => opened.collision.clone(),
             Task::Safety => Some(judge_under(&scene, Task::Safety, &window, &self.thresholds)),
+            Task::Attacker | Task::Trajectory => None,
         };
         let decided = self.decided();
         self.techniques = decided.techniques;

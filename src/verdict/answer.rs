@@ -1,9 +1,14 @@
 //! The structured answers that models are asked for, and their JSON schemas.
 
+use std::sync::OnceLock;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ObstacleRisk, Task, Verdict};
+use super::notes::Notes;
+use super::trajectory::TrajectoryAnswer;
+use super::values::Object;
+use super::{AttackerChoice, ObstacleRisk, Task, Verdict};
 
 /// The answer to the collision task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -62,10 +67,50 @@ pub fn schema(task: Task) -> serde_json::Value {
     let schema = match task {
         Task::Collision => generator.into_root_schema_for::<CollisionAnswer>(),
         Task::Safety => generator.into_root_schema_for::<SafetyAnswer>(),
+        Task::Attacker => generator.into_root_schema_for::<AttackerChoice>(),
+        Task::Trajectory => generator.into_root_schema_for::<TrajectoryAnswer>(),
     };
     let mut value = schema.to_value();
     require_all(&mut value);
+    list_words(&mut value);
     value
+}
+
+/// The schema of a task, ready to check answers.
+fn validator(task: Task) -> Option<&'static jsonschema::Validator> {
+    static ALL: OnceLock<Vec<(Task, Option<jsonschema::Validator>)>> = OnceLock::new();
+    let all = ALL.get_or_init(|| {
+        let make = |task| (task, jsonschema::draft202012::new(&schema(task)).ok());
+        Task::ALL.map(make).into()
+    });
+    let (_, validator) = all.iter().find(|(t, _)| *t == task)?;
+    validator.as_ref()
+}
+
+/// Whether an answer keeps to the schema of its task.
+pub(super) fn is_valid(task: Task, answer: &serde_json::Value) -> bool {
+    validator(task).is_some_and(|v| v.is_valid(answer))
+}
+
+/// Most violations that are named.
+const MOST: usize = 3;
+
+/// Names where an answer departs from the schema of its task.
+pub(super) fn violations(task: Task, answer: &Object, notes: &mut Notes) {
+    let value = serde_json::Value::Object(answer.clone());
+    let Some(validator) = validator(task) else {
+        return;
+    };
+    for error in validator.iter_errors(&value).take(MOST) {
+        let place = error.instance_path().to_string();
+        let place = if place.is_empty() {
+            "the object"
+        } else {
+            &place
+        };
+        // Without the values themselves, which may be long.
+        notes.add(format!("against the schema, {place}: {}", error.masked()));
+    }
 }
 
 /// Makes every property required, as strict structured output needs it.
@@ -87,9 +132,49 @@ fn require_all(value: &mut serde_json::Value) {
     }
 }
 
+/// Makes a choice between constants an `enum`, which more servers know, and keeps what the constants mean in words.
+fn list_words(value: &mut serde_json::Value) {
+    match value {
+        serde_json::Value::Object(map) => {
+            if let Some(serde_json::Value::Array(choices)) = map.shift_remove("oneOf") {
+                let text = |choice: &serde_json::Value, key: &str| {
+                    choice[key].as_str().unwrap_or_default().to_string()
+                };
+                let explained = choices
+                    .iter()
+                    .map(|c| format!("{}: {}", text(c, "const"), text(c, "description")));
+                let meant = map
+                    .get("description")
+                    .and_then(|d| d.as_str())
+                    .unwrap_or_default();
+                let description = format!("{meant} {}", explained.collect::<Vec<_>>().join(" "));
+                map.insert("type".into(), "string".into());
+                let words: Vec<_> = choices.iter().map(|c| c["const"].clone()).collect();
+                map.insert("enum".into(), words.into());
+                map.insert("description".into(), description.trim().into());
+            }
+            map.values_mut().for_each(list_words);
+        }
+        serde_json::Value::Array(items) => items.iter_mut().for_each(list_words),
+        _ => {}
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_schema_can_be_checked_and_is_portable() {
+        for task in Task::ALL {
+            assert!(validator(task).is_some(), "{task:?}");
+            let text = schema(task).to_string();
+            assert!(!text.contains("$ref") && !text.contains("oneOf"), "{text}");
+        }
+        let kind = &schema(Task::Trajectory)["properties"]["manoeuvre"]["properties"]["kind"];
+        assert_eq!(kind["enum"][0], "cut-in");
+        assert_eq!(kind["enum"].as_array().map(Vec::len), Some(7));
+    }
 
     #[test]
     fn the_schema_is_strict_and_inline() {

@@ -31,6 +31,9 @@ impl<'de> Deserialize<'de> for Verdict {
         let dangerous = match form.task {
             Task::Collision => form.collision,
             Task::Safety => form.safety_critical,
+            Task::Attacker | Task::Trajectory => {
+                return Err(serde::de::Error::custom("the task has no yes or no"));
+            }
         };
         Ok(Self {
             task: form.task,

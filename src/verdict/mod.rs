@@ -1,13 +1,27 @@
 //! Verdicts: what a judge says about a scene, as structured data, and how it is read from an answer.
 
 mod answer;
+mod attacker;
+mod decision;
+mod groups;
 mod json;
+mod lenient;
+mod motion;
+mod notes;
 mod parse;
+mod said;
+mod trajectory;
+mod values;
 
 use serde::{Deserialize, Serialize};
 
 pub use answer::{CollisionAnswer, SafetyAnswer, schema};
-pub use parse::{How, NoVerdict, Parsed, parse};
+pub use attacker::AttackerChoice;
+pub use parse::{How, NoVerdict, Parsed, Reading, parse, read};
+pub use said::Said;
+pub use trajectory::{
+    Manoeuvre, ManoeuvreKind, Moment, Motion, NewMotion, TrajectoryAnswer, Waypoint, WaypointAnswer,
+};
 
 /// What a judge is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -17,11 +31,23 @@ pub enum Task {
     Collision,
     /// Will the scene become safety-critical for the ego in the near future?
     Safety,
+    /// Whose motion could be changed so that it endangers the ego?
+    Attacker,
+    /// How would that obstacle have to move?
+    Trajectory,
 }
 
 impl Task {
     /// Every task.
-    pub const ALL: [Self; 2] = [Self::Collision, Self::Safety];
+    pub const ALL: [Self; 4] = [
+        Self::Collision,
+        Self::Safety,
+        Self::Attacker,
+        Self::Trajectory,
+    ];
+
+    /// Those that are answered with yes or no.
+    pub const VERDICTS: [Self; 2] = [Self::Collision, Self::Safety];
 
     /// The word for it, on the command line and in the store.
     #[must_use]
@@ -29,6 +55,8 @@ impl Task {
         match self {
             Self::Collision => "collision",
             Self::Safety => "safety",
+            Self::Attacker => "attacker",
+            Self::Trajectory => "trajectory",
         }
     }
 
@@ -38,12 +66,14 @@ impl Task {
         Self::ALL.into_iter().find(|t| t.name() == name)
     }
 
-    /// The key under which a verdict says yes or no.
+    /// The key of an answer that says what was asked: yes or no, or which obstacle.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
             Self::Collision => "collision",
             Self::Safety => "safety_critical",
+            Self::Attacker => "attacker",
+            Self::Trajectory => "obstacle",
         }
     }
 }
@@ -65,7 +95,7 @@ pub struct ObstacleRisk {
 /// What a judge says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// What was asked.
+    /// What was asked: one of [`Task::VERDICTS`].
     pub task: Task,
     /// Yes: a collision, or safety-critical.
     pub dangerous: bool,
@@ -88,8 +118,8 @@ impl Verdict {
         match (self.task, self.dangerous) {
             (Task::Collision, true) => "collision",
             (Task::Collision, false) => "no collision",
-            (Task::Safety, true) => "safety-critical",
-            (Task::Safety, false) => "not critical",
+            (_, true) => "safety-critical",
+            (_, false) => "not critical",
         }
     }
 }

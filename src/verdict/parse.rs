@@ -1,10 +1,17 @@
-//! Reading a verdict from what a model wrote: JSON somewhere in text, with the keys models choose.
+//! Reading what a model wrote: JSON somewhere in text, as it was asked for or in other words.
 
-use serde_json::{Map, Value};
+use std::collections::HashSet;
 
-use super::{ObstacleRisk, Task, Verdict};
+use serde_json::Value;
 
-/// How a verdict was read.
+use super::answer::{self, CollisionAnswer, SafetyAnswer};
+use super::lenient::{self, End, Piece};
+use super::notes::Notes;
+use super::trajectory::TrajectoryAnswer;
+use super::values::{self, Object};
+use super::{AttackerChoice, NewMotion, Said, Task, Verdict, attacker, decision, motion};
+
+/// How an answer was read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum How {
     /// It is as it was asked for.
@@ -22,7 +29,16 @@ pub struct Parsed {
     pub how: How,
 }
 
-/// Why an answer holds no verdict.
+/// What an answer says to any task, and how it was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// What it says.
+    pub said: Said,
+    /// How it was read.
+    pub how: How,
+}
+
+/// Why an answer holds nothing that was asked for.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoVerdict {
     /// There is no text.
@@ -34,281 +50,269 @@ pub enum NoVerdict {
     /// A JSON object begins and never ends.
     #[error("the answer breaks off inside its JSON")]
     CutOff,
-    /// There is JSON, but nothing in it says yes or no.
+    /// There is JSON, but nothing in it says what was asked.
     #[error("the answer's JSON does not say `{0}`")]
     NoDecision(&'static str),
+    /// One object says yes and no.
+    #[error("the answer contradicts itself: `{0}` and `{1}` do not agree")]
+    Contradictory(String, String),
+    /// It is there, but cannot be meant so.
+    #[error("the answer cannot be used: {0}")]
+    Unusable(String),
 }
 
-/// Reads the verdict on `task` from the text of an answer; the last object that says yes or no counts.
+/// Reads the verdict on a yes-or-no task from the text of an answer; the last object that says yes or no counts.
+///
+/// # Errors
+/// See [`NoVerdict`]; for the other tasks, see [`read`].
+pub fn parse(task: Task, answer: &str) -> Result<Parsed, NoVerdict> {
+    let Reading { said, how } = read(task, answer)?;
+    match said {
+        Said::Verdict(verdict) => Ok(Parsed { verdict, how }),
+        Said::Attacker(_) | Said::Trajectory(_) => Err(NoVerdict::NoDecision(task.key())),
+    }
+}
+
+/// Reads what the text of an answer says to a task; of several objects that say it, the last one counts.
 ///
 /// # Errors
 /// See [`NoVerdict`].
-pub fn parse(task: Task, answer: &str) -> Result<Parsed, NoVerdict> {
+pub fn read(task: Task, answer: &str) -> Result<Reading, NoVerdict> {
     if answer.trim().is_empty() {
         return Err(NoVerdict::Empty);
     }
-    let (objects, open) = objects(answer);
-    let read = objects
-        .iter()
-        .rev()
-        .find_map(|object| interpret(task, object));
-    match read {
-        Some(parsed) => Ok(parsed),
-        None if open => Err(NoVerdict::CutOff),
-        None if objects.is_empty() => Err(NoVerdict::NoJson),
+    let pieces = lenient::read(answer);
+    let found = Found::new(&pieces);
+    let reading = match task {
+        Task::Collision | Task::Safety => found.verdict(task)?,
+        Task::Attacker => found.attacker(),
+        Task::Trajectory => found.trajectory()?,
+    };
+    match reading {
+        Some(reading) => Ok(reading),
+        None if pieces.last().is_some_and(|p| p.end == End::CutOff) => Err(NoVerdict::CutOff),
+        None if pieces.is_empty() => Err(NoVerdict::NoJson),
         None => Err(NoVerdict::NoDecision(task.key())),
     }
 }
 
-/// The outermost JSON objects in a text, and whether one is still open at its end.
-fn objects(text: &str) -> (Vec<Map<String, Value>>, bool) {
-    let mut found = Vec::new();
-    let mut rest = text;
-    let mut open = false;
-    while let Some(start) = rest.find('{') {
-        let mut stream = serde_json::Deserializer::from_str(&rest[start..]).into_iter::<Value>();
-        match stream.next() {
-            Some(Ok(Value::Object(map))) => {
-                rest = &rest[start + stream.byte_offset()..];
-                found.push(map);
-                open = false;
-            }
-            Some(Err(error)) if error.is_eof() => {
-                open = true;
-                rest = &rest[start + 1..];
-            }
-            _ => rest = &rest[start + 1..],
-        }
-    }
-    (found, open)
+/// The objects of an answer, outermost ones and those in outermost lists, with the pieces they are from.
+struct Found<'a> {
+    pieces: &'a [Piece],
+    objects: Vec<(&'a Piece, &'a Object)>,
 }
 
-fn interpret(task: Task, object: &Map<String, Value>) -> Option<Parsed> {
-    let strict: Option<Verdict> = match task {
-        Task::Collision => strict::<super::CollisionAnswer>(object),
-        Task::Safety => strict::<super::SafetyAnswer>(object),
-    };
-    if let Some(verdict) = strict {
-        return Some(Parsed {
-            verdict,
-            how: How::Strict,
-        });
-    }
-    let mut notes = Vec::new();
-    let dangerous = decision(task, object, &mut notes)?;
-    let obstacles = obstacles(object, &mut notes);
-    let justification = find(object, "justification")
-        .and_then(Value::as_str)
-        .map(str::to_string)
-        .unwrap_or_else(|| {
-            notes.push("no justification".into());
-            String::new()
-        });
-    Some(Parsed {
-        verdict: Verdict {
-            task,
-            dangerous,
-            obstacles,
-            justification,
-        },
-        how: How::Repaired(notes),
-    })
-}
-
-/// The verdict if the object is exactly as asked for, with scores in range.
-fn strict<T: serde::de::DeserializeOwned + Into<Verdict>>(
-    object: &Map<String, Value>,
-) -> Option<Verdict> {
-    let answer: T = serde_json::from_value(Value::Object(object.clone())).ok()?;
-    let verdict: Verdict = answer.into();
-    verdict
-        .obstacles
-        .iter()
-        .all(|o| o.risk_score <= 5)
-        .then_some(verdict)
-}
-
-/// Yes or no, from the key asked for or from keys that mean it.
-fn decision(task: Task, object: &Map<String, Value>, notes: &mut Vec<String>) -> Option<bool> {
-    let keys: &[&str] = match task {
-        Task::Collision => &["collision", "iscollisionscenario", "iscollision"],
-        Task::Safety => &["safetycritical", "issafetycritical", "critical"],
-    };
-    for key in keys {
-        if let Some(decision) = find(object, key).and_then(truth) {
-            notes.push(format!("the decision was read from `{key}`"));
-            return Some(decision);
-        }
-    }
-    // The paper's safety prompt asks only for obstacles; naming one is a yes.
-    let groups = [
-        "collisionobstacle",
-        "extremeriskobstacle",
-        "predictedcollisionobstacle",
-    ];
-    let present: Vec<&Value> = groups
-        .iter()
-        .filter_map(|group| find(object, group))
-        .collect();
-    (task == Task::Safety && !present.is_empty()).then(|| {
-        notes.push("the decision was read from the obstacles named".into());
-        present.into_iter().any(|value| !entries(value).is_empty())
-    })
-}
-
-fn obstacles(object: &Map<String, Value>, notes: &mut Vec<String>) -> Vec<ObstacleRisk> {
-    let mut found: Vec<ObstacleRisk> = Vec::new();
-    let groups = [
-        ("obstacles", None),
-        ("collisionobstacle", Some(0)),
-        ("predictedcollisionobstacle", Some(0)),
-        ("extremeriskobstacle", Some(1)),
-        ("highriskobstacle", Some(2)),
-    ];
-    for (group, usual) in groups {
-        for (id, score, reason) in find(object, group).map(entries).unwrap_or_default() {
-            let Some(risk_score) = score.filter(|s| *s <= 5).or(usual) else {
-                notes.push(format!(
-                    "obstacle {id} has no score from 0 to 5 and was left out"
-                ));
-                continue;
+impl<'a> Found<'a> {
+    fn new(pieces: &'a [Piece]) -> Self {
+        let of = |piece: &'a Piece| {
+            let items = match &piece.value {
+                Value::Array(items) => items.iter().collect(),
+                other => vec![other],
             };
-            if group != "obstacles" {
-                notes.push(format!("obstacle {id} was read from `{group}`"));
-            }
-            if !found.iter().any(|o| o.id == id) {
-                found.push(ObstacleRisk {
-                    id,
-                    risk_score,
-                    reason,
-                });
-            }
+            items
+                .into_iter()
+                .filter_map(Value::as_object)
+                .map(move |o| (piece, o))
+        };
+        Self {
+            pieces,
+            objects: pieces.iter().flat_map(of).collect(),
         }
     }
-    found
-}
 
-/// Ids, scores and reasons in a list of objects, one object, or bare ids.
-fn entries(value: &Value) -> Vec<(i64, Option<u8>, String)> {
-    match value {
-        Value::Array(items) => items.iter().flat_map(entries).collect(),
-        Value::Object(map) => {
-            let id = ["id", "obstacleid"]
-                .iter()
-                .find_map(|k| find(map, k))
-                .map(entries);
-            let score = ["riskscore", "overallriskscore", "score"]
-                .iter()
-                .find_map(|k| find(map, k));
-            let score = score.and_then(whole).and_then(|s| u8::try_from(s).ok());
-            let reason = find(map, "reason")
-                .and_then(Value::as_str)
-                .unwrap_or_default();
-            let ids = id.unwrap_or_default().into_iter();
-            ids.map(|(id, ..)| (id, score, reason.to_string()))
-                .collect()
+    /// Notes on the texts of some pieces, on later ones that say nothing more, and on how they depart from the schema.
+    fn notes(&self, piece: &Piece) -> Notes {
+        let mut notes = Notes::default();
+        notes.of(piece);
+        let last = self.pieces.last();
+        if last.is_some_and(|last| !std::ptr::eq(last, piece) && last.end == End::CutOff) {
+            notes.add("the answer breaks off inside a later object");
         }
-        other => whole(other)
-            .map(|id| (id, None, String::new()))
-            .into_iter()
-            .collect(),
+        notes
     }
-}
 
-/// A whole number, also as `"30308"` or `30308.0`.
-fn whole(value: &Value) -> Option<i64> {
-    let number = match value {
-        Value::Number(number) => number.as_f64()?,
-        Value::String(text) => text.trim().parse().ok()?,
-        _ => return None,
-    };
-    (number.fract() == 0.0 && number.abs() < 1e15).then_some(number as i64)
-}
-
-fn truth(value: &Value) -> Option<bool> {
-    match value {
-        Value::Bool(value) => Some(*value),
-        Value::String(text) => match text.trim().to_ascii_lowercase().as_str() {
-            "true" | "yes" => Some(true),
-            "false" | "no" => Some(false),
-            _ => None,
-        },
-        _ => None,
+    fn verdict(&self, task: Task) -> Result<Option<Reading>, NoVerdict> {
+        let mut decided = None;
+        for (place, (piece, object)) in self.objects.iter().enumerate().rev() {
+            if let Some(decision) = decision::of(task, object)? {
+                decided = Some((place, *piece, *object, decision));
+                break;
+            }
+        }
+        let Some((place, piece, object, decision)) = decided else {
+            return Ok(None);
+        };
+        let mut notes = self.notes(piece);
+        let earlier = self.objects[..place].iter().rev();
+        let earlier = earlier.filter_map(|(_, o)| decision::of(task, o).ok().flatten());
+        if let Some(strict) = strict_verdict(task, object) {
+            if earlier
+                .take(1)
+                .any(|before| before.dangerous != strict.dangerous)
+            {
+                notes
+                    .add("an earlier object of the answer says otherwise, and the last one counts");
+            }
+            return Ok(Some(Reading {
+                said: strict.into(),
+                how: notes.how(),
+            }));
+        }
+        let merged = decision::merge(task, &self.objects[..=place], &mut notes);
+        let object = merged.as_ref().unwrap_or(object);
+        let decision = match &merged {
+            Some(merged) => decision::of(task, merged)?.unwrap_or(decision),
+            None => decision,
+        };
+        if merged.is_none()
+            && earlier
+                .take(1)
+                .any(|before| before.dangerous != decision.dangerous)
+        {
+            notes.add("an earlier object of the answer says otherwise, and the last one counts");
+        }
+        let obstacles = decision::obstacles(object, &decision, &mut notes);
+        if decision.as_asked {
+            answer::violations(task, object, &mut notes);
+        } else {
+            notes.add(decision.note.clone());
+        }
+        let justification = justification(object, &mut notes);
+        Ok(Some(Reading {
+            said: Said::Verdict(Verdict {
+                task,
+                dangerous: decision.dangerous,
+                obstacles,
+                justification,
+            }),
+            how: notes.how(),
+        }))
     }
-}
 
-/// The value of a key, whatever its case, underscores and plural; also one object further in.
-fn find<'a>(object: &'a Map<String, Value>, key: &str) -> Option<&'a Value> {
-    let plain = |name: &str| -> String {
-        let letters: String = name.chars().filter(|c| c.is_alphanumeric()).collect();
-        letters.to_lowercase()
-    };
-    let here = |map: &'a Map<String, Value>| {
-        map.iter().find(|(name, _)| {
-            let name = plain(name);
-            name == key || name.strip_suffix('s') == Some(key)
+    fn attacker(&self) -> Option<Reading> {
+        self.objects.iter().rev().find_map(|(piece, object)| {
+            let mut notes = self.notes(piece);
+            let choice = strict::<AttackerChoice>(Task::Attacker, object).or_else(|| {
+                notes.add("it was read from other words than those asked for");
+                attacker::interpret(object, &mut notes)
+            })?;
+            Some(Reading {
+                said: Said::Attacker(choice),
+                how: notes.how(),
+            })
         })
-    };
-    here(object)
-        .or_else(|| object.values().filter_map(Value::as_object).find_map(here))
-        .map(|(_, value)| value)
+    }
+
+    fn trajectory(&self) -> Result<Option<Reading>, NoVerdict> {
+        for (piece, object) in self.objects.iter().rev() {
+            let mut notes = self.notes(piece);
+            let answer = match strict::<TrajectoryAnswer>(Task::Trajectory, object) {
+                Some(answer) => Some(answer),
+                None => motion::interpret(object, &mut notes).map_err(NoVerdict::Unusable)?,
+            };
+            if let Some(answer) = answer {
+                return reading(answer, notes).map(Some);
+            }
+        }
+        // Waypoints one object each, or as a bare list, and the obstacle before them.
+        let mut notes = Notes::default();
+        let points: Vec<Value> = match self.pieces.iter().rev().find_map(|p| rows(&p.value)) {
+            Some(rows) => rows.to_vec(),
+            None => {
+                let points = self.objects.iter().filter(|(_, o)| motion::is_point(o));
+                points.map(|(_, o)| Value::Object((*o).clone())).collect()
+            }
+        };
+        if points.is_empty() {
+            return Ok(None);
+        }
+        let names = [
+            "obstacle",
+            "obstacleid",
+            "attacker",
+            "attackerid",
+            "vehicleid",
+        ];
+        let ids: HashSet<i64> = self
+            .objects
+            .iter()
+            .filter_map(|(_, o)| match values::id(values::find(o, &names)?) {
+                values::Id::Is(id) => Some(id),
+                values::Id::Unclear(_) => None,
+            })
+            .collect();
+        let mut ids = ids.into_iter();
+        let (Some(obstacle), None) = (ids.next(), ids.next()) else {
+            let why = "it has waypoints, but does not say which one obstacle moves";
+            return Err(NoVerdict::Unusable(why.into()));
+        };
+        for piece in self.pieces {
+            notes.of(piece);
+        }
+        notes.add("the waypoints were put together from several objects");
+        let waypoints =
+            motion::waypoints(&Value::Array(points), &mut notes).map_err(NoVerdict::Unusable)?;
+        let answer = TrajectoryAnswer {
+            obstacle,
+            waypoints: Some(waypoints),
+            manoeuvre: None,
+            justification: String::new(),
+        };
+        reading(answer, notes).map(Some)
+    }
+}
+
+fn reading(answer: TrajectoryAnswer, notes: Notes) -> Result<Reading, NoVerdict> {
+    let said = NewMotion::try_from(answer).map_err(NoVerdict::Unusable)?;
+    Ok(Reading {
+        said: Said::Trajectory(said),
+        how: notes.how(),
+    })
+}
+
+/// A list of lists of numbers.
+fn rows(value: &Value) -> Option<&[Value]> {
+    let items = value.as_array()?;
+    items.iter().all(Value::is_array).then_some(items)
+}
+
+/// The object as the answer it was asked to be, if it keeps to the schema. It may name the task, as it does where it
+/// is printed and stored.
+fn strict<T: serde::de::DeserializeOwned>(task: Task, object: &Object) -> Option<T> {
+    let mut object = object.clone();
+    if object.get("task").is_some_and(|named| named == task.name()) {
+        object.shift_remove("task");
+    }
+    let value = Value::Object(object);
+    answer::is_valid(task, &value).then(|| serde_json::from_value(value).ok())?
+}
+
+fn strict_verdict(task: Task, object: &Object) -> Option<Verdict> {
+    match task {
+        Task::Collision => strict::<CollisionAnswer>(task, object).map(Verdict::from),
+        Task::Safety => strict::<SafetyAnswer>(task, object).map(Verdict::from),
+        Task::Attacker | Task::Trajectory => None,
+    }
+}
+
+/// The reason that an object gives for all of it; noted where there is none.
+pub(super) fn justification(object: &Object, notes: &mut Notes) -> String {
+    let names = [
+        "justification",
+        "reasoning",
+        "explanation",
+        "rationale",
+        "analysis",
+        "summary",
+    ];
+    let found = values::find(object, &names).and_then(values::text);
+    found.unwrap_or_else(|| {
+        notes.add("there is no justification");
+        String::new()
+    })
 }
 
 #[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    #[test]
-    fn as_asked_for() {
-        let answer = "Thinking {a}.\n```json\n{\"collision\": true, \"obstacles\": [{\"id\": 7, \"risk_score\": 0, \"reason\": \"hit\"}], \"justification\": \"x\"}\n```";
-        let parsed = parse(Task::Collision, answer).unwrap();
-        assert_eq!(parsed.how, How::Strict);
-        assert!(parsed.verdict.dangerous);
-        assert_eq!(parsed.verdict.worst().unwrap().id, 7);
-    }
-
-    #[test]
-    fn the_words_of_the_paper() {
-        let answer = r#"{"CollisionObstacles": null, "ExtremeRiskObstacle": {"ObstacleID": "30674.0", "OverallRiskScore": "1"},
-            "ScenarioAnalysis": {"IsCollisionScenario": false, "Justification": "none"}}"#;
-        let parsed = parse(Task::Collision, answer).unwrap();
-        assert!(matches!(parsed.how, How::Repaired(_)));
-        assert!(!parsed.verdict.dangerous);
-        assert_eq!(parsed.verdict.obstacles[0].id, 30674);
-        assert_eq!(parsed.verdict.obstacles[0].risk_score, 1);
-        assert_eq!(parsed.verdict.justification, "none");
-        let safety = parse(Task::Safety, answer).unwrap();
-        assert!(safety.verdict.dangerous, "an extreme risk is named");
-    }
-
-    #[test]
-    fn the_last_decision_counts() {
-        let answer = r#"first {"collision": false, "obstacles": [], "justification": "a"} no: {"collision": true, "obstacles": [], "justification": "b"}"#;
-        assert!(parse(Task::Collision, answer).unwrap().verdict.dangerous);
-    }
-
-    #[test]
-    fn out_of_range_scores_are_not_believed() {
-        let answer = r#"{"collision": false, "obstacles": [{"id": 1, "risk_score": 9, "reason": ""}], "justification": ""}"#;
-        let parsed = parse(Task::Collision, answer).unwrap();
-        assert!(parsed.verdict.obstacles.is_empty() && matches!(parsed.how, How::Repaired(_)));
-    }
-
-    #[test]
-    fn answers_without_a_verdict() {
-        assert_eq!(parse(Task::Collision, "  "), Err(NoVerdict::Empty));
-        assert_eq!(
-            parse(Task::Collision, "It is safe."),
-            Err(NoVerdict::NoJson)
-        );
-        assert_eq!(
-            parse(Task::Collision, "```json\n{\"collision\": tr"),
-            Err(NoVerdict::CutOff)
-        );
-        assert_eq!(
-            parse(Task::Collision, "{\"hello\": 1}"),
-            Err(NoVerdict::NoDecision("collision"))
-        );
-    }
-}
+mod proposals;
+#[cfg(test)]
+mod tests;

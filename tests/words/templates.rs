@@ -4,17 +4,13 @@ use nearmiss::evaluation::trial;
 use nearmiss::prompts::{Library, Prompt, answer_form, answer_keys, render};
 use nearmiss::scenario::Window;
 use nearmiss::text::{Form, Frame, Options, describe};
-use nearmiss::verdict::{self, Task};
+use nearmiss::verdict::{self, Said, Task};
 use serde_json::{Value, json};
 
 use crate::scene;
 
 fn schema(task: &str) -> Value {
-    match Task::parse(task) {
-        Some(task) => verdict::schema(task),
-        // Whatever the answers of tasks to come look like.
-        None => json!({"type": "object", "properties": {"answer": {"type": "number"}}}),
-    }
+    verdict::schema(Task::parse(task).unwrap())
 }
 
 /// A shipped template, filled for a bundled scenario.
@@ -106,12 +102,10 @@ fn a_trial_fills_what_the_program_can_ask() {
     let library = Library::load(None);
     let mut tried = 0;
     for (file, template, _) in library.templates() {
-        if Task::parse(&template.front.task).is_some() {
-            assert_eq!(trial(&library, file), Ok(()), "{file}");
-            tried += 1;
-        }
+        assert_eq!(trial(&library, file), Ok(()), "{file}");
+        tried += usize::from(Task::parse(&template.front.task).is_some());
     }
-    assert!(tried >= 6);
+    assert_eq!(tried, 9);
 }
 
 #[test]
@@ -145,17 +139,23 @@ fn examples_answer_as_the_schema_asks_and_are_balanced() {
             let value: Value = serde_json::from_str(answer).unwrap();
             assert!(value["justification"].is_string(), "{file}");
         }
-        if ["collision", "safety"].contains(&task.as_str()) {
-            let task = Task::parse(&task).unwrap();
-            let read = |answer: &&str| verdict::parse(task, answer).unwrap();
-            let verdicts: Vec<_> = answers.iter().map(read).collect();
-            assert!(
-                verdicts.iter().all(|v| v.how == verdict::How::Strict),
-                "{file}"
-            );
-            let yes = verdicts.iter().filter(|v| v.verdict.dangerous).count();
-            assert_eq!((yes, verdicts.len()), (1, 3), "{file}");
+        let task = Task::parse(&task).unwrap();
+        let read = |answer: &&str| verdict::read(task, answer).unwrap();
+        let readings: Vec<_> = answers.iter().map(read).collect();
+        for reading in &readings {
+            assert_eq!(reading.how, verdict::How::Strict, "{file}: {reading:?}");
         }
+        let yes = readings.iter().filter(|reading| match &reading.said {
+            Said::Verdict(verdict) => verdict.dangerous,
+            Said::Attacker(choice) => choice.attacker.is_some(),
+            Said::Trajectory(_) => true,
+        });
+        let expected = match task {
+            Task::Collision | Task::Safety => (1, 3),
+            Task::Attacker => (2, 3),
+            Task::Trajectory => (1, 1),
+        };
+        assert_eq!((yes.count(), readings.len()), expected, "{file}");
     }
 }
 

@@ -111,6 +111,10 @@ pub fn run(arguments: &Evaluate) -> Outcome {
     match arguments.task {
         Task::Safety => safety::run(arguments, candidates, &truth, &entries),
         Task::Collision => collision::run(arguments, &truth, &entries),
+        task @ (Task::Attacker | Task::Trajectory) => Err(Failure::input(format!(
+            "--task {}: it has no yes or no that could be right; collision and safety can be evaluated",
+            task.name()
+        ))),
     }
 }
 

@@ -1,9 +1,10 @@
 //! Asking, streaming, comparing, cancelling.
 
 use super::bench::{Bench, answer, no_verdict};
-use crate::evaluation::Event;
+use crate::evaluation::{Event, Judged};
 use crate::tui::message::{Effect, Msg, StoredOf};
 use crate::tui::model::{Pane, Progress, Shown};
+use crate::verdict::How;
 
 /// The model `lab/small` is asked.
 fn asking() -> Bench {
@@ -82,6 +83,21 @@ fn an_answer_without_a_verdict_is_a_state_of_its_own() {
         frame.contains("no verdict") && frame.contains("I cannot tell."),
         "{frame}"
     );
+}
+
+#[test]
+fn a_repaired_verdict_is_marked_wherever_it_is_shown() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    let mut said = answer("lab/small", true, 301);
+    if let Judged::Verdict(parsed) = &mut said.judged {
+        parsed.how = How::Repaired(vec!["comments were skipped".into()]);
+    }
+    bench.send(Msg::Answered(id, Ok(Box::new(said))));
+    let frame = bench.frame(140, 40);
+    for mark in ["yes* =", "* repaired: comments were", "collision, repaired"] {
+        assert!(frame.contains(mark), "{mark}:\n{frame}");
+    }
 }
 
 #[test]

@@ -342,7 +342,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
         Action::ToggleTask => {
             model.task = match model.task {
                 Task::Collision => Task::Safety,
-                Task::Safety => Task::Collision,
+                Task::Safety | Task::Attacker | Task::Trajectory => Task::Collision,
             };
             if model
                 .library

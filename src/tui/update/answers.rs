@@ -101,9 +101,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
                 let run = answer
                     .run
                     .map_or("not kept".into(), |r| format!("kept as run {r}"));
-                let word = answer
-                    .verdict()
-                    .map_or("no verdict", crate::verdict::Verdict::word);
+                let word = answer.word();
                 model.say(format!("{}: {word}, {run}", judge::MODEL));
             }
             Err(error) => model.complain(error),
@@ -119,9 +117,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
         let (_, name) = model.answers.elsewhere.remove(place);
         match result {
             Ok(answer) => {
-                let word = answer
-                    .verdict()
-                    .map_or("no verdict", crate::verdict::Verdict::word);
+                let word = answer.word();
                 model.say(format!("{} on {name}: {word}", answer.model));
             }
             Err(error) => model.complain(error),
@@ -135,7 +131,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
         Ok(answer) => {
             let failed = match &answer.judged {
                 Judged::Missing(missing) => Some(format!("{}: {missing}", answer.model)),
-                Judged::Verdict(_) => None,
+                Judged::Verdict(_) | Judged::Other(_) => None,
             };
             // The whole answer counts, whatever was shown of it so far.
             column.text.clone_from(&answer.text);

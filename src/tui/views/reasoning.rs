@@ -62,10 +62,7 @@ fn state(column: &Column) -> String {
         Progress::Waiting(seconds) => format!("waiting {seconds:.0} s"),
         Progress::Retrying(_) => "trying again".into(),
         Progress::Arriving(seconds) => format!("arriving {seconds:.0} s"),
-        Progress::Done(answer) => match &answer.judged {
-            Judged::Verdict(parsed) => parsed.verdict.word().into(),
-            Judged::Missing(_) => "no verdict".into(),
-        },
+        Progress::Done(answer) => answer.word(),
         Progress::Broken(_) => "no verdict".into(),
     }
 }

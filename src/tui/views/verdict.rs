@@ -11,7 +11,7 @@ use crate::judge;
 use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown};
 use crate::tui::widgets::words::{duration, fit, pad, thousands};
 use crate::tui::widgets::{frame, scroll};
-use crate::verdict::{How, Verdict};
+use crate::verdict::Verdict;
 
 /// Columns of the names of the rows.
 const LABEL: usize = 10;
@@ -143,7 +143,7 @@ impl Table<'_> {
             .map_or("–".into(), |w| w.last().to_string());
         let steps = match verdict.task {
             crate::verdict::Task::Collision => "all".into(),
-            crate::verdict::Task::Safety => step,
+            _ => step,
         };
         self.cell(4, &steps, base);
         self.cell(5, "–", base);
@@ -190,8 +190,9 @@ impl Table<'_> {
         };
         match answer.verdict() {
             Some(verdict) => {
+                let repaired = if answer.repairs().is_empty() { "" } else { "*" };
                 let (text, style) = mark(
-                    yes(verdict.dangerous).into(),
+                    format!("{}{repaired}", yes(verdict.dangerous)),
                     verdict.dangerous == truth.dangerous,
                 );
                 self.cell(1, &text, style);
@@ -261,14 +262,20 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
                     let note = format!("names obstacles that are not there: {unknown:?}");
                     text.push_line(Line::styled(note, warning));
                 }
+                if !answer.repairs().is_empty() {
+                    let notes = format!("* repaired: {}", answer.repairs().join("; "));
+                    text.push_line(Line::styled(words(&notes), warning));
+                }
                 match &answer.judged {
                     Judged::Verdict(parsed) => {
-                        if let How::Repaired(notes) = &parsed.how {
-                            let notes = format!("repaired: {}", notes.join("; "));
-                            text.push_line(Line::styled(words(&notes), warning));
-                        }
                         text.extend(Text::styled(
                             words(&parsed.verdict.justification),
+                            theme.base(),
+                        ));
+                    }
+                    Judged::Other(reading) => {
+                        text.extend(Text::styled(
+                            words(reading.said.justification()),
                             theme.base(),
                         ));
                     }

@@ -1,0 +1,65 @@
+//! Answers to the tasks that ask for more than yes or no, in words for people.
+
+use std::fmt::Write;
+
+use crate::verdict::{Moment, Motion, Said};
+
+/// Who could attack, or how an attacker moves; the verdicts of the other tasks are in `ask` itself.
+pub(super) fn said(said: &Said, model: &str) -> String {
+    let mut text = String::new();
+    let mut line = |words: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{words}");
+    };
+    match said {
+        Said::Verdict(verdict) => line(format!("\nverdict       {} ({model})", verdict.word())),
+        Said::Attacker(choice) => {
+            let who = choice.attacker.map_or("nobody".into(), |id| id.to_string());
+            line(format!("\nattacker      {who} ({model})"));
+            for o in &choice.obstacles {
+                line(format!(
+                    "  risk {}      {}  {}",
+                    o.risk_score, o.id, o.reason
+                ));
+            }
+        }
+        Said::Trajectory(new) => {
+            line(format!("\nobstacle      {} ({model})", new.obstacle));
+            match &new.motion {
+                Motion::Manoeuvre(m) => {
+                    let number = |name: &str, value: Option<f64>, unit: &str| {
+                        value.map_or(String::new(), |v| format!(", {name} {v:.2} {unit}"))
+                    };
+                    line(format!(
+                        "manoeuvre     {} from {:.2} s for {:.2} s{}{}",
+                        m.kind.name(),
+                        m.start,
+                        m.duration,
+                        number("gap", m.gap, "m"),
+                        number("speed", m.speed, "m/s"),
+                    ));
+                }
+                Motion::Waypoints(points) => {
+                    for p in points {
+                        let at = match p.at {
+                            Moment::Step(step) => format!("step {step}"),
+                            Moment::Seconds(time) => format!("{time:.2} s"),
+                        };
+                        let number = |name: &str, value: Option<f64>, unit: &str| {
+                            value.map_or(String::new(), |v| format!("  {name} {v:.3} {unit}"))
+                        };
+                        line(format!(
+                            "  {at:<11} ({:.3}, {:.3}) m{}{}",
+                            p.x,
+                            p.y,
+                            number("heading", p.heading, "rad"),
+                            number("velocity", p.velocity, "m/s"),
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    line(format!("justification {}", said.justification()));
+    text
+}

@@ -1,0 +1,345 @@
+//! Answers that were recorded by others: a folder laid out as the repository of "From Words to Collisions".
+//!
+//! `Results/output_validation/NAME/scenario/ego_cot/gemini/analysis/ego_analysis_all_timesteps.txt` is the answer of
+//! one model about one scenario; `output_validation_normal` holds the safe ones, `agent` the safety inference,
+//! `scenario/safety` the choice of attackers, and `context` beside `analysis` the description that was sent.
+
+use std::path::{Path, PathBuf};
+
+use super::labels::Labels;
+use crate::prompts::Techniques;
+use crate::verdict::{NoVerdict, Reading, Task, Verdict, read};
+
+/// One recorded answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recorded {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Whether its folder is that of the collisions.
+    pub collision: bool,
+    /// What was asked.
+    pub task: Task,
+    /// From where the scene was described: the name of a frame, `cartesian`, `ego` or `metrics`.
+    pub frame: &'static str,
+    /// The prompting techniques that were used.
+    pub techniques: Techniques,
+    /// Who answered, as `recorded/NAME`: the model that the paper's scripts ask.
+    pub model: String,
+    /// The answer as it was written.
+    pub text: String,
+    /// The file with the answer.
+    pub file: PathBuf,
+    /// The description that was sent, where it was kept.
+    pub context: Option<String>,
+}
+
+/// Something in the folder that is no answer, or not a whole one.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {message}", path.display())]
+pub struct Problem {
+    /// Which file or folder.
+    pub path: PathBuf,
+    /// What is wrong with it, and what became of it.
+    pub message: String,
+}
+
+/// The folders of the two halves of the data, and whether they collide.
+const HALVES: [(&str, bool); 2] = [
+    ("output_validation", true),
+    ("output_validation_normal", false),
+];
+
+/// Largest answer or context that is read, bytes.
+const LARGEST: u64 = 4_000_000;
+
+impl Recorded {
+    /// What the answer says.
+    ///
+    /// # Errors
+    /// It holds no such thing.
+    pub fn read(&self) -> Result<Reading, NoVerdict> {
+        read(self.task, &self.text)
+    }
+}
+
+/// Whether a verdict names an obstacle as colliding or of extreme risk, the scores 0 and 1: so the paper counts the
+/// obstacles that a model found.
+#[must_use]
+pub fn names(verdict: &Verdict, obstacle: i64) -> bool {
+    let grave = verdict.obstacles.iter().filter(|o| o.risk_score <= 1);
+    grave.into_iter().any(|o| o.id == obstacle)
+}
+
+/// Every answer below `root`, in the order of its path, and everything there that is none.
+///
+/// `root` is the repository, its `Results`, or a folder with `output_validation` or `output_validation_normal`.
+#[must_use]
+pub fn find(root: &Path) -> (Vec<Recorded>, Vec<Problem>) {
+    let mut search = Search::default();
+    let results = root.join("Results");
+    let folder = if results.is_dir() { &results } else { root };
+    let mut halves = 0;
+    for (name, collision) in HALVES {
+        let half = folder.join(name);
+        if half.is_dir() {
+            halves += 1;
+            for scenario in search.folders(&half) {
+                search.scenario(&scenario, collision);
+            }
+        }
+    }
+    if halves == 0 {
+        search.complain(
+            root,
+            "there are no recorded answers; `Results/output_validation` or `Results/output_validation_normal` is needed",
+        );
+    }
+    (search.found, search.problems)
+}
+
+/// The truth about the scenarios below `root`: its files `annotations.csv` and `annotation_normal.csv` in `Results/LLM`.
+#[must_use]
+pub fn truth(root: &Path) -> (Labels, Vec<Problem>) {
+    let mut search = Search::default();
+    let mut labels = Labels::default();
+    let results = root.join("Results");
+    let folder = if results.is_dir() { &results } else { root };
+    let mut files = Vec::new();
+    let mut folders = vec![(folder.join("LLM"), 0)];
+    while let Some((folder, depth)) = folders.pop() {
+        for path in search.inside(&folder) {
+            let name = name(&path);
+            if path.is_dir() && depth < 3 {
+                folders.push((path, depth + 1));
+            } else if name.starts_with("annotation") && name.ends_with(".csv") {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    if files.is_empty() {
+        search.complain(&folder.join("LLM"), "there are no annotations below it");
+    }
+    for file in files {
+        let read = std::fs::read(&file).map_err(|e| e.to_string());
+        let read =
+            read.and_then(|bytes| labels.read(&bytes, &name(&file)).map_err(|e| e.to_string()));
+        if let Err(message) = read {
+            search.complain(&file, message);
+        }
+    }
+    (labels, search.problems)
+}
+
+/// What has been found so far.
+#[derive(Default)]
+struct Search {
+    found: Vec<Recorded>,
+    problems: Vec<Problem>,
+}
+
+impl Search {
+    fn complain(&mut self, path: &Path, message: impl Into<String>) {
+        self.problems.push(Problem {
+            path: path.to_path_buf(),
+            message: message.into(),
+        });
+    }
+
+    /// What is in a folder, in order; nothing, and a problem, if it cannot be read.
+    fn inside(&mut self, folder: &Path) -> Vec<PathBuf> {
+        let read = std::fs::read_dir(folder).and_then(|entries| {
+            let paths = entries.map(|entry| entry.map(|e| e.path()));
+            paths.collect::<Result<Vec<_>, _>>()
+        });
+        match read {
+            Ok(mut paths) => {
+                paths.sort();
+                paths
+            }
+            Err(error) => {
+                self.complain(folder, format!("cannot be read: {error}"));
+                Vec::new()
+            }
+        }
+    }
+
+    fn folders(&mut self, folder: &Path) -> Vec<PathBuf> {
+        let mut paths = self.inside(folder);
+        paths.retain(|path| path.is_dir());
+        paths
+    }
+
+    fn scenario(&mut self, folder: &Path, collision: bool) {
+        for (name, task) in [("agent", Task::Safety), ("scenario", Task::Collision)] {
+            let tasks = folder.join(name);
+            if !tasks.is_dir() {
+                self.complain(&tasks, "is not there: no answers to this task");
+                continue;
+            }
+            for method in self.folders(&tasks) {
+                let Some(asked) = Asked::of(task, &self::name(&method)) else {
+                    let known =
+                        "cart or ego, and base, ablation, cot or icl, as in ego_cot; or safety";
+                    self.complain(&method, format!("is no way of asking that is known, and was passed over; there are {known}"));
+                    continue;
+                };
+                for engine in self.folders(&method) {
+                    self.answer(folder, &engine, asked, collision);
+                }
+            }
+        }
+    }
+
+    /// The answers in the folder of a model: one, unless there are files of other names.
+    fn answer(&mut self, scenario: &Path, engine: &Path, asked: Asked, collision: bool) {
+        let analysis = engine.join("analysis");
+        if !analysis.is_dir() {
+            return self.complain(&analysis, "is not there: no answer");
+        }
+        let mut files = self.inside(&analysis);
+        files.retain(|path| path.is_file());
+        let usual = |path: &PathBuf| name(path).ends_with("_all_timesteps.txt");
+        let usual = files.iter().find(|p| usual(p)).cloned();
+        let text = |path: &PathBuf| path.extension().is_some_and(|x| x == "txt");
+        let chosen = usual.or_else(|| files.iter().find(|p| text(p)).cloned());
+        let Some(file) = chosen else {
+            return self.complain(&analysis, "has no *.txt: no answer");
+        };
+        for other in files.iter().filter(|other| **other != file) {
+            let message = format!("was passed over, as {} is the answer", name(&file));
+            self.complain(other, message);
+        }
+        if !name(&file).ends_with("_all_timesteps.txt") {
+            self.complain(
+                &file,
+                "has another name than …_all_timesteps.txt; it was taken as the answer",
+            );
+        }
+        let Some(text) = self.text(&file) else {
+            return;
+        };
+        if text.trim().is_empty() {
+            self.complain(&file, "is empty; the answer is kept as it is");
+        }
+        let Some(model) = self.model(engine) else {
+            return;
+        };
+        let contexts = engine.join("context");
+        let mut context = None;
+        if contexts.is_dir() {
+            let files = self.inside(&contexts);
+            let file = files
+                .iter()
+                .find(|path| path.extension().is_some_and(|x| x == "txt"));
+            context = file.and_then(|file| self.text(file));
+        }
+        self.found.push(Recorded {
+            scenario: name(scenario),
+            collision,
+            task: asked.task,
+            frame: asked.frame,
+            techniques: asked.techniques,
+            model,
+            text,
+            file,
+            context,
+        });
+    }
+
+    /// The model behind the name of a folder, as the paper's scripts ask for it.
+    fn model(&mut self, engine: &Path) -> Option<String> {
+        let name = name(engine);
+        let model = match name.as_str() {
+            "gemini" => "gemini-1.5-pro",
+            "openai" => "gpt-4o",
+            "deepseek" => "deepseek-chat",
+            other => {
+                self.complain(
+                    engine,
+                    "is a model that the paper does not name; its folder's name is used",
+                );
+                other
+            }
+        };
+        Some(format!("recorded/{model}"))
+    }
+
+    /// The text of a file; what is not UTF-8 in it is replaced, and said.
+    fn text(&mut self, file: &Path) -> Option<String> {
+        match std::fs::metadata(file) {
+            Ok(data) if data.len() > LARGEST => {
+                self.complain(
+                    file,
+                    format!(
+                        "has {} bytes, more than any answer, and was passed over",
+                        data.len()
+                    ),
+                );
+                return None;
+            }
+            _ => {}
+        }
+        match std::fs::read(file) {
+            Ok(bytes) => Some(match String::from_utf8(bytes) {
+                Ok(text) => text,
+                Err(error) => {
+                    self.complain(file, "is not UTF-8; what could not be read was replaced");
+                    String::from_utf8_lossy(error.as_bytes()).into_owned()
+                }
+            }),
+            Err(error) => {
+                self.complain(file, format!("cannot be read: {error}"));
+                None
+            }
+        }
+    }
+}
+
+/// What a folder's name says about the question.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Asked {
+    task: Task,
+    frame: &'static str,
+    techniques: Techniques,
+}
+
+impl Asked {
+    /// From the task and a name such as `cart_icl`: as the paper's ablation study has it, CoT includes CP, and ICL both.
+    fn of(task: Task, method: &str) -> Option<Self> {
+        if method == "safety" && task == Task::Collision {
+            return Some(Self {
+                task: Task::Attacker,
+                frame: "metrics",
+                techniques: Techniques::ALL,
+            });
+        }
+        let (frame, technique) = method.split_once('_')?;
+        let frame = match frame {
+            "cart" => "cartesian",
+            "ego" => "ego",
+            _ => return None,
+        };
+        let (cp, cot, icl) = match technique {
+            "base" => (false, false, false),
+            "ablation" | "cp" => (true, false, false),
+            "cot" => (true, true, false),
+            "icl" => (true, true, true),
+            _ => return None,
+        };
+        let techniques = Techniques { cp, cot, icl };
+        Some(Self {
+            task,
+            frame,
+            techniques,
+        })
+    }
+}
+
+fn name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests;

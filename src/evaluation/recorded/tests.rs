@@ -1,0 +1,187 @@
+//! A small folder in the layout of the paper's repository, with everything that can be wrong in it.
+#![allow(clippy::unwrap_used)]
+
+use super::*;
+use crate::evaluation::Label;
+
+const ANSWER: &str = r#"{"collision": true, "obstacles": [{"id": 7, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
+
+fn put(root: &Path, path: &str, bytes: impl AsRef<[u8]>) {
+    let path = root.join(path);
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn everything_is_found_or_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    let a = "Results/output_validation/ZAM_A-1";
+    let b = "Results/output_validation_normal/ZAM_B-1";
+    put(
+        root,
+        &format!("{a}/scenario/ego_cot/gemini/analysis/ego_analysis_all_timesteps.txt"),
+        ANSWER,
+    );
+    put(
+        root,
+        &format!("{a}/scenario/ego_cot/gemini/context/context_all_timesteps.txt"),
+        "what was sent",
+    );
+    put(
+        root,
+        &format!("{a}/scenario/safety/gemini/analysis/safety_analysis_all_timesteps.txt"),
+        ANSWER,
+    );
+    put(
+        root,
+        &format!("{a}/scenario/cart_base/openai/analysis/answer.txt"),
+        b"\xff{}",
+    );
+    put(
+        root,
+        &format!("{a}/scenario/cart_tree/openai/analysis/x_all_timesteps.txt"),
+        ANSWER,
+    );
+    put(
+        root,
+        &format!("{a}/scenario/cart_icl/openai/other/x.txt"),
+        ANSWER,
+    );
+    put(
+        root,
+        &format!("{b}/agent/ego_icl/deepseek/analysis/ego_analysis_all_timesteps.txt"),
+        "",
+    );
+    put(
+        root,
+        &format!("{b}/agent/ego_icl/deepseek/analysis/notes.md"),
+        "",
+    );
+    put(
+        root,
+        &format!("{b}/agent/cart_ablation/llama/analysis/cart_analysis_all_timesteps.txt"),
+        ANSWER,
+    );
+    let (found, problems) = find(root);
+    let short: Vec<_> = found
+        .iter()
+        .map(|r| {
+            (
+                r.scenario.as_str(),
+                r.collision,
+                r.task,
+                r.frame,
+                r.techniques.to_string(),
+                r.model.as_str(),
+            )
+        })
+        .collect();
+    let text = |s: &str| s.to_string();
+    assert_eq!(
+        short,
+        [
+            (
+                "ZAM_A-1",
+                true,
+                Task::Collision,
+                "cartesian",
+                text("base"),
+                "recorded/gpt-4o"
+            ),
+            (
+                "ZAM_A-1",
+                true,
+                Task::Collision,
+                "ego",
+                text("cp+cot"),
+                "recorded/gemini-1.5-pro"
+            ),
+            (
+                "ZAM_A-1",
+                true,
+                Task::Attacker,
+                "metrics",
+                text("cp+cot+icl"),
+                "recorded/gemini-1.5-pro"
+            ),
+            (
+                "ZAM_B-1",
+                false,
+                Task::Safety,
+                "cartesian",
+                text("cp"),
+                "recorded/llama"
+            ),
+            (
+                "ZAM_B-1",
+                false,
+                Task::Safety,
+                "ego",
+                text("cp+cot+icl"),
+                "recorded/deepseek-chat"
+            ),
+        ]
+    );
+    assert_eq!(found[1].context.as_deref(), Some("what was sent"));
+    assert_eq!(found[0].text, "\u{fffd}{}");
+    let read = found[1].read().unwrap();
+    assert!(
+        read.said
+            .verdict()
+            .is_some_and(|v| names(v, 7) && !names(v, 8))
+    );
+    let mut words: Vec<String> = problems
+        .iter()
+        .map(|p| format!("{}: {}", name(&p.path), p.message))
+        .collect();
+    words.sort();
+    let wanted = [
+        "agent: is not there",
+        "analysis: is not there",
+        "answer.txt: has another name",
+        "answer.txt: is not UTF-8",
+        "cart_tree: is no way of asking",
+        "ego_analysis_all_timesteps.txt: is empty",
+        "llama: is a model that the paper does not name",
+        "notes.md: was passed over",
+        "scenario: is not there",
+    ];
+    assert_eq!(words.len(), wanted.len(), "{words:#?}");
+    for (word, wanted) in words.iter().zip(wanted) {
+        assert!(word.starts_with(wanted), "{word} | {wanted}");
+    }
+}
+
+#[test]
+fn a_folder_without_answers_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let (found, problems) = find(folder.path());
+    assert!(found.is_empty() && problems.len() == 1);
+    assert!(
+        problems[0].to_string().contains("output_validation"),
+        "{}",
+        problems[0]
+    );
+}
+
+#[test]
+fn truth_comes_from_the_annotations() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    put(
+        root,
+        "Results/LLM/Scenario_Collision/ego/annotations.csv",
+        "Scenario_Name,Obstacle_ID\nZAM_A-1,7\n",
+    );
+    put(
+        root,
+        "Results/LLM/Senario_Normal/ego/annotation_normal.csv",
+        "Scenario_Name,Obstacle_ID\nZAM_B-1,none\n",
+    );
+    put(root, "Results/LLM/x/annotation_bad.csv", "a,b\n1,2\n");
+    let (labels, problems) = truth(root);
+    assert_eq!(labels.of("ZAM_A-1"), Some(Label::Collision(Some(7))));
+    assert_eq!(labels.of("ZAM_B-1"), Some(Label::Safe));
+    assert_eq!(problems.len(), 1);
+}

@@ -1,0 +1,146 @@
+//! Yes or no in an object: from the key asked for, from keys that mean it, or from the obstacles named.
+
+use super::groups::{self, Group};
+use super::lenient::Piece;
+use super::notes::Notes;
+use super::parse::NoVerdict;
+use super::values::{self, Object};
+use super::{ObstacleRisk, Task};
+
+/// A yes or no and where it is from.
+#[derive(Debug, Clone)]
+pub(super) struct Decision {
+    pub dangerous: bool,
+    /// Whether the very key that was asked for says so, plainly and in its place.
+    pub as_asked: bool,
+    /// Whether it was read from the obstacles named.
+    from_groups: bool,
+    /// Where it is from, in words.
+    pub note: String,
+}
+
+const COLLISION: [&str; 7] = [
+    "collision",
+    "iscollision",
+    "iscollisionscenario",
+    "collisionscenario",
+    "collisiondetected",
+    "collisionoccurred",
+    "hascollision",
+];
+const SAFETY: [&str; 7] = [
+    "safetycritical",
+    "issafetycritical",
+    "safetycriticalscenario",
+    "issafetycriticalscenario",
+    "safetycriticality",
+    "critical",
+    "iscritical",
+];
+
+/// The decision in an object, the nearest level first; nothing if there is none.
+///
+/// # Errors
+/// Two keys of one level say different things.
+pub(super) fn of(task: Task, object: &Object) -> Result<Option<Decision>, NoVerdict> {
+    let names = match task {
+        Task::Collision => COLLISION,
+        Task::Safety => SAFETY,
+        Task::Attacker | Task::Trajectory => return Ok(None),
+    };
+    for (depth, level) in values::levels(object).into_iter().enumerate() {
+        let pairs = level.iter().flat_map(|o| o.iter());
+        let mut said = pairs
+            .filter(|(key, _)| names.contains(&values::plain(key).as_str()))
+            .filter_map(|(key, value)| Some((key, value.is_boolean(), values::truth(value)?)));
+        let Some((key, plainly, dangerous)) = said.next() else {
+            continue;
+        };
+        if let Some((other, ..)) = said.find(|(.., other)| *other != dangerous) {
+            return Err(NoVerdict::Contradictory(key.clone(), other.clone()));
+        }
+        return Ok(Some(Decision {
+            dangerous,
+            as_asked: depth == 0 && key == task.key() && plainly,
+            from_groups: false,
+            note: format!("the decision was read from `{key}`"),
+        }));
+    }
+    Ok(of_groups(task, object))
+}
+
+/// The paper's prompts ask for obstacles that collide or will: naming one is a yes, leaving all of them out a no.
+fn of_groups(task: Task, object: &Object) -> Option<Decision> {
+    let groups = groups::groups(object);
+    let decisive = groups.iter().filter(|g| decides(task, g));
+    let mut present = decisive.peekable();
+    present.peek()?;
+    Some(Decision {
+        dangerous: present.any(Group::names_someone),
+        as_asked: false,
+        from_groups: true,
+        note: "the decision was read from the obstacles named".into(),
+    })
+}
+
+fn decides(task: Task, group: &Group<'_>) -> bool {
+    let worst = if task == Task::Collision { 0 } else { 1 };
+    group.level <= worst
+}
+
+/// One object out of several that belong together: one for each obstacle or group, and perhaps one with the decision.
+/// Nothing where the last object stands alone.
+pub(super) fn merge(
+    task: Task,
+    objects: &[(&Piece, &Object)],
+    notes: &mut Notes,
+) -> Option<Object> {
+    let ((_, last), before) = objects.split_last()?;
+    let says_who =
+        |o: &Object| !groups::groups(o).is_empty() || values::find(o, &["obstacle"]).is_some();
+    let alone = of(task, last)
+        .ok()
+        .flatten()
+        .is_some_and(|d| !d.from_groups)
+        && says_who(last);
+    if alone {
+        return None;
+    }
+    let mut merged = (*last).clone();
+    let mut listed = Vec::new();
+    for (piece, object) in before.iter().rev() {
+        if groups::is_entry(object) {
+            notes.of(piece);
+            listed.push(serde_json::Value::Object((*object).clone()));
+        } else if says_who(object) && object.keys().all(|key| !merged.contains_key(key)) {
+            notes.of(piece);
+            let entries = object.iter().map(|(k, v)| (k.clone(), v.clone()));
+            merged.extend(entries);
+        } else if of(task, object).ok().flatten().is_some() {
+            // A draft of the same answer.
+            break;
+        }
+    }
+    listed.reverse();
+    if merged.len() == last.len() && listed.is_empty() {
+        return None;
+    }
+    notes.add("several objects were put together");
+    if !listed.is_empty() && !merged.contains_key("obstacles") {
+        merged.insert("obstacles".into(), listed.into());
+    }
+    Some(merged)
+}
+
+/// The obstacles that an object names.
+pub(super) fn obstacles(
+    object: &Object,
+    decision: &Decision,
+    notes: &mut Notes,
+) -> Vec<ObstacleRisk> {
+    let found = groups::obstacles(object, notes);
+    if decision.from_groups && decision.dangerous && found.is_empty() {
+        notes.add("somebody is named, but by no id");
+    }
+    found
+}

@@ -1,0 +1,89 @@
+//! JSON as models write it: somewhere in a text, with the slips of people and of Python, possibly cut off.
+//!
+//! One pass from left to right with bounded look-ahead and bounded depth: linear in the text, whatever it holds. Valid
+//! JSON is read exactly; every departure from it is named as a [`Repair`].
+
+mod opening;
+mod reader;
+mod repair;
+mod string;
+mod text;
+
+use std::collections::BTreeSet;
+
+use serde_json::Value;
+
+use opening::Opening;
+use reader::Reader;
+pub(super) use repair::Repair;
+
+/// Deeper values end the reading of the piece they are in.
+const MOST_DEPTH: usize = 48;
+
+/// One object or list found in a text.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Piece {
+    /// What it holds; of a broken or cut one, what was complete.
+    pub value: Value,
+    /// What was put right.
+    pub repairs: BTreeSet<Repair>,
+    /// How it ends.
+    pub end: End,
+}
+
+/// How a piece ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    /// With its own bracket.
+    Whole,
+    /// With the text.
+    CutOff,
+    /// With something that is no JSON by any reading.
+    Broken,
+}
+
+/// All outermost objects and lists of objects in a text, in order; empty ones are left out.
+pub(super) fn read(text: &str) -> Vec<Piece> {
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(step) = text[at..].find(['{', '[']) {
+        at += step;
+        match opening::look(&text[at..]) {
+            Opening::No(length) => at += length,
+            Opening::Cut => {
+                found.push(Piece {
+                    value: Value::Null,
+                    repairs: BTreeSet::new(),
+                    end: End::CutOff,
+                });
+                break;
+            }
+            Opening::Yes => {
+                let mut reader = Reader::new(text, at);
+                let value = reader.outermost();
+                at = reader.at();
+                let (repairs, end) = reader.finish();
+                if !is_empty(&value) || end == End::CutOff {
+                    found.push(Piece {
+                        value,
+                        repairs,
+                        end,
+                    });
+                }
+            }
+        }
+    }
+    found
+}
+
+fn is_empty(value: &Value) -> bool {
+    match value {
+        Value::Object(map) => map.is_empty(),
+        Value::Array(items) => items.iter().all(is_empty),
+        Value::Null => true,
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,66 @@
+//! What is put right in JSON that is none.
+
+use std::fmt;
+
+/// A departure from JSON whose meaning is plain all the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::verdict) enum Repair {
+    /// `//`, `/* */` or `#`.
+    Comments,
+    /// A comma before a bracket, or two commas.
+    ExtraCommas,
+    /// No comma between two entries.
+    MissingCommas,
+    /// `{{` and `}}`, as templates escape braces.
+    DoubledBraces,
+    /// `'…'` or typographic quotation marks.
+    OtherQuotes,
+    /// One of a pair of quotation marks is not there.
+    MissingQuotes,
+    /// Quotation marks inside a string, without a backslash.
+    InnerQuotes,
+    /// A key without quotation marks.
+    BareKeys,
+    /// Text without quotation marks.
+    BareWords,
+    /// `None`, `True`, `False` and the like.
+    Literals,
+    /// NaN or an infinity.
+    NotANumber,
+    /// `+1`, `.5`, `1.`, `007`.
+    Numbers,
+    /// Line breaks or other control characters in a string.
+    ControlCharacters,
+    /// A backslash before something that needs none.
+    Escapes,
+    /// A key without a value.
+    MissingValues,
+    /// `(…)` for a list, or a bracket of one kind closed by another or not at all.
+    Brackets,
+    /// A key that is there twice, with different values.
+    DoubledKeys,
+}
+
+impl fmt::Display for Repair {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Comments => "comments were skipped",
+            Self::ExtraCommas => "superfluous commas were skipped",
+            Self::MissingCommas => "missing commas were added",
+            Self::DoubledBraces => "doubled braces were taken as single ones",
+            Self::OtherQuotes => "other quotation marks were taken as \"",
+            Self::MissingQuotes => "missing quotation marks were added",
+            Self::InnerQuotes => "quotation marks inside texts were kept",
+            Self::BareKeys => "keys without quotation marks were read",
+            Self::BareWords => "texts without quotation marks were read",
+            Self::Literals => "None, True or False were read as JSON's",
+            Self::NotANumber => "what is no number was taken as nothing",
+            Self::Numbers => "numbers in another form were read",
+            Self::ControlCharacters => "line breaks inside texts were kept",
+            Self::Escapes => "unknown escapes were kept as they are",
+            Self::MissingValues => "missing values were taken as nothing",
+            Self::Brackets => "brackets were put right",
+            Self::DoubledKeys => "of a key that is there twice the last value was taken",
+        })
+    }
+}

@@ -1,0 +1,171 @@
+//! Strings: where they end when not every quotation mark is where it should be.
+
+use super::Repair;
+use super::reader::Reader;
+use super::text::{closing, is_bare_key, is_blank, is_quote, window};
+
+/// Bytes looked at behind a quotation mark.
+const NEAR: usize = 80;
+
+impl Reader<'_> {
+    /// The string that begins with the quotation mark `open` at the present place; nothing if the text ends in it.
+    pub(super) fn string(&mut self, open: char) -> Option<String> {
+        if open != '"' {
+            self.note(Repair::OtherQuotes);
+        }
+        self.at += open.len_utf8();
+        let close = closing(open);
+        let mut read = String::new();
+        loop {
+            let Some(c) = self.peek() else {
+                self.cut();
+                return None;
+            };
+            match c {
+                '\\' => self.escape(&mut read),
+                '\n' if self.next_line_goes_on() => {
+                    self.note(Repair::MissingQuotes);
+                    let kept = read.trim_end().trim_end_matches(',').len();
+                    read.truncate(kept);
+                    return Some(read);
+                }
+                _ if c == close => {
+                    let after = &self.rest()[c.len_utf8()..];
+                    if ends_here(after) {
+                        self.at += c.len_utf8();
+                        return Some(read);
+                    }
+                    self.note(Repair::InnerQuotes);
+                    self.push(&mut read, c);
+                }
+                _ => {
+                    if c.is_control() && (c as u32) < 0x20 {
+                        self.note(Repair::ControlCharacters);
+                    }
+                    self.push(&mut read, c);
+                }
+            }
+        }
+    }
+
+    fn push(&mut self, read: &mut String, c: char) {
+        read.push(c);
+        self.at += c.len_utf8();
+    }
+
+    fn escape(&mut self, read: &mut String) {
+        let mut chars = self.rest().chars();
+        chars.next();
+        let Some(c) = chars.next() else {
+            self.at = self.text.len();
+            return;
+        };
+        let meant = match c {
+            '"' | '\\' | '/' => c,
+            'b' => '\u{8}',
+            'f' => '\u{c}',
+            'n' => '\n',
+            'r' => '\r',
+            't' => '\t',
+            'u' => return self.code(read),
+            _ => {
+                self.note(Repair::Escapes);
+                if !is_quote(c) {
+                    read.push('\\');
+                }
+                c
+            }
+        };
+        read.push(meant);
+        self.at += 1 + c.len_utf8();
+    }
+
+    /// `\uXXXX`, or two of them for one character.
+    fn code(&mut self, read: &mut String) {
+        let unit = |text: &str| -> Option<u16> {
+            let digits = text.strip_prefix("\\u")?.get(..4)?;
+            let hex = digits.bytes().all(|b| b.is_ascii_hexdigit());
+            hex.then(|| u16::from_str_radix(digits, 16).ok())?
+        };
+        let Some(first) = unit(self.rest()) else {
+            self.note(Repair::Escapes);
+            read.push_str("\\u");
+            self.at += 2;
+            return;
+        };
+        self.at += 6;
+        let second = unit(self.rest())
+            .filter(|s| (0xD800..0xDC00).contains(&first) && (0xDC00..0xE000).contains(s));
+        let units = [first, second.unwrap_or(0)];
+        let units = if second.is_some() {
+            self.at += 6;
+            &units[..]
+        } else {
+            &units[..1]
+        };
+        for c in char::decode_utf16(units.iter().copied()) {
+            read.push(c.unwrap_or_else(|_| {
+                self.note(Repair::Escapes);
+                char::REPLACEMENT_CHARACTER
+            }));
+        }
+    }
+
+    /// Whether what follows this line break is the next entry or a bracket, so that a quotation mark is missing here.
+    fn next_line_goes_on(&self) -> bool {
+        let line = window(&self.rest()[1..], NEAR);
+        let line = line.trim_start_matches([' ', '\t', '\r']);
+        let Some(first) = line.chars().next() else {
+            return false;
+        };
+        line.starts_with("```") || matches!(first, '}' | ']') || is_key(line)
+    }
+}
+
+/// Whether a string can end where this follows its quotation mark: never no in valid JSON.
+fn ends_here(after: &str) -> bool {
+    let near = window(after, NEAR);
+    let Some(c) = near.chars().next() else {
+        return true;
+    };
+    if c == ',' {
+        // In an object a key must follow, in a list a value; in a sentence words do.
+        let next = near[1..].trim_start_matches(is_blank);
+        let Some(c) = next.chars().next() else {
+            return true;
+        };
+        return is_quote(c)
+            || "{[(}])-/#,".contains(c)
+            || c.is_ascii_digit()
+            || near[1..]
+                .split(|c| !is_blank(c))
+                .next()
+                .is_some_and(|s| s.contains('\n'))
+            || ["true", "false", "null", "None", "True", "False"]
+                .iter()
+                .any(|word| next.starts_with(word))
+            || is_bare_key(next);
+    }
+    if !is_blank(c) {
+        return "]}):;`".contains(c) || near.starts_with("//") || near.starts_with("/*");
+    }
+    let next = near.trim_start_matches(is_blank);
+    let blank = &near[..near.len() - next.len()];
+    let Some(c) = next.chars().next() else {
+        return true;
+    };
+    blank.contains('\n')
+        || ",]}):;`#".contains(c)
+        || next.starts_with("//")
+        || next.starts_with("/*")
+        || is_key(next)
+}
+
+/// Whether a text begins with a key in quotation marks and its colon.
+fn is_key(text: &str) -> bool {
+    let Some(quote) = text.chars().next().filter(|c| is_quote(*c)) else {
+        return false;
+    };
+    let inner = &text[quote.len_utf8()..];
+    is_bare_key(inner) && inner.contains(closing(quote))
+}

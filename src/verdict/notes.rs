@@ -1,0 +1,56 @@
+//! What was put right while an answer was read, in words.
+
+use super::How;
+use super::lenient::{End, Piece};
+
+/// Notes, each once; a hostile answer does not make them endless.
+#[derive(Debug, Default)]
+pub(super) struct Notes {
+    notes: Vec<String>,
+    more: usize,
+}
+
+const MOST: usize = 20;
+const LONGEST: usize = 160;
+
+impl Notes {
+    pub(super) fn add(&mut self, note: impl Into<String>) {
+        // The store keeps them in one line, apart by semicolons.
+        let mut note = note.into().replace(';', ",").replace(['\n', '\r'], " ");
+        if let Some((end, _)) = note.char_indices().nth(LONGEST) {
+            note.truncate(end);
+            note.push('…');
+        }
+        if self.notes.contains(&note) {
+        } else if self.notes.len() < MOST {
+            self.notes.push(note);
+        } else {
+            self.more += 1;
+        }
+    }
+
+    /// How the text of a piece departed from JSON.
+    pub(super) fn of(&mut self, piece: &Piece) {
+        for repair in &piece.repairs {
+            self.add(repair.to_string());
+        }
+        match piece.end {
+            End::Whole => {}
+            End::CutOff => {
+                self.add("the answer breaks off inside its JSON, and what came before was read")
+            }
+            End::Broken => self.add("the JSON is broken, and what came before was read"),
+        }
+    }
+
+    pub(super) fn how(mut self) -> How {
+        if self.more > 0 {
+            self.notes.push(format!("and {} more", self.more));
+        }
+        if self.notes.is_empty() {
+            How::Strict
+        } else {
+            How::Repaired(self.notes)
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! What an answer says, whatever the task.
+
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::Value;
+
+use super::{AttackerChoice, NewMotion, Task, TrajectoryAnswer, Verdict};
+
+/// What an answer says, by the kind of its task.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Said {
+    /// Yes or no, to the collision or the safety task.
+    Verdict(Verdict),
+    /// Who could attack the ego.
+    Attacker(AttackerChoice),
+    /// How an attacker is to move.
+    Trajectory(NewMotion),
+}
+
+impl Said {
+    /// The task that it answers.
+    #[must_use]
+    pub fn task(&self) -> Task {
+        match self {
+            Self::Verdict(verdict) => verdict.task,
+            Self::Attacker(_) => Task::Attacker,
+            Self::Trajectory(_) => Task::Trajectory,
+        }
+    }
+
+    /// The verdict, if it is one.
+    #[must_use]
+    pub fn verdict(&self) -> Option<&Verdict> {
+        match self {
+            Self::Verdict(verdict) => Some(verdict),
+            Self::Attacker(_) | Self::Trajectory(_) => None,
+        }
+    }
+
+    /// Why, in a few sentences.
+    #[must_use]
+    pub fn justification(&self) -> &str {
+        match self {
+            Self::Verdict(verdict) => &verdict.justification,
+            Self::Attacker(choice) => &choice.justification,
+            Self::Trajectory(new) => &new.justification,
+        }
+    }
+
+    /// Ids of the obstacles that it names.
+    #[must_use]
+    pub fn named(&self) -> Vec<i64> {
+        match self {
+            Self::Verdict(verdict) => verdict.obstacles.iter().map(|o| o.id).collect(),
+            Self::Attacker(choice) => {
+                let listed = choice.obstacles.iter().map(|o| o.id);
+                let mut named: Vec<i64> = choice.attacker.into_iter().chain(listed).collect();
+                let mut seen = std::collections::HashSet::new();
+                named.retain(|id| seen.insert(*id));
+                named
+            }
+            Self::Trajectory(new) => vec![new.obstacle],
+        }
+    }
+}
+
+impl From<Verdict> for Said {
+    fn from(verdict: Verdict) -> Self {
+        Self::Verdict(verdict)
+    }
+}
+
+/// The task, then the answer as it was asked for.
+impl Serialize for Said {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let form = match self {
+            Self::Verdict(verdict) => return verdict.serialize(serializer),
+            Self::Attacker(choice) => serde_json::to_value(choice),
+            Self::Trajectory(new) => serde_json::to_value(TrajectoryAnswer::from(new.clone())),
+        };
+        let form = form.map_err(serde::ser::Error::custom)?;
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("task", &self.task())?;
+        for (key, value) in form.as_object().into_iter().flatten() {
+            map.serialize_entry(key, value)?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Said {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        use serde::de::Error;
+        let mut form = serde_json::Map::<String, Value>::deserialize(deserializer)?;
+        let task = form
+            .get("task")
+            .ok_or_else(|| Error::missing_field("task"))?;
+        let task: Task = serde_json::from_value(task.clone()).map_err(Error::custom)?;
+        if matches!(task, Task::Attacker | Task::Trajectory) {
+            form.shift_remove("task");
+        }
+        let form = Value::Object(form);
+        match task {
+            Task::Collision | Task::Safety => serde_json::from_value(form)
+                .map(Self::Verdict)
+                .map_err(Error::custom),
+            Task::Attacker => serde_json::from_value(form)
+                .map(Self::Attacker)
+                .map_err(Error::custom),
+            Task::Trajectory => {
+                let answer: TrajectoryAnswer =
+                    serde_json::from_value(form).map_err(Error::custom)?;
+                NewMotion::try_from(answer)
+                    .map(Self::Trajectory)
+                    .map_err(Error::custom)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::verdict::{Manoeuvre, ManoeuvreKind, Moment, Motion, ObstacleRisk, Waypoint};
+
+    #[test]
+    fn there_and_back() {
+        let near = ObstacleRisk {
+            id: 7,
+            risk_score: 1,
+            reason: "near".into(),
+        };
+        let point = |at, x| Waypoint {
+            at,
+            x,
+            y: 2.5,
+            heading: None,
+            velocity: Some(3.0),
+        };
+        let said = [
+            Said::Verdict(Verdict {
+                task: Task::Safety,
+                dangerous: true,
+                obstacles: vec![near.clone()],
+                justification: "because".into(),
+            }),
+            Said::Attacker(AttackerChoice {
+                attacker: Some(7),
+                obstacles: vec![near],
+                justification: "because".into(),
+            }),
+            Said::Trajectory(NewMotion {
+                obstacle: 7,
+                motion: Motion::Waypoints(vec![
+                    point(Moment::Step(1), 1.0),
+                    point(Moment::Step(2), 1.5),
+                ]),
+                justification: "because".into(),
+            }),
+            Said::Trajectory(NewMotion {
+                obstacle: 7,
+                motion: Motion::Manoeuvre(Manoeuvre {
+                    kind: ManoeuvreKind::CutIn,
+                    start: 1.0,
+                    duration: 2.0,
+                    gap: Some(4.0),
+                    speed: None,
+                }),
+                justification: "because".into(),
+            }),
+        ];
+        for said in said {
+            let text = serde_json::to_string(&said).unwrap();
+            assert!(
+                text.starts_with(&format!(r#"{{"task":"{}""#, said.task().name())),
+                "{text}"
+            );
+            assert_eq!(serde_json::from_str::<Said>(&text).unwrap(), said);
+            assert_eq!((said.named(), said.justification()), (vec![7], "because"));
+        }
+    }
+}
