@@ -1,26 +1,64 @@
-//! `nearmiss describe`: a window of a scene in words.
+//! `nearmiss describe`: a window of a scene in words, and where each number in them comes from.
 
-use super::open::{Span, Which, configuration, frame};
-use super::{Outcome, output};
-use crate::text::{self, Frame};
+use super::open::{Span, Which, configuration, frame, user_thresholds};
+use super::{Failure, Outcome, output};
+use crate::metrics::Context;
+use crate::prompts::{Defaults, estimate_tokens};
+use crate::text::{self, Frame, TextError};
 
 /// Arguments of `describe`.
 #[derive(Debug, clap::Args)]
 pub struct Describe {
     #[command(flatten)]
     which: Which,
-    /// From where: ego or cartesian.
+    /// From where, or as what: ego, cartesian, metrics, or trajectory (of one --obstacle).
     #[arg(long, default_value = "ego", value_parser = frame)]
     frame: Frame,
     #[command(flatten)]
     span: Span,
+    /// JSON instead of text: the text, and for every number in it where it stands (in bytes) and what it is.
+    #[arg(long)]
+    trace: bool,
 }
 
 /// Runs `describe`.
 pub fn run(arguments: &Describe) -> Outcome {
-    let (_, config) = configuration()?;
+    let (folders, config) = configuration()?;
     let (_, scene) = arguments.which.open()?;
-    let window = arguments.span.window(&scene, None, &config)?;
-    let options = arguments.span.options(&config)?;
-    output::text(&text::describe(&scene, arguments.frame, &window, &options))
+    let decided = arguments
+        .span
+        .settings(None, &config)?
+        .with(&Defaults::default());
+    let window = arguments.span.window(&scene, None, decided.history)?;
+    let thresholds = user_thresholds(&folders)?;
+    let context = Context::under(&scene, &thresholds);
+    let described = text::describe_in(&context, arguments.frame, &window, &decided.options);
+    let described = described.map_err(|error| Failure::input(advised(&error)))?;
+    if arguments.trace {
+        output::json(&serde_json::json!({
+            "frame": arguments.frame.name(),
+            "form": decided.options.form.name(),
+            "first_step": window.first(),
+            "last_step": window.last(),
+            "text": described.text,
+            "spans": described.spans,
+        }))?;
+    } else {
+        output::text(&described.text)?;
+    }
+    output::say(&format!(
+        "about {} tokens (estimated)",
+        estimate_tokens(&described.text)
+    ));
+    Ok(())
+}
+
+/// An error with what to do on the command line.
+pub fn advised(error: &TextError) -> String {
+    let advice = match error {
+        TextError::NoObstacle => " with --obstacle ID; `nearmiss inspect` lists them",
+        TextError::UnknownObstacle { .. } => "",
+        TextError::NotThere { .. } => "; choose other steps with --at and --history",
+    };
+    format!("{error}{advice}")
 }

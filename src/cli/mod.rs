@@ -17,6 +17,7 @@ mod open;
 mod output;
 mod progress;
 mod prompt;
+mod prompts;
 mod routes;
 mod runs;
 mod time;
@@ -57,6 +58,8 @@ pub enum Command {
     Describe(describe::Describe),
     /// The messages as they would be sent to a model.
     Prompt(prompt::PromptArguments),
+    /// The prompt templates: list, show, compare with the shipped ones, copy to change them.
+    Prompts(prompts::Prompts),
     /// One verdict: by the built-in judge, or by a language model.
     Ask(ask::Ask),
     /// Which models can be asked, with what key, at what price, and how long still.
@@ -118,6 +121,7 @@ pub fn run(command: &Command) -> Outcome {
         Command::Metrics(arguments) => metrics::run(arguments),
         Command::Describe(arguments) => describe::run(arguments),
         Command::Prompt(arguments) => prompt::run(arguments),
+        Command::Prompts(arguments) => prompts::run(arguments),
         Command::Ask(arguments) => ask::run(arguments),
         Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),

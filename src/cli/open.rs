@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use super::{Arguments, Failure, output};
 use crate::config::{Config, Folders, TextFile};
+use crate::evaluation::Settings;
 use crate::metrics::Thresholds;
-use crate::prompts::Techniques;
+use crate::prompts::{MOST_DECIMALS, Techniques};
 use crate::scenario::{
     EgoError, Entry, Place, Scenario, Scene, Severity, WantedEgo, Window, bundled, find,
     not_standard_input,
 };
-use crate::text::{Frame, Options};
+use crate::text::{Form, Frame};
 use crate::verdict::Task;
 
 /// Which scenario, and who is the ego in it.
@@ -208,27 +209,39 @@ pub fn advised(error: EgoError) -> Failure {
     Failure::input(format!("{error}{advice}"))
 }
 
-/// Which steps are looked at.
+/// Which steps are looked at, and how they are described.
 #[derive(Debug, clap::Args)]
 pub struct Span {
     /// Last step of the window [default: the last step; for the safety task two steps before it].
     #[arg(long, value_name = "STEP", allow_negative_numbers = true)]
     at: Option<i64>,
-    /// Steps in the window [default: 10].
+    /// Steps in the window [default: what the template says, else 10].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     history: Option<u32>,
-    /// Obstacles farther from the ego are left out, metres [default: 30].
+    /// Only every so many steps are described, the last one always [default: what the template says, else 1].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    stride: Option<u32>,
+    /// Obstacles farther from the ego are left out, metres [default: what the template says, else 30].
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     radius: Option<f64>,
+    /// Decimals of metres, m/s and m/s²; radians get one more [default: what the template says, else 2].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=MOST_DECIMALS as i64))]
+    precision: Option<u8>,
+    /// Sentences or a table: prose or compact [default: what the template says, else prose].
+    #[arg(long, value_parser = form)]
+    form: Option<Form>,
+    /// The one obstacle that is described; the trajectory frame needs it.
+    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
+    obstacle: Option<i64>,
 }
 
 impl Span {
-    /// The window in a scene.
+    /// The window in a scene, of so many steps.
     pub fn window(
         &self,
         scene: &Scene,
         task: Option<Task>,
-        config: &Config,
+        history: usize,
     ) -> Result<Window, Failure> {
         let steps = scene.steps();
         if let Some(at) = self.at.filter(|at| !steps.contains(at)) {
@@ -241,21 +254,29 @@ impl Span {
         // The paper's safety inference looks at a window that ends two steps before the last one.
         let back = if task == Some(Task::Safety) { 2 } else { 0 };
         let last = self.at.unwrap_or(steps.end - 1 - back);
-        let history = self.history.map_or(config.history, |steps| steps as usize);
         Ok(Window::ending_at(scene, last, history))
     }
 
-    /// The options of a description.
-    pub fn options(&self, config: &Config) -> Result<Options, Failure> {
-        let radius = self.radius.unwrap_or(config.radius);
-        if !(radius.is_finite() && radius > 0.0) {
+    /// What the user says, here and in the configuration, about how a scene is described.
+    pub fn settings(
+        &self,
+        techniques: Option<Techniques>,
+        config: &Config,
+    ) -> Result<Settings, Failure> {
+        let radius = self.radius.or(config.radius);
+        if radius.is_some_and(|r| !(r.is_finite() && r > 0.0)) {
             return Err(Failure::input(
                 "--radius must be a positive number of metres",
             ));
         }
-        Ok(Options {
+        Ok(Settings {
+            history: self.history.map(|steps| steps as usize).or(config.history),
+            stride: self.stride.map(|steps| steps as usize),
             radius,
-            ..Options::default()
+            precision: self.precision.map(usize::from),
+            form: self.form,
+            techniques,
+            obstacle: self.obstacle,
         })
     }
 }
@@ -282,14 +303,20 @@ pub fn thresholds_of(path: &Path) -> Result<Thresholds, Failure> {
     Thresholds::read(&said.text, &said.file).map_err(Failure::input)
 }
 
-/// `collision`, `safety`, `attacker` or `trajectory`.
+/// The name of a task.
 pub fn task(word: &str) -> Result<Task, String> {
-    Task::parse(word).ok_or_else(|| "there are collision, safety, attacker and trajectory".into())
+    let names = Task::ALL.map(Task::name).join(", ");
+    Task::parse(word).ok_or_else(|| format!("there are {names}"))
 }
 
-/// `ego` or `cartesian`.
+/// The name of a frame.
 pub fn frame(word: &str) -> Result<Frame, String> {
-    Frame::parse(word).ok_or_else(|| "there are ego and cartesian".into())
+    Frame::parse(word).ok_or_else(|| format!("there are {}", Frame::names()))
+}
+
+/// `prose` or `compact`.
+fn form(word: &str) -> Result<Form, String> {
+    Form::parse(word).ok_or_else(|| "there are prose and compact".into())
 }
 
 /// `cp,cot,icl`, `base` or `all`.

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use super::describe::advised;
 use super::open::{Span, Which, configuration, frame, task, techniques, user_thresholds};
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use crate::evaluation::{Case, Question, prepare};
+use crate::evaluation::{Case, CaseError, Question, prepare, template};
 use crate::prompts::{Library, Techniques};
 use crate::text::Frame;
 use crate::verdict::Task;
@@ -15,15 +16,17 @@ use crate::verdict::Task;
 pub struct Asked {
     #[command(flatten)]
     which: Which,
-    /// What is asked: collision, safety, attacker or trajectory.
+    /// What is asked: one of the tasks that `nearmiss prompts` lists.
     #[arg(long, default_value = "collision", value_parser = task)]
     pub task: Task,
-    /// From where the scene is described: ego or cartesian.
-    #[arg(long, default_value = "ego", value_parser = frame)]
-    frame: Frame,
-    /// Prompting techniques: any of cp, cot, icl; base for none, all for all.
-    #[arg(long, default_value = "all", value_parser = techniques)]
-    techniques: Techniques,
+    /// How the scene is described: one of the task's frames [default: ego; metrics for the attacker; the
+    /// only one for the trajectory].
+    #[arg(long, value_parser = frame)]
+    frame: Option<Frame>,
+    /// Prompting techniques: any of cp, cot, icl; base for none, all for all [default: what the template says,
+    /// else all].
+    #[arg(long, value_parser = techniques)]
+    techniques: Option<Techniques>,
     #[command(flatten)]
     span: Span,
 }
@@ -34,24 +37,38 @@ impl Asked {
         let (entry, scene) = self.which.open()?;
         let library = Library::load(Some(&folders.prompts()));
         for problem in &library.problems {
-            output::say(&format!(
-                "nearmiss: {}: {}; the shipped template is used instead",
-                problem.path.display(),
-                problem.message
-            ));
+            output::say(&format!("nearmiss: {problem}"));
         }
+        let frame = self.frame.unwrap_or_else(|| usual(&library, self.task));
+        let (_, chosen) = template(&library, self.task, frame).map_err(Failure::input)?;
+        let settings = self.span.settings(self.techniques, config)?;
+        let decided = settings.with(&chosen.front.defaults);
         let case = Case {
             name: entry.name,
             task: self.task,
-            frame: self.frame,
-            techniques: self.techniques,
-            window: self.span.window(&scene, Some(self.task), config)?,
-            options: self.span.options(config)?,
+            frame,
+            techniques: decided.techniques,
+            window: self.span.window(&scene, Some(self.task), decided.history)?,
+            options: decided.options,
             thresholds: Arc::new(user_thresholds(folders)?),
             scene,
         };
-        prepare(case, &library, None).map_err(Failure::input)
+        prepare(case, &library, None).map_err(|error| match &error {
+            CaseError::Text(text) => Failure::input(advised(text)),
+            _ => Failure::input(error),
+        })
     }
+}
+
+/// Of an attacker the metrics, of the rest the ego frame, where the task has it; else the first that it has.
+fn usual(library: &Library, task: Task) -> Frame {
+    let first = match task {
+        Task::Attacker => Frame::Metrics,
+        _ => Frame::Ego,
+    };
+    let mut frames = std::iter::once(first).chain(Frame::ALL);
+    let has = |frame: &Frame| library.find(task.name(), frame.name()).is_some();
+    frames.find(has).unwrap_or(first)
 }
 
 /// Arguments of `prompt`.
@@ -75,7 +92,7 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
     let text = format!("[system]\n{}\n\n[user]\n{}\n", prompt.system, prompt.user);
     output::text(&output::visible(&text))?;
     output::say(&format!(
-        "{} ({}), about {} tokens",
+        "{} ({}), about {} tokens (estimated)",
         question.template,
         &question.template_hash[..12],
         question.tokens()

@@ -16,10 +16,10 @@ pub struct Config {
     pub mouse: bool,
     /// The model asked first, as `provider/model`.
     pub model: Option<String>,
-    /// Steps of history in a window.
-    pub history: usize,
-    /// Obstacles farther from the ego than this are not described, metres.
-    pub radius: f64,
+    /// Steps of history in a window; the template's default where it is not set.
+    pub history: Option<usize>,
+    /// Obstacles farther from the ego than this are not described, metres; the template's default where it is not set.
+    pub radius: Option<f64>,
     /// Sampling temperature sent to models; the server's default where it is not set.
     pub temperature: Option<f64>,
     /// Most tokens an answer may have; the server's default where it is not set.
@@ -37,8 +37,8 @@ impl Default for Config {
             theme: None,
             mouse: true,
             model: None,
-            history: 10,
-            radius: 30.0,
+            history: None,
+            radius: None,
             temperature: None,
             max_tokens: None,
             effort: None,
@@ -106,9 +106,9 @@ impl Config {
                 .is_some_and(|(p, m)| !p.is_empty() && !m.is_empty())
         };
         let effort = |word: &str| ["off", "low", "medium", "high"].contains(&word);
-        if !(self.radius.is_finite() && self.radius > 0.0) {
+        if self.radius.is_some_and(|r| !(r.is_finite() && r > 0.0)) {
             Some(("radius", "must be a positive number of metres"))
-        } else if self.history == 0 {
+        } else if self.history == Some(0) {
             Some(("history", "must be at least 1"))
         } else if self.temperature.is_some_and(|t| !(0.0..=2.0).contains(&t)) {
             Some(("temperature", "must lie between 0 and 2"))

@@ -14,6 +14,9 @@ mod question;
 /// Answers that were recorded by others.
 pub mod recorded;
 mod request;
+mod settings;
+mod trial;
+mod values;
 
 pub use answer::{Answer, Judged, Missing, Past};
 pub use case::{Event, Wanted, run};
@@ -21,4 +24,6 @@ pub use confusion::Confusion;
 pub use judges::{Judge, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
-pub use question::{Case, CaseError, Question, prepare};
+pub use question::{Case, CaseError, Question, prepare, template};
+pub use settings::{Decided, Settings};
+pub use trial::trial;

@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
-
+use super::values::Values;
 use crate::llm::{Message, Role};
-use crate::metrics::{RiskLevel, Thresholds};
-use crate::prompts::{self, Library, Prompt, Techniques};
+use crate::metrics::{Context, Thresholds};
+use crate::prompts::{self, Library, Prompt, Techniques, Template};
 use crate::scenario::{Scene, Window};
-use crate::text::{self, Frame, Options};
-use crate::verdict::Task;
+use crate::text::{self, Frame, Options, Span};
+use crate::verdict::{self, Task};
 
 /// What is asked about which scene, and how it is described.
 #[derive(Debug, Clone)]
@@ -39,55 +38,47 @@ pub struct Question {
     pub case: Case,
     /// The scene in words.
     pub description: String,
+    /// What every number of the description stands for.
+    pub spans: Vec<Span>,
     /// The filled template.
     pub prompt: Prompt,
     /// The template's file name.
     pub template: String,
     /// Its version, as it says itself.
     pub template_version: Option<String>,
-    /// SHA-256 of its text.
+    /// SHA-256 of its text and of the fragments that it includes.
     pub template_hash: String,
+    /// The temperature that the template asks for.
+    pub temperature: Option<f64>,
 }
 
 /// Why a case cannot be asked.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CaseError {
     /// No template is for this task and frame.
-    #[error("no prompt template for task {task} in frame {frame}")]
+    #[error("no prompt template for task {task} in frame {frame}; for this task there are {known}")]
     NoTemplate {
         /// The task.
         task: &'static str,
         /// The frame.
         frame: &'static str,
+        /// The frames that have one.
+        known: String,
+    },
+    /// The scene cannot be described.
+    #[error(transparent)]
+    Text(#[from] text::TextError),
+    /// The draft is no template.
+    #[error("{}", error.in_file(file))]
+    Draft {
+        /// Which file it is a draft of.
+        file: String,
+        /// What is wrong with it.
+        error: prompts::TemplateError,
     },
     /// The template cannot be filled.
     #[error(transparent)]
     Render(#[from] prompts::RenderError),
-}
-
-/// What templates may use.
-#[derive(Serialize)]
-struct Values<'a> {
-    task: &'static str,
-    frame: &'static str,
-    cp: bool,
-    cot: bool,
-    icl: bool,
-    description: &'a str,
-    dt: f64,
-    radius: f64,
-    ego: i64,
-    scenario: &'a str,
-    window: WindowValues,
-    risk_levels: &'a [RiskLevel],
-}
-
-#[derive(Serialize)]
-struct WindowValues {
-    first: i64,
-    last: i64,
-    steps: i64,
-    seconds: f64,
 }
 
 /// Describes the scene of a case and fills the template for it.
@@ -101,61 +92,55 @@ pub fn prepare(
     library: &Library,
     draft: Option<(&str, &str)>,
 ) -> Result<Question, CaseError> {
-    let description = text::describe(&case.scene, case.frame, &case.window, &case.options);
-    let (task, frame) = (case.task.name(), case.frame.name());
-    let shipped;
-    let (file, source, hash, version) = match draft {
+    let read;
+    let (file, template) = match draft {
         Some((file, source)) => {
-            let version = prompts::Template::read(source)
-                .ok()
-                .map(|t| t.front.version);
-            (file, source, prompts::hash(source), version)
+            read = Template::read(source).map_err(|error| CaseError::Draft {
+                file: file.to_string(),
+                error,
+            })?;
+            (file, &read)
         }
-        None => {
-            shipped = library
-                .find(task, frame)
-                .ok_or(CaseError::NoTemplate { task, frame })?;
-            let (file, template) = shipped;
-            let version = Some(template.front.version.clone());
-            (
-                file,
-                template.source.as_str(),
-                template.hash.clone(),
-                version,
-            )
-        }
+        None => template(library, case.task, case.frame)?,
     };
-    let (file, source) = (file.to_string(), source.to_string());
-    let steps = case.window.last() - case.window.first() + 1;
-    let dt = case.scene.scenario.dt();
-    let values = Values {
-        task,
-        frame,
-        cp: case.techniques.cp,
-        cot: case.techniques.cot,
-        icl: case.techniques.icl,
-        description: &description,
-        dt,
-        radius: case.options.radius,
-        ego: case.scene.ego.id,
-        scenario: &case.name,
-        window: WindowValues {
-            first: case.window.first(),
-            last: case.window.last(),
-            steps,
-            // Without the dust of binary fractions.
-            seconds: (steps as f64 * dt * 1e6).round() / 1e6,
-        },
-        risk_levels: &case.thresholds.risk.levels,
-    };
-    let prompt = prompts::render(&file, &source, library.fragments(), values)?;
+    let context = Context::under(&case.scene, &case.thresholds);
+    let described = text::describe_in(&context, case.frame, &case.window, &case.options)?;
+    let values = Values::of(&case, &described.text, &verdict::schema(case.task));
+    let prompt = prompts::render(file, &template.source, library.fragments(), values)?;
     Ok(Question {
-        description,
         prompt,
-        template: file,
-        template_version: version,
-        template_hash: hash,
+        template: file.to_string(),
+        template_version: Some(template.front.version.clone()),
+        template_hash: library.hash(&template.source),
+        temperature: template.front.defaults.temperature,
+        description: described.text,
+        spans: described.spans,
         case,
+    })
+}
+
+/// The template for a task and a frame, with its file name.
+///
+/// # Errors
+/// There is none.
+pub fn template(
+    library: &Library,
+    task: Task,
+    frame: Frame,
+) -> Result<(&str, &Template), CaseError> {
+    let (task, frame) = (task.name(), frame.name());
+    library.find(task, frame).ok_or_else(|| {
+        let all = library.templates();
+        let fits = all.filter(|(_, template, _)| template.front.task == task);
+        let frames: Vec<&str> = fits.map(|(_, t, _)| t.front.frame.as_str()).collect();
+        CaseError::NoTemplate {
+            task,
+            frame,
+            known: match frames.is_empty() {
+                true => "none".into(),
+                false => frames.join(", "),
+            },
+        }
     })
 }
 

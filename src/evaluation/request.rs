@@ -13,7 +13,11 @@ pub fn request(question: &Question, model: &ModelJudge) -> Request {
     Request {
         model: model.name.clone(),
         messages: question.messages(),
-        parameters: model.parameters,
+        parameters: Parameters {
+            // A temperature that the user does not say may be the template's.
+            temperature: model.parameters.temperature.or(question.temperature),
+            ..model.parameters
+        },
         // A chain of thought stands before the JSON, where a schema has no place for it.
         schema: (!question.case.techniques.cot).then(|| Schema {
             name: format!("{}_verdict", task.name()),

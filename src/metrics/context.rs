@@ -9,7 +9,7 @@ use super::pair::Pair;
 use super::recorded::{Starts, Swept};
 use super::{Encounter, NoValue, Thresholds};
 use crate::geometry::{Footprint, Placed};
-use crate::scenario::{Motion, Participant, RouteError, Scene};
+use crate::scenario::{Motion, Participant, RouteError, Scene, Window};
 
 /// Somebody at a step: motion and body.
 pub(super) type Here<'s> = (&'s Motion, &'s Footprint);
@@ -26,6 +26,8 @@ pub struct Context<'s> {
     pub(super) ego: Vec<Option<Here<'s>>>,
     participants: Vec<Participant<'s>>,
     pairs: Vec<Pair>,
+    /// Whether nothing but `steps` may be known: then the road is the one ahead, not the one driven later.
+    ends: bool,
     road: OnceCell<Result<Road, RouteError>>,
     ego_along: OnceCell<Vec<Option<LaneBody>>>,
     ego_lanes: Vec<OnceCell<LaneSet>>,
@@ -45,7 +47,18 @@ impl<'s> Context<'s> {
     /// Prepares a scene, to be measured with these thresholds.
     #[must_use]
     pub fn under(scene: &'s Scene, thresholds: &'s Thresholds) -> Self {
-        let steps = scene.steps();
+        Self::over(scene, thresholds, scene.steps(), false)
+    }
+
+    /// The same scene as it is known at the end of a window: there are no other steps, and measures along the
+    /// lane look along the road that the ego drove in it and then straight on.
+    #[must_use]
+    pub fn during(&self, window: &Window) -> Self {
+        let steps = window.first()..window.last() + 1;
+        Self::over(self.scene, self.thresholds, steps, true)
+    }
+
+    fn over(scene: &'s Scene, thresholds: &'s Thresholds, steps: Range<i64>, ends: bool) -> Self {
         let at = |step| Some((scene.ego.track.at(step)?, scene.ego_footprint_at(step)));
         let ego: Vec<_> = steps.clone().map(at).collect();
         let participants: Vec<_> = scene.participants().collect();
@@ -57,12 +70,19 @@ impl<'s> Context<'s> {
             steps,
             ego,
             participants,
+            ends,
             road: OnceCell::new(),
             ego_along: OnceCell::new(),
             farthest: OnceCell::new(),
             ego_swept: OnceCell::new(),
             starts: OnceCell::new(),
         }
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &'s Scene {
+        self.scene
     }
 
     /// The steps of the ego.
@@ -96,7 +116,14 @@ impl<'s> Context<'s> {
     /// # Errors
     /// Why there is no route along what the ego drove.
     pub fn road(&self) -> Result<&Road, &RouteError> {
-        let road = self.road.get_or_init(|| Road::of(self.scene));
+        let road = self.road.get_or_init(|| {
+            if self.ends {
+                let poses: Vec<_> = self.ego.iter().flatten().map(|(m, _)| m.pose).collect();
+                Road::ahead(self.scene, &poses)
+            } else {
+                Road::of(self.scene)
+            }
+        });
         road.as_ref()
     }
 

@@ -1,11 +1,19 @@
 //! Prompt templates: those that come with the program, those of the user, and how they are filled.
 
+mod answer_form;
+mod defaults;
+mod includes;
 mod library;
 mod render;
 mod techniques;
 mod template;
+mod tokens;
 
-pub use library::{Library, Origin, Problem, Shipped};
-pub use render::{Prompt, RenderError, estimate_tokens, render};
+pub use answer_form::{answer_form, answer_keys};
+pub use defaults::{Defaults, MOST_DECIMALS, Wording};
+pub use includes::hash;
+pub use library::{Instead, Library, Origin, Problem, Shipped};
+pub use render::{Prompt, RenderError, render};
 pub use techniques::Techniques;
-pub use template::{FrontMatter, Template, TemplateError, hash};
+pub use template::{FrontMatter, Template, TemplateError};
+pub use tokens::estimate_tokens;

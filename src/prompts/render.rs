@@ -6,6 +6,8 @@ use minijinja::value::Serde;
 use minijinja::{Environment, ErrorKind, UndefinedBehavior};
 use serde::Serialize;
 
+use super::TemplateError;
+use super::includes::included;
 use super::template::body_in_place;
 
 /// The two messages of a request.
@@ -29,10 +31,25 @@ pub struct RenderError {
     pub message: String,
 }
 
+/// A template that takes more steps than this to be filled would not end.
+const MOST_STEPS: u64 = 10_000_000;
+
+/// Whether a text can be understood as a template; its lines are those of the error.
+pub(super) fn syntax(text: &str) -> Result<(), TemplateError> {
+    let compiled = Environment::new().template_from_str(text).map(|_| ());
+    compiled.map_err(|error| {
+        let RenderError { line, message, .. } = describe("", &error);
+        TemplateError::Wrong {
+            line: line.unwrap_or(1),
+            message,
+        }
+    })
+}
+
 /// Fills the template `source` (a whole file) with `values`; `fragments` can be included by name.
 ///
 /// # Errors
-/// Wrong syntax, an unknown variable, a missing block: with file and line.
+/// Wrong syntax, an unknown variable, a missing block, no end: with file and line.
 pub fn render(
     file: &str,
     source: &str,
@@ -44,8 +61,11 @@ pub fn render(
     // Prompts are Markdown, never HTML.
     environment.set_auto_escape_callback(|_| minijinja::AutoEscape::None);
     let fail = |error: &minijinja::Error| describe(file, error);
-    for (name, text) in fragments {
-        environment.add_template(name, text).map_err(|e| fail(&e))?;
+    environment.set_fuel(Some(MOST_STEPS));
+    for name in included(source, fragments) {
+        environment
+            .add_template(name, &fragments[name])
+            .map_err(|e| fail(&e))?;
     }
     let body = body_in_place(source);
     let template = environment
@@ -57,7 +77,7 @@ pub fn render(
     let mut block = |name: &str| {
         let rendered = filled.with_state_mut(|state| state.render_block(name));
         rendered
-            .map(|text| text.trim().to_string())
+            .map(|text| without_holes(&text))
             .map_err(|error| match error.kind() {
                 ErrorKind::UnknownBlock => RenderError {
                     file: file.to_string(),
@@ -71,6 +91,22 @@ pub fn render(
         system: block("system")?,
         user: block("user")?,
     })
+}
+
+/// One blank line where what was left out leaves several.
+fn without_holes(text: &str) -> String {
+    let mut whole = String::with_capacity(text.len());
+    let mut blank = false;
+    for line in text.trim().lines() {
+        let empty = line.trim().is_empty();
+        if !(empty && blank) {
+            whole.push_str(line);
+            whole.push('\n');
+        }
+        blank = empty;
+    }
+    whole.truncate(whole.trim_end().len());
+    whole
 }
 
 fn describe(file: &str, error: &minijinja::Error) -> RenderError {
@@ -90,12 +126,6 @@ fn describe(file: &str, error: &minijinja::Error) -> RenderError {
             None => innermost.kind().to_string(),
         },
     }
-}
-
-/// Roughly how many tokens a text is: a token for every four characters. Models differ.
-#[must_use]
-pub fn estimate_tokens(text: &str) -> usize {
-    text.chars().count().div_ceil(4)
 }
 
 #[cfg(test)]
@@ -130,5 +160,21 @@ mod tests {
         assert!(error.line.is_some(), "{error}");
         let error = fill("+++\n+++\n{% block system %}a{% endblock %}").unwrap_err();
         assert!(error.message.contains("user"), "{error}");
+    }
+
+    #[test]
+    fn a_template_without_end_is_stopped() {
+        let endless = "+++\n+++\n{% block system %}{% for a in range(9999) %}{% for b in range(9999) %}{{ a }}\
+            {% endfor %}{% endfor %}{% endblock %}{% block user %}{% endblock %}";
+        let error = fill(endless).unwrap_err();
+        assert!(error.message.contains("fuel"), "{error}");
+    }
+
+    #[test]
+    fn a_fragment_that_is_not_named_cannot_be_included() {
+        let error =
+            fill("+++\n+++\n{% block system %}{% include \"_\" ~ \"f.md\" %}{% endblock %}")
+                .unwrap_err();
+        assert!(error.message.contains("_f.md"), "{error}");
     }
 }

@@ -1,33 +1,50 @@
-//! One template: its front matter, its text, its hash.
+//! One template: its front matter and its text.
 
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
+use toml::Spanned;
+
+use super::defaults::Defaults;
+use super::render::syntax;
 
 /// What a template says about itself.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FrontMatter {
     /// Its name.
     pub name: String,
     /// Its version, any text.
     pub version: String,
-    /// The task it is for.
+    /// The task it is for, which is also the name of the answer's schema.
     pub task: String,
     /// The frame it is for.
     pub frame: String,
     /// One sentence about it.
-    #[serde(default)]
     pub summary: String,
+    /// What holds where the user does not say otherwise.
+    pub defaults: Defaults,
+}
+
+/// As it is written; a key that is not here is an error.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    name: String,
+    version: String,
+    task: String,
+    frame: String,
+    #[serde(default)]
+    summary: String,
+    schema: Option<Spanned<String>>,
+    #[serde(default)]
+    defaults: Defaults,
 }
 
 /// A template, read but not yet filled.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Template {
     /// What it says about itself.
     pub front: FrontMatter,
     /// The whole file, front matter included.
     pub source: String,
-    /// SHA-256 of the file, hexadecimal.
-    pub hash: String,
 }
 
 /// Why a text is not a template.
@@ -38,9 +55,9 @@ pub enum TemplateError {
         "line 1: a template begins with `+++`, a TOML table with name, version, task and frame, and `+++`"
     )]
     NoFrontMatter,
-    /// The front matter is not what is needed.
+    /// Front matter or text is not what is needed.
     #[error("line {line}: {message}")]
-    FrontMatter {
+    Wrong {
         /// Line in the file, from 1.
         line: usize,
         /// What is wrong.
@@ -48,28 +65,54 @@ pub enum TemplateError {
     },
 }
 
+impl TemplateError {
+    /// The error with the name of its file: `FILE:LINE: …`.
+    #[must_use]
+    pub fn in_file(&self, file: &str) -> String {
+        match self {
+            Self::NoFrontMatter => format!("{file}: {self}"),
+            Self::Wrong { line, message } => format!("{file}:{line}: {message}"),
+        }
+    }
+}
+
 const FENCE: &str = "+++";
 
 impl Template {
-    /// Reads a template file.
+    /// Reads a template file: its front matter, and whether its text can be understood.
     ///
     /// # Errors
-    /// The front matter is missing or wrong, with its line.
+    /// The front matter is missing or wrong, or the syntax of the text, with its line.
     pub fn read(source: &str) -> Result<Self, TemplateError> {
         let (front, _) = split(source).ok_or(TemplateError::NoFrontMatter)?;
-        let front = toml::from_str(front).map_err(|error| {
-            let before = error
-                .span()
-                .map_or("", |span| &front[..span.start.min(front.len())]);
-            TemplateError::FrontMatter {
-                line: 2 + before.matches('\n').count(),
-                message: error.message().to_string(),
-            }
+        let line = |byte: usize| 2 + front[..byte.min(front.len())].matches('\n').count();
+        let written: Written = toml::from_str(front).map_err(|error| TemplateError::Wrong {
+            line: line(error.span().map_or(0, |span| span.start)),
+            message: error.message().to_string(),
         })?;
+        if let Some(schema) = &written.schema
+            && *schema.get_ref() != written.task
+        {
+            return Err(TemplateError::Wrong {
+                line: line(schema.span().start),
+                message: format!(
+                    "the answer to the task {} has the schema of that name, not {}",
+                    written.task,
+                    schema.get_ref()
+                ),
+            });
+        }
+        syntax(&body_in_place(source))?;
         Ok(Self {
-            front,
+            front: FrontMatter {
+                name: written.name,
+                version: written.version,
+                task: written.task,
+                frame: written.frame,
+                summary: written.summary,
+                defaults: written.defaults,
+            },
             source: source.to_string(),
-            hash: hash(source),
         })
     }
 }
@@ -80,9 +123,13 @@ pub(super) fn split(source: &str) -> Option<(&str, &str)> {
         .strip_prefix(FENCE)?
         .strip_prefix("\r\n")
         .or_else(|| source.strip_prefix(FENCE)?.strip_prefix('\n'))?;
-    let end = rest.find("\n+++")?;
-    let body = &rest[end + 1 + FENCE.len()..];
-    Some((&rest[..end + 1], body.strip_prefix('\r').unwrap_or(body)))
+    // Also where nothing stands between the fences.
+    let end = match rest.strip_prefix(FENCE) {
+        Some(_) => 0,
+        None => rest.find("\n+++")? + 1,
+    };
+    let body = &rest[end + FENCE.len()..];
+    Some((&rest[..end], body.strip_prefix('\r').unwrap_or(body)))
 }
 
 /// The body of a file in its own lines: the front matter is blank, so that errors name the file's lines.
@@ -98,36 +145,62 @@ pub(super) fn body_in_place(source: &str) -> String {
     }
 }
 
-/// SHA-256 of a template's text, hexadecimal.
-#[must_use]
-pub fn hash(source: &str) -> String {
-    Sha256::digest(source.as_bytes())
-        .iter()
-        .map(|b| format!("{b:02x}"))
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prompts::{Techniques, Wording};
 
-    const GOOD: &str =
-        "+++\nname = \"a\"\nversion = \"1\"\ntask = \"t\"\nframe = \"f\"\n+++\nbody {{ x }}\n";
+    const GOOD: &str = "+++\nname = \"a\"\nversion = \"1\"\ntask = \"t\"\nframe = \"f\"\nschema = \"t\"\n\n\
+        [defaults]\nhistory = 20\nform = \"compact\"\ntechniques = \"cp,cot\"\n+++\nbody {{ x }}\n";
+
+    fn wrong(from: &str, to: &str) -> (usize, String) {
+        assert!(GOOD.contains(from));
+        match Template::read(&GOOD.replace(from, to)) {
+            Err(TemplateError::Wrong { line, message }) => (line, message),
+            other => panic!("{other:?}"),
+        }
+    }
 
     #[test]
     fn front_matter_and_lines() {
         let template = Template::read(GOOD).expect("a whole template");
-        assert_eq!(template.front.task, "t");
-        assert_eq!(body_in_place(GOOD).lines().nth(6), Some("body {{ x }}"));
+        let front = &template.front;
+        assert_eq!((front.task.as_str(), front.frame.as_str()), ("t", "f"));
+        assert_eq!(front.defaults.history.map(usize::from), Some(20));
+        assert_eq!(front.defaults.form, Some(Wording::Compact));
+        let techniques = Techniques::parse("cp,cot").expect("techniques");
+        assert_eq!(front.defaults.techniques, Some(techniques));
+        assert_eq!(front.defaults.radius, None);
+        assert_eq!(body_in_place(GOOD).lines().nth(12), Some("body {{ x }}"));
     }
 
     #[test]
     fn what_is_wrong_has_a_line() {
         assert_eq!(Template::read("hello"), Err(TemplateError::NoFrontMatter));
-        let broken = GOOD.replace("version = \"1\"", "version = ");
-        match Template::read(&broken) {
-            Err(TemplateError::FrontMatter { line, .. }) => assert_eq!(line, 3),
-            other => panic!("{other:?}"),
+        assert_eq!(wrong("version = \"1\"", "version = ").0, 3);
+        let (line, message) = wrong("frame = \"f\"", "frames = \"f\"");
+        assert!(line == 5 && message.contains("frames"), "{line} {message}");
+        let (line, message) = wrong("schema = \"t\"", "schema = \"other\"");
+        assert!(line == 6 && message.contains("other"), "{line} {message}");
+        let (line, message) = wrong("history = 20", "histroy = 20");
+        assert!(line == 9 && message.contains("histroy"), "{line} {message}");
+        let (line, message) = wrong("body {{ x }}", "{% if x %}\n{{ }}");
+        assert_eq!(line, 14, "{message}");
+    }
+
+    #[test]
+    fn defaults_that_cannot_be_are_named() {
+        for (line, message) in [
+            wrong("history = 20", "history = 0"),
+            wrong("history = 20", "radius = -1.0"),
+            wrong("history = 20", "radius = nan"),
+            wrong("history = 20", "precision = 10"),
+            wrong("history = 20", "temperature = 2.5"),
+            wrong("history = 20", "stride = 0"),
+        ] {
+            assert_eq!(line, 9, "{message}");
         }
+        let (line, message) = wrong("cp,cot", "cp,cut");
+        assert!(line == 11 && message.contains("cut"), "{line} {message}");
     }
 }

@@ -1,99 +1,121 @@
 //! The ego-centric description: where everyone is and how they move, seen from the ego.
 
-use std::fmt::Write;
+use super::motion_words;
+use super::options::{Form, Options};
+use super::parts::{NO_EGO, ego_drives, heading, name, nobody, on_lanelets, sizes, subject};
+use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
+use super::writer::Writer;
+use crate::metrics::{Encounter, Relation};
+use crate::scenario::{Motion, Scene, Window};
 
-use super::options::{NO_EGO, Options, heading, lanelets, name};
-use crate::metrics::{Direction, Encounter, Relation};
-use crate::scenario::{Scene, Window};
+/// Own motion, of the ego only.
+pub(super) const OWN: &[Column] = &[
+    column("lanelet", "lanelet"),
+    column("v [m/s]", "velocity"),
+    column("a [m/s²]", "acceleration"),
+];
 
-/// Slower than this, m/s, is no motion worth a sentence.
-const NOTICEABLE: f64 = 0.05;
+/// Relation to the ego, of everyone else.
+const RELATION: &[Column] = &[
+    column("direction", "direction"),
+    column("gap long [m]", "gap_long"),
+    column("gap lat [m]", "gap_lat"),
+    column("v rel long [m/s]", "v_rel_long"),
+    column("v rel lat [m/s]", "v_rel_lat"),
+    column("a rel long [m/s²]", "a_rel_long"),
+    column("a rel lat [m/s²]", "a_rel_lat"),
+];
 
-pub(super) fn describe(scene: &Scene, window: &Window, options: &Options) -> String {
-    let mut text = options.sizes(scene, window);
-    for step in window.steps() {
-        text.push('\n');
-        text.push_str(&heading(scene, step));
+/// The cells of the ego under [`OWN`].
+pub(super) fn own(scene: &Scene, ego: &Motion) -> [Cell; 3] {
+    [
+        Cell::lanelets(scene, ego),
+        Cell::Real(ego.velocity),
+        Cell::Real(ego.acceleration),
+    ]
+}
+
+pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
+    sizes(w, scene, &options.everyone(scene, window));
+    match options.form {
+        Form::Prose => prose(w, scene, window, options),
+        Form::Compact => compact(w, scene, window, options),
+    }
+}
+
+fn prose(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
+    for step in options.steps(window) {
+        heading(w, scene, step);
         let Some(ego) = scene.ego.track.at(step) else {
-            text.push_str(NO_EGO);
+            w.words(NO_EGO);
             continue;
         };
-        let _ = writeln!(
-            text,
-            "  The ego drives at {} m/s with acceleration {} m/s², {}.",
-            options.number(ego.velocity),
-            options.number(ego.acceleration),
-            lanelets(scene, ego),
-        );
+        ego_drives(w, scene, ego, step);
         let near = options.near(scene, step);
         if near.is_empty() {
-            let radius = options.number(options.radius);
-            let _ = writeln!(text, "  Nobody is within {radius} m.");
+            nobody(w, options.radius);
         }
         for (participant, motion) in near {
-            if let Some(encounter) = Encounter::at(scene, &participant, step) {
-                let who = name(&participant);
-                let relation = encounter.relation();
-                let place = lanelets(scene, motion);
-                let _ = writeln!(text, "  {}", sentence(&who, &relation, &place, options));
-            }
+            let Some(encounter) = Encounter::at(scene, &participant, step) else {
+                continue;
+            };
+            let relation = encounter.relation();
+            w.about(subject(&participant), Some(step)).words("  ");
+            name(w, &participant);
+            w.words(" (").words(relation.direction.name()).words(", ");
+            on_lanelets(w, scene, motion);
+            w.words("): ");
+            relative(w, &relation);
+            w.words("; relative acceleration longitudinal ")
+                .number("a_rel_long", relation.acceleration.x)
+                .words(" m/s², lateral ")
+                .number("a_rel_lat", relation.acceleration.y)
+                .words(" m/s². ")
+                .words(&motion_words::of(&relation))
+                .words("\n");
         }
     }
-    text
 }
 
-fn sentence(who: &str, relation: &Relation, place: &str, options: &Options) -> String {
-    let number = |value| options.number(value);
-    format!(
-        "{who} ({}, {place}): gap longitudinal {} m, lateral {} m; relative velocity longitudinal {} m/s, \
-         lateral {} m/s; relative acceleration longitudinal {} m/s², lateral {} m/s². {}",
-        relation.direction.name(),
-        number(relation.gap_long),
-        number(relation.gap_lat),
-        number(relation.velocity.x),
-        number(relation.velocity.y),
-        number(relation.acceleration.x),
-        number(relation.acceleration.y),
-        motion(relation),
-    )
+/// Gaps and relative velocities, in words.
+pub(super) fn relative(w: &mut Writer, relation: &Relation) {
+    w.words("gap longitudinal ")
+        .number("gap_long", relation.gap_long)
+        .words(" m, lateral ")
+        .number("gap_lat", relation.gap_lat)
+        .words(" m; relative velocity longitudinal ")
+        .number("v_rel_long", relation.velocity.x)
+        .words(" m/s, lateral ")
+        .number("v_rel_lat", relation.velocity.y)
+        .words(" m/s");
 }
 
-fn motion(relation: &Relation) -> String {
-    if relation.direction == Direction::Contact {
-        return "It touches the ego.".into();
-    }
-    let long = match (side(relation.gap_long), side(relation.velocity.x)) {
-        (0, 0) => "It is level with the ego and stays so",
-        (0, 1) => "It is level with the ego and moves forward past it",
-        (0, _) => "It is level with the ego and drops back past it",
-        (1, -1) => "Ahead of the ego, the gap is closing",
-        (1, 1) => "Ahead of the ego, the gap is opening",
-        (1, _) => "Ahead of the ego, the gap stays",
-        (_, 1) => "Behind the ego, the gap is closing",
-        (_, -1) => "Behind the ego, the gap is opening",
-        _ => "Behind the ego, the gap stays",
-    };
-    let lat = match (side(relation.gap_lat), side(relation.velocity.y)) {
-        (0, 0) => "it is in line with the ego and stays so",
-        (0, 1) => "it is in line with the ego and drifts to the left",
-        (0, _) => "it is in line with the ego and drifts to the right",
-        (1, -1) => "from the left it comes nearer sideways",
-        (1, 1) => "on the left it moves away sideways",
-        (1, _) => "on the left it keeps its sideways distance",
-        (_, 1) => "from the right it comes nearer sideways",
-        (_, -1) => "on the right it moves away sideways",
-        _ => "on the right it keeps its sideways distance",
-    };
-    format!("{long}; {lat}.")
-}
-
-/// −1, 0 or 1; what is hardly noticeable is 0.
-fn side(value: f64) -> i8 {
-    if value > NOTICEABLE {
-        1
-    } else if value < -NOTICEABLE {
-        -1
-    } else {
-        0
+fn compact(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
+    table::titles(w, WHEN_AND_WHO, &[OWN, RELATION]);
+    for step in options.steps(window) {
+        table::begin(w, scene, step, None);
+        let ego = scene.ego.track.at(step).map(|ego| own(scene, ego));
+        table::cells(w, OWN, ego.as_ref().map_or(&[], |c| c));
+        table::cells(w, RELATION, &[]);
+        w.words("\n");
+        for (participant, motion) in options.near(scene, step) {
+            let Some(encounter) = Encounter::at(scene, &participant, step) else {
+                continue;
+            };
+            let relation = encounter.relation();
+            table::begin(w, scene, step, Some(&participant));
+            table::cells(w, OWN, &[Cell::lanelets(scene, motion)]);
+            let cells = [
+                Cell::Words(relation.direction.name()),
+                Cell::Real(relation.gap_long),
+                Cell::Real(relation.gap_lat),
+                Cell::Real(relation.velocity.x),
+                Cell::Real(relation.velocity.y),
+                Cell::Real(relation.acceleration.x),
+                Cell::Real(relation.acceleration.y),
+            ];
+            table::cells(w, RELATION, &cells);
+            w.words("\n");
+        }
     }
 }

@@ -1,27 +1,42 @@
-//! Scenes in words: what a language model is given to read.
+//! Scenes in words: what a language model is given to read, and what each number in it stands for.
 
 mod cartesian;
 mod ego_centric;
+mod motion_words;
 mod options;
+mod parts;
+mod road;
+mod safety_metrics;
+mod table;
+mod trajectory;
 mod visible;
+mod writer;
 
-use crate::scenario::{Scene, Window};
+use crate::metrics::Context;
+use crate::scenario::{Participant, Scene, Window};
 
-pub use options::Options;
+pub use options::{Form, Options};
 pub use visible::visible;
+pub use writer::{Description, Span, Subject, Value};
 
-/// From where a scene is described.
+use writer::Writer;
+
+/// From where, or as what, a scene is described.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Frame {
     /// Positions on the map.
     Cartesian,
     /// Gaps and motion seen from the ego.
     Ego,
+    /// Safety measures of everyone near.
+    Metrics,
+    /// What one obstacle and the ego did, and the road.
+    Trajectory,
 }
 
 impl Frame {
     /// Every frame.
-    pub const ALL: [Self; 2] = [Self::Ego, Self::Cartesian];
+    pub const ALL: [Self; 4] = [Self::Ego, Self::Cartesian, Self::Metrics, Self::Trajectory];
 
     /// The word for it, on the command line and in the store.
     #[must_use]
@@ -29,6 +44,8 @@ impl Frame {
         match self {
             Self::Cartesian => "cartesian",
             Self::Ego => "ego",
+            Self::Metrics => "metrics",
+            Self::Trajectory => "trajectory",
         }
     }
 
@@ -37,13 +54,100 @@ impl Frame {
     pub fn parse(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|f| f.name() == name)
     }
+
+    /// The names of every frame, for help and errors.
+    #[must_use]
+    pub fn names() -> String {
+        Self::ALL.map(Self::name).join(", ")
+    }
 }
 
-/// The scene during `window`, in words.
-#[must_use]
-pub fn describe(scene: &Scene, frame: Frame, window: &Window, options: &Options) -> String {
+/// Why a scene cannot be described.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum TextError {
+    /// The trajectory frame is about one obstacle, and none is named.
+    #[error("the trajectory frame describes one obstacle: choose which")]
+    NoObstacle,
+    /// Nobody with a body has this id.
+    #[error("no obstacle with a body has the id {id}; there are {known}")]
+    UnknownObstacle {
+        /// The id asked for.
+        id: i64,
+        /// Some that exist.
+        known: String,
+    },
+    /// The obstacle is not there.
+    #[error("obstacle {id} is not there from step {first} to {last}")]
+    NotThere {
+        /// Which one.
+        id: i64,
+        /// First step that would be described.
+        first: i64,
+        /// The last one.
+        last: i64,
+    },
+}
+
+/// The scene during `window`, in words. What is described is known by the end of the window.
+///
+/// # Errors
+/// The obstacle that the options name, or that the frame needs, is not there.
+pub fn describe(
+    scene: &Scene,
+    frame: Frame,
+    window: &Window,
+    options: &Options,
+) -> Result<Description, TextError> {
+    describe_in(&Context::new(scene), frame, window, options)
+}
+
+/// As [`describe`], measured as `context` measures.
+///
+/// # Errors
+/// As [`describe`].
+pub fn describe_in(
+    context: &Context<'_>,
+    frame: Frame,
+    window: &Window,
+    options: &Options,
+) -> Result<Description, TextError> {
+    let scene = context.scene();
+    let chosen = options.obstacle.map(|id| participant(scene, id));
+    let chosen = chosen.transpose()?;
+    let mut writer = Writer::new(options.precision);
+    let w = &mut writer;
     match frame {
-        Frame::Cartesian => cartesian::describe(scene, window, options),
-        Frame::Ego => ego_centric::describe(scene, window, options),
+        Frame::Cartesian => cartesian::describe(w, scene, window, options),
+        Frame::Ego => ego_centric::describe(w, scene, window, options),
+        Frame::Metrics => safety_metrics::describe(w, context, window, options),
+        Frame::Trajectory => {
+            let who = chosen.ok_or(TextError::NoObstacle)?;
+            if !options.steps(window).iter().any(|&s| who.at(s).is_some()) {
+                return Err(TextError::NotThere {
+                    id: who.obstacle.id,
+                    first: window.first(),
+                    last: window.last(),
+                });
+            }
+            trajectory::describe(w, scene, &who, window, options);
+        }
     }
+    Ok(writer.finish())
+}
+
+fn participant(scene: &Scene, id: i64) -> Result<Participant<'_>, TextError> {
+    let found = scene.participants().find(|p| p.obstacle.id == id);
+    found.ok_or_else(|| {
+        let all: Vec<i64> = scene.participants().map(|p| p.obstacle.id).collect();
+        let mut known: Vec<String> = all.iter().take(12).map(i64::to_string).collect();
+        match all.len() {
+            0 => known.push("none".into()),
+            13.. => known.push("…".into()),
+            _ => {}
+        }
+        TextError::UnknownObstacle {
+            id,
+            known: known.join(", "),
+        }
+    })
 }

@@ -1,16 +1,50 @@
-//! What a description takes in, and how it writes numbers and names.
-
-use std::fmt::Write;
+//! What a description takes in, and how it is written.
 
 use crate::scenario::{Motion, Participant, Scene, Window};
 
-/// What to describe and how precisely.
+/// What to describe, how precisely, and in which form.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Only obstacles whose centre is this near to the ego's, metres.
     pub radius: f64,
     /// Decimals of metres, m/s and m/s²; radians get one more.
     pub precision: usize,
+    /// Every so many steps, counted back from the last one, which is always described; 0 is taken as 1.
+    pub stride: usize,
+    /// Sentences or a table.
+    pub form: Form,
+    /// Only this obstacle; the trajectory frame needs one, and takes it however far away it is.
+    pub obstacle: Option<i64>,
+}
+
+/// How a description is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Form {
+    /// Sentences.
+    #[default]
+    Prose,
+    /// A table: one line of titles with units, one row a step and participant, `-` for no value.
+    Compact,
+}
+
+impl Form {
+    /// Every form.
+    pub const ALL: [Self; 2] = [Self::Prose, Self::Compact];
+
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Prose => "prose",
+            Self::Compact => "compact",
+        }
+    }
+
+    /// The form with this name.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|f| f.name() == name)
+    }
 }
 
 impl Default for Options {
@@ -18,19 +52,21 @@ impl Default for Options {
         Self {
             radius: 30.0,
             precision: 2,
+            stride: 1,
+            form: Form::Prose,
+            obstacle: None,
         }
     }
 }
 
 impl Options {
-    /// A number with the decimals asked for; never a negative zero.
-    pub(super) fn number(&self, value: f64) -> String {
-        fixed(value, self.precision)
-    }
-
-    /// An angle in radians.
-    pub(super) fn angle(&self, value: f64) -> String {
-        fixed(crate::geometry::normalize_angle(value), self.precision + 1)
+    /// The steps of a window that are described, in order.
+    #[must_use]
+    pub fn steps(&self, window: &Window) -> Vec<i64> {
+        let stride = self.stride.max(1);
+        let mut steps: Vec<i64> = window.steps().rev().step_by(stride).collect();
+        steps.reverse();
+        steps
     }
 
     /// The participants near the ego at `step`, with their motion, nearest first.
@@ -43,7 +79,9 @@ impl Options {
             return Vec::new();
         };
         let distance = |m: &Motion| (m.pose.position - ego.pose.position).norm();
-        let present = scene.participants().filter_map(|p| Some((p, p.at(step)?)));
+        let wanted = |p: &Participant<'_>| self.obstacle.is_none_or(|id| id == p.obstacle.id);
+        let present = scene.participants().filter(wanted);
+        let present = present.filter_map(|p| Some((p, p.at(step)?)));
         let mut near: Vec<_> = present
             .filter(|(_, m)| distance(m) <= self.radius)
             .collect();
@@ -51,72 +89,17 @@ impl Options {
         near
     }
 
-    /// A line with the sizes of the ego and everyone who comes near during the window.
-    pub(super) fn sizes(&self, scene: &Scene, window: &Window) -> String {
-        let size = |length: f64, width: f64| {
-            format!(
-                "{} m long and {} m wide",
-                self.number(length),
-                self.number(width)
-            )
-        };
-        let (length, width) = scene.ego.footprint.shape().size();
-        let mut line = format!("Sizes: the ego is {}", size(length, width));
-        let mut seen = Vec::new();
-        for step in window.steps() {
+    /// Everyone who is near at a described step, in the order in which they come near.
+    pub(super) fn everyone<'a>(&self, scene: &'a Scene, window: &Window) -> Vec<Participant<'a>> {
+        let mut seen = std::collections::HashSet::new();
+        let mut everyone = Vec::new();
+        for step in self.steps(window) {
             for (participant, _) in self.near(scene, step) {
-                if !seen.contains(&participant.obstacle.id) {
-                    seen.push(participant.obstacle.id);
-                    let (length, width) = participant.footprint.shape().size();
-                    let _ = write!(line, "; {} {}", name(&participant), size(length, width));
+                if seen.insert(participant.obstacle.id) {
+                    everyone.push(participant);
                 }
             }
         }
-        line.push_str(".\n");
-        line
-    }
-}
-
-/// What is said of a step that the ego's recording leaves out.
-pub(super) const NO_EGO: &str = "  The ego is not recorded at this step.\n";
-
-/// What an obstacle is called: its type and id.
-pub(super) fn name(participant: &Participant<'_>) -> String {
-    format!("{} {}", participant.obstacle.kind, participant.obstacle.id)
-}
-
-/// The head of one step.
-pub(super) fn heading(scene: &Scene, step: i64) -> String {
-    format!("Step {step}, t = {} s:\n", fixed(scene.time_of(step), 2))
-}
-
-/// The lanelets under a participant, for the end of a sentence.
-pub(super) fn lanelets(scene: &Scene, motion: &Motion) -> String {
-    let ids = scene.scenario.network.lanelets_at(&motion.pose.position);
-    if ids.is_empty() {
-        return "off the lanelets".into();
-    }
-    let ids: Vec<String> = ids.iter().map(i64::to_string).collect();
-    format!("on lanelet {}", ids.join(" and "))
-}
-
-fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    let zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
-    if zero {
-        text.trim_start_matches('-').to_string()
-    } else {
-        text
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::fixed;
-
-    #[test]
-    fn no_negative_zero() {
-        assert_eq!(fixed(-0.001, 2), "0.00");
-        assert_eq!(fixed(-0.006, 2), "-0.01");
+        everyone
     }
 }

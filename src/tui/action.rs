@@ -59,6 +59,7 @@ pub enum Action {
     PromptView,
     Edit,
     ResetTemplate,
+    RereadTemplates,
     Run,
     RunAnew,
     Compare,
@@ -139,13 +140,14 @@ table! {
     Slower, Global, "slower", ["<"], 0, "slower", "Play half as fast.";
     NearestStep, Global, "nearest", ["n"], 0, "nearest", "Go to the step of the smallest distance.";
     CollisionStep, Global, "worst", ["x"], 0, "worst", "Go to the first contact, or the step of the lowest risk score.";
-    ToggleTask, Global, "task", ["t"], 0, "task", "Switch the task: collision or safety.";
-    ToggleFrame, Global, "frame", ["f"], 0, "frame", "Switch the description's frame: ego or Cartesian.";
+    ToggleTask, Global, "task", ["t"], 0, "task", "Switch the task.";
+    ToggleFrame, Global, "frame", ["f"], 0, "frame", "Switch to the next frame that the task has a template for.";
     ToggleCp, Global, "cp", ["1"], 0, "cp", "Contextual prompting on or off.";
     ToggleCot, Global, "cot", ["2"], 0, "cot", "Chain of thought on or off.";
     ToggleIcl, Global, "icl", ["3"], 0, "icl", "In-context examples on or off.";
     PromptView, Global, "prompt-view", ["v"], 0, "view", "Show the rendered prompt, the template, or the description.";
     ResetTemplate, Global, "reset-template", [], 0, "reset", "Discard the draft and the user's copy of the template.";
+    RereadTemplates, Global, "reread-templates", [], 0, "reread", "Read the templates in your prompts folder again.";
     NextAnswer, Global, "next-answer", ["]"], 0, "answer", "Show the reasoning of the next answer.";
     PreviousAnswer, Global, "previous-answer", ["["], 0, "answer back", "Show the reasoning of the previous answer.";
     CloseAnswer, Global, "close-answer", ["d"], 0, "close", "Take the shown answer off the comparison; it stays in the store.";

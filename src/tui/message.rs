@@ -50,6 +50,8 @@ pub enum Msg {
     Stored(StoredOf, Vec<Answer>),
     /// A template file was written or removed: its name, what to say, and the library as it is now.
     Saved(String, Result<(Library, String), String>),
+    /// The templates were read again.
+    Reread(Library),
     /// Something went wrong outside.
     Complaint(String),
     /// The program is asked to end.
@@ -136,6 +138,8 @@ pub enum Effect {
     SaveTemplate(String, String),
     /// Remove a template of the user's.
     RemoveTemplate(String),
+    /// Read all templates again.
+    RereadTemplates,
     /// Put text into the clipboard.
     Copy(String),
     /// Use the mouse, or not.

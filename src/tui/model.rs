@@ -27,13 +27,13 @@ use super::loaded::Opened;
 use super::message::{AskId, OpenId};
 use super::theme::Theme;
 use crate::config::Config;
-use crate::evaluation::{Case, prepare};
+use crate::evaluation::{Case, Decided, Settings, prepare};
 use crate::judge::{self, judge_under};
 use crate::llm::Offer;
 use crate::metrics::Thresholds;
-use crate::prompts::{Library, Techniques, Template};
+use crate::prompts::{Library, Techniques};
 use crate::scenario::{Scene, Window};
-use crate::text::{Frame, Options};
+use crate::text::Frame;
 use crate::verdict::Task;
 
 /// The panes of the main screen.
@@ -187,6 +187,8 @@ pub struct Model {
     pub frame: Frame,
     /// How it is asked.
     pub techniques: Techniques,
+    /// Whether the techniques were chosen, or are the template's.
+    pub techniques_chosen: bool,
     /// The prompt.
     pub prompt: PromptPane,
     /// Templates.
@@ -241,6 +243,7 @@ impl Model {
             task: Task::Collision,
             frame: Frame::Ego,
             techniques: Techniques::ALL,
+            techniques_chosen: false,
             prompt: PromptPane::default(),
             library,
             answers: Answers::default(),
@@ -291,7 +294,32 @@ impl Model {
             Task::Collision => scene.last_step(),
             Task::Safety | Task::Attacker | Task::Trajectory => self.clock.step(),
         };
-        Some(Window::ending_at(scene, last, self.config.history))
+        Some(Window::ending_at(scene, last, self.decided().history))
+    }
+
+    /// How the scene is described: as the configuration says, else as the saved template does.
+    #[must_use]
+    pub fn decided(&self) -> Decided {
+        let found = self.library.find(self.task.name(), self.frame.name());
+        let defaults = found.map(|(_, template)| template.front.defaults);
+        let said = Settings {
+            history: self.config.history,
+            radius: self.config.radius,
+            techniques: self.techniques_chosen.then_some(self.techniques),
+            obstacle: self.picked.filter(|_| self.frame == Frame::Trajectory),
+            ..Settings::default()
+        };
+        said.with(&defaults.unwrap_or_default())
+    }
+
+    /// The frame after the present one that has a template for the task.
+    #[must_use]
+    pub fn next_frame(&self) -> Frame {
+        let all = Frame::ALL;
+        let now = all.iter().position(|f| *f == self.frame).unwrap_or(0);
+        let mut after = (1..=all.len()).map(|n| all[(now + n) % all.len()]);
+        let fits = |f: &Frame| self.library.find(self.task.name(), f.name()).is_some();
+        after.find(fits).unwrap_or(self.frame)
     }
 
     /// Works out again what depends on the scene, the window, the template and the switches:
@@ -310,6 +338,8 @@ impl Model {
             Task::Safety => Some(judge_under(&scene, Task::Safety, &window, &self.thresholds)),
             Task::Attacker | Task::Trajectory => None,
         };
+        let decided = self.decided();
+        self.techniques = decided.techniques;
         let case = Case {
             name: opened.name.clone(),
             scene,
@@ -317,21 +347,11 @@ impl Model {
             frame: self.frame,
             techniques: self.techniques,
             window,
-            options: Options {
-                radius: self.config.radius,
-                ..Options::default()
-            },
+            options: decided.options,
             thresholds: self.thresholds.clone(),
         };
         self.prompt.load(&self.library, self.task, self.frame);
         let draft = self.prompt.draft();
-        if let Some(Err(error)) = draft.as_ref().map(|(_, source)| Template::read(source)) {
-            self.prompt.error = Some(error.to_string());
-            let good = self.prompt.good();
-            let good = good.as_ref().map(|(f, s)| (f.as_str(), s.as_str()));
-            self.prompt.question = prepare(case, &self.library, good).ok();
-            return;
-        }
         let prepared = prepare(
             case.clone(),
             &self.library,

@@ -117,7 +117,7 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environ
     let theme = theme.at_depth(Depth::of_environment(env));
     let library = Library::load(Some(&folders.prompts()));
     for problem in &library.problems {
-        complaints.push(format!("{}: {}", problem.path.display(), problem.message));
+        complaints.push(problem.to_string());
     }
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     complaints.extend(environment.problems.iter().cloned());

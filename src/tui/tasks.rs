@@ -143,6 +143,10 @@ impl Tasks {
                 let path = self.folders.prompts().join(&file);
                 self.change_template(file, move || set_aside(&path));
             }
+            Effect::RereadTemplates => {
+                let folder = self.folders.prompts();
+                self.background(move || Msg::Reread(Library::load(Some(&folder))));
+            }
             Effect::Copy(text) => return Some(Remaining::Copy(text)),
             Effect::UseMouse(on) => return Some(Remaining::UseMouse(on)),
             Effect::Suspend => return Some(Remaining::Suspend),

@@ -6,7 +6,7 @@ use super::support::program::Home;
 #[test]
 fn techniques_change_the_text() {
     let home = Home::new();
-    for frame in ["ego", "cartesian"] {
+    for frame in ["ego", "cartesian", "metrics"] {
         for task in ["collision", "safety"] {
             let prompt = |techniques: &str| {
                 let arguments = [
@@ -124,4 +124,215 @@ fn a_template_that_cannot_be_filled_is_named_with_its_line() {
     home.run(&["prompt", CUT_IN])
         .status(2)
         .says(&["collision-ego.md:8"]);
+}
+
+#[test]
+fn every_frame_is_described_in_both_forms_and_traced() {
+    let home = Home::new();
+    for frame in ["ego", "cartesian", "metrics", "trajectory"] {
+        let mut lengths = Vec::new();
+        for form in ["prose", "compact"] {
+            let mut arguments = vec![
+                "describe", CUT_IN, "--frame", frame, "--form", form, "--stride", "3",
+            ];
+            arguments.extend(["--precision", "3", "--history", "20", "--obstacle", "301"]);
+            let ended = home.run(&arguments).status(0).says(&["tokens (estimated)"]);
+            lengths.push(ended.stdout.len());
+            arguments.push("--trace");
+            let traced = home.run(&arguments).status(0).json();
+            let text = traced["text"].as_str().unwrap();
+            assert_eq!(text, ended.stdout);
+            let spans = traced["spans"].as_array().unwrap();
+            let mut distances = 0;
+            for span in spans {
+                let at = |key: &str| span[key].as_u64().unwrap() as usize;
+                let written: f64 = text[at("start")..at("end")].parse().unwrap();
+                let value = span["value"].as_f64().unwrap();
+                assert!((written - value).abs() <= 0.0051, "{span}");
+                if span["of"] == "obstacle" {
+                    assert_eq!(span["id"], 301);
+                    distances += usize::from(span["step"].is_i64());
+                }
+            }
+            assert!(distances > 20, "{frame} {form}");
+        }
+        assert!(lengths[1] < lengths[0], "{frame}: {lengths:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_described_is_said_with_advice() {
+    let home = Home::new();
+    home.run(&["describe", CUT_IN, "--frame", "trajectory"])
+        .status(2)
+        .says(&["--obstacle ID"]);
+    home.run(&["describe", CUT_IN, "--obstacle", "77"])
+        .status(2)
+        .says(&["77", "301"]);
+    home.run(&["describe", CUT_IN, "--frame", "polar"])
+        .status(2)
+        .says(&["cartesian, metrics, trajectory"]);
+    home.run(&["describe", CUT_IN, "--stride", "0"]).status(2);
+    home.run(&["describe", CUT_IN, "--precision", "10"])
+        .status(2);
+    home.run(&["describe", CUT_IN, "--form", "verse"])
+        .status(2)
+        .says(&["prose and compact"]);
+}
+
+#[test]
+fn a_templates_defaults_hold_until_the_user_says_otherwise() {
+    let home = Home::new();
+    let with = MINE.replace(
+        "frame = \"ego\"\n",
+        "frame = \"ego\"\n[defaults]\nhistory = 4\nstride = 2\nprecision = 1\ntechniques = \"cp\"\n",
+    );
+    let with = with.replace(
+        "Be mine.",
+        "Be mine.{% if cp %} CP{% endif %}{% if cot %} COT{% endif %}",
+    );
+    home.write(home.config().join("prompts/collision-ego.md"), with);
+    let prompt = |more: &[&str]| {
+        let arguments = [&["prompt", CUT_IN][..], more].concat();
+        home.run(&arguments).status(0).stdout
+    };
+    let steps = |text: &str| text.matches("\nStep ").count();
+    let text = prompt(&[]);
+    assert!(
+        text.contains("Be mine. CP\n") && steps(&text) == 2,
+        "{text}"
+    );
+    assert!(text.contains("4.5 m long"), "{text}");
+    let text = prompt(&["--history", "6", "--stride", "1", "--techniques", "cot"]);
+    assert!(
+        text.contains("Be mine. COT\n") && steps(&text) == 6,
+        "{text}"
+    );
+    home.write(home.config().join("config.toml"), "history = 8\n");
+    assert_eq!(
+        steps(&prompt(&[])),
+        4,
+        "the configuration is the user's word"
+    );
+}
+
+#[test]
+fn front_matter_with_an_unknown_key_is_named_with_its_line() {
+    let home = Home::new();
+    let wrong = MINE.replace("frame = \"ego\"\n", "frame = \"ego\"\nfrmae = \"ego\"\n");
+    home.write(home.config().join("prompts/collision-ego.md"), wrong);
+    home.run(&["prompt", CUT_IN]).status(0).says(&[
+        "collision-ego.md: line 6",
+        "frmae",
+        "shipped template is used",
+    ]);
+}
+
+#[test]
+fn templates_are_listed_with_where_they_come_from() {
+    let home = Home::new();
+    let listed = home.run(&["prompts"]).status(0).stdout;
+    for file in [
+        "collision-ego.md",
+        "safety-metrics.md",
+        "attacker-metrics.md",
+        "trajectory.md",
+        "_risk.md",
+    ] {
+        let line = listed.lines().find(|l| l.starts_with(file)).unwrap();
+        assert!(line.ends_with("shipped"), "{line}");
+    }
+    let row = |name: &str| {
+        let all = home.run(&["prompts", "list", "--json"]).json();
+        let rows = all["templates"].as_array().unwrap().clone();
+        rows.into_iter().find(|r| r["file"] == name).unwrap()
+    };
+    let before = row("collision-ego.md");
+    assert_eq!(
+        (&before["task"], &before["frame"]),
+        (&"collision".into(), &"ego".into())
+    );
+    let hash = before["hash"].as_str().unwrap().to_string();
+    assert_eq!(hash.len(), 64);
+    // The same hash is told and kept with a prompt.
+    home.run(&["prompt", CUT_IN]).status(0).says(&[&hash[..12]]);
+    // A fragment of one's own changes the hash of what includes it.
+    home.write(
+        home.config().join("prompts/_risk.md"),
+        "My own view of risk.",
+    );
+    assert_ne!(row("collision-ego.md")["hash"], before["hash"]);
+    let listed = home.run(&["prompts"]).status(0).stdout;
+    let line = listed.lines().find(|l| l.starts_with("_risk.md")).unwrap();
+    assert!(line.ends_with("prompts/_risk.md"), "{line}");
+}
+
+#[test]
+fn templates_are_shown_copied_and_compared() {
+    let home = Home::new();
+    let folder = home.run(&["prompts", "path"]).status(0).stdout;
+    assert_eq!(
+        std::path::Path::new(folder.trim()),
+        home.config().join("prompts")
+    );
+    let shown = home
+        .run(&["prompts", "show", "collision-ego"])
+        .status(0)
+        .stdout;
+    assert!(shown.starts_with("+++\nname = \"collision-ego\""));
+    home.run(&["prompts", "diff", "collision-ego"])
+        .status(0)
+        .says(&["the shipped collision-ego.md is in use"]);
+    let copied = home
+        .run(&["prompts", "copy", "collision-ego"])
+        .status(0)
+        .stdout;
+    let path = home.config().join("prompts/collision-ego.md");
+    assert_eq!(std::path::Path::new(copied.trim()), path);
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), shown);
+    std::fs::write(&path, shown.replace("You are an expert", "You are a poet")).unwrap();
+    home.run(&["prompts", "copy", "collision-ego"])
+        .status(2)
+        .says(&["is there already"]);
+    assert!(std::fs::read_to_string(&path).unwrap().contains("a poet"));
+    let diff = home
+        .run(&["prompts", "diff", "collision-ego.md"])
+        .status(0)
+        .stdout;
+    assert!(
+        diff.contains("--- shipped/collision-ego.md\n+++ "),
+        "{diff}"
+    );
+    assert!(
+        diff.contains("\n-You are an expert") && diff.contains("\n+You are a poet"),
+        "{diff}"
+    );
+    home.run(&["prompts", "show", "nothing"])
+        .status(2)
+        .says(&["nothing: no such template", "collision-ego.md"]);
+}
+
+#[test]
+fn what_is_wrong_with_a_users_template_is_listed() {
+    let home = Home::new();
+    let prompts = home.config().join("prompts");
+    let wrong = MINE.replace("{{ scenario }}", "\n{{ nothing_of_this_name }}");
+    home.write(prompts.join("collision-ego.md"), wrong);
+    home.write(prompts.join("safety-ego.md"), "no front matter");
+    home.write(
+        prompts.join("mine.md"),
+        MINE.replace("\"collision\"", "\"colision\""),
+    );
+    home.run(&["prompts"]).status(1).says(&[
+        "collision-ego.md:8",
+        "safety-ego.md: line 1",
+        "no task `colision`",
+        "3 of your templates",
+    ]);
+    // What differs in a broken file can be seen too.
+    let diff = home
+        .run(&["prompts", "diff", "safety-ego"])
+        .status(0)
+        .stdout;
+    assert!(diff.contains("+no front matter"), "{diff}");
 }

@@ -392,7 +392,7 @@ fn a_description_outside_the_recording_is_refused() {
         .says(&["--radius"]);
     home.run(&["describe", CUT_IN, "--frame", "upside-down"])
         .status(2)
-        .says(&["ego and cartesian"]);
+        .says(&["ego, cartesian, metrics, trajectory"]);
     home.run(&["describe", CUT_IN, "--ego", "999"])
         .status(2)
         .says(&["999", "301"]);

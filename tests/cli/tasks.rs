@@ -111,5 +111,5 @@ fn the_built_in_judge_says_what_it_does_not_answer() {
         .says(&["--task attacker", "collision and safety can be evaluated"]);
     home.run(&["ask", CUT_IN, "--task", "flight"])
         .status(2)
-        .says(&["attacker and trajectory"]);
+        .says(&["collision, safety, attacker, trajectory"]);
 }

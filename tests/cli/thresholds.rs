@@ -118,7 +118,7 @@ fn prompts_and_the_judge_score_alike() {
     );
     let after = (home.run(&prompt).status(0).stdout, risk(&home));
     assert!(
-        !before.0.contains("0.06") && after.0.contains("0.06"),
+        !before.0.contains("| 0.06 m |") && after.0.contains("| 0.06 m |"),
         "{}",
         after.0
     );

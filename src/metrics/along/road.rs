@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::LaneBody;
-use crate::geometry::{Footprint, Placed};
+use crate::geometry::{Footprint, Placed, Pose};
 use crate::scenario::{Motion, Route, RouteError, Scene};
 
 /// The route of the ego with the lanes beside it.
@@ -18,6 +18,12 @@ pub struct Road {
 /// Some lanes of a road, by number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LaneSet(u64);
+
+/// How far the road ahead is looked at, metres: what is farther is no obstacle to anyone yet.
+const AHEAD: f64 = 150.0;
+
+/// Between two poses on the road ahead, metres.
+const APART: f64 = 2.0;
 
 /// Lane numbers are shifted by this to become bits; what is still outside is no lane beside the route.
 const MIDDLE: i32 = 32;
@@ -49,6 +55,23 @@ impl Road {
                 .and_then(|p| graph.route(p).ok())
                 .ok_or(why)
         })?;
+        Ok(Self {
+            lanes: graph.lane_numbers(&route),
+            route,
+        })
+    }
+
+    /// The route along `driven`, oldest first, and then straight on along the lanes, whatever came later.
+    pub(in crate::metrics) fn ahead(scene: &Scene, driven: &[Pose]) -> Result<Self, RouteError> {
+        let graph = scene.scenario.network.lane_graph(None);
+        let last = driven.last().ok_or(RouteError::NeverOnRoad)?;
+        let on = graph.road_ahead(last, AHEAD).map(|route| {
+            let count = (route.length() / APART).floor() as usize;
+            let poses = (1..=count).map(|i| route.path.pose_at(route.start + i as f64 * APART));
+            poses.collect()
+        });
+        let on: Vec<Pose> = on.unwrap_or_default();
+        let route = graph.route_along(driven.iter().copied().chain(on))?;
         Ok(Self {
             lanes: graph.lane_numbers(&route),
             route,

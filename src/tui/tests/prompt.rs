@@ -48,7 +48,7 @@ fn the_prompt_follows_every_key_and_the_draft_is_what_is_asked() {
     bench.press("e");
     assert!(bench.frame(120, 40).contains("save as yours"));
     // Down to the first line of the system message.
-    bench.press("down down down down down down down down");
+    bench.press("down down down down down down down down down");
     bench.type_text("Dear model! ");
     assert!(
         rendered(&bench).starts_with("Dear model! You are an expert"),
@@ -68,10 +68,10 @@ fn the_prompt_follows_every_key_and_the_draft_is_what_is_asked() {
 fn a_broken_template_is_named_and_the_last_good_one_stays() {
     let mut bench = Bench::bundled();
     let before = rendered(&bench);
-    bench.press("e down down down down down down down down");
+    bench.press("e down down down down down down down down down");
     bench.type_text("{{ oops ");
     let error = bench.model.prompt.error.clone().unwrap();
-    assert!(error.contains("collision-ego.md:9"), "{error}");
+    assert!(error.contains("collision-ego.md:10"), "{error}");
     // The first brace alone could still be filled.
     assert!(rendered(&bench) == format!("{{{before}"));
     assert!(
@@ -101,7 +101,7 @@ fn a_broken_template_is_named_and_the_last_good_one_stays() {
 #[test]
 fn saving_writes_the_users_copy_and_reset_removes_it() {
     let mut bench = Bench::bundled();
-    bench.press("e down down down down down down down down");
+    bench.press("e down down down down down down down down down");
     bench.type_text("Mine. ");
     bench.press("ctrl-s");
     let saved = bench.effects.iter().find_map(|e| match e {
@@ -137,10 +137,13 @@ fn saving_writes_the_users_copy_and_reset_removes_it() {
 #[test]
 fn drafts_of_other_templates_are_kept() {
     let mut bench = Bench::bundled();
-    bench.press("e down down down down down down down down");
+    bench.press("e down down down down down down down down down");
     bench.type_text("Draft. ");
     bench.press("esc f");
     assert!(!rendered(&bench).contains("Draft."));
+    // Round all the frames that the task has a template for.
+    bench.press("f");
+    assert!(rendered(&bench).contains("described by safety measures"));
     bench.press("f");
     assert!(rendered(&bench).contains("Draft."));
 }
@@ -148,7 +151,7 @@ fn drafts_of_other_templates_are_kept() {
 #[test]
 fn pasted_text_goes_into_the_editor_at_once() {
     let mut bench = Bench::bundled();
-    bench.press("e down down down down down down down down");
+    bench.press("e down down down down down down down down down");
     bench.send(Msg::Paste("two\r\nlines ".into()));
     assert!(bench.model.prompt.text().contains("two\nlines"));
 }
@@ -156,7 +159,7 @@ fn pasted_text_goes_into_the_editor_at_once() {
 #[test]
 fn a_draft_is_kept_for_the_next_start_and_taken_up() {
     let mut bench = Bench::bundled();
-    bench.press("e down down down down down down down down");
+    bench.press("e down down down down down down down down down");
     bench.type_text("Kept. ");
     bench.press("esc q");
     let kept = bench.effects.iter().rev().find_map(|e| match e {
@@ -184,4 +187,60 @@ fn broken_front_matter_is_named_and_the_built_in_judge_does_not_care() {
             .iter()
             .any(|e| matches!(e, Effect::Ask { .. }))
     );
+}
+
+#[test]
+fn a_users_file_that_breaks_while_the_program_runs_stays_in_use_as_it_was() {
+    let mut bench = Bench::bundled();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("collision-ego.md");
+    let mine = Library::shipped("collision-ego.md")
+        .unwrap()
+        .replace("You are an expert", "You are mine");
+    std::fs::write(&file, mine).unwrap();
+    bench.press(":");
+    bench.type_text("reread-templates");
+    bench.press("enter");
+    assert!(
+        bench
+            .effects
+            .iter()
+            .any(|e| matches!(e, Effect::RereadTemplates))
+    );
+    bench.send(Msg::Reread(Library::load(Some(folder.path()))));
+    assert!(rendered(&bench).contains("You are mine"));
+    std::fs::write(&file, "+++\nname = 7\n+++\n").unwrap();
+    bench.send(Msg::Reread(Library::load(Some(folder.path()))));
+    assert!(rendered(&bench).contains("You are mine"));
+    let said = |bench: &Bench| {
+        let bad = bench.model.toasts.iter().filter(|t| t.kind == crate::tui::model::Notice::Error);
+        bad.map(|t| t.text.clone()).collect::<Vec<_>>().join("\n")
+    };
+    assert!(
+        said(&bench).contains("collision-ego.md: line 2") && said(&bench).contains("last good"),
+        "{}",
+        said(&bench)
+    );
+    std::fs::remove_file(&file).unwrap();
+    bench.send(Msg::Reread(Library::load(Some(folder.path()))));
+    assert!(rendered(&bench).contains("You are an expert"));
+}
+
+#[test]
+fn techniques_are_the_templates_until_they_are_chosen() {
+    let mut bench = Bench::bundled();
+    let folder = tempfile::tempdir().unwrap();
+    let mine = Library::shipped("collision-ego.md").unwrap().replacen(
+        "+++\n{%",
+        "\n[defaults]\ntechniques = \"cot\"\nhistory = 3\n+++\n{%",
+        1,
+    );
+    std::fs::write(folder.path().join("collision-ego.md"), mine).unwrap();
+    bench.send(Msg::Reread(Library::load(Some(folder.path()))));
+    assert_eq!(bench.model.techniques.to_string(), "cot");
+    assert_eq!(rendered(&bench).matches("\nStep ").count(), 3);
+    bench.press("1");
+    assert_eq!(bench.model.techniques.to_string(), "cp+cot");
+    bench.press("f");
+    assert_eq!(bench.model.techniques.to_string(), "cp+cot");
 }

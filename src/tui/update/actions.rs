@@ -6,6 +6,7 @@ use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
 use super::{answers, editing, open, open_current, plot};
 use crate::geometry::Pose;
 use crate::scenario::EgoSource;
+use crate::text::Frame;
 use crate::verdict::Task;
 
 /// Does it.
@@ -62,6 +63,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         }
         Edit => editing::begin(model),
         ResetTemplate => return editing::reset(model),
+        RereadTemplates => return vec![Effect::RereadTemplates],
         Run => return answers::ask(model, false),
         RunAnew => return answers::ask(model, true),
         NextAnswer => model.answers.cycle(true),
@@ -312,6 +314,9 @@ fn pick(model: &mut Model, by: isize) {
         None => 0,
     };
     model.picked = Some(order[next]);
+    if model.frame == Frame::Trajectory {
+        model.refresh();
+    }
 }
 
 fn take_as_ego(model: &mut Model) -> Vec<Effect> {
@@ -351,6 +356,13 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
                 Task::Collision => Task::Safety,
                 Task::Safety | Task::Attacker | Task::Trajectory => Task::Collision,
             };
+            if model
+                .library
+                .find(model.task.name(), model.frame.name())
+                .is_none()
+            {
+                model.frame = model.next_frame();
+            }
             // Answers to another question do not compare.
             let name = model
                 .opened
@@ -361,15 +373,17 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
             effects.extend(load_stored(model));
         }
         Action::ToggleFrame => {
-            use crate::text::Frame;
-            model.frame = match model.frame {
-                Frame::Ego => Frame::Cartesian,
-                Frame::Cartesian => Frame::Ego,
-            };
+            model.frame = model.next_frame();
         }
-        Action::ToggleCp => model.techniques.cp = !model.techniques.cp,
-        Action::ToggleCot => model.techniques.cot = !model.techniques.cot,
-        _ => model.techniques.icl = !model.techniques.icl,
+        _ => {
+            model.techniques_chosen = true;
+            let on = match action {
+                Action::ToggleCp => &mut model.techniques.cp,
+                Action::ToggleCot => &mut model.techniques.cot,
+                _ => &mut model.techniques.icl,
+            };
+            *on = !*on;
+        }
     }
     model.refresh();
     effects

@@ -111,7 +111,7 @@ pub fn saved(
 ) -> Vec<Effect> {
     match result {
         Ok((library, words)) => {
-            model.library = library;
+            model.library = library.or_last_good(&model.library);
             if file == model.prompt.file() {
                 if model.prompt.editing {
                     model.prompt.mark_saved();
@@ -126,6 +126,19 @@ pub fn saved(
         Err(error) => model.complain(error),
     }
     Vec::new()
+}
+
+/// All templates were read again: broken ones are said, and stay as they were when they were good.
+pub fn reread(model: &mut Model, library: Library) {
+    model.library = library.or_last_good(&model.library);
+    for problem in model.library.problems.clone() {
+        model.complain(problem.to_string());
+    }
+    if !model.prompt.is_draft() {
+        model.prompt.reload(&model.library);
+    }
+    model.say("the templates are read again");
+    model.refresh();
 }
 
 /// Discards the draft and the user's copy.

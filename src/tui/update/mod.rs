@@ -70,6 +70,10 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Saved(file, result) => editing::saved(model, &file, result),
+        Msg::Reread(library) => {
+            editing::reread(model, library);
+            Vec::new()
+        }
         Msg::Complaint(text) => {
             model.complain(text);
             Vec::new()
@@ -317,7 +321,7 @@ fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     newest.truncate(STORED);
     for answer in newest.into_iter().rev() {
         let mut column = Column::from(answer);
-        column.truth = column.steps.and_then(|(_, last)| truth(model, last));
+        column.truth = column.steps.and_then(|steps| truth(model, steps));
         model.answers.columns.push(column);
     }
     if !model.answers.columns.is_empty() {
@@ -329,10 +333,11 @@ fn show_stored(model: &mut Model, stored: Vec<Answer>) {
 /// Earlier answers kept at hand.
 const STORED: usize = 32;
 
-/// What the built-in judge says about a window that ends at a step.
-fn truth(model: &Model, last: i64) -> Option<crate::verdict::Verdict> {
+/// What the built-in judge says about the window of an answer.
+fn truth(model: &Model, (first, last): (i64, i64)) -> Option<crate::verdict::Verdict> {
     let scene = model.scene()?;
-    let window = crate::scenario::Window::ending_at(scene, last, model.config.history);
+    let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
+    let window = crate::scenario::Window::ending_at(scene, last, history);
     let judgement = crate::judge::judge_under(scene, model.task, &window, &model.thresholds);
     Some(judgement.verdict)
 }

@@ -1,0 +1,238 @@
+//! `nearmiss prompts`: the templates, where they come from, and what is wrong with them.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use serde_json::json;
+use similar::TextDiff;
+
+use super::open::configuration;
+use super::{Failure, Outcome, output};
+use crate::evaluation::trial;
+use crate::prompts::{Library, Origin};
+use crate::system;
+
+/// Arguments of `prompts`.
+#[derive(Debug, clap::Args)]
+pub struct Prompts {
+    #[command(subcommand)]
+    what: Option<What>,
+}
+
+/// What about the templates.
+#[derive(Debug, clap::Subcommand)]
+enum What {
+    /// Every template with task, frame, version, hash and origin, and what is wrong with yours [default].
+    List {
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// The text of a template or fragment, as it is in use.
+    Show {
+        /// Its file name; `.md` may be left out.
+        name: String,
+    },
+    /// The folder that your own templates are in.
+    Path,
+    /// What your version of a template changes in the shipped one.
+    Diff {
+        /// Its file name; `.md` may be left out.
+        name: String,
+    },
+    /// Copies a template into your folder, where you can change it; what is there is not touched.
+    Copy {
+        /// Its file name; `.md` may be left out.
+        name: String,
+    },
+}
+
+/// Runs `prompts`.
+pub fn run(arguments: &Prompts) -> Outcome {
+    let (folders, _) = configuration()?;
+    let folder = folders.prompts();
+    let library = Library::load(Some(&folder));
+    match arguments
+        .what
+        .as_ref()
+        .unwrap_or(&What::List { json: false })
+    {
+        What::List { json } => list(&library, *json),
+        What::Show { name } => output::text(&output::visible(known(&library, name)?.1)),
+        What::Path => output::text(&format!("{}\n", folder.display())),
+        What::Diff { name } => diff(&library, name),
+        What::Copy { name } => {
+            let (file, _) = known(&library, name)?;
+            let shipped = Library::shipped(&file)
+                .ok_or_else(|| Failure::input(format!("{file} does not come with the program")))?;
+            let path = folder.join(&file);
+            write_new(&path, shipped)?;
+            output::text(&format!("{}\n", path.display()))
+        }
+    }
+}
+
+/// The file that a name means, with its text in use.
+fn known<'l>(library: &'l Library, name: &str) -> Result<(String, &'l str), Failure> {
+    let file = match name.ends_with(".md") {
+        true => name.to_string(),
+        false => format!("{name}.md"),
+    };
+    match library.source(&file) {
+        Some((text, _)) => Ok((file, text)),
+        None => {
+            let fragments = library.fragments().keys().map(String::as_str);
+            let all: Vec<&str> = library.templates().map(|t| t.0).chain(fragments).collect();
+            Err(Failure::input(format!(
+                "{name}: no such template; there are {}",
+                all.join(", ")
+            )))
+        }
+    }
+}
+
+/// What is wrong with the user's files: those that cannot be read, and those that cannot be filled.
+fn problems(library: &Library) -> Vec<String> {
+    let unread = library.problems.iter().map(ToString::to_string);
+    let unfilled = library.templates().filter_map(|(file, _, origin)| {
+        let Origin::User(path) = origin else {
+            return None;
+        };
+        let error = trial(library, file).err()?;
+        Some(format!("{}: {error}", path.display()))
+    });
+    unread.chain(unfilled).collect()
+}
+
+fn place(origin: &Origin) -> String {
+    match origin {
+        Origin::Shipped => "shipped".into(),
+        Origin::User(path) => path.display().to_string(),
+    }
+}
+
+fn list(library: &Library, as_json: bool) -> Outcome {
+    let problems = problems(library);
+    let templates = library.templates();
+    if as_json {
+        let rows = templates.map(|(file, template, origin)| {
+            let front = &template.front;
+            json!({
+                "file": file, "task": front.task, "frame": front.frame, "version": front.version,
+                "hash": library.hash(&template.source), "origin": place(origin), "summary": front.summary,
+            })
+        });
+        let rows: Vec<_> = rows.collect();
+        output::json(&json!({ "templates": rows, "problems": problems }))?;
+    } else {
+        let titles = ["file", "task", "frame", "version", "hash", "origin"];
+        let mut rows = vec![titles.map(String::from)];
+        rows.extend(templates.map(|(file, template, origin)| {
+            let front = &template.front;
+            [
+                file.to_string(),
+                front.task.clone(),
+                front.frame.clone(),
+                front.version.clone(),
+                library.hash(&template.source)[..12].to_string(),
+                place(origin),
+            ]
+        }));
+        let fragments = library.fragments().keys();
+        rows.extend(fragments.filter_map(|file| {
+            let (_, origin) = library.source(file)?;
+            let dash = || "-".to_string();
+            Some([file.clone(), dash(), dash(), dash(), dash(), place(origin)])
+        }));
+        output::text(&aligned(&rows))?;
+        for problem in &problems {
+            output::say(&format!("nearmiss: {problem}"));
+        }
+    }
+    match problems.len() {
+        0 => Ok(()),
+        count => Err(Failure {
+            message: format!("{count} of your templates cannot be used as they are"),
+            status: 1,
+        }),
+    }
+}
+
+fn aligned(rows: &[[String; 6]]) -> String {
+    let rows: Vec<_> = rows
+        .iter()
+        .map(|row| row.each_ref().map(|cell| output::visible(cell)))
+        .collect();
+    let width = |column: usize| {
+        let widths = rows.iter().map(|row| row[column].chars().count());
+        widths.max().unwrap_or(0)
+    };
+    let widths: [usize; 6] = std::array::from_fn(width);
+    let mut text = String::new();
+    for row in &rows {
+        let cells = row.iter().zip(widths);
+        let cells: Vec<String> = cells
+            .map(|(cell, width)| format!("{cell:width$}"))
+            .collect();
+        text.push_str(cells.join("  ").trim_end());
+        text.push('\n');
+    }
+    text
+}
+
+fn diff(library: &Library, name: &str) -> Outcome {
+    let (file, _) = known(library, name)?;
+    let Some(shipped) = Library::shipped(&file) else {
+        return Err(Failure::input(format!(
+            "{file} does not come with the program, so there is nothing to compare it with"
+        )));
+    };
+    // Also a file that is broken and not in use has its differences.
+    let broken = library.problems.iter().find(|p| {
+        p.path
+            .file_name()
+            .is_some_and(|n| n.to_string_lossy() == file)
+    });
+    let (theirs, path) = match (broken, library.source(&file)) {
+        (Some(problem), _) => {
+            output::say(&format!("nearmiss: {problem}"));
+            let text = std::fs::read_to_string(&problem.path).map_err(|error| {
+                Failure::input(format!(
+                    "{}: {}",
+                    problem.path.display(),
+                    system::words(&error)
+                ))
+            })?;
+            (text, problem.path.clone())
+        }
+        (None, Some((text, Origin::User(path)))) => (text.to_string(), path.clone()),
+        _ => {
+            output::say(&format!("the shipped {file} is in use"));
+            return Ok(());
+        }
+    };
+    let difference = TextDiff::from_lines(shipped, &theirs);
+    let mut unified = difference.unified_diff();
+    let shown = path.display().to_string();
+    let text = unified
+        .header(&format!("shipped/{file}"), &shown)
+        .to_string();
+    output::text(&output::visible(&text))
+}
+
+/// Writes a file that must not be there yet.
+fn write_new(path: &PathBuf, text: &str) -> Result<(), Failure> {
+    let failed = |error: std::io::Error| {
+        Failure::input(match error.kind() {
+            std::io::ErrorKind::AlreadyExists => {
+                format!("{} is there already; nothing was written", path.display())
+            }
+            _ => format!("{}: {}", path.display(), system::words(&error)),
+        })
+    };
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(failed)?;
+    }
+    let mut file = std::fs::File::create_new(path).map_err(failed)?;
+    file.write_all(text.as_bytes()).map_err(failed)
+}

@@ -1,0 +1,96 @@
+//! How a case is asked: what the user says, else what the template says, else what the program does.
+
+use crate::prompts::{Defaults, Techniques, Wording};
+use crate::text::{Form, Options};
+
+/// What the user says; nothing where the template is to decide.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Settings {
+    /// Steps in the window.
+    pub history: Option<usize>,
+    /// Every so many steps are described.
+    pub stride: Option<usize>,
+    /// Obstacles farther from the ego are left out, metres.
+    pub radius: Option<f64>,
+    /// Decimals.
+    pub precision: Option<usize>,
+    /// Sentences or a table.
+    pub form: Option<Form>,
+    /// Which techniques are on.
+    pub techniques: Option<Techniques>,
+    /// The obstacle that is described.
+    pub obstacle: Option<i64>,
+}
+
+/// How a case is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decided {
+    /// Steps in the window.
+    pub history: usize,
+    /// Which techniques are on.
+    pub techniques: Techniques,
+    /// How the scene is described.
+    pub options: Options,
+}
+
+/// Steps in a window where nobody says how many: the second that the paper's safety inference looks at.
+const HISTORY: usize = 10;
+
+impl Settings {
+    /// What holds with a template that has these defaults.
+    #[must_use]
+    pub fn with(&self, template: &Defaults) -> Decided {
+        let usual = Options::default();
+        let form = template.form.map(|wording| match wording {
+            Wording::Prose => Form::Prose,
+            Wording::Compact => Form::Compact,
+        });
+        Decided {
+            history: self
+                .history
+                .or(template.history.map(usize::from))
+                .unwrap_or(HISTORY),
+            techniques: self
+                .techniques
+                .or(template.techniques)
+                .unwrap_or(Techniques::ALL),
+            options: Options {
+                radius: self.radius.or(template.radius).unwrap_or(usual.radius),
+                precision: self
+                    .precision
+                    .or(template.precision)
+                    .unwrap_or(usual.precision),
+                stride: self
+                    .stride
+                    .or(template.stride.map(usize::from))
+                    .unwrap_or(usual.stride),
+                form: self.form.or(form).unwrap_or(usual.form),
+                obstacle: self.obstacle,
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_user_before_the_template_before_the_program() {
+        let template = Defaults {
+            radius: Some(50.0),
+            form: Some(Wording::Compact),
+            techniques: Some(Techniques::default()),
+            ..Defaults::default()
+        };
+        let user = Settings {
+            radius: Some(20.0),
+            ..Settings::default()
+        };
+        let decided = user.with(&template);
+        assert_eq!(decided.options.radius, 20.0);
+        assert_eq!(decided.options.form, Form::Compact);
+        assert_eq!(decided.techniques, Techniques::default());
+        assert_eq!((decided.history, decided.options.stride), (HISTORY, 1));
+    }
+}

@@ -1,0 +1,139 @@
+//! What templates may use: everything about a case that can be filled in.
+
+use serde::Serialize;
+
+use super::question::Case;
+use crate::metrics::{MEASURES, RiskLevel, Thresholds};
+use crate::prompts;
+
+/// The values of a case.
+#[derive(Debug, Serialize)]
+pub(super) struct Values<'a> {
+    task: &'static str,
+    frame: &'static str,
+    cp: bool,
+    cot: bool,
+    icl: bool,
+    description: &'a str,
+    /// `prose` or `compact`.
+    form: &'static str,
+    /// Seconds between two time steps.
+    dt: f64,
+    /// Seconds between two described steps.
+    spacing: f64,
+    radius: f64,
+    ego: i64,
+    /// The obstacle that is described; none where all are.
+    obstacle: Option<i64>,
+    scenario: &'a str,
+    window: WindowValues,
+    risk_levels: &'a [RiskLevel],
+    /// Critical values of measures.
+    thresholds: Vec<ThresholdValues>,
+    limits: LimitValues,
+    /// The answer's form in readable JSON, and a line for each of its keys, both told from its schema.
+    answer_form: String,
+    answer_keys: String,
+    /// The schema itself.
+    answer_schema: String,
+}
+
+#[derive(Debug, Serialize)]
+struct WindowValues {
+    first: i64,
+    last: i64,
+    /// Steps in the window, described or not.
+    steps: i64,
+    /// Steps that are described.
+    described: usize,
+    seconds: f64,
+    /// Seconds since time step 0 of the first described step and of the last.
+    from: f64,
+    until: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct ThresholdValues {
+    measure: &'static str,
+    name: &'static str,
+    value: f64,
+    unit: &'static str,
+    level: String,
+    source: String,
+}
+
+/// What vehicles can do, m/s² and 1/m.
+#[derive(Debug, Serialize)]
+struct LimitValues {
+    acceleration: f64,
+    deceleration: f64,
+    lateral: f64,
+    curvature: f64,
+}
+
+impl<'a> Values<'a> {
+    pub fn of(case: &'a Case, description: &'a str, schema: &serde_json::Value) -> Self {
+        let (first, last) = (case.window.first(), case.window.last());
+        let steps = last - first + 1;
+        let described = case.options.steps(&case.window);
+        let dt = case.scene.scenario.dt();
+        let limits = &case.thresholds.limits;
+        Self {
+            task: case.task.name(),
+            frame: case.frame.name(),
+            cp: case.techniques.cp,
+            cot: case.techniques.cot,
+            icl: case.techniques.icl,
+            description,
+            form: case.options.form.name(),
+            dt,
+            spacing: plain(dt * case.options.stride.max(1) as f64),
+            radius: case.options.radius,
+            ego: case.scene.ego.id,
+            obstacle: case.options.obstacle,
+            scenario: &case.name,
+            window: WindowValues {
+                first,
+                last,
+                steps,
+                described: described.len(),
+                seconds: plain(steps as f64 * dt),
+                from: plain(
+                    case.scene
+                        .time_of(described.first().copied().unwrap_or(last)),
+                ),
+                until: plain(case.scene.time_of(last)),
+            },
+            risk_levels: &case.thresholds.risk.levels,
+            thresholds: critical(&case.thresholds),
+            limits: LimitValues {
+                acceleration: limits.kick_down,
+                deceleration: limits.full_braking,
+                lateral: limits.evasion,
+                curvature: limits.tightest,
+            },
+            answer_form: prompts::answer_form(schema),
+            answer_keys: prompts::answer_keys(schema),
+            answer_schema: schema.to_string(),
+        }
+    }
+}
+
+fn critical(thresholds: &Thresholds) -> Vec<ThresholdValues> {
+    let of = MEASURES.iter().flat_map(|measure| {
+        thresholds.of(measure.id).map(|threshold| ThresholdValues {
+            measure: measure.id,
+            name: measure.name,
+            value: threshold.value,
+            unit: measure.unit,
+            level: threshold.name.clone(),
+            source: threshold.source.clone(),
+        })
+    });
+    of.collect()
+}
+
+/// Without the dust of binary fractions.
+fn plain(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}

@@ -1,0 +1,89 @@
+//! What a template would have where the user does not say otherwise.
+
+use std::num::NonZeroUsize;
+
+use serde::{Deserialize, Deserializer, de::Error};
+
+use super::Techniques;
+
+/// Defaults of a template; what it does not say, the program decides.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Defaults {
+    /// Steps in the window.
+    pub history: Option<NonZeroUsize>,
+    /// Every so many steps are described.
+    pub stride: Option<NonZeroUsize>,
+    /// Obstacles farther from the ego are left out, metres.
+    #[serde(deserialize_with = "radius")]
+    pub radius: Option<f64>,
+    /// Decimals of metres, m/s and m/s².
+    #[serde(deserialize_with = "precision")]
+    pub precision: Option<usize>,
+    /// How the scene is written.
+    pub form: Option<Wording>,
+    /// Which techniques are on.
+    #[serde(deserialize_with = "techniques")]
+    pub techniques: Option<Techniques>,
+    /// Sampling temperature, 0 to 2.
+    #[serde(deserialize_with = "temperature")]
+    pub temperature: Option<f64>,
+}
+
+/// How a scene is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Wording {
+    /// Sentences.
+    Prose,
+    /// A table.
+    Compact,
+}
+
+impl Wording {
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Prose => "prose",
+            Self::Compact => "compact",
+        }
+    }
+}
+
+/// More decimals than any recording has.
+pub const MOST_DECIMALS: usize = 9;
+
+fn radius<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+    let metres = f64::deserialize(from)?;
+    if metres.is_finite() && metres > 0.0 {
+        return Ok(Some(metres));
+    }
+    Err(D::Error::custom("radius is a positive number of metres"))
+}
+
+fn precision<'de, D: Deserializer<'de>>(from: D) -> Result<Option<usize>, D::Error> {
+    let decimals = i64::deserialize(from)?;
+    let decimals = usize::try_from(decimals).ok();
+    match decimals.filter(|d| *d <= MOST_DECIMALS) {
+        Some(decimals) => Ok(Some(decimals)),
+        None => Err(D::Error::custom(format!(
+            "precision is a number of decimals from 0 to {MOST_DECIMALS}"
+        ))),
+    }
+}
+
+fn techniques<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Techniques>, D::Error> {
+    let words = String::deserialize(from)?;
+    Techniques::parse(&words)
+        .map(Some)
+        .map_err(D::Error::custom)
+}
+
+fn temperature<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+    let value = f64::deserialize(from)?;
+    if (0.0..=2.0).contains(&value) {
+        return Ok(Some(value));
+    }
+    Err(D::Error::custom("temperature lies between 0 and 2"))
+}

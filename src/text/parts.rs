@@ -1,0 +1,106 @@
+//! Phrases and tables that several descriptions share.
+
+use super::writer::{Subject, Writer};
+use crate::scenario::{Motion, Participant, Scene};
+
+/// What is said of a step that the ego's recording leaves out.
+pub(super) const NO_EGO: &str = "  The ego is not recorded at this step.\n";
+
+/// Whose the numbers about a participant are.
+pub(super) fn subject(participant: &Participant<'_>) -> Subject {
+    Subject::Obstacle(participant.obstacle.id)
+}
+
+/// What an obstacle is called: its type and id.
+pub(super) fn name(w: &mut Writer, participant: &Participant<'_>) {
+    w.words(participant.obstacle.kind.name())
+        .words(" ")
+        .whole("id", participant.obstacle.id);
+}
+
+/// A line with the sizes of the ego and of `others`.
+pub(super) fn sizes(w: &mut Writer, scene: &Scene, others: &[Participant<'_>]) {
+    let size = |w: &mut Writer, (length, width): (f64, f64)| {
+        w.number("length", length)
+            .words(" m long and ")
+            .number("width", width)
+            .words(" m wide");
+    };
+    w.about(Subject::Ego, None).words("Sizes: the ego is ");
+    size(w, scene.ego.footprint.shape().size());
+    for other in others {
+        w.about(subject(other), None).words("; ");
+        name(w, other);
+        w.words(" ");
+        size(w, other.footprint.shape().size());
+    }
+    w.words(".\n");
+}
+
+/// The head of one step.
+pub(super) fn heading(w: &mut Writer, scene: &Scene, step: i64) {
+    w.about(Subject::Scene, Some(step))
+        .words("\nStep ")
+        .whole("step", step)
+        .words(", t = ")
+        .time(scene.time_of(step))
+        .words(" s:\n");
+}
+
+/// The ego's own motion, in a sentence.
+pub(super) fn ego_drives(w: &mut Writer, scene: &Scene, ego: &Motion, step: i64) {
+    w.about(Subject::Ego, Some(step))
+        .words("  The ego drives at ")
+        .number("velocity", ego.velocity)
+        .words(" m/s with acceleration ")
+        .number("acceleration", ego.acceleration)
+        .words(" m/s², ");
+    on_lanelets(w, scene, ego);
+    w.words(".\n");
+}
+
+/// Said where no obstacle is described at a step.
+pub(super) fn nobody(w: &mut Writer, radius: f64) {
+    w.about(Subject::Scene, None)
+        .words("  Nobody is within ")
+        .number("radius", radius)
+        .words(" m.\n");
+}
+
+/// Motion in the coordinates of the map, for the end of a line.
+pub(super) fn on_the_map(w: &mut Writer, scene: &Scene, motion: &Motion) {
+    w.words("at (")
+        .number("x", motion.pose.position.x)
+        .words(", ")
+        .number("y", motion.pose.position.y)
+        .words(") m, heading ")
+        .angle("heading", motion.pose.heading)
+        .words(" rad, velocity ")
+        .number("velocity", motion.velocity)
+        .words(" m/s, acceleration ")
+        .number("acceleration", motion.acceleration)
+        .words(" m/s², ");
+    on_lanelets(w, scene, motion);
+}
+
+/// The lanelets under a participant, for the end of a sentence.
+pub(super) fn on_lanelets(w: &mut Writer, scene: &Scene, motion: &Motion) {
+    let ids = scene.scenario.network.lanelets_at(&motion.pose.position);
+    if ids.is_empty() {
+        w.words("off the lanelets");
+        return;
+    }
+    w.words("on lanelet ");
+    lanelet_ids(w, &ids, " and ");
+}
+
+/// Ids of lanelets.
+pub(super) fn lanelet_ids<'w>(w: &'w mut Writer, ids: &[i64], between: &str) -> &'w mut Writer {
+    for (place, &id) in ids.iter().enumerate() {
+        if place > 0 {
+            w.words(between);
+        }
+        w.whole("lanelet", id);
+    }
+    w
+}

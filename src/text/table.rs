@@ -1,0 +1,83 @@
+//! The compact form: a line of titles with units, then one row a step and participant.
+
+use super::parts::{lanelet_ids, name, subject};
+use super::writer::{Subject, Writer};
+use crate::scenario::{Motion, Participant, Scene};
+
+/// A column: its title with the unit, and what its numbers are.
+pub(super) struct Column {
+    pub title: &'static str,
+    pub quantity: &'static str,
+}
+
+/// A column.
+pub(super) const fn column(title: &'static str, quantity: &'static str) -> Column {
+    Column { title, quantity }
+}
+
+/// What stands in a row under a column.
+pub(super) enum Cell {
+    Nothing,
+    Real(f64),
+    Angle(f64),
+    Whole(i64),
+    Words(&'static str),
+    /// The lanelets under somebody.
+    Lanelets(Vec<i64>),
+}
+
+impl Cell {
+    /// A number, or nothing.
+    pub fn of(value: Option<f64>) -> Self {
+        value.map_or(Self::Nothing, Self::Real)
+    }
+
+    /// The lanelets under somebody.
+    pub fn lanelets(scene: &Scene, motion: &Motion) -> Self {
+        Self::Lanelets(scene.scenario.network.lanelets_at(&motion.pose.position))
+    }
+}
+
+/// The line of titles; `first` are those of the columns that [`begin`] fills, or others.
+pub(super) fn titles(w: &mut Writer, first: &str, columns: &[&[Column]]) {
+    w.words(first);
+    for column in columns.iter().copied().flatten() {
+        w.words(",").words(column.title);
+    }
+    w.words("\n");
+}
+
+/// Titles of the columns that [`begin`] fills.
+pub(super) const WHEN_AND_WHO: &str = "step,t [s],who";
+
+/// Begins a row: when and who.
+pub(super) fn begin(w: &mut Writer, scene: &Scene, step: i64, who: Option<&Participant<'_>>) {
+    w.about(Subject::Scene, Some(step))
+        .whole("step", step)
+        .words(",")
+        .time(scene.time_of(step))
+        .words(",")
+        .about(who.map_or(Subject::Ego, subject), Some(step));
+    match who {
+        Some(who) => name(w, who),
+        None => {
+            w.words("ego");
+        }
+    }
+}
+
+/// Cells of a row under `columns`; those that are missing at the end have no value.
+pub(super) fn cells(w: &mut Writer, columns: &[Column], cells: &[Cell]) {
+    for (place, column) in columns.iter().enumerate() {
+        w.words(",");
+        match cells.get(place).unwrap_or(&Cell::Nothing) {
+            Cell::Nothing => w.words("-"),
+            Cell::Real(value) => w.number(column.quantity, *value),
+            Cell::Angle(value) => w.angle(column.quantity, *value),
+            Cell::Whole(value) => w.whole(column.quantity, *value),
+            Cell::Words(words) => w.words(words),
+            Cell::Lanelets(ids) if ids.is_empty() => w.words("-"),
+            Cell::Lanelets(ids) => lanelet_ids(w, ids, "+"),
+        };
+    }
+}
