@@ -4,6 +4,7 @@ pub mod benchmark_id;
 pub mod commonroad;
 mod ego;
 mod identity;
+mod jump;
 mod library;
 mod names;
 mod network;
@@ -26,6 +27,7 @@ pub use ego::{
     read_recording, write_recording,
 };
 pub use identity::ContentHash;
+pub use jump::Jump;
 pub use library::{Entry, Place, bundled};
 pub use names::{
     LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, Signal, SignalColor,

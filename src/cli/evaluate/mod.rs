@@ -159,7 +159,7 @@ fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
     let (mut labels, mut files) = (Labels::default(), Vec::new());
     for path in paths {
         let file = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|e| {
+        let bytes = system::read_file(path, system::LARGEST).map_err(|e| {
             Failure::input(format!(
                 "--truth {file}: {}; it takes CSV files, or `auto` alone for the exact geometry",
                 system::words(&e)
