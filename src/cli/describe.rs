@@ -1,6 +1,7 @@
 //! `nearmiss describe`: a window of a scene in words.
 
-use super::open::{Span, Which, configuration, frame};
+use super::open::{Which, configuration, frame};
+use super::span::Span;
 use super::{Outcome, output};
 use crate::text::{self, Frame};
 

@@ -14,6 +14,7 @@ mod output;
 mod progress;
 mod prompt;
 mod routes;
+mod span;
 mod verdicts;
 
 pub use open::{EgoChoice, chosen_ego};

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::open::{Span, Which, configuration, frame, task, techniques, user_thresholds};
+use super::open::{Which, configuration, frame, task, techniques, user_thresholds};
+use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
 use crate::evaluation::{Case, Question, prepare};
@@ -25,7 +26,7 @@ pub struct Asked {
     #[arg(long, default_value = "all", value_parser = techniques)]
     techniques: Techniques,
     #[command(flatten)]
-    span: Span,
+    pub span: Span,
 }
 
 impl Asked {

@@ -46,7 +46,7 @@ pub use road::{
 };
 pub use scene::{Ego, Participant, Scene, SceneError};
 pub use search::{Found, LibraryError, PassedOver, Why, find, not_standard_input};
-pub use summary::in_short;
+pub use summary::{alike, in_short};
 pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
 pub use vehicle::{VehicleModel, VehicleType};
 pub use window::Window;
@@ -155,7 +155,7 @@ impl std::fmt::Display for Diagnostic {
 }
 
 /// How much a diagnostic matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Hash, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
     /// Unusual, and without effect.
