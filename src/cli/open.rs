@@ -172,6 +172,9 @@ pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
     Ok(found.entries)
 }
 
+/// A scene, and what is doubtful about its ego, in words.
+pub type Opened = (Arc<Scene>, Vec<String>);
+
 /// The scene of an entry, with an obstacle or a file's ego. What is doubtful about the ego is said.
 pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
     scene_with(entry, &choice.wanted()?)
@@ -185,15 +188,12 @@ pub fn scene_with(entry: &Entry, wanted: &WantedEgo) -> Result<Arc<Scene>, Failu
 }
 
 /// The scene of an entry, with an obstacle or a file's ego, and what is doubtful about the ego, in words.
-pub fn scene_and_doubts(
-    entry: &Entry,
-    choice: &EgoChoice,
-) -> Result<(Arc<Scene>, Vec<String>), Failure> {
+pub fn scene_and_doubts(entry: &Entry, choice: &EgoChoice) -> Result<Opened, Failure> {
     wanted_scene(entry, &choice.wanted()?)
 }
 
 /// The same with an ego that is already told by id, file or place.
-fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<(Arc<Scene>, Vec<String>), Failure> {
+fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<Opened, Failure> {
     let scenario = entry.read().map_err(Failure::input)?;
     match scene_if_ego(entry, &scenario, wanted)? {
         Some(opened) => Ok(opened),
@@ -208,7 +208,7 @@ fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<(Arc<Scene>, Vec<St
 
 /// The scene of an entry with the ego that lies beside it, and what is doubtful about that, in words; nothing where
 /// there is none.
-pub fn scene_beside(entry: &Entry) -> Result<Option<(Arc<Scene>, Vec<String>)>, Failure> {
+pub fn scene_beside(entry: &Entry) -> Result<Option<Opened>, Failure> {
     let scenario = entry.read().map_err(Failure::input)?;
     scene_if_ego(entry, &scenario, &WantedEgo::Beside)
 }
@@ -217,7 +217,7 @@ fn scene_if_ego(
     entry: &Entry,
     scenario: &Arc<Scenario>,
     wanted: &WantedEgo,
-) -> Result<Option<(Arc<Scene>, Vec<String>)>, Failure> {
+) -> Result<Option<Opened>, Failure> {
     let Some(ego) = wanted.of(entry, scenario).map_err(advised)? else {
         return Ok(None);
     };

@@ -55,7 +55,7 @@ impl NoValue {
         match self {
             Self::Absent => "not there",
             Self::NotApproaching => "not approaching",
-            Self::Overlapping => "the bodies overlap along this axis",
+            Self::Overlapping => "bodies overlap along this axis",
             Self::NoContact => "no contact within the horizon",
             Self::NoRoute => "the ego has no route",
             Self::OffRoute => "not beside the ego's route",
@@ -66,7 +66,7 @@ impl NoValue {
             Self::NotReached => "not reached in the recording",
             Self::NoRecordedOverlap => "no recorded overlap to come",
             Self::TooLate => "too late",
-            Self::NeverAvoided => "avoids it at no step of the recording",
+            Self::NeverAvoided => "avoids it at no recorded step",
             Self::NoConflictArea => "no conflict area",
             Self::Together => "in the conflict area together",
             Self::CutOff => "the recording begins or ends in the conflict area",

@@ -28,7 +28,7 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
-    source: "gap across the route minus rss_lat; dangerous if rss_long_margin is below 0 too",
+    source: "gap across the route minus rss_lat; see rss_margin",
     compute: |e: &Encounter<'_>| -> Reading {
         e.ask(|c, other, i| {
             Ok(margin(

@@ -30,7 +30,7 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
-    source: "gap along the route minus rss_long; dangerous if rss_lat_margin is below 0 too",
+    source: "gap along the route minus rss_long; see rss_margin",
     compute: |e: &Encounter<'_>| -> Reading {
         e.ask(|c, other, i| {
             Ok(margin(

@@ -13,7 +13,7 @@ pub(in crate::metrics) const MEASURE: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
-    source: "larger of rss_long_margin and rss_lat_margin; dangerous below 0 (Shalev-Shwartz et al. 2017)",
+    source: "larger of the two margins; dangerous below 0 (Shalev-Shwartz et al. 2017)",
     compute: |e| {
         e.ask(|c, other, i| {
             let (ego, other, rss) = (c.ego_along(i)?, c.along(other, i)?, &c.limits().rss);
