@@ -20,7 +20,7 @@ pub mod prompts;
 pub mod scenario;
 /// Every run, in SQLite.
 pub mod store;
-/// What the operating system says, in plain words.
+/// The operating system: what it says, in plain words, and files that somebody names.
 pub mod system;
 /// Scenes in words.
 pub mod text;

@@ -208,7 +208,7 @@ fn what_may_not_be_read_is_named() {
 }
 
 #[test]
-fn commands_say_in_a_line_what_was_passed_over() {
+fn commands_say_what_was_passed_over() {
     let home = program::Home::new();
     let bundled = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
     let name = "ZAM_CutIn-1_1_T-1";
@@ -220,26 +220,31 @@ fn commands_say_in_a_line_what_was_passed_over() {
         );
     }
     let folder = PathBuf::from("in");
-    for i in 0..5 {
-        home.write(folder.join(format!("e{i}.xml")), "");
-    }
     home.write("in/pom.xml", "<project/>");
-    let line = "nearmiss: 5 files passed over: in/e0.xml (empty), in/e1.xml (empty), in/e2.xml (empty) and 2 more";
-    for arguments in [
-        &["metrics", "in"][..],
-        &["convert", "in"],
-        &["evaluate", "in"],
-        &["in"],
-    ] {
-        let ended = home.run(arguments).status(0);
-        let said = ended.stderr.lines().filter(|l| l.contains("passed over"));
-        assert_eq!(
-            said.collect::<Vec<_>>(),
-            [line],
-            "{arguments:?}: {}",
-            ended.stderr
-        );
-        assert!(!ended.stderr.contains("pom.xml") && !ended.stdout.is_empty());
+    for (count, lines) in [(5, 6), (30, 1)] {
+        for i in 0..count {
+            home.write(folder.join(format!("e{i:02}.xml")), "");
+        }
+        for arguments in [
+            &["metrics", "in"][..],
+            &["convert", "in"],
+            &["evaluate", "in"],
+            &["in"],
+        ] {
+            let ended = home.run(arguments).status(0);
+            let said = ended.stderr.lines();
+            let said: Vec<_> = said
+                .filter(|l| l.contains("passed over") || l.contains("(empty)"))
+                .collect();
+            let first = format!("nearmiss: {count} files passed over:");
+            assert!(said[0].starts_with(&first), "{}", ended.stderr);
+            assert_eq!(said.len(), lines, "{arguments:?}: {}", ended.stderr);
+            match lines {
+                1 => assert!(said[0].ends_with("in/e02.xml (empty) and 27 more")),
+                _ => assert_eq!(said[5], "  in/e04.xml (empty)"),
+            }
+            assert!(!ended.stderr.contains("pom.xml") && !ended.stdout.is_empty());
+        }
     }
     home.write("none/e.xml", "");
     let ended = home.run(&["metrics", "none"]).status(2);

@@ -99,6 +99,14 @@ pub fn run(arguments: &Ask) -> Outcome {
         fresh: arguments.fresh,
         batch: None,
     };
+    let chosen = arguments.asked.span.chosen();
+    if let (judge::MODEL, Task::Collision, Some(options)) =
+        (&*arguments.model, question.case.task, chosen)
+    {
+        output::say(&format!(
+            "nearmiss: the built-in judge answers the collision task from all recorded steps, whatever {options} says"
+        ));
+    }
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)
         .enable_all()
@@ -106,7 +114,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         .map_err(Failure::input)?;
     let answer = runtime.block_on(async {
         let mut words = Words::new(!arguments.json);
-        tokio::select! {
+        let answer = tokio::select! {
             answer = evaluation::run(&question, &judge, store, &wanted, |event| words.hear(event)) => {
                 answer.map_err(Failure::input)
             }
@@ -114,12 +122,14 @@ pub fn run(arguments: &Ask) -> Outcome {
                 message: "interrupted; what had arrived is in the store".into(),
                 status: 130,
             }),
-        }
+        };
+        words.end();
+        answer
     })?;
     if arguments.json {
         output::json(&document(&answer, &question.case))?;
     } else {
-        output::text(&summary(&answer))?;
+        output::text(&summary(&answer, &question.case))?;
     }
     let unknown = answer.unknown_obstacles(&question.case.scene.scenario);
     if !unknown.is_empty() {
@@ -209,12 +219,22 @@ fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failu
 /// Streams the words of an answer to standard error, where a person is watching.
 struct Words {
     on: bool,
+    /// Whether what was written last does not end its line.
+    open: bool,
 }
 
 impl Words {
     fn new(wanted: bool) -> Self {
         Self {
             on: wanted && std::io::stderr().is_terminal(),
+            open: false,
+        }
+    }
+
+    /// Ends the line, so that what follows has its own.
+    fn end(&mut self) {
+        if std::mem::take(&mut self.open) {
+            output::say("");
         }
     }
 
@@ -229,6 +249,7 @@ impl Words {
         // Nothing can be done about a standard error that is gone.
         let _ = match event {
             Event::Reasoning(text) | Event::Text(text) => {
+                self.open = !text.ends_with('\n');
                 write!(err, "{}", output::visible(&text)).and_then(|()| err.flush())
             }
             Event::Retrying { attempt, wait, why } => {
@@ -300,13 +321,13 @@ fn prediction(case: &Case) -> Value {
     })
 }
 
-fn summary(answer: &Answer) -> String {
+fn summary(answer: &Answer, case: &Case) -> String {
     let mut text = String::new();
     match &answer.judged {
         Judged::Verdict(parsed) => {
             let verdict = &parsed.verdict;
             text.push_str(&format!(
-                "\nverdict       {} ({})\n",
+                "verdict       {} ({})\n",
                 verdict.word(),
                 answer.model
             ));
@@ -316,10 +337,15 @@ fn summary(answer: &Answer) -> String {
                     o.risk_score, o.id, o.reason
                 ));
             }
+            let (listed, all) = (verdict.obstacles.len(), case.scene.participants().count());
+            if answer.model == judge::MODEL && listed < all {
+                text.push_str(&format!("  {listed} of {all} obstacles listed\n"));
+            }
             text.push_str(&format!("justification {}\n", verdict.justification));
         }
         Judged::Other(reading) => text.push_str(&words::said(&reading.said, &answer.model)),
-        Judged::Missing(_) => text.push_str(&format!("\n{}\n", answer.text)),
+        Judged::Missing(_) if answer.text.trim().is_empty() => {}
+        Judged::Missing(_) => text.push_str(&format!("{}\n", answer.text.trim_end())),
     }
     if !answer.repairs().is_empty() {
         text.push_str(&format!("repaired      {}\n", answer.repairs().join("; ")));
@@ -330,7 +356,7 @@ fn summary(answer: &Answer) -> String {
     }
     let consumed = &answer.consumed;
     let count = |tokens: Option<u64>| tokens.map_or("unknown".into(), |t| t.to_string());
-    if answer.model != judge::MODEL {
+    if consumed.input_tokens.or(consumed.output_tokens).is_some() {
         text.push_str(&format!(
             "tokens        {} in, {} out\n",
             count(consumed.input_tokens),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::open::found;
 use super::{Failure, Outcome, output};
 use crate::scenario::commonroad::{conform, save, write};
-use crate::scenario::{Entry, in_short};
+use crate::scenario::{Entry, alike, in_short};
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
@@ -108,12 +108,12 @@ fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<
     }
     let (changes, violations) = (&conformed.changes, &conformed.violations);
     if arguments.schema {
-        changes
-            .iter()
-            .for_each(|c| output::say(&format!("{name}: {c}")));
-        violations
-            .iter()
-            .for_each(|v| output::say(&format!("{name}: does not fit: {v}")));
+        for change in alike(changes) {
+            output::say(&format!("{name}: {change}"));
+        }
+        for violation in alike(violations) {
+            output::say(&format!("{name}: does not fit: {violation}"));
+        }
     } else if changes.len() + violations.len() > 0 {
         let count = changes.len() + violations.len();
         let things = if count == 1 {

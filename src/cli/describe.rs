@@ -1,6 +1,7 @@
 //! `nearmiss describe`: a window of a scene in words, and where each number in them comes from.
 
-use super::open::{Span, Which, configuration, frame, user_thresholds};
+use super::open::{Which, configuration, frame, user_thresholds};
+use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::metrics::Context;
 use crate::prompts::{Defaults, estimate_tokens};

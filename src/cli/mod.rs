@@ -20,6 +20,7 @@ mod prompt;
 mod prompts;
 mod routes;
 mod runs;
+mod span;
 mod time;
 mod verdicts;
 

@@ -1,18 +1,18 @@
 //! What the commands share: opening a scenario with its ego, and the words for frames, tasks and techniques.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Arguments, Failure, output};
 use crate::config::{Config, Folders, TextFile};
-use crate::evaluation::Settings;
 use crate::metrics::Thresholds;
-use crate::prompts::{MOST_DECIMALS, Techniques};
+use crate::prompts::Techniques;
 use crate::scenario::{
-    EgoError, Entry, Place, Scenario, Scene, Severity, WantedEgo, Window, bundled, find,
+    EgoError, Entry, LibraryError, Place, Scenario, Scene, Severity, WantedEgo, bundled, find,
     not_standard_input,
 };
-use crate::text::{Form, Frame};
+use crate::text::Frame;
 use crate::verdict::Task;
 
 /// Which scenario, and who is the ego in it.
@@ -32,12 +32,7 @@ pub struct EgoChoice {
     #[arg(long, value_name = "ID|FILE", allow_negative_numbers = true)]
     ego: Option<PathBuf>,
     /// The planning problem whose vehicle is the ego, where the file solves several.
-    #[arg(
-        long,
-        value_name = "ID",
-        requires = "ego",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     planning_problem: Option<i64>,
 }
 
@@ -47,10 +42,13 @@ impl EgoChoice {
     /// # Errors
     /// An obstacle is named and a planning problem too, or standard input.
     pub fn wanted(&self) -> Result<WantedEgo, Failure> {
-        let Some(wanted) = &self.ego else {
-            return Ok(WantedEgo::Beside);
-        };
         let planning_problem = self.planning_problem;
+        let Some(wanted) = &self.ego else {
+            return Ok(match planning_problem {
+                Some(planning_problem) => WantedEgo::BesideFor { planning_problem },
+                None => WantedEgo::Beside,
+            });
+        };
         // A file that is called like a number is meant by `./7`.
         match wanted.to_str().and_then(|text| text.parse().ok()) {
             Some(_) if planning_problem.is_some() => Err(Failure::input(
@@ -89,11 +87,10 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
                     "{shown} is a folder; this command takes one scenario, `nearmiss metrics` takes folders"
                 )));
             }
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                let names: Vec<String> = bundled().into_iter().map(|e| e.name).collect();
+            Err(error) if error.kind() == ErrorKind::NotFound => {
                 return Err(Failure::input(format!(
-                    "{shown}: no such file; the bundled scenarios are {}",
-                    names.join(", ")
+                    "{shown}: no such file{}",
+                    instead(path)
                 )));
             }
             _ => {}
@@ -113,7 +110,8 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<WantedEgo, Failure> {
     }
     if arguments.command.is_some() {
         return Err(Failure::input(
-            "--ego before a command is that of the workbench; put it behind: nearmiss COMMAND FILE --ego ID|FILE",
+            "--ego and --planning-problem before a command are those of the workbench; put them behind: \
+             nearmiss COMMAND FILE --ego ID|FILE",
         ));
     }
     let entries = match &arguments.paths[..] {
@@ -122,7 +120,8 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<WantedEgo, Failure> {
     };
     let [entry] = &entries[..] else {
         return Err(Failure::input(format!(
-            "--ego is the ego of one scenario, and here are {}; name one file or bundled scenario",
+            "--ego and --planning-problem choose the ego of one scenario, and here are {}; name one file or bundled \
+             scenario",
             entries.len()
         )));
     };
@@ -131,14 +130,50 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<WantedEgo, Failure> {
     Ok(wanted)
 }
 
+/// The bundled scenario whose name is nearest to one that is not there, or all of them.
+fn instead(path: &Path) -> String {
+    let names: Vec<String> = bundled().into_iter().map(|e| e.name).collect();
+    let said = path.to_string_lossy();
+    let likeness = |name: &String| strsim::normalized_damerau_levenshtein(name, &said);
+    let nearest = names
+        .iter()
+        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    match nearest.filter(|name| likeness(name) >= LIKE) {
+        Some(name) => format!("; the bundled scenario that is called nearly so is {name}"),
+        None => format!("; the bundled scenarios are {}", names.join(", ")),
+    }
+}
+
+/// Names at least this much alike, 0 to 1, are the same one mistyped: three or four letters of a bundled name.
+const LIKE: f64 = 0.8;
+
+/// More files that were passed over are not named each.
+const NAMED: usize = 20;
+
 /// The scenarios at `paths`. What was passed over is said.
 pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
-    let found = find(paths).map_err(Failure::input)?;
-    if let Some(words) = found.passed_over_in_short() {
+    let found = find(paths).map_err(|error| {
+        let hint = match &error {
+            LibraryError::Io { path, source } if source.kind() == ErrorKind::NotFound => {
+                instead(path)
+            }
+            _ => String::new(),
+        };
+        Failure::input(format!("{error}{hint}"))
+    })?;
+    let all = &found.passed_over;
+    if (1..=NAMED).contains(&all.len()) {
+        let count = found.passed_over_count().unwrap_or_default();
+        output::say(&format!("nearmiss: {count} passed over:"));
+        all.iter().for_each(|one| output::say(&format!("  {one}")));
+    } else if let Some(words) = found.passed_over_in_short() {
         output::say(&format!("nearmiss: {words}"));
     }
     Ok(found.entries)
 }
+
+/// A scene, and what is doubtful about its ego, in words.
+pub type Opened = (Arc<Scene>, Vec<String>);
 
 /// The scene of an entry, with an obstacle or a file's ego. What is doubtful about the ego is said.
 pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
@@ -153,23 +188,38 @@ pub fn scene_with(entry: &Entry, wanted: &WantedEgo) -> Result<Arc<Scene>, Failu
 }
 
 /// The scene of an entry, with an obstacle or a file's ego, and what is doubtful about the ego, in words.
-pub fn scene_and_doubts(
-    entry: &Entry,
-    choice: &EgoChoice,
-) -> Result<(Arc<Scene>, Vec<String>), Failure> {
+pub fn scene_and_doubts(entry: &Entry, choice: &EgoChoice) -> Result<Opened, Failure> {
     wanted_scene(entry, &choice.wanted()?)
 }
 
 /// The same with an ego that is already told by id, file or place.
-fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<(Arc<Scene>, Vec<String>), Failure> {
+fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<Opened, Failure> {
     let scenario = entry.read().map_err(Failure::input)?;
-    let Some(ego) = wanted.of(entry, &scenario).map_err(advised)? else {
-        return Err(Failure::input(format!(
+    match scene_if_ego(entry, &scenario, wanted)? {
+        Some(opened) => Ok(opened),
+        None => Err(Failure::input(format!(
             "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID ({}), \
              or a file with --ego FILE",
             entry.display(),
             possible(&scenario)
-        )));
+        ))),
+    }
+}
+
+/// The scene of an entry with the ego that lies beside it, and what is doubtful about that, in words; nothing where
+/// there is none.
+pub fn scene_beside(entry: &Entry) -> Result<Option<Opened>, Failure> {
+    let scenario = entry.read().map_err(Failure::input)?;
+    scene_if_ego(entry, &scenario, &WantedEgo::Beside)
+}
+
+fn scene_if_ego(
+    entry: &Entry,
+    scenario: &Arc<Scenario>,
+    wanted: &WantedEgo,
+) -> Result<Option<Opened>, Failure> {
+    let Some(ego) = wanted.of(entry, scenario).map_err(advised)? else {
+        return Ok(None);
     };
     let doubts = ego.diagnostics.iter();
     let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
@@ -181,7 +231,10 @@ fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<(Arc<Scene>, Vec<St
         format!("nearmiss: ego {}: {line}{}", ego.source, doubt.message)
     });
     let doubts = doubts.collect();
-    Ok((Arc::new(Scene::new(scenario, ego)), doubts))
+    Ok(Some((
+        Arc::new(Scene::new(Arc::clone(scenario), ego)),
+        doubts,
+    )))
 }
 
 /// Some obstacles that could be the ego.
@@ -200,85 +253,13 @@ fn possible(scenario: &Scenario) -> String {
 /// An error about an ego, with what to do on the command line.
 pub fn advised(error: EgoError) -> Failure {
     let advice = match &error {
-        EgoError::Several { .. } => ", with --ego FILE --planning-problem ID",
-        EgoError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+        EgoError::Several { .. } => ", with --planning-problem ID",
+        EgoError::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
             "; --ego takes the id of an obstacle or a file"
         }
         _ => "",
     };
     Failure::input(format!("{error}{advice}"))
-}
-
-/// Which steps are looked at, and how they are described.
-#[derive(Debug, clap::Args)]
-pub struct Span {
-    /// Last step of the window [default: the last step; for the safety task two steps before it].
-    #[arg(long, value_name = "STEP", allow_negative_numbers = true)]
-    at: Option<i64>,
-    /// Steps in the window [default: what the template says, else 10].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    history: Option<u32>,
-    /// Only every so many steps are described, the last one always [default: what the template says, else 1].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    stride: Option<u32>,
-    /// Obstacles farther from the ego are left out, metres [default: what the template says, else 30].
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    radius: Option<f64>,
-    /// Decimals of metres, m/s and m/s²; radians get one more [default: what the template says, else 2].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=MOST_DECIMALS as i64))]
-    precision: Option<u8>,
-    /// Sentences or a table: prose or compact [default: what the template says, else prose].
-    #[arg(long, value_parser = form)]
-    form: Option<Form>,
-    /// The one obstacle that is described; the trajectory frame needs it.
-    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
-    obstacle: Option<i64>,
-}
-
-impl Span {
-    /// The window in a scene, of so many steps.
-    pub fn window(
-        &self,
-        scene: &Scene,
-        task: Option<Task>,
-        history: usize,
-    ) -> Result<Window, Failure> {
-        let steps = scene.steps();
-        if let Some(at) = self.at.filter(|at| !steps.contains(at)) {
-            return Err(Failure::input(format!(
-                "--at {at}: the ego is recorded from step {} to {}",
-                steps.start,
-                steps.end - 1
-            )));
-        }
-        // The paper's safety inference looks at a window that ends two steps before the last one.
-        let back = if task == Some(Task::Safety) { 2 } else { 0 };
-        let last = self.at.unwrap_or(steps.end - 1 - back);
-        Ok(Window::ending_at(scene, last, history))
-    }
-
-    /// What the user says, here and in the configuration, about how a scene is described.
-    pub fn settings(
-        &self,
-        techniques: Option<Techniques>,
-        config: &Config,
-    ) -> Result<Settings, Failure> {
-        let radius = self.radius.or(config.radius);
-        if radius.is_some_and(|r| !(r.is_finite() && r > 0.0)) {
-            return Err(Failure::input(
-                "--radius must be a positive number of metres",
-            ));
-        }
-        Ok(Settings {
-            history: self.history.map(|steps| steps as usize).or(config.history),
-            stride: self.stride.map(|steps| steps as usize),
-            radius,
-            precision: self.precision.map(usize::from),
-            form: self.form,
-            techniques,
-            obstacle: self.obstacle,
-        })
-    }
 }
 
 /// Folders and configuration; a configuration that cannot be used is an error here, where nobody could see a warning.
@@ -312,11 +293,6 @@ pub fn task(word: &str) -> Result<Task, String> {
 /// The name of a frame.
 pub fn frame(word: &str) -> Result<Frame, String> {
     Frame::parse(word).ok_or_else(|| format!("there are {}", Frame::names()))
-}
-
-/// `prose` or `compact`.
-fn form(word: &str) -> Result<Form, String> {
-    Form::parse(word).ok_or_else(|| "there are prose and compact".into())
 }
 
 /// `cp,cot,icl`, `base` or `all`.

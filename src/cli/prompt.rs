@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::describe::advised;
-use super::open::{Span, Which, configuration, frame, task, techniques, user_thresholds};
+use super::open::{Which, configuration, frame, task, techniques, user_thresholds};
+use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
 use crate::evaluation::{Case, CaseError, Question, prepare, template};
@@ -28,7 +29,7 @@ pub struct Asked {
     #[arg(long, value_parser = techniques)]
     techniques: Option<Techniques>,
     #[command(flatten)]
-    span: Span,
+    pub span: Span,
 }
 
 impl Asked {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::system;
+use super::text_file::text_if_there;
 
 /// The configuration.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -66,16 +66,14 @@ impl Config {
     /// It cannot be read, or says something that is not known: with file, line and key.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let file = path.display().to_string();
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                return Ok(Self::default());
-            }
-            Err(error) => {
+        let text = match text_if_there(path) {
+            Ok(Some(text)) => text,
+            Ok(None) => return Ok(Self::default()),
+            Err(message) => {
                 return Err(ConfigError {
                     file,
                     line: None,
-                    message: system::words(&error),
+                    message,
                 });
             }
         };

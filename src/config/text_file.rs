@@ -1,8 +1,9 @@
 //! A small text file of the user's, for others to understand.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
+
+use crate::system;
 
 /// A text with the name of its file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -17,7 +18,7 @@ pub struct TextFile {
 const LARGEST: u64 = 1 << 20;
 
 impl TextFile {
-    /// Reads a file of up to 1 MiB.
+    /// Reads a regular file of up to 1 MiB.
     ///
     /// # Errors
     /// It cannot be read, is larger, or is no UTF-8: with its name.
@@ -34,25 +35,25 @@ impl TextFile {
     /// # Errors
     /// Like [`Self::read`], but for a file that does not exist.
     pub fn read_if_there(path: &Path) -> Result<Option<Self>, String> {
-        match std::fs::symlink_metadata(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            _ => Self::read(path).map(Some),
+        let file = path.display().to_string();
+        match text_if_there(path) {
+            Ok(text) => Ok(text.map(|text| Self { file, text })),
+            Err(error) => Err(format!("{file}: {error}")),
         }
     }
 }
 
-fn text(path: &Path) -> io::Result<String> {
-    if path.is_dir() {
-        return Err(io::Error::other("this is a folder, not a file"));
+/// What is in a file if it is there; errors do not name it.
+pub(super) fn text_if_there(path: &Path) -> Result<Option<String>, String> {
+    match std::fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        _ => text(path).map(Some),
     }
-    let mut bytes = Vec::new();
-    File::open(path)?
-        .take(LARGEST + 1)
-        .read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > LARGEST {
-        return Err(io::Error::other("the file is larger than 1 MiB"));
-    }
-    String::from_utf8(bytes).map_err(|_| io::Error::other("the file is not UTF-8 text"))
+}
+
+fn text(path: &Path) -> Result<String, String> {
+    let bytes = system::read_file(path, LARGEST).map_err(|error| system::words(&error))?;
+    String::from_utf8(bytes).map_err(|_| "the file is not UTF-8 text".into())
 }
 
 #[cfg(test)]

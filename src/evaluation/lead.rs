@@ -120,8 +120,10 @@ fn first_whole(scene: &Scene, history: usize) -> i64 {
     steps.start.saturating_add(before).min(steps.end - 1)
 }
 
-/// Alarms that are nearer in time are one, seconds.
-const APART: f64 = 1.0;
+impl Alarms {
+    /// Alarms that are nearer in time are one, seconds.
+    pub const APART: f64 = 1.0;
+}
 
 impl Setting {
     /// What every candidate says about a scenario, in their order.
@@ -162,7 +164,7 @@ impl Setting {
             found.windows += 1;
             found.alarmed += u32::from(alarm);
             if alarm {
-                let new = before.is_none_or(|before| (last - before) as f64 * dt > APART);
+                let new = before.is_none_or(|before| (last - before) as f64 * dt > Alarms::APART);
                 found.alarms += u32::from(new);
                 before = Some(last);
             }

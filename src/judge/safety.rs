@@ -1,4 +1,9 @@
 //! Safety: how probable is it that bodies touch soon, from what was seen until now and nothing later?
+//!
+//! Risk scores agree with the probabilities. Whoever is critical has at most 2: the least of 2, the present risk, and
+//! the grade of the predicted time to contact in the table of risks. Whoever is not, and touches the ego in some
+//! predicted motions, has 3. Everyone else has the present risk, at least 3. So the list, in the order of scores and
+//! then of probabilities, has no milder score before a graver one.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -48,7 +53,13 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
             ))
         })
         .collect();
-    found.sort_by_key(|f| (!f.critical, f.entry.risk_score));
+    found.sort_by(|a, b| {
+        let key = |f: &Finding| (!f.critical, f.entry.risk_score);
+        let probability = |f: &Finding| f.prospect.probability;
+        key(a)
+            .cmp(&key(b))
+            .then(probability(b).total_cmp(&probability(a)))
+    });
     let critical = found.iter().filter(|f| f.critical).count();
     found.truncate(critical.max(MOST_LISTED));
 
@@ -94,6 +105,8 @@ fn finding(
     let score = if critical {
         let coming = encounter.thresholds().risk.of_time(prospect.time);
         at_present.min(coming).min(CRITICAL)
+    } else if prospect.probability > 0.0 {
+        NOT_CRITICAL
     } else {
         at_present.max(NOT_CRITICAL)
     };

@@ -1,6 +1,6 @@
 //! Gaps, relative velocities and accelerations in the ego's own frame: x forward, y left.
 
-use super::{Danger, Measure, Mirrored, NoValue, Reading};
+use super::{Danger, Measure, Mirrored, NoValue, Reading, Relation};
 
 pub(super) const GAP_LONG: Measure = Measure {
     id: "gap_long",
@@ -29,7 +29,7 @@ pub(super) const TTC_LONG: Measure = Measure {
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
     source: "gap over closing speed, ego frame",
-    compute: |e| or_not_approaching(e.relation().time_long()),
+    compute: |e| to_close(&e.relation(), |r| r.gap_long, Relation::time_long),
 };
 
 pub(super) const TTC_LAT: Measure = Measure {
@@ -39,7 +39,7 @@ pub(super) const TTC_LAT: Measure = Measure {
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
     source: "gap over closing speed, ego frame",
-    compute: |e| or_not_approaching(e.relation().time_lat()),
+    compute: |e| to_close(&e.relation(), |r| r.gap_lat, Relation::time_lat),
 };
 
 pub(super) const V_REL_LONG: Measure = Measure {
@@ -82,6 +82,40 @@ pub(super) const A_REL_LAT: Measure = Measure {
     compute: |e| Reading::Value(e.relation().acceleration.y),
 };
 
-fn or_not_approaching(time: Option<f64>) -> Reading {
-    time.ok_or(NoValue::NotApproaching).into()
+/// The time to close a gap, which is 0 where the bodies overlap along its axis.
+fn to_close(
+    relation: &Relation,
+    gap: fn(&Relation) -> f64,
+    time: fn(&Relation) -> Option<f64>,
+) -> Reading {
+    let none = if gap(relation) == 0.0 {
+        NoValue::Overlapping
+    } else {
+        NoValue::NotApproaching
+    };
+    time(relation).ok_or(none).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::relation::tests::{motion, with};
+    use super::*;
+
+    #[test]
+    fn without_a_gap_there_is_nothing_to_close() {
+        let ahead = |measure: &Measure, v| {
+            let (ego, other) = (motion(0., 0., 0., 10.), motion(14., 0., 0., v));
+            with(ego, other, measure.compute)
+        };
+        assert!(
+            ahead(&TTC_LONG, 5.)
+                .value()
+                .is_some_and(|t| (t - 2.0).abs() < 1e-9)
+        );
+        assert_eq!(
+            ahead(&TTC_LONG, 15.),
+            Reading::None(NoValue::NotApproaching)
+        );
+        assert_eq!(ahead(&TTC_LAT, 5.), Reading::None(NoValue::Overlapping));
+    }
 }

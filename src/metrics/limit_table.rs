@@ -70,21 +70,21 @@ limits! {
         "available deceleration, lower bound", "Cunto and Saccomanno 2008";
     "madr_most", madr.most, "m/s²", 0.1..=100.0, ["cpi"],
         "available deceleration, upper bound", "Cunto and Saccomanno 2008";
-    "rss_response", rss.response, "s", 0.0..=10.0, ["rss_long", "rss_long_margin", "rss_lat", "rss_lat_margin"],
+    "rss_response", rss.response, "s", 0.0..=10.0, ["rss_long", "rss_long_margin", "rss_lat", "rss_lat_margin", "rss_margin"],
         "response time", "examples of ad-rss-lib";
-    "rss_accelerate", rss.accelerate, "m/s²", 0.0..=100.0, ["rss_long", "rss_long_margin"],
+    "rss_accelerate", rss.accelerate, "m/s²", 0.0..=100.0, ["rss_long", "rss_long_margin", "rss_margin"],
         "largest acceleration during the response", "examples of ad-rss-lib";
-    "rss_brake_least", rss.brake_least, "m/s²", 0.1..=100.0, ["rss_long", "rss_long_margin"],
+    "rss_brake_least", rss.brake_least, "m/s²", 0.1..=100.0, ["rss_long", "rss_long_margin", "rss_margin"],
         "least braking of the one behind", "examples of ad-rss-lib";
-    "rss_brake_most", rss.brake_most, "m/s²", 0.1..=100.0, ["rss_long", "rss_long_margin"],
+    "rss_brake_most", rss.brake_most, "m/s²", 0.1..=100.0, ["rss_long", "rss_long_margin", "rss_margin"],
         "strongest braking of the one in front", "examples of ad-rss-lib";
-    "rss_brake_correct", rss.brake_correct, "m/s²", 0.1..=100.0, ["rss_long", "rss_long_margin"],
+    "rss_brake_correct", rss.brake_correct, "m/s²", 0.1..=100.0, ["rss_long", "rss_long_margin", "rss_margin"],
         "least braking before oncoming traffic, in the right lane", "examples of ad-rss-lib";
-    "rss_lateral_accelerate", rss.lateral_accelerate, "m/s²", 0.0..=100.0, ["rss_lat", "rss_lat_margin"],
+    "rss_lateral_accelerate", rss.lateral_accelerate, "m/s²", 0.0..=100.0, ["rss_lat", "rss_lat_margin", "rss_margin"],
         "largest lateral acceleration during the response", "examples of ad-rss-lib";
-    "rss_lateral_brake", rss.lateral_brake, "m/s²", 0.1..=100.0, ["rss_lat", "rss_lat_margin"],
+    "rss_lateral_brake", rss.lateral_brake, "m/s²", 0.1..=100.0, ["rss_lat", "rss_lat_margin", "rss_margin"],
         "least lateral braking", "examples of ad-rss-lib";
-    "rss_lateral_margin", rss.lateral_margin, "m", 0.0..=10.0, ["rss_lat", "rss_lat_margin"],
+    "rss_lateral_margin", rss.lateral_margin, "m", 0.0..=10.0, ["rss_lat", "rss_lat_margin", "rss_margin"],
         "margin for lateral fluctuations", "examples of ad-rss-lib";
 }
 

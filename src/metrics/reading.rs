@@ -16,6 +16,8 @@ pub enum NoValue {
     Absent,
     /// They do not come closer along this direction.
     NotApproaching,
+    /// The bodies overlap along this axis of the ego's frame, so there is no gap to close.
+    Overlapping,
     /// With their present motion they do not touch within the horizon.
     NoContact,
     /// The ego has no route on the road; [`super::Context::road`] says why.
@@ -34,8 +36,10 @@ pub enum NoValue {
     NotReached,
     /// The recorded bodies do not overlap at this step or later.
     NoRecordedOverlap,
-    /// No start from this step on avoids the recorded overlap.
+    /// A start at an earlier step avoids the recorded overlap, none from this step on does.
     TooLate,
+    /// No start at any step of the recording avoids the recorded overlap.
+    NeverAvoided,
     /// Nobody drives where the other does, or one of them stands all the time.
     NoConflictArea,
     /// Both are in the conflict area at the same time.
@@ -51,6 +55,7 @@ impl NoValue {
         match self {
             Self::Absent => "not there",
             Self::NotApproaching => "not approaching",
+            Self::Overlapping => "bodies overlap along this axis",
             Self::NoContact => "no contact within the horizon",
             Self::NoRoute => "the ego has no route",
             Self::OffRoute => "not beside the ego's route",
@@ -61,6 +66,7 @@ impl NoValue {
             Self::NotReached => "not reached in the recording",
             Self::NoRecordedOverlap => "no recorded overlap to come",
             Self::TooLate => "too late",
+            Self::NeverAvoided => "avoids it at no recorded step",
             Self::NoConflictArea => "no conflict area",
             Self::Together => "in the conflict area together",
             Self::CutOff => "the recording begins or ends in the conflict area",

@@ -2,8 +2,8 @@
 
 use super::along::{
     brake_threat, crash_potential, drac, headway, integrated, lane_ttc, lateral_deceleration,
-    longitudinal_deceleration, rss_lateral, rss_longitudinal, steer_threat, time_exposed, time_gap,
-    time_headway,
+    longitudinal_deceleration, rss_lateral, rss_longitudinal, rss_margin, steer_threat,
+    time_exposed, time_gap, time_headway,
 };
 use super::recorded::{
     closest_distance, encroachment, first_overlap, post_encroachment, time_to_closest,
@@ -119,6 +119,7 @@ pub const MEASURES: &[Measure] = &[
     rss_longitudinal::MARGIN,
     rss_lateral::DISTANCE,
     rss_lateral::MARGIN,
+    rss_margin::MEASURE,
 ];
 
 /// The measure with this id.

@@ -3,13 +3,16 @@
 //! As in "From Words to Collisions": the longitudinal and lateral scores are weighted by the
 //! direction, for distance and for time, and the mean of the two is rounded (halves up). Gaps are
 //! those of the real bodies, so score 0 means contact and nothing else does, and the distance is graded
-//! no worse than the exact distance of the bodies.
+//! no worse than the exact distance of the bodies. Between turned bodies that do not touch, both gaps can be 0:
+//! then there is nothing to weigh, and the exact distance and the planar time to collision are graded instead.
 
 use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Danger, Direction, Encounter, Measure, Mirrored, Reading, Relation};
+use super::{
+    Danger, Direction, Encounter, Measure, Mirrored, Reading, Relation, time_to_collision,
+};
 
 /// One level of the table.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -70,10 +73,24 @@ impl RiskTable {
         self.levels.iter().find(|l| l.score == score)
     }
 
-    fn of(&self, relation: &Relation, exact_distance: f64) -> u8 {
+    fn of(&self, encounter: &Encounter<'_>) -> u8 {
+        let relation = encounter.relation();
         if relation.direction == Direction::Contact {
             return 0;
         }
+        let exact = f64::from(self.of_distance(encounter.distance()));
+        let (distance, time) = if relation.gap_long == 0.0 && relation.gap_lat == 0.0 {
+            let time = (time_to_collision::MEASURE.compute)(encounter).value();
+            (exact, f64::from(self.of_time(time)))
+        } else {
+            self.along_axes(&relation, exact)
+        };
+        // Without contact the score is never that of a collision.
+        ((f64::midpoint(distance, time)).round() as u8).max(1)
+    }
+
+    /// The grades of distance and time, weighted by the direction.
+    fn along_axes(&self, relation: &Relation, exact_distance: f64) -> (f64, f64) {
         let weight = relation.direction.longitudinal_weight();
         let mix = |long: u8, lat: u8| weight * f64::from(long) + (1.0 - weight) * f64::from(lat);
         // A gap along one axis says nothing where the bodies are far apart along the other, so the
@@ -82,13 +99,12 @@ impl RiskTable {
             self.of_distance(relation.gap_long.abs()),
             self.of_distance(relation.gap_lat.abs()),
         )
-        .max(f64::from(self.of_distance(exact_distance)));
+        .max(exact_distance);
         let time = mix(
             self.of_time(relation.time_long()),
             self.of_time(relation.time_lat()),
         );
-        // Without contact the score is never that of a collision.
-        ((f64::midpoint(distance, time)).round() as u8).max(1)
+        (distance, time)
     }
 }
 
@@ -104,12 +120,7 @@ pub(super) const MEASURE: Measure = Measure {
 
 /// The risk score, 0 to 5.
 fn compute(encounter: &Encounter<'_>) -> Reading {
-    Reading::Value(f64::from(
-        encounter
-            .thresholds()
-            .risk
-            .of(&encounter.relation(), encounter.distance()),
-    ))
+    Reading::Value(f64::from(encounter.thresholds().risk.of(encounter)))
 }
 
 #[cfg(test)]
@@ -136,5 +147,24 @@ mod tests {
         // 0.4 m beside, not closing: distance 1, time 5.
         assert_eq!(score(0., 2.4, 10.), Some(3.0));
         assert_eq!(score(60., 0., 10.), Some(5.0));
+    }
+
+    #[test]
+    fn turned_bodies_that_nearly_touch_are_graded_by_what_is_exact() {
+        // The side of a car turned by 45° lies this far before the ego's front left corner, at (2, 1).
+        let scores = |apart: f64, speed: f64| {
+            let centre = (1.0 + apart) * std::f64::consts::FRAC_1_SQRT_2;
+            let other = motion(2.0 + centre, 1.0 + centre, -std::f64::consts::FRAC_PI_4, 0.);
+            with(motion(0., 0., 0., speed), other, |e| {
+                let relation = e.relation();
+                assert_eq!((relation.gap_long, relation.gap_lat), (0.0, 0.0));
+                assert!((e.distance() - apart).abs() < 1e-6);
+                compute(e).value()
+            })
+        };
+        assert_eq!(scores(0.005, 1.0), Some(1.0), "5 mm in 7 ms");
+        assert_eq!(scores(0.005, 0.0), Some(3.0), "5 mm, and it stays so");
+        // 0.7 m: grade 2; 0.99 s at 0.707 m/s: grade 2.
+        assert_eq!(scores(0.7, 1.0), Some(2.0));
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::commonroad::{self, ReadError};
-use super::{Ego, EgoError, Scenario, find_recording, read_ego_file, read_recording};
+use super::{Ego, EgoError, Scenario, find_recording, read_ego, read_ego_file};
 
 /// Where a scenario lies.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -112,16 +112,28 @@ impl Entry {
     /// # Errors
     /// A file with an ego is there and cannot be read.
     pub fn recorded_ego(&self, scenario: &Scenario) -> Result<Option<Ego>, EgoError> {
+        self.recorded_ego_for(scenario, None)
+    }
+
+    /// The same, and of a file with several the one of a planning problem.
+    ///
+    /// # Errors
+    /// A file with an ego is there, and cannot be read or has none for that problem.
+    pub fn recorded_ego_for(
+        &self,
+        scenario: &Scenario,
+        planning_problem: Option<i64>,
+    ) -> Result<Option<Ego>, EgoError> {
         match &self.place {
             Place::Bundled(i) => {
                 let name = format!("{}.ego_trajectory.csv", self.name);
-                read_recording(BUNDLED[*i].2, &name, scenario).map(Some)
+                read_ego(BUNDLED[*i].2, &name, scenario, planning_problem).map(Some)
             }
             Place::File(path) => {
                 let Some(recording) = find_recording(path) else {
                     return Ok(None);
                 };
-                read_ego_file(&recording, scenario, None).map(Some)
+                read_ego_file(&recording, scenario, planning_problem).map(Some)
             }
         }
     }

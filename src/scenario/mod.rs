@@ -4,6 +4,7 @@ pub mod benchmark_id;
 pub mod commonroad;
 mod ego;
 mod identity;
+mod jump;
 mod library;
 mod names;
 mod network;
@@ -26,6 +27,7 @@ pub use ego::{
     read_recording, write_recording,
 };
 pub use identity::ContentHash;
+pub use jump::Jump;
 pub use library::{Entry, Place, bundled};
 pub use names::{
     LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, Signal, SignalColor,
@@ -44,7 +46,7 @@ pub use road::{
 };
 pub use scene::{Ego, Participant, Scene, SceneError};
 pub use search::{Found, LibraryError, PassedOver, Why, find, not_standard_input};
-pub use summary::in_short;
+pub use summary::{alike, in_short};
 pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
 pub use vehicle::{VehicleModel, VehicleType};
 pub use window::Window;
@@ -153,7 +155,7 @@ impl std::fmt::Display for Diagnostic {
 }
 
 /// How much a diagnostic matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Hash, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
     /// Unusual, and without effect.

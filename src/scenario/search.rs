@@ -74,6 +74,12 @@ pub enum LibraryError {
 const NAMED: usize = 3;
 
 impl Found {
+    /// How many files and folders were passed over, in words; nothing for none.
+    #[must_use]
+    pub fn passed_over_count(&self) -> Option<String> {
+        count(&self.passed_over)
+    }
+
     /// What was passed over, in a line: the first few with why. Nothing if nothing was.
     #[must_use]
     pub fn passed_over_in_short(&self) -> Option<String> {

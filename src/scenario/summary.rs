@@ -1,6 +1,9 @@
 //! What is in a scenario, in a few lines for people.
 
-use std::collections::BTreeMap;
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fmt::Display;
+use std::hash::Hash;
 use std::ops::Range;
 
 use super::{Diagnostic, LONGEST_TRACK, Obstacle, ObstacleRole, Prediction, Scenario, Severity};
@@ -77,13 +80,15 @@ impl Scenario {
         all.start..all.end.min(all.start + LONGEST_TRACK + 1)
     }
 
-    /// Ids of the obstacles that could be the ego: those with a body and a trajectory.
+    /// Ids of the obstacles that could be the ego, each once: those with a body and a trajectory.
     #[must_use]
     pub fn possible_egos(&self) -> Vec<i64> {
         let moving = |o: &&Obstacle| {
             o.role == ObstacleRole::Dynamic && o.footprint.is_some() && o.track().iter().count() > 1
         };
-        self.obstacles.iter().filter(moving).map(|o| o.id).collect()
+        let mut seen = HashSet::new();
+        let ids = self.obstacles.iter().filter(moving).map(|o| o.id);
+        ids.filter(|id| seen.insert(*id)).collect()
     }
 
     fn kinds(&self) -> String {
@@ -103,32 +108,52 @@ impl Scenario {
     }
 }
 
-/// Diagnostics for people: warnings first, and of those that differ in numbers only, the first with a count.
+/// The diagnostics, those that differ in numbers only told once, the most serious first.
 #[must_use]
 pub fn in_short(diagnostics: &[Diagnostic]) -> Vec<(Severity, String)> {
-    let mut groups: Vec<(String, &Diagnostic, usize)> = Vec::new();
-    for diagnostic in diagnostics {
-        let words = diagnostic.message.chars().filter(|c| !c.is_ascii_digit());
-        let shape: String = words.collect();
-        match groups
-            .iter_mut()
-            .find(|(s, first, _)| *s == shape && first.severity == diagnostic.severity)
-        {
-            Some((.., more)) => *more += 1,
-            None => groups.push((shape, diagnostic, 0)),
-        }
-    }
-    groups.sort_by_key(|(_, first, _)| std::cmp::Reverse(first.severity));
+    let shape = |d: &Diagnostic| (shape(&d.message), d.severity);
+    let mut groups = grouped(diagnostics, shape);
+    groups.sort_by_key(|(first, _)| std::cmp::Reverse(first.severity));
+    let words = |(first, more): (&Diagnostic, usize)| (first.severity, told(first, more));
+    groups.into_iter().map(words).collect()
+}
+
+/// Sentences in their order, those that differ in numbers only told once.
+#[must_use]
+pub fn alike(sentences: &[String]) -> Vec<String> {
+    let groups = grouped(sentences, |sentence| shape(sentence));
     groups
         .into_iter()
-        .map(|(_, first, more)| {
-            let more = match more {
-                0 => String::new(),
-                more => format!(" (and {more} more like this)"),
-            };
-            (first.severity, format!("{first}{more}"))
-        })
+        .map(|(first, more)| told(first, more))
         .collect()
+}
+
+/// Words without their numbers.
+fn shape(words: &str) -> String {
+    words.chars().filter(|c| !c.is_ascii_digit()).collect()
+}
+
+/// The first of each kind, and how many more there are of it.
+fn grouped<T, K: Eq + Hash>(all: &[T], kind: impl Fn(&T) -> K) -> Vec<(&T, usize)> {
+    let mut places: HashMap<K, usize> = HashMap::new();
+    let mut groups: Vec<(&T, usize)> = Vec::new();
+    for one in all {
+        match places.entry(kind(one)) {
+            Entry::Occupied(place) => groups[*place.get()].1 += 1,
+            Entry::Vacant(place) => {
+                place.insert(groups.len());
+                groups.push((one, 0));
+            }
+        }
+    }
+    groups
+}
+
+fn told(first: &impl Display, more: usize) -> String {
+    match more {
+        0 => first.to_string(),
+        more => format!("{first} (and {more} more like this)"),
+    }
 }
 
 #[cfg(test)]

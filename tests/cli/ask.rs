@@ -132,3 +132,50 @@ fn a_store_that_cannot_be_used_stops_before_anything_is_asked() {
     assert_eq!(ended.stdout, "");
     home.run(&["ask", CUT_IN, "--no-store"]).status(0);
 }
+
+#[test]
+fn what_the_judge_does_not_look_at_is_said() {
+    let home = Home::new();
+    let ask = |more: &[&str]| home.run(&[&["ask", CUT_IN], more].concat()).status(0);
+    assert_eq!(ask(&[]).stderr, "");
+    let ended = ask(&["--at", "30"]);
+    let ended = ended.says(&["all recorded steps", "--at"]);
+    assert!(ended.stdout.starts_with("verdict "), "{}", ended.stdout);
+    ask(&["--history", "3"]).says(&["all recorded steps", "--history"]);
+    assert_eq!(ask(&["--at", "30", "--task", "safety"]).stderr, "");
+    home.run(&["ask", CUT_IN, "--history", "0"])
+        .status(2)
+        .says(&["1 to 100000 steps"]);
+}
+
+#[test]
+fn scores_of_the_safety_task_follow_the_probabilities() {
+    let home = Home::new();
+    for (name, _) in BUNDLED {
+        for at in ["15", "30", "45"] {
+            let ended = home.run(&["ask", name, "--task", "safety", "--at", at, "--json"]);
+            let document = ended.status(0).json();
+            let scores = document["obstacles"].as_array().unwrap();
+            let predicted = document["prediction"]["obstacles"].as_array().unwrap();
+            let mut before = 0;
+            for (score, predicted) in scores.iter().zip(predicted) {
+                assert_eq!(score["id"], predicted["id"]);
+                let score = score["risk_score"].as_u64().unwrap();
+                let probability = predicted["probability"].as_f64().unwrap();
+                assert!(score >= before, "{name} {at}: {document}");
+                before = score;
+                let expected = match probability {
+                    p if p >= 0.3 => 0..=2,
+                    p if p > 0.0 => 3..=3,
+                    _ => 3..=5,
+                };
+                assert!(expected.contains(&score), "{name} {at}: {document}");
+            }
+            let calm = |p: &&serde_json::Value| p["probability"].as_f64() < Some(0.3);
+            let calm: Vec<_> = predicted.iter().filter(calm).collect();
+            assert!(calm.windows(2).all(|pair| {
+                pair[0]["probability"].as_f64() >= pair[1]["probability"].as_f64()
+            }));
+        }
+    }
+}

@@ -185,7 +185,20 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
         .status(2)
         .says(&["no ego for planning problem 5", "9000"]);
     let alone = ["metrics", CUT_IN, "--planning-problem", "5"];
-    home.run(&alone).status(2).says(&["--ego"]);
+    home.run(&alone).status(2).says(&["planning problem 5"]);
+    // Beside the scenario it is chosen without being named.
+    home.write("in/s.xml", bundled_xml(CUT_IN));
+    home.write(
+        "in/s.ego_trajectory.csv",
+        solution(VehicleModel::Ks, &[9000]),
+    );
+    home.run(&["metrics", "in/s.xml", "--planning-problem", "5"])
+        .status(2)
+        .says(&["s.ego_trajectory.csv", "no ego for planning problem 5"]);
+    let inspected = home.run(&["inspect", CUT_IN, "--json"]).status(0).json();
+    let own = inspected["ego"]["id"].to_string();
+    home.run(&["metrics", "in/s.xml", "--planning-problem", &own])
+        .status(0);
     let obstacle = ["metrics", CUT_IN, "--ego", "301", "--planning-problem", "5"];
     home.run(&obstacle)
         .status(2)

@@ -1,7 +1,7 @@
 //! `evaluate`: the built-in judge on many scenarios.
 
 use super::support::program::Home;
-use super::{BUNDLED, CUT_IN};
+use super::{BUNDLED, CUT_IN, bundled_xml};
 
 const RED_LIGHT: &str = "ZAM_RedLight-1_1_T-1";
 const HARD_BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
@@ -31,7 +31,9 @@ fn a_table_by_lead_with_everybody_side_by_side() {
     let ended = home.run(&arguments).status(0);
     assert_eq!(ended.stderr, "", "silent in a pipe");
     for words in [
-        "2 collisions, 1 safe scenarios",
+        "2 collisions, 1 safe scenario\n",
+        "horizon of the prediction",
+        "less than 1 s apart",
         "exact geometry",
         " paper    0.2    0.5      1    1.5      2",
         "reference/geometry                2.0  0.30",
@@ -118,7 +120,7 @@ fn labels_take_the_place_of_the_geometry() {
     // One of two has no label.
     run(&[RED_LIGHT])
         .status(1)
-        .says(&["of 2 scenarios, 1 have no label", RED_LIGHT]);
+        .says(&["of 2 scenarios, 1 has no label", RED_LIGHT]);
     home.run(&["evaluate", RED_LIGHT, "--truth", &truth])
         .status(2);
 }
@@ -180,10 +182,10 @@ fn what_cannot_be_evaluated_is_said() {
         (&["--truth", "nowhere.csv"], 2, &["nowhere.csv", "auto"]),
         (&["--truth", &bad], 2, &["line 2", "`perhaps`"]),
         (&["--lead", "soon"], 2, &["paper"]),
-        (&["--lead", "-1"], 2, &["-1"]),
+        (&["--lead", "-1"], 2, &["seconds from 0"]),
         (&["--lead", "nan"], 2, &["seconds from 0"]),
         (&["--horizon", "11"], 2, &["up to 10"]),
-        (&["--history", "0"], 2, &["0"]),
+        (&["--history", "0"], 2, &["1 to 100000 steps"]),
         (&["--radius", "0"], 2, &["above 0"]),
         (
             &[&broken, "--lead", "1"],
@@ -199,4 +201,19 @@ fn what_cannot_be_evaluated_is_said() {
     home.run(&["evaluate", "nowhere"])
         .status(2)
         .says(&["nowhere"]);
+}
+
+#[test]
+fn scenarios_without_an_ego_are_told_together() {
+    let home = Home::new();
+    for i in 0..5 {
+        home.write(format!("in/S-{i}.xml"), bundled_xml(CUT_IN));
+    }
+    let line = "nearmiss: 5 scenarios have no recorded ego: S-0, S-1, S-2 and 2 more; put NAME.ego_trajectory.csv";
+    let ended = home.run(&["evaluate", "in"]).status(2).says(&[line]);
+    assert_eq!(ended.stderr.lines().count(), 2, "{}", ended.stderr);
+    assert!(!ended.stderr.contains("--ego"));
+    home.run(&["evaluate", "in", RED_LIGHT])
+        .status(1)
+        .says(&[line, "of 6 scenarios, 5 have no recorded ego"]);
 }

@@ -257,7 +257,7 @@ fn the_workbench_takes_an_ego_for_one_scenario() {
         .says(&["no obstacle 5"]);
     home.run(&[CUT_IN, "--planning-problem", "5"])
         .status(2)
-        .says(&["--ego"]);
+        .says(&["planning problem 5"]);
     home.run(&["--ego", "301", "inspect", CUT_IN])
         .status(2)
         .says(&["nearmiss COMMAND FILE --ego"]);

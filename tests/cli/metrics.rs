@@ -247,8 +247,71 @@ fn the_format_follows_the_name_of_the_file_unless_it_is_said() {
     home.run(&["metrics", CUT_IN, "-o", "a.parquet"]).status(0);
     assert!(read("a.parquet").starts_with(b"PAR1"));
     home.run(&["metrics", CUT_IN, "-o", "b.parquet", "--format", "csv"])
+        .status(2)
+        .says(&["--format csv does not go with the name b.parquet"]);
+    assert!(!home.files().join("b.parquet").exists());
+    home.run(&["metrics", CUT_IN, "-o", "b.txt", "--format", "json"])
         .status(0);
-    assert!(read("b.parquet").starts_with(b"scenario,"));
+    assert!(read("b.txt").starts_with(b"{"));
+    home.write("folder/keep", "");
+    home.run(&["metrics", CUT_IN, "-o", "folder", "--overwrite"])
+        .status(2)
+        .says(&["folder: this is a folder; name a file in it"]);
+}
+
+#[test]
+fn the_list_tells_what_the_columns_are() {
+    let home = Home::new();
+    let table = home.run(&["metrics", CUT_IN]).status(0).stdout;
+    let columns: Vec<&str> = table.lines().next().unwrap().split(',').skip(5).collect();
+    let list = home
+        .run(&["metrics", "--list", "--format", "json"])
+        .status(0);
+    let list = list.json();
+    let ids: Vec<&str> = list
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|m| m["id"].as_str().unwrap())
+        .collect();
+    assert_eq!(ids, columns);
+    let ttc = &list[1];
+    assert_eq!(
+        (&ttc["unit"], &ttc["dangerous"]),
+        (&"s".into(), &"low".into())
+    );
+    assert_eq!(ttc["thresholds"][0]["value"], 1.5);
+    assert!(ttc["source"].as_str().unwrap().contains("Hayward"));
+    let csv = home
+        .run(&["metrics", "--list", "--format", "csv"])
+        .status(0)
+        .stdout;
+    assert_eq!(csv.lines().count(), 1 + columns.len());
+    let shown = home.run(&["metrics", "--list"]).status(0).stdout;
+    assert!(
+        shown.contains("≤ 1.5 s: critical (van der Horst 1990)"),
+        "{shown}"
+    );
+    assert!(shown.contains("< 0 m: dangerous"), "{shown}");
+    let scene = home.run(&["metrics", "--list", "--scene"]).status(0).stdout;
+    assert!(scene.contains("ttc_star") && !scene.contains("headway"));
+    home.write(
+        "own.toml",
+        "[[threshold]]\nmeasure = \"ttc\"\nname = \"critical\"\nvalue = 0.7\n",
+    );
+    let own = home
+        .run(&["metrics", "--list", "--thresholds", "own.toml"])
+        .status(0)
+        .stdout;
+    assert!(own.contains("≤ 0.7 s: critical"), "{own}");
+    for arguments in [
+        &["metrics", "--list", CUT_IN][..],
+        &["metrics", "--list", "--convention", "paper"],
+        &["metrics", "--list", "--format", "parquet"],
+        &["metrics"],
+    ] {
+        home.run(arguments).status(2);
+    }
 }
 
 /// The files in a folder.

@@ -493,3 +493,81 @@ fn completions_and_the_manual_page_are_printed() {
         "{manual}"
     );
 }
+
+#[test]
+fn a_mistyped_name_means_the_nearest_scenario() {
+    let home = Home::new();
+    for command in ["inspect", "metrics"] {
+        let near = home.run(&[command, "ZAM_Cutin-1_1_T1"]).status(2);
+        let near = near.says(&["no such file", CUT_IN]);
+        assert!(!near.stderr.contains("ZAM_Merge"), "{}", near.stderr);
+        home.run(&[command, "nowhere.xml"])
+            .status(2)
+            .says(&["no such file", "ZAM_Merge-1_1_T-1"]);
+    }
+}
+
+#[test]
+fn a_file_that_is_cut_off_within_a_tag_is_called_so() {
+    let home = Home::new();
+    let good = bundled_xml(CUT_IN);
+    let tag = good.rfind("<dynamicObstacle id").unwrap();
+    for end in [tag + 5, tag + 20] {
+        home.write("cut.xml", &good[..end]);
+        home.run(&["inspect", "cut.xml"])
+            .status(2)
+            .says(&["cut.xml:", "cut off"]);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_refused_at_once() {
+    let home = Home::new();
+    let pipe = home.files().join("pipe.xml");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(
+        made.is_ok_and(|status| status.success()),
+        "mkfifo is needed"
+    );
+    std::fs::create_dir_all(home.config()).unwrap();
+    for arguments in [
+        &["inspect", "pipe.xml"][..],
+        &["metrics", "pipe.xml"],
+        &["convert", "pipe.xml"],
+        &["describe", CUT_IN, "--ego", "pipe.xml"],
+        &["metrics", CUT_IN, "--thresholds", "pipe.xml"],
+        &["evaluate", CUT_IN, "--truth", "pipe.xml"],
+    ] {
+        home.run(arguments)
+            .status(2)
+            .says(&["pipe.xml: not a regular file"]);
+    }
+    std::fs::rename(pipe, home.config().join("config.toml")).unwrap();
+    home.run(&["describe", CUT_IN])
+        .status(2)
+        .says(&["config.toml: not a regular file"]);
+    let huge = std::fs::File::create(home.files().join("huge.xml")).unwrap();
+    huge.set_len(10 << 30).unwrap();
+    home.run(&["inspect", "huge.xml"])
+        .status(2)
+        .says(&["huge.xml: the file is larger than 1024 MiB"]);
+}
+
+#[test]
+fn an_ego_that_jumps_is_told() {
+    let home = Home::new();
+    let rows = bundled_ego(CUT_IN);
+    let mut lines: Vec<String> = rows.lines().map(str::to_string).collect();
+    let mut cells: Vec<&str> = lines[20].split(',').collect();
+    let step = cells[1].to_string();
+    cells[3] = "99999";
+    lines[20] = cells.join(",");
+    home.write("jump.csv", lines.join("\n"));
+    let ended = home
+        .run(&["metrics", CUT_IN, "--ego", "jump.csv"])
+        .status(0);
+    ended.says(&["it jumps", &format!("to {step}"), "1 more jump"]);
+    let ended = home.run(&["metrics", CUT_IN]).status(0);
+    assert_eq!(ended.stderr, "");
+}

@@ -252,6 +252,12 @@ async fn a_limit_is_explained() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_failing_server_is_reported() {
     fails(refusal(500, "oops"), &["500", "oops", "try again"]).await;
+    let home = Home::new();
+    let server = Server::start(vec![refusal(400, "oops")]).await;
+    let ended = ask(&home, server.base_url(), &[]).status(1);
+    let all: Vec<&str> = ended.stdout.lines().chain(ended.stderr.lines()).collect();
+    assert!(all.iter().all(|line| !line.is_empty()), "{all:?}");
+    assert!(!ended.stdout.contains("unknown"), "{}", ended.stdout);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

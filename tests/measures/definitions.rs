@@ -142,6 +142,26 @@ fn following_a_slower_car() {
     );
     is(&scene, "rss_lat", 0.1 + 2.0 * 0.125);
     is(&scene, "rss_lat_margin", -0.35);
+    // Both are violated, the lateral one less: 36 m are 17.28 m less than is safe along the road.
+    is(&scene, "rss_margin", -0.35);
+}
+
+#[test]
+fn rss_is_violated_only_along_and_across() {
+    let margin = |place| {
+        let scene = scene(vec![
+            car(1, (0.0, 0.0), 0.0, 15.0, 0.0),
+            car(2, place, 0.0, 10.0, 0.0),
+        ]);
+        reading(&scene, "rss_margin", 2, 0).value().unwrap()
+    };
+    // Asked for: 15 + 1.75 + 18.5²/8 − 100/16 = 53.28125 m along and 0.35 m across.
+    assert!((margin((24.0, 0.0)) - -0.35).abs() < 1e-9, "both too short");
+    assert!((margin((24.0, 3.0)) - 0.65).abs() < 1e-9, "beside");
+    assert!(
+        (margin((64.0, 0.0)) - (60.0 - 53.28125)).abs() < 1e-9,
+        "far ahead"
+    );
 }
 
 #[test]
@@ -157,7 +177,7 @@ fn the_recorded_collision() {
     is(&scene, "ttc_lane", 4.05);
     // Braking takes 100/16 = 6.25 m, which are left until 3.4 s.
     is(&scene, "ttb", 3.4);
-    is_none(&scene, "ttk", NoValue::TooLate);
+    is_none(&scene, "ttk", NoValue::NeverAvoided);
     is(&scene, "tet", 2.0);
     let steps = (21..=40).map(|i| 2.0 - (4.05 - 0.1 * f64::from(i)));
     is(&scene, "tit", 0.1 * steps.sum::<f64>());

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::{Batch, Evaluate, Format, Truth, batch, csv, share};
+use super::{Batch, Evaluate, Format, Truth, batch, csv, number, share};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::{Confusion, Label};
 use crate::judge::{self, judge};
@@ -49,10 +49,10 @@ fn write(arguments: &Evaluate, truth: &Truth, batch: &Batch<Said>) -> Outcome {
     match arguments.format {
         Format::Table => {
             let mut text = format!(
-                "collision task: {} collisions, {} safe scenarios\ntruth: {}\n\n{:<20} precision {}  recall {}  F1 {}  \
+                "collision task: {}, {}\ntruth: {}\n\n{:<20} precision {}  recall {}  F1 {}  \
                  the labelled obstacle {who} of {named}\n",
-                c.positives(),
-                c.negatives(),
+                number(c.positives() as usize, "collision"),
+                number(c.negatives() as usize, "safe scenario"),
                 truth.words(),
                 judge::MODEL,
                 share(c.precision()),
@@ -105,6 +105,7 @@ fn write(arguments: &Evaluate, truth: &Truth, batch: &Batch<Said>) -> Outcome {
                 "obstacles_right": who,
                 "differences": other.collect::<Vec<_>>(),
                 "failed": batch.failed,
+                "without_ego": batch.without_ego,
                 "unlabelled": batch.unlabelled,
             }))
         }

@@ -7,8 +7,9 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 
-use super::open::{EgoChoice, found, scene, task};
+use super::open::{found, scene_beside, task};
 use super::progress::Progress;
+use super::span::history;
 use super::{Failure, Outcome, output};
 use crate::evaluation::{Candidate, Label, Labelled, Labels, Lead};
 use crate::judge;
@@ -44,17 +45,18 @@ pub struct Evaluate {
         long,
         value_delimiter = ',',
         default_value = "paper,0.2,0.5,1,1.5,2",
-        value_name = "S"
+        value_name = "S",
+        allow_negative_numbers = true
     )]
     lead: Vec<Lead>,
     /// Horizons of what the judge is compared with, seconds up to 10; its own is fixed.
-    #[arg(long, value_delimiter = ',', default_value = "1,1.5,2", value_name = "S", value_parser = horizon)]
+    #[arg(long, value_delimiter = ',', default_value = "1,1.5,2", value_name = "S", allow_negative_numbers = true, value_parser = horizon)]
     horizon: Vec<f64>,
     /// Steps in a window.
-    #[arg(long, default_value_t = 10, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, default_value_t = 10, value_name = "N", allow_negative_numbers = true, value_parser = history)]
     history: u32,
     /// In the safety task, obstacles farther from the ego are left out, metres.
-    #[arg(long, default_value_t = 30.0, value_name = "M", value_parser = radius)]
+    #[arg(long, default_value_t = 30.0, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
     radius: f64,
     /// How the result is written.
     #[arg(long, value_enum, default_value = "table")]
@@ -100,7 +102,16 @@ struct Judged<T> {
 struct Batch<T> {
     judged: Vec<Judged<T>>,
     failed: usize,
+    without_ego: Vec<String>,
     unlabelled: Vec<String>,
+}
+
+/// What became of one scenario.
+enum One<T> {
+    /// It was judged; what is doubtful about it, in words.
+    Judged(Judged<T>, Vec<String>),
+    WithoutEgo,
+    Unlabelled,
 }
 
 /// Runs `evaluate`.
@@ -163,7 +174,7 @@ fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
     let (mut labels, mut files) = (Labels::default(), Vec::new());
     for path in paths {
         let file = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|e| {
+        let bytes = system::read_file(path, system::LARGEST).map_err(|e| {
             Failure::input(format!(
                 "--truth {file}: {}; it takes CSV files, or `auto` alone for the exact geometry",
                 system::words(&e)
@@ -203,6 +214,7 @@ fn batch<T: Send>(
     let mut batch = Batch {
         judged: Vec::new(),
         failed: 0,
+        without_ego: Vec::new(),
         unlabelled: Vec::new(),
     };
     let progress = Progress::new(entries.len(), "scenarios", true);
@@ -216,13 +228,12 @@ fn batch<T: Send>(
         let results: Vec<_> = part.par_iter().map(judge_one).collect();
         for (entry, result) in part.iter().zip(results) {
             match result {
-                Ok(Some((judged, doubt))) => {
-                    if let Some(doubt) = doubt {
-                        progress.suspend(|| output::say(&doubt));
-                    }
+                Ok(One::Judged(judged, doubts)) => {
+                    progress.suspend(|| doubts.iter().for_each(|doubt| output::say(doubt)));
                     batch.judged.push(judged);
                 }
-                Ok(None) => batch.unlabelled.push(entry.name.clone()),
+                Ok(One::WithoutEgo) => batch.without_ego.push(entry.name.clone()),
+                Ok(One::Unlabelled) => batch.unlabelled.push(entry.name.clone()),
                 Err(failure) => {
                     batch.failed += 1;
                     progress.suspend(|| failure.say());
@@ -230,10 +241,37 @@ fn batch<T: Send>(
             }
         }
     }
+    drop(progress);
+    if !batch.without_ego.is_empty() {
+        output::say(&format!(
+            "nearmiss: {} no recorded ego: {}; put NAME.ego_trajectory.csv beside NAME.xml",
+            have(batch.without_ego.len()),
+            some(&batch.without_ego),
+        ));
+    }
     batch
 }
 
-type One<T> = Option<(Judged<T>, Option<String>)>;
+/// `1 scenario has`, `2 scenarios have`.
+fn have(count: usize) -> String {
+    match count {
+        1 => "1 scenario has".into(),
+        _ => format!("{count} scenarios have"),
+    }
+}
+
+/// The first few names, and how many more there are.
+fn some(names: &[String]) -> String {
+    let first = &names[..names.len().min(NAMED)];
+    let more = match names.len() - first.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("{}{more}", first.join(", "))
+}
+
+/// So many scenarios are named where there may be thousands.
+const NAMED: usize = 3;
 
 fn one<T>(
     truth: &Truth,
@@ -243,11 +281,13 @@ fn one<T>(
     let label = match truth {
         Truth::Geometry => None,
         Truth::Labels(labels, _) => match labels.of(&entry.name) {
-            None => return Ok(None),
+            None => return Ok(One::Unlabelled),
             label => label,
         },
     };
-    let scene = scene(entry, &EgoChoice::default())?;
+    let Some((scene, mut doubts)) = scene_beside(entry)? else {
+        return Ok(One::WithoutEgo);
+    };
     let case = Labelled::new(&scene, label);
     let doubt = match (case.label, case.contact) {
         (Label::Collision(_), None) => Some(
@@ -261,8 +301,8 @@ fn one<T>(
         label: case.label,
         result: ask(&case),
     };
-    let doubt = doubt.map(|words| format!("nearmiss: {}: {words}", entry.name));
-    Ok(Some((judged, doubt)))
+    doubts.extend(doubt.map(|words| format!("nearmiss: {}: {words}", entry.name)));
+    Ok(One::Judged(judged, doubts))
 }
 
 impl<T> Batch<T> {
@@ -276,29 +316,39 @@ impl<T> Batch<T> {
 
     /// How it ends, when everything is written.
     fn outcome(&self) -> Outcome {
-        if self.failed + self.unlabelled.len() == 0 {
+        let (without, unlabelled) = (self.without_ego.len(), self.unlabelled.len());
+        if self.failed + without + unlabelled == 0 {
             return Ok(());
         }
-        let all = self.judged.len() + self.failed + self.unlabelled.len();
+        let all = self.judged.len() + self.failed + without + unlabelled;
         let mut reasons = Vec::new();
         if self.failed > 0 {
             reasons.push(format!("{} could not be opened", self.failed));
         }
-        if let Some(first) = self.unlabelled.first() {
-            let n = self.unlabelled.len();
-            reasons.push(format!(
-                "{n} have no label ({first}{})",
-                if n > 1 { ", …" } else { "" }
-            ));
+        let has = |count: usize| if count == 1 { "has" } else { "have" };
+        if without > 0 {
+            reasons.push(format!("{without} {} no recorded ego", has(without)));
+        }
+        if unlabelled > 0 {
+            let (has, some) = (has(unlabelled), some(&self.unlabelled));
+            reasons.push(format!("{unlabelled} {has} no label ({some})"));
         }
         Err(Failure {
-            message: format!("of {all} scenarios, {}", reasons.join(", and ")),
+            message: format!("of {}, {}", number(all, "scenario"), reasons.join(", and ")),
             status: if self.judged.is_empty() { 2 } else { 1 },
         })
     }
 }
 
-/// With two decimals, or a dash where there is no value.
+/// A number of things, in words.
+fn number(count: usize, thing: &str) -> String {
+    match count {
+        1 => format!("1 {thing}"),
+        _ => format!("{count} {thing}s"),
+    }
+}
+
+/// With three decimals, or a dash where there is no value.
 fn share(value: Option<f64>) -> String {
     value.map_or_else(|| "–".into(), |v| format!("{v:.3}"))
 }

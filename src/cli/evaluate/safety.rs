@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Batch, Evaluate, Format, Truth, batch, csv, share};
+use super::{Batch, Evaluate, Format, Truth, batch, csv, number, share};
 use crate::cli::{Outcome, output};
 use crate::evaluation::{Alarms, Answers, Candidate, Confusion, Lead, Setting, confusion};
 use crate::scenario::Entry;
@@ -70,13 +70,14 @@ const BLOCKS: [Block; 3] = [
 
 fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[Row]) -> String {
     let mut text = format!(
-        "safety task: {} collisions, {} safe scenarios\ntruth: {}\nwindows: {} steps, obstacles within {} m; of a \
+        "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; of a \
          collision, ending so many seconds before the bodies first\noverlap (paper: two steps before the last recorded \
-         one); of a safe scenario, its first steps at every lead\n",
-        batch.collisions(),
-        batch.safe(),
+         one); of a safe scenario, its first steps at every lead\ns: horizon of the prediction, seconds; p ≥: probability \
+         of contact within it from which on it is critical\n",
+        number(batch.collisions(), "collision"),
+        number(batch.safe(), "safe scenario"),
         truth.words(),
-        setting.history,
+        number(setting.history, "step"),
         setting.radius,
     );
     let line = |label: &str, horizon: &str, threshold: &str, cells: Vec<String>| {
@@ -84,7 +85,7 @@ fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[
         format!("{label:<32}{horizon:>5}{threshold:>6}{cells}\n")
     };
     let leads = || setting.leads.iter().map(Lead::to_string).collect();
-    for (name, number) in BLOCKS {
+    for (name, value) in BLOCKS {
         text.push('\n');
         text.push_str(&line(name, "s", "p ≥", leads()));
         for Row {
@@ -96,7 +97,7 @@ fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[
                 candidate.name,
                 &format!("{:.1}", c.horizon),
                 &format!("{:.2}", c.threshold),
-                leads.iter().map(|l| share(number(l))).collect(),
+                leads.iter().map(|l| share(value(l))).collect(),
             ));
         }
     }
@@ -118,9 +119,11 @@ fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[
             count(Confusion::negatives),
         ));
         text.push_str(&format!(
-            "\nfalse alarms over all {} windows of the safe scenarios ({:.1} min)\n{:<32}{:>5}{:>6}  share  a minute\n",
-            first.alarms.windows,
+            "\nfalse alarms over all {} of the safe scenarios ({:.1} min)\nshare: of these windows, called critical; \
+             a minute: alarms a minute, where critical windows\nless than {} s apart are one alarm\n{:<32}{:>5}{:>6}  share  a minute\n",
+            number(first.alarms.windows as usize, "window"),
             first.alarms.seconds / 60.0,
+            Alarms::APART,
             "", "s", "p ≥",
         ));
     }
@@ -241,6 +244,7 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
         "collisions": batch.collisions(),
         "safe": batch.safe(),
         "failed": batch.failed,
+        "without_ego": batch.without_ego,
         "unlabelled": batch.unlabelled,
         "judges": judges,
     })

@@ -7,11 +7,12 @@ use serde_json::{Map, Value, json};
 use crate::cli::{Failure, Outcome, output};
 use crate::scenario::benchmark_id;
 use crate::scenario::commonroad::{self, ProblemSolution, Solution, SolutionState};
+use crate::system;
 
 /// Prints the solution in the file at `path`.
 pub fn run(path: &Path, as_json: bool) -> Outcome {
     let file = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| Failure::system(&file, &e))?;
+    let bytes = system::read_file(path, system::LARGEST).map_err(|e| Failure::system(&file, &e))?;
     let solution = commonroad::read_solution(&bytes, &file).map_err(Failure::input)?;
     if as_json {
         output::json(&document(&solution))

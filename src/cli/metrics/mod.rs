@@ -2,6 +2,7 @@
 
 mod columnar;
 mod exact;
+mod list;
 mod paper;
 mod scene;
 mod table;
@@ -29,8 +30,12 @@ use target::{Encoded, Format, TableWriter};
 #[derive(Debug, clap::Args)]
 pub struct Metrics {
     /// CommonRoad files or folders, or names of bundled scenarios.
-    #[arg(required = true)]
+    #[arg(required_unless_present = "list")]
     paths: Vec<PathBuf>,
+    /// The measures instead of their values: id, unit, which values are dangerous, thresholds, name and source of each.
+    /// With --scene those of whole scenes; with --format csv or json for programs.
+    #[arg(long, conflicts_with_all = ["paths", "output", "radius", "reasons", "ego", "planning_problem"])]
+    list: bool,
     #[command(flatten)]
     ego: EgoChoice,
     /// How the measures are defined.
@@ -119,15 +124,16 @@ impl Plan<'_> {
 /// What the rows are, and the thresholds that they are worked out with.
 fn measured(arguments: &Metrics) -> Result<(Rows, Thresholds), Failure> {
     if arguments.convention == Convention::Paper {
-        let asked = [
-            (arguments.scene, "--scene"),
-            (arguments.thresholds.is_some(), "--thresholds"),
-        ];
-        if let Some((_, option)) = asked.iter().find(|(asked, _)| *asked) {
-            return Err(Failure::input(format!(
-                "{option} does not go with --convention paper: that convention is as it was published, with its own \
-                 thresholds and without measures of whole scenes"
-            )));
+        if arguments.scene {
+            return Err(Failure::input(
+                "--scene does not go with --convention paper, which has no measures of whole scenes; leave one out",
+            ));
+        }
+        if arguments.thresholds.is_some() {
+            return Err(Failure::input(
+                "--thresholds does not go with --convention paper, whose thresholds are the published ones and never \
+                 change; leave one out",
+            ));
         }
         return Ok((Rows::Paper, Thresholds::shipped().clone()));
     }
@@ -155,10 +161,10 @@ fn radius(word: &str) -> Result<f64, String> {
 /// Runs `metrics`.
 pub fn run(arguments: &Metrics) -> Outcome {
     let file = arguments.output.as_deref();
-    let format = arguments
-        .format
-        .or_else(|| Format::of_name(file?))
-        .unwrap_or(Format::Csv);
+    let format = Format::chosen(arguments.format, file)?;
+    if arguments.list {
+        return list::run(arguments, format);
+    }
     if format == Format::Parquet && file.is_none() {
         return Err(Failure::input(
             "Parquet is not for terminals and pipes: name a file with -o FILE",

@@ -37,6 +37,31 @@ impl Format {
         }
     }
 
+    /// The format that was asked for, or that the file's name asks for; both must agree.
+    pub fn chosen(asked: Option<Self>, file: Option<&Path>) -> Result<Self, Failure> {
+        let of_name = file.and_then(Self::of_name);
+        match (asked, of_name, file) {
+            (Some(asked), Some(named), Some(file)) if asked != named => {
+                Err(Failure::input(format!(
+                    "--format {} does not go with the name {}, which is that of {}; leave --format out or name \
+                     another file",
+                    asked.word(),
+                    file.display(),
+                    named.word()
+                )))
+            }
+            _ => Ok(asked.or(of_name).unwrap_or(Self::Csv)),
+        }
+    }
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Json => "json",
+            Self::Parquet => "parquet",
+        }
+    }
+
     pub fn encode(self, table: &Table, sheet: Sheet) -> Encoded {
         match self {
             Self::Csv => Encoded::Text(text::csv(table, &sheet)),
@@ -57,6 +82,12 @@ impl Target {
         let Some(path) = path else {
             return Ok(Self::Stdout(BufWriter::new(io::stdout())));
         };
+        if path.is_dir() {
+            return Err(Failure::input(format!(
+                "{}: this is a folder; name a file in it",
+                path.display()
+            )));
+        }
         match NewFile::begin(path, overwrite) {
             Ok(file) => Ok(Self::File(BufWriter::new(file))),
             Err(error @ SaveError::Exists(_)) => {

@@ -14,6 +14,7 @@ pub(super) mod longitudinal_deceleration;
 mod road;
 pub(super) mod rss_lateral;
 pub(super) mod rss_longitudinal;
+pub(super) mod rss_margin;
 pub(super) mod steer_threat;
 pub(super) mod time_exposed;
 pub(super) mod time_gap;

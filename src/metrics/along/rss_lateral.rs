@@ -28,15 +28,23 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
-    source: "gap across the route minus rss_lat; below 0 is too short",
+    source: "gap across the route minus rss_lat; see rss_margin",
     compute: |e: &Encounter<'_>| -> Reading {
         e.ask(|c, other, i| {
-            let (ego, other) = (c.ego_along(i)?, c.along(other, i)?);
-            Ok(ego.clearance(&other) - safe(&ego, &other, &c.limits().rss))
+            Ok(margin(
+                &c.ego_along(i)?,
+                &c.along(other, i)?,
+                &c.limits().rss,
+            ))
         })
         .into()
     },
 };
+
+/// What the gap across the route is longer than the safe distance, metres.
+pub(super) fn margin(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64 {
+    ego.clearance(other) - safe(ego, other, rss)
+}
 
 /// Of two with offsets nearer than this neither is the left one, metres: the longer distance counts.
 const ALIKE: f64 = 1e-6;

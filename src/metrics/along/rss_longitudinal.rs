@@ -5,9 +5,9 @@
 //! both accelerate for ρ and brake, the one in its lane with b_min,correct, the other with b_min.
 //! The ego is the one in its lane. Source: Shalev-Shwartz, Shammah and Shashua, On a Formal Model of Safe and
 //! Scalable Self-driving Cars, 2017. Who is in front is told by the positions along the ego's route, whatever
-//! the lane: RSS calls a situation dangerous where the lateral distance is too short as well.
+//! the lane: RSS calls a situation dangerous where the lateral distance is too short as well, see `rss_margin`.
 
-use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
+use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
 use super::LaneBody;
 use crate::metrics::limits::Rss;
 
@@ -30,18 +30,25 @@ pub(in crate::metrics) const MARGIN: Measure = Measure {
     unit: "m",
     danger: Danger::Low,
     mirrored: Mirrored::Kept,
-    source: "gap along the route minus rss_long; below 0 is too short",
+    source: "gap along the route minus rss_long; see rss_margin",
     compute: |e: &Encounter<'_>| -> Reading {
-        e.ask(|c, other, i| margin(&c.ego_along(i)?, &c.along(other, i)?, &c.limits().rss))
-            .into()
+        e.ask(|c, other, i| {
+            Ok(margin(
+                &c.ego_along(i)?,
+                &c.along(other, i)?,
+                &c.limits().rss,
+            ))
+        })
+        .into()
     },
 };
 
-fn margin(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> Result<f64, NoValue> {
+/// What the gap along the route is longer than the safe distance, metres.
+pub(super) fn margin(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64 {
     let gap = (other.rear - ego.front)
         .max(ego.rear - other.front)
         .max(0.0);
-    Ok(gap - safe(ego, other, rss))
+    gap - safe(ego, other, rss)
 }
 
 /// The safe distance, metres.

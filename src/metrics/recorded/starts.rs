@@ -3,7 +3,8 @@
 //! Source: Hillenbrand, Spieker and Kroschel 2006; Tamke, Dang and Breuel 2011. Until its start the ego does what
 //! was recorded, all others do so always, and bodies are compared at the recorded steps to the end of the ego's
 //! recording. Who avoids it with a late start is taken to avoid it with an earlier one: the latest start is looked
-//! for backwards from the overlap in doubled strides, then by bisection.
+//! for backwards from the overlap in doubled strides down to the first step, then by bisection. Where none of these
+//! avoids it, no start is taken to.
 
 use std::ops::Range;
 
@@ -70,7 +71,8 @@ impl Starts {
             (None, _) => Err(NoValue::NoRecordedOverlap),
             _ if now > self.last => Err(NoValue::NoRecordedOverlap),
             (_, Some(start)) if start >= now => Ok(start - now),
-            _ => Err(NoValue::TooLate),
+            (_, Some(_)) => Err(NoValue::TooLate),
+            (_, None) => Err(NoValue::NeverAvoided),
         }
     }
 }

@@ -182,16 +182,8 @@ mod tests {
 
     #[test]
     fn a_strict_threshold_stays_strict_unless_it_is_said() {
-        let text =
-            "[[threshold]]\nmeasure = \"rss_lat_margin\"\nname = \"too close\"\nvalue = 0.2\n";
-        let strict = |text: &str| {
-            read(text)
-                .unwrap()
-                .of("rss_lat_margin")
-                .next()
-                .unwrap()
-                .strict
-        };
+        let text = "[[threshold]]\nmeasure = \"rss_margin\"\nname = \"dangerous\"\nvalue = 0.2\n";
+        let strict = |text: &str| read(text).unwrap().of("rss_margin").next().unwrap().strict;
         assert!(strict(text));
         assert!(!strict(&format!("{text}strict = false\n")));
     }

@@ -164,7 +164,8 @@ mod tests {
         assert_eq!(name("ttc", 3.1), None);
         assert_eq!(name("drac", 3.0), Some("conflict"));
         assert_eq!(name("drac", 2.9), None);
-        assert_eq!(name("rss_lat_margin", 0.0), None, "exactly enough");
-        assert_eq!(name("rss_lat_margin", -1e-9), Some("too close"));
+        assert_eq!(name("rss_margin", 0.0), None, "exactly enough");
+        assert_eq!(name("rss_margin", -1e-9), Some("dangerous"));
+        assert_eq!(name("rss_lat_margin", -1.0), None, "alone it is no danger");
     }
 }

@@ -38,6 +38,7 @@ pub use solution::{
 pub use writer::{WriteError, write};
 
 use super::Scenario;
+use crate::system;
 
 /// Reads a CommonRoad scenario, XML or protobuf, from `bytes`; `file` names it in errors.
 ///
@@ -60,7 +61,7 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
 /// The file or one that it needs cannot be read, or see [`read`].
 pub fn read_file(path: &Path) -> Result<Scenario, ReadError> {
     let file = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| ReadError::io(&file, &e))?;
+    let bytes = system::read_file(path, system::LARGEST).map_err(|e| ReadError::io(&file, &e))?;
     dispatch(&bytes, &file, Some(path))
 }
 

@@ -90,7 +90,11 @@ pub(super) fn obstacle<'a>(
     if let Some(message) = parts.uncertainty() {
         xml.note(Severity::Warning, element, message);
     }
-    Ok(Obstacle::new(parts, dt))
+    let obstacle = Obstacle::new(parts, dt);
+    if let Some(jump) = obstacle.track().jump(dt) {
+        xml.note(Severity::Warning, element, format!("obstacle {id}: {jump}"));
+    }
+    Ok(obstacle)
 }
 
 /// Notes states whose times make them useless.

@@ -1,6 +1,7 @@
 //! A pull parser with names, line numbers and one kind of error, on quick-xml's tokens.
 
 mod later;
+mod malformed;
 
 use std::borrow::Cow;
 
@@ -119,7 +120,7 @@ impl<'a> Xml<'a> {
 
     fn malformed(&mut self, error: &quick_xml::Error) -> ReadError {
         let at = self.reader.error_position() as usize;
-        self.fail(at, format!("not well-formed XML: {error}"))
+        self.fail(at, malformed::words(error))
     }
 
     /// The text of the innermost open element, trimmed, and its end; children in it are passed over.

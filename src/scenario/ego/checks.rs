@@ -34,6 +34,9 @@ pub(super) fn check(ego: &Ego, scenario: &Scenario) -> Vec<Diagnostic> {
             "{missing} steps between its first and its last have no record"
         ));
     }
+    if let Some(jump) = ego.track.jump(scenario.dt()) {
+        warn(jump.to_string());
+    }
     let problem = scenario.planning_problems.iter().find(|p| p.id == ego.id);
     let start = problem.and_then(|p| Some((p.initial.time.from, p.initial.point()?)));
     if let Some((step, planned)) = start

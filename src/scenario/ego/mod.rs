@@ -19,6 +19,7 @@ pub use wanted::WantedEgo;
 
 use super::commonroad::{Root, foreign, read_solution, root_of};
 use super::{Diagnostic, Ego, Scenario, Severity};
+use crate::system;
 
 /// Where an ego's motion comes from; shown wherever the ego is.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -141,7 +142,7 @@ pub fn read_ego_file(
     planning_problem: Option<i64>,
 ) -> Result<Ego, EgoError> {
     let file = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|source| EgoError::Io {
+    let bytes = system::read_file(path, system::LARGEST).map_err(|source| EgoError::Io {
         file: file.clone(),
         source,
     })?;

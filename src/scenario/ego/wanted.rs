@@ -12,6 +12,11 @@ pub enum WantedEgo {
     /// The one whose file lies with the scenario; see [`super::find_recording`].
     #[default]
     Beside,
+    /// The one whose file lies with the scenario, which solves several planning problems or holds several vehicles.
+    BesideFor {
+        /// The planning problem whose vehicle it is.
+        planning_problem: i64,
+    },
     /// The obstacle with this id.
     Obstacle(i64),
     /// The one in a file.
@@ -31,6 +36,9 @@ impl WantedEgo {
     pub fn of(&self, entry: &Entry, scenario: &Arc<Scenario>) -> Result<Option<Ego>, EgoError> {
         match self {
             Self::Beside => entry.recorded_ego(scenario),
+            Self::BesideFor { planning_problem } => {
+                entry.recorded_ego_for(scenario, Some(*planning_problem))
+            }
             Self::Obstacle(id) => match Scene::with_obstacle_as_ego(Arc::clone(scenario), *id) {
                 Ok(scene) => Ok(Some(scene.ego)),
                 Err(source) => Err(EgoError::Obstacle {

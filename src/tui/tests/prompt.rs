@@ -213,7 +213,11 @@ fn a_users_file_that_breaks_while_the_program_runs_stays_in_use_as_it_was() {
     bench.send(Msg::Reread(Library::load(Some(folder.path()))));
     assert!(rendered(&bench).contains("You are mine"));
     let said = |bench: &Bench| {
-        let bad = bench.model.toasts.iter().filter(|t| t.kind == crate::tui::model::Notice::Error);
+        let bad = bench
+            .model
+            .toasts
+            .iter()
+            .filter(|t| t.kind == crate::tui::model::Notice::Error);
         bad.map(|t| t.text.clone()).collect::<Vec<_>>().join("\n")
     };
     assert!(

@@ -7,7 +7,7 @@ use super::words::{ENVIRONMENT_2020A, OBSTACLE_TYPES};
 use super::{header, obstacles, place, planning, references, road, words};
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::{
-    ContentHash, Header, Intersection, Lanelet, LaneletNetwork, Location, Obstacle, ObstacleParts,
+    ContentHash, Header, Intersection, Lanelet, LaneletNetwork, Location, ObstacleParts,
     PlanningProblem, Scenario, Sign, TrafficLight,
 };
 
@@ -49,10 +49,9 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
     references::check(&mut report, &network, &root, &found.problems, &root);
     let roles = [found.fixed, found.moving, found.environment, found.phantom];
     let parts = roles.into_iter().flatten();
+    let obstacles = obstacles::obstacles(&mut report, &root, parts, header.time_step_size);
     Ok(Scenario {
-        obstacles: parts
-            .map(|p| Obstacle::new(p, header.time_step_size))
-            .collect(),
+        obstacles,
         header,
         location: Some(location),
         tags,

@@ -8,12 +8,13 @@ use super::kind::{Head, Kind};
 use super::map::{self, RoadMap};
 use super::report::{At, Report};
 use super::tasks::{self, Tasks};
-use super::{check_size, references};
+use super::{check_size, obstacles, references};
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::commonroad::xml::short;
 use crate::scenario::{
-    ContentHash, LaneletNetwork, Location, Obstacle, Scenario, Severity, Sign, TrafficLight,
+    ContentHash, LaneletNetwork, Location, Scenario, Severity, Sign, TrafficLight,
 };
+use crate::system;
 
 /// Bytes of the files of a scenario.
 struct Files<'a> {
@@ -142,7 +143,7 @@ fn part(
         report.warn(&root, message);
     }
     check_size(&name, file.metadata().map_or(0, |m| m.len()))?;
-    let bytes = std::fs::read(&file).map_err(|e| ReadError::io(&name, &e))?;
+    let bytes = system::read_file(&file, system::LARGEST).map_err(|e| ReadError::io(&name, &e))?;
     Ok((name, bytes))
 }
 
@@ -188,6 +189,7 @@ fn compose(
     let (road, planning) = (At::root("map"), At::root("scenario"));
     references::check(r, &network, &road, &problems, &planning);
     let dt = header.time_step_size;
+    let obstacles = obstacles::obstacles(r, &At::root("dynamic"), parts.into_iter(), dt);
     let all = [Some(files.map), files.dynamic, files.tasks];
     Scenario {
         header,
@@ -197,7 +199,7 @@ fn compose(
         }),
         tags,
         network,
-        obstacles: parts.into_iter().map(|p| Obstacle::new(p, dt)).collect(),
+        obstacles,
         planning_problems: problems,
         diagnostics: report.into_diagnostics(),
         hash: ContentHash::of_parts(all.into_iter().flatten()),

@@ -1,0 +1,104 @@
+//! Which steps of a scene are looked at, and how they are described.
+
+use super::Failure;
+use crate::config::Config;
+use crate::evaluation::Settings;
+use crate::prompts::{MOST_DECIMALS, Techniques};
+use crate::scenario::{Scene, Window};
+use crate::text::Form;
+use crate::verdict::Task;
+
+/// Which steps are looked at, and how they are described.
+#[derive(Debug, clap::Args)]
+pub struct Span {
+    /// Last step of the window [default: the last step; for the safety task two steps before it].
+    #[arg(long, value_name = "STEP", allow_negative_numbers = true)]
+    at: Option<i64>,
+    /// Steps in the window [default: what the template says, else 10].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
+    history: Option<u32>,
+    /// Only every so many steps are described, the last one always [default: what the template says, else 1].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    stride: Option<u32>,
+    /// Obstacles farther from the ego are left out, metres [default: what the template says, else 30].
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    radius: Option<f64>,
+    /// Decimals of metres, m/s and m/s²; radians get one more [default: what the template says, else 2].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=MOST_DECIMALS as i64))]
+    precision: Option<u8>,
+    /// Sentences or a table: prose or compact [default: what the template says, else prose].
+    #[arg(long, value_parser = form)]
+    form: Option<Form>,
+    /// The one obstacle that is described; the trajectory frame needs it.
+    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
+    obstacle: Option<i64>,
+}
+
+/// Steps of a window: no recording is longer than the most.
+pub fn history(word: &str) -> Result<u32, String> {
+    match word.parse() {
+        Ok(steps @ 1..=100_000) => Ok(steps),
+        _ => Err("a window has 1 to 100000 steps".into()),
+    }
+}
+
+impl Span {
+    /// The options with which steps were chosen, for people; nothing if none was.
+    pub fn chosen(&self) -> Option<&'static str> {
+        match (self.at, self.history) {
+            (Some(_), Some(_)) => Some("--at and --history"),
+            (Some(_), None) => Some("--at"),
+            (None, Some(_)) => Some("--history"),
+            (None, None) => None,
+        }
+    }
+
+    /// The window in a scene, of so many steps.
+    pub fn window(
+        &self,
+        scene: &Scene,
+        task: Option<Task>,
+        history: usize,
+    ) -> Result<Window, Failure> {
+        let steps = scene.steps();
+        if let Some(at) = self.at.filter(|at| !steps.contains(at)) {
+            return Err(Failure::input(format!(
+                "--at {at}: the ego is recorded from step {} to {}",
+                steps.start,
+                steps.end - 1
+            )));
+        }
+        // The paper's safety inference looks at a window that ends two steps before the last one.
+        let back = if task == Some(Task::Safety) { 2 } else { 0 };
+        let last = self.at.unwrap_or(steps.end - 1 - back);
+        Ok(Window::ending_at(scene, last, history))
+    }
+
+    /// What the user says, here and in the configuration, about how a scene is described.
+    pub fn settings(
+        &self,
+        techniques: Option<Techniques>,
+        config: &Config,
+    ) -> Result<Settings, Failure> {
+        let radius = self.radius.or(config.radius);
+        if radius.is_some_and(|r| !(r.is_finite() && r > 0.0)) {
+            return Err(Failure::input(
+                "--radius must be a positive number of metres",
+            ));
+        }
+        Ok(Settings {
+            history: self.history.map(|steps| steps as usize).or(config.history),
+            stride: self.stride.map(|steps| steps as usize),
+            radius,
+            precision: self.precision.map(usize::from),
+            form: self.form,
+            techniques,
+            obstacle: self.obstacle,
+        })
+    }
+}
+
+/// `prose` or `compact`.
+fn form(word: &str) -> Result<Form, String> {
+    Form::parse(word).ok_or_else(|| "there are prose and compact".into())
+}

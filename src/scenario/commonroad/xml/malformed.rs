@@ -1,0 +1,15 @@
+//! Words for what is no XML at all.
+
+use quick_xml::errors::{Error, SyntaxError};
+
+/// What is wrong, and what that means where the file ends too early.
+pub(super) fn words(error: &Error) -> String {
+    let advice = match error {
+        Error::Syntax(SyntaxError::UnclosedTag) => "; the file is cut off",
+        Error::Syntax(SyntaxError::InvalidBangMarkup) => "",
+        // All others of this kind are noticed at the end of the file, too.
+        Error::Syntax(_) => "; the file is cut off, or this is not closed",
+        _ => "",
+    };
+    format!("not well-formed XML: {error}{advice}")
+}

@@ -1,0 +1,80 @@
+//! Files that somebody names: regular ones, and no larger than anything here needs.
+
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read, Result};
+use std::path::Path;
+
+/// No recording of traffic that could be worked with is larger, bytes.
+pub const LARGEST: u64 = 1 << 30;
+
+/// Opens a file for reading; see [`words`](super::words()) for its errors.
+///
+/// # Errors
+/// What the system says; or it is a folder, or a pipe, device or socket, where reading could wait or go on for ever.
+pub fn open_file(path: &Path) -> Result<File> {
+    let found = path.metadata()?;
+    if found.is_dir() {
+        return Err(ErrorKind::IsADirectory.into());
+    }
+    if !found.is_file() {
+        return Err(Error::other(
+            "not a regular file but a pipe, a device or a socket; save what comes from it in a file and name that",
+        ));
+    }
+    File::open(path)
+}
+
+/// What is in a file of up to `most` bytes.
+///
+/// # Errors
+/// Those of [`open_file`]; or the file is larger, of which no more than that is read.
+pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let file = open_file(path)?;
+    let size = file.metadata()?.len();
+    let too_large = || Error::other(format!("the file is larger than {}", mebibytes(most)));
+    if size > most {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or_default());
+    // It may have grown.
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        return Err(too_large());
+    }
+    Ok(bytes)
+}
+
+fn mebibytes(bytes: u64) -> String {
+    format!("{} MiB, more than is read", bytes >> 20)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::super::words;
+    use super::*;
+
+    #[test]
+    fn a_file_is_read_up_to_its_limit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        let error = |most| words(&read_file(&path, most).unwrap_err());
+        assert_eq!(error(1), "no such file or folder");
+        std::fs::write(&path, vec![b'a'; 1 << 20]).unwrap();
+        assert_eq!(read_file(&path, 1 << 20).unwrap().len(), 1 << 20);
+        std::fs::write(&path, vec![b'a'; 1 + (1 << 20)]).unwrap();
+        assert!(error(1 << 20).contains("larger than 1 MiB"));
+        // Sparse, so that it costs no room.
+        File::create(&path).unwrap().set_len(10 << 30).unwrap();
+        assert!(error(LARGEST).contains("larger than 1024 MiB"));
+        let error = read_file(folder.path(), 1).unwrap_err();
+        assert!(words(&error).contains("folder"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_could_wait_for_ever_is_not_opened() {
+        let error = read_file(Path::new("/dev/zero"), 1).unwrap_err();
+        assert!(words(&error).contains("not a regular file"));
+    }
+}
