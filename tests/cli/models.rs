@@ -291,7 +291,8 @@ async fn the_schema_is_asked_for_where_no_chain_of_thought_stands_before_it() {
 fn the_configuration_in_the_readme_is_right() {
     let home = Home::new();
     let readme = include_str!("../../README.md");
-    let (_, block) = readme.split_once("```toml\n").unwrap();
+    // The last one; others are of other files.
+    let (_, block) = readme.rsplit_once("```toml\n").unwrap();
     let (block, _) = block.split_once("```").unwrap();
     home.write(home.config().join("config.toml"), block);
     let document = home

@@ -8,4 +8,5 @@ mod looking;
 mod opening;
 mod plotting;
 mod prompt;
+mod stored;
 mod values;

@@ -3,7 +3,7 @@
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
-use super::{answers, editing, open, open_current, plot};
+use super::{answers, clock, editing, open, open_current, plot};
 use crate::geometry::Pose;
 use crate::scenario::EgoSource;
 use crate::text::Frame;
@@ -46,7 +46,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Choose => return open_current(model),
         Up | Down | PageUp | PageDown | Top | Bottom => return moved(model, action),
         StepForward | StepBack | JumpForward | JumpBack | FirstStep | LastStep | Play | Faster
-        | Slower | NearestStep | CollisionStep => clock(model, action),
+        | Slower | NearestStep | CollisionStep => clock::clock(model, action),
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
             map(model, action);
         }
@@ -193,66 +193,6 @@ pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
             model.answers.scroll = if follow { None } else { Some(top) };
         }
         _ => {}
-    }
-}
-
-fn clock(model: &mut Model, action: Action) {
-    let before = model.clock.step();
-    match action {
-        Action::StepForward => model.clock.advance(1),
-        Action::StepBack => model.clock.advance(-1),
-        Action::JumpForward => model.clock.advance(10),
-        Action::JumpBack => model.clock.advance(-10),
-        Action::FirstStep => model.clock.go(i64::MIN),
-        Action::LastStep => model.clock.go(i64::MAX),
-        Action::Play => model.clock.toggle(),
-        Action::Faster => model.clock.change_speed(true),
-        Action::Slower => model.clock.change_speed(false),
-        Action::NearestStep => go_to_nearest(model, |h| h.distance),
-        _ => go_to_worst(model),
-    }
-    if !matches!(action, Action::Play | Action::Faster | Action::Slower) {
-        model.clock.playing = false;
-    }
-    if model.clock.step() != before {
-        stepped(model);
-    }
-}
-
-fn go_to_nearest(
-    model: &mut Model,
-    which: impl Fn(&crate::metrics::Headline) -> Option<crate::metrics::Nearest>,
-) {
-    let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
-    match headline.and_then(which) {
-        Some(nearest) => {
-            model.clock.go(nearest.step);
-            model.picked = Some(nearest.obstacle);
-        }
-        None if model.scene().is_none() => {
-            model.say("this needs an ego: o picks an obstacle, E takes it as the ego")
-        }
-        None => model.say("there is nobody near at any step"),
-    }
-}
-
-fn go_to_worst(model: &mut Model) {
-    let contact = model
-        .opened
-        .as_ref()
-        .and_then(|o| o.headline.as_ref())
-        .is_some_and(|h| h.collides());
-    if contact {
-        go_to_nearest(model, |h| h.distance);
-    } else {
-        go_to_nearest(model, |h| h.risk);
-    }
-}
-
-/// The clock moved: what depends on the step is worked out again.
-pub fn stepped(model: &mut Model) {
-    if model.task == Task::Safety {
-        model.refresh();
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod actions;
 mod answers;
+mod clock;
 mod editing;
 mod overlays;
 mod plot;
@@ -139,7 +140,7 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
     model.toasts.retain(|t| t.left > 0.0);
     answers::pass(model, seconds);
     if model.clock.pass(elapsed) {
-        actions::stepped(model);
+        clock::stepped(model);
     }
     Vec::new()
 }

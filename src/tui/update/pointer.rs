@@ -5,7 +5,7 @@ use ratatui::layout::{Position, Rect};
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
 use super::super::model::{Model, Notice, Overlay, Pane};
-use super::{actions, open_current};
+use super::{actions, clock, open_current};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
@@ -119,7 +119,7 @@ fn seek(model: &mut Model, area: Rect, at: Position) -> Vec<Effect> {
     let step = first as f64 + part.clamp(0.0, 1.0) * (last - first) as f64;
     model.clock.playing = false;
     model.clock.go(step.round() as i64);
-    actions::stepped(model);
+    clock::stepped(model);
     Vec::new()
 }
 

@@ -1,0 +1,49 @@
+//! What the workbench says in passing.
+
+use super::Model;
+
+/// A message that stays readable for a while.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Toast {
+    /// What it says.
+    pub text: String,
+    /// What it is.
+    pub kind: Notice,
+    /// Seconds it still stays; errors stay until a key is pressed.
+    pub left: f64,
+}
+
+/// What a message is, and with that how long it counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Notice {
+    /// The reply to a key: the next key makes it old.
+    Reply,
+    /// Something that came about by itself: keys meant for something else do not take it away.
+    News,
+    /// Something is wrong.
+    Error,
+}
+
+impl Model {
+    /// Says something in reply to a key.
+    pub fn say(&mut self, text: impl Into<String>) {
+        self.notify(text.into(), Notice::Reply, 4.0);
+    }
+
+    /// Says that something came about by itself.
+    pub fn tell(&mut self, text: impl Into<String>) {
+        self.notify(text.into(), Notice::News, 6.0);
+    }
+
+    /// Says that something is wrong.
+    pub fn complain(&mut self, text: impl Into<String>) {
+        self.notify(text.into(), Notice::Error, f64::INFINITY);
+    }
+
+    /// The newest takes the place of an older one that is no error; errors are all there until they were read.
+    fn notify(&mut self, text: String, kind: Notice, left: f64) {
+        self.toasts
+            .retain(|t| (kind == Notice::Error || t.kind == Notice::Error) && t.text != text);
+        self.toasts.push(Toast { text, kind, left });
+    }
+}

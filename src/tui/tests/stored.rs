@@ -1,0 +1,108 @@
+//! Answers of the store beside those that were asked for now.
+
+use super::answers::{asking, stored_of};
+use super::bench::{Bench, answer, no_verdict};
+use crate::evaluation::{Answer, Past};
+use crate::store::{Origin, RunId};
+use crate::tui::message::{Effect, Msg};
+use crate::tui::model::Shown;
+
+#[test]
+fn shift_r_asks_anew_and_an_answer_of_the_store_says_so() {
+    let mut bench = asking();
+    bench.press("shift-r");
+    let fresh = |bench: &Bench| match bench.effects.last() {
+        Some(Effect::Ask { fresh, .. }) => *fresh,
+        other => panic!("{other:?}"),
+    };
+    assert!(fresh(&bench));
+    bench.press("r");
+    assert!(!fresh(&bench));
+    let (id, _) = bench.asked();
+    let past = Past {
+        created_ms: 0,
+        origin: Origin::Asked,
+        sample: 0,
+    };
+    let stored = Answer {
+        run: Some(RunId(7)),
+        past: Some(past),
+        ..answer("lab/small", true, 301)
+    };
+    bench.send(Msg::Answered(id, Ok(Box::new(stored.clone()))));
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("run 7 of the store, asked 19"), "{frame}");
+    let columns = bench.model.answers.columns.len();
+    bench.press("r");
+    let (id, _) = bench.asked();
+    bench.send(Msg::Answered(id, Ok(Box::new(stored))));
+    assert_eq!(
+        bench.model.answers.columns.len(),
+        columns,
+        "the same run is shown once"
+    );
+    assert_eq!(bench.model.answers.column().and_then(|c| c.ask), Some(id));
+}
+
+#[test]
+fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
+    let mut bench = Bench::bundled();
+    let of = bench
+        .effects
+        .iter()
+        .find_map(|e| match e {
+            Effect::LoadStored(of) => Some(of.clone()),
+            _ => None,
+        })
+        .unwrap();
+    assert!(of.recorded && of.name.starts_with("ZAM_"));
+    let past = Past {
+        created_ms: 0,
+        origin: Origin::Recorded,
+        sample: 0,
+    };
+    let ways = ["ego · base", "cartesian · cot", "ego · cp+cot+icl"];
+    let stored = ways.iter().flat_map(|how| {
+        ["gemini", "openai", "deepseek"].map(|name| Answer {
+            past: Some(past),
+            how: (*how).into(),
+            window: None,
+            ..answer(&format!("recorded/{name}"), true, 301)
+        })
+    });
+    bench.send(Msg::Stored(of, stored.collect()));
+    assert_eq!(bench.model.answers.columns.len(), 9);
+    let shows = |bench: &Bench, words: &[&str]| {
+        let frame = bench.frame(200, 50);
+        for word in words {
+            assert!(frame.contains(word), "{word}: {frame}");
+        }
+    };
+    let names = ["gemini", "openai", "epseek"];
+    shows(&bench, &names);
+    shows(
+        &bench,
+        &["record", "recorded by others", "all", "base", "unknown"],
+    );
+    bench.press("[ [ [ [ [ [ [ [");
+    shows(&bench, &["cart", "cot"]);
+    // Asked as it would be asked now, beside the built-in judge.
+    let last = &bench.model.answers.columns[6..];
+    assert!(last.iter().all(|c| c.how == "ego · cp+cot+icl"));
+}
+
+#[test]
+fn runs_that_reached_no_model_do_not_come_back() {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let refused = || no_verdict("lab/x", "");
+    bench.send(Msg::Stored(of.clone(), vec![refused(), refused()]));
+    assert!(bench.model.answers.columns.is_empty());
+    assert_eq!(bench.model.answers.shown, Shown::Reference);
+    bench.send(Msg::Stored(of, vec![refused(), answer("lab/x", true, 301)]));
+    assert_eq!(bench.model.answers.columns.len(), 1);
+    assert!(
+        bench.frame(120, 40).contains("yes ="),
+        "the older answer of that model is not hidden by the newer failure"
+    );
+}
