@@ -78,7 +78,7 @@ fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
             assert!(frame.contains(word), "{word}: {frame}");
         }
     };
-    let names = ["gemini", "openai", "epseek"];
+    let names = ["gemini", "openai", "deepse"];
     shows(&bench, &names);
     shows(
         &bench,

@@ -10,7 +10,7 @@ use crate::evaluation::{Answer, Judged, Past};
 use crate::judge;
 use crate::store::{Origin, RunId};
 use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown};
-use crate::tui::widgets::words::{date, duration, fit_end, pad, thousands};
+use crate::tui::widgets::words::{date, duration, fit, pad, thousands};
 use crate::tui::widgets::{frame, scroll};
 use crate::verdict::{Task, Verdict};
 
@@ -104,7 +104,7 @@ impl Table<'_> {
         let theme = &self.model.theme;
         // The last column needs no gap behind it.
         let gap = usize::from(name != BUILT_IN);
-        let name = fit_end(name, self.width.saturating_sub(gap));
+        let name = short_model(name, self.width.saturating_sub(gap));
         let rest = " ".repeat(self.width.saturating_sub(name.width()));
         let style = if shown {
             theme
@@ -342,4 +342,13 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
         },
     }
     text
+}
+
+/// A model's id in so many columns: whole, or without its provider, and then with its beginning, which tells models
+/// apart. The title of the reasoning has it whole.
+fn short_model(id: &str, width: usize) -> String {
+    match id.split_once('/') {
+        Some((_, model)) if id.width() > width => fit(model, width),
+        _ => fit(id, width),
+    }
 }
