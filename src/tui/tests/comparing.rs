@@ -165,7 +165,7 @@ fn a_retry_takes_the_place_of_what_failed() {
     for size in [(80, 24), (120, 40)] {
         let frame = bench.frame(size.0, size.1);
         assert!(
-            frame.contains("not as") && !frame.contains("no verdict"),
+            frame.contains("not asked") && !frame.contains("no verdict"),
             "{frame}"
         );
     }

@@ -180,6 +180,7 @@ impl<'a> Table<'a> {
             Progress::Waiting(_) => "waiting…",
             Progress::Retrying(_) => "trying again…",
             Progress::Arriving(_) => "arriving…",
+            Progress::Unasked(_) if self.width < LABEL => "unasked",
             Progress::Unasked(_) => "not asked",
             Progress::Broken(_) => "no answer",
         };
