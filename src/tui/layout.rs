@@ -68,7 +68,7 @@ fn wide(body: Rect) -> Vec<(Pane, Rect)> {
     let [map, timeline] =
         Layout::vertical([Constraint::Min(0), Constraint::Length(timeline)]).areas(middle);
     let risk = (body.height / 4).clamp(8, 14);
-    let verdict = if body.height >= 45 { 15 } else { 12 };
+    let verdict = if body.height >= 45 { 17 } else { 14 };
     let [verdict, reasoning, risk] = Layout::vertical([
         Constraint::Length(verdict),
         Constraint::Min(0),
@@ -106,7 +106,7 @@ fn compact(body: Rect, focus: Pane) -> Vec<(Pane, Rect)> {
         panes.push((shown, upper));
     }
     let [verdict, reasoning, risk] = Layout::vertical([
-        Constraint::Length(8),
+        Constraint::Length(9),
         Constraint::Min(0),
         Constraint::Length(7),
     ])

@@ -277,6 +277,21 @@ impl Model {
         Some(Window::ending_at(scene, last, self.decided().history))
     }
 
+    /// Steps in the window of the safety task, where the current step has fewer before it than are wanted.
+    #[must_use]
+    pub fn short_window(&self) -> Option<i64> {
+        let window = self.window().filter(|_| self.task == Task::Safety)?;
+        let steps = window.last() - window.first() + 1;
+        let wanted = i64::try_from(self.decided().history).unwrap_or(i64::MAX);
+        Some(steps).filter(|&steps| steps < wanted)
+    }
+
+    /// How it is asked now, in short: as [`Column::how`] has it.
+    #[must_use]
+    pub fn way(&self) -> String {
+        format!("{} · {}", self.frame.name(), self.techniques)
+    }
+
     /// How the scene is described: as the configuration says, else as the saved template does.
     #[must_use]
     pub fn decided(&self) -> Decided {

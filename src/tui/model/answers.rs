@@ -1,8 +1,9 @@
 //! The answers that are compared, one column each, beside the built-in judge.
 
-use crate::evaluation::Answer;
+use crate::evaluation::{Answer, Judged, Missing};
 use crate::judge::Judgement;
 use crate::store::RunId;
+use crate::text::Frame;
 use crate::tui::message::AskId;
 use crate::verdict::Verdict;
 
@@ -46,6 +47,8 @@ pub struct Column {
     pub how: String,
     /// First and last time step that it was told of, where that is known.
     pub steps: Option<(i64, i64)>,
+    /// Whether the store has a run for it: from then on something may have been sent.
+    pub begun: bool,
     /// What the built-in judge says about the same question.
     pub truth: Option<Verdict>,
     /// Reasoning so far.
@@ -67,7 +70,9 @@ pub enum Progress {
     Arriving(f64),
     /// It is here.
     Done(Box<Answer>),
-    /// It could not be kept or asked; why.
+    /// Nothing was sent; why.
+    Unasked(String),
+    /// It was cancelled, or could not be kept; why.
     Broken(String),
 }
 
@@ -75,8 +80,11 @@ pub enum Progress {
 const MOST_COLUMNS: usize = 40;
 
 impl Answers {
-    /// Adds a column and shows it; the oldest that is not running makes room.
+    /// Adds a column and shows it. What failed of the same model, asked in the same way, makes room, and of too many
+    /// the oldest that is not running.
     pub fn add(&mut self, column: Column) {
+        self.columns
+            .retain(|c| !c.failed() || c.model != column.model || c.how != column.how);
         while self.columns.len() >= MOST_COLUMNS {
             let Some(old) = self.columns.iter().position(|c| !c.is_running()) else {
                 break;
@@ -100,6 +108,39 @@ impl Answers {
                 }
                 _ => {}
             }
+        }
+    }
+
+    /// Sorts the columns by model, frame and techniques, from none to all; those asked in this `way` come last, beside
+    /// the built-in judge. The shown answer stays shown.
+    pub fn arrange(&mut self, way: &str) {
+        let shown = self.shown;
+        let columns = std::mem::take(&mut self.columns).into_iter().enumerate();
+        let mut marked: Vec<(bool, Column)> = columns
+            .map(|(i, column)| (shown == Shown::Column(i), column))
+            .collect();
+        marked.sort_by_cached_key(|(_, c)| (c.how == way, c.model.clone(), rank(&c.how)));
+        if let Some(place) = marked.iter().position(|(shown, _)| *shown) {
+            self.shown = Shown::Column(place);
+        }
+        self.columns = marked.into_iter().map(|(_, column)| column).collect();
+    }
+
+    /// Arranges the columns and shows one that was asked in this way, of the shown model if it has one; what arrives
+    /// stays shown.
+    pub fn show_way(&mut self, way: &str) {
+        self.arrange(way);
+        let shown = self.column();
+        if shown.is_some_and(|c| c.is_running() || c.how == way) {
+            return;
+        }
+        let of_way = |c: &Column| c.how == way;
+        let same = shown.map(|c| c.model.clone()).and_then(|model| {
+            let twin = |c: &Column| of_way(c) && c.model == model;
+            self.columns.iter().rposition(twin)
+        });
+        if let Some(place) = same.or_else(|| self.columns.iter().rposition(of_way)) {
+            self.show(Shown::Column(place));
         }
     }
 
@@ -155,6 +196,19 @@ impl Column {
         )
     }
 
+    /// Whether there is no whole answer, and none will come.
+    #[must_use]
+    pub fn failed(&self) -> bool {
+        match &self.progress {
+            Progress::Unasked(_) | Progress::Broken(_) => true,
+            Progress::Done(answer) => matches!(
+                answer.judged,
+                Judged::Missing(Missing::NoAnswer(_) | Missing::Cancelled)
+            ),
+            Progress::Waiting(_) | Progress::Retrying(_) | Progress::Arriving(_) => false,
+        }
+    }
+
     /// The answer, once it is here.
     #[must_use]
     pub fn answer(&self) -> Option<&Answer> {
@@ -165,6 +219,17 @@ impl Column {
     }
 }
 
+/// Where a way of asking stands among the others: by its frame, then from no technique to all.
+fn rank(how: &str) -> (usize, usize) {
+    let (frame, techniques) = how.split_once(" · ").unwrap_or((how, ""));
+    let frame = Frame::ALL.iter().position(|f| f.name() == frame);
+    let has = |name| usize::from(techniques.split('+').any(|t| t == name));
+    (
+        frame.unwrap_or(Frame::ALL.len()),
+        has("cp") + 2 * has("cot") + 4 * has("icl"),
+    )
+}
+
 impl From<Answer> for Column {
     /// An answer from the store.
     fn from(answer: Answer) -> Self {
@@ -173,6 +238,7 @@ impl From<Answer> for Column {
             model: answer.model.clone(),
             how: answer.how.clone(),
             steps: answer.window,
+            begun: true,
             truth: None,
             reasoning: answer.reasoning.clone(),
             text: answer.text.clone(),

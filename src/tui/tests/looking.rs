@@ -73,7 +73,7 @@ fn the_filter_narrows_as_one_types_and_opens_the_best_match() {
 #[test]
 fn the_safety_task_follows_the_step() {
     let mut bench = Bench::bundled();
-    bench.press("t");
+    bench.press("t home");
     assert_eq!(bench.model.task, Task::Safety);
     assert!(
         !bench

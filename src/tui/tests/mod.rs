@@ -3,6 +3,7 @@
 
 mod answers;
 mod bench;
+mod comparing;
 mod frames;
 mod looking;
 mod opening;

@@ -303,6 +303,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
             {
                 model.frame = model.next_frame();
             }
+            clock::to_window(model);
             // Answers to another question do not compare.
             let name = model
                 .opened
@@ -326,6 +327,8 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
         }
     }
     model.refresh();
+    let way = model.way();
+    model.answers.show_way(&way);
     effects
 }
 

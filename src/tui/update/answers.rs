@@ -42,6 +42,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
                 question.case.techniques
             ),
             steps: Some((question.case.window.first(), question.case.window.last())),
+            begun: false,
             truth: model.answers.reference.as_ref().map(|r| r.verdict.clone()),
             reasoning: String::new(),
             text: String::new(),
@@ -76,7 +77,7 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
         return Vec::new();
     };
     match event {
-        Event::Kept(_) => {}
+        Event::Kept(_) => column.begun = true,
         Event::Awaiting(run) => {
             column.progress = Progress::Retrying(format!(
                 "the same is being asked as run {run}; waiting for it"
@@ -175,7 +176,11 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
             }
         }
         Err(error) => {
-            column.progress = Progress::Broken(error.clone());
+            column.progress = if column.begun {
+                Progress::Broken(error.clone())
+            } else {
+                Progress::Unasked(error.clone())
+            };
             failed_with(model, ask, error);
         }
     }

@@ -58,6 +58,20 @@ fn go_to_worst(model: &mut Model) {
     }
 }
 
+/// Steps that the recording goes on after the window of the safety task, as in the paper and the commands.
+const AFTER_WINDOW: i64 = 2;
+
+/// Goes to the end of the usual window of the safety task, unless somebody went to another step.
+pub fn to_window(model: &mut Model) {
+    let (first, _) = model.clock.range();
+    if model.task != Task::Safety || model.clock.step() != first || model.clock.playing {
+        return;
+    }
+    if let Some(last) = model.scene().map(crate::scenario::Scene::last_step) {
+        model.clock.go(last - AFTER_WINDOW);
+    }
+}
+
 /// The clock moved: what depends on the step is worked out again.
 pub fn stepped(model: &mut Model) {
     if model.task == Task::Safety {

@@ -239,6 +239,9 @@ fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) ->
         model.say(format!("{id} is the ego now; Backspace goes back"));
     }
     model.opened = Some(opened);
+    if step.is_none() {
+        clock::to_window(model);
+    }
     plot::refresh(model);
     model.refresh();
     actions::load_stored(model).into_iter().collect()
@@ -310,7 +313,7 @@ fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     if !model.answers.columns.is_empty() {
         return;
     }
-    let how = format!("{} · {}", model.frame.name(), model.techniques);
+    let how = model.way();
     let mut seen = std::collections::HashSet::new();
     let mut newest: Vec<Answer> = stored
         .into_iter()
@@ -320,11 +323,12 @@ fn show_stored(model: &mut Model, stored: Vec<Answer>) {
         .collect();
     newest.sort_by_key(|answer| answer.how != how);
     newest.truncate(STORED);
-    for answer in newest.into_iter().rev() {
+    for answer in newest {
         let mut column = Column::from(answer);
         column.truth = column.steps.and_then(|steps| truth(model, steps));
         model.answers.columns.push(column);
     }
+    model.answers.arrange(&how);
     if !model.answers.columns.is_empty() {
         let last = model.answers.columns.len() - 1;
         model.answers.show(Shown::Column(last));

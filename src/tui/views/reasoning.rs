@@ -62,8 +62,10 @@ fn state(column: &Column) -> String {
         Progress::Waiting(seconds) => format!("waiting {seconds:.0} s"),
         Progress::Retrying(_) => "trying again".into(),
         Progress::Arriving(seconds) => format!("arriving {seconds:.0} s"),
+        Progress::Done(_) if column.failed() => "no answer".into(),
         Progress::Done(answer) => answer.word(),
-        Progress::Broken(_) => "no verdict".into(),
+        Progress::Unasked(_) => "not asked".into(),
+        Progress::Broken(_) => "no answer".into(),
     }
 }
 
@@ -117,7 +119,7 @@ fn why_missing(column: &Column) -> Option<String> {
             Judged::Missing(missing) => Some(missing.to_string()),
             Judged::Verdict(_) | Judged::Other(_) => None,
         },
-        Progress::Broken(why) => Some(why.clone()),
+        Progress::Unasked(why) | Progress::Broken(why) => Some(why.clone()),
         _ => None,
     }
 }

@@ -1,0 +1,204 @@
+//! Which answers stand where, and what they are held against.
+
+use super::answers::{asking, stored_of};
+use super::bench::{Bench, answer, no_verdict};
+use crate::evaluation::{Answer, Event, Judged, Missing};
+use crate::store::RunId;
+use crate::tui::message::Msg;
+use crate::tui::model::{Progress, Shown};
+use crate::verdict::Task;
+
+#[test]
+fn the_safety_task_begins_at_the_end_of_its_usual_window() {
+    let mut bench = Bench::bundled();
+    let last = bench.model.scene().unwrap().last_step();
+    bench.press("t");
+    assert_eq!(bench.model.clock.step(), last - 2);
+    let frame = bench.frame(120, 40);
+    assert!(!frame.contains("-step window"), "{frame}");
+    bench.press("down");
+    let last = bench.model.scene().unwrap().last_step();
+    assert_eq!(bench.model.clock.step(), last - 2, "the next scenario too");
+
+    let mut bench = Bench::bundled();
+    bench.press("right right right t");
+    assert_eq!(bench.model.clock.step(), 3, "where somebody went, it stays");
+    assert!(bench.frame(80, 24).contains("4-step window"));
+    bench.press("home");
+    assert!(bench.frame(80, 24).contains("1-step window "));
+    bench.press("t");
+    assert!(!bench.frame(80, 24).contains("-step window"), "it has none");
+}
+
+#[test]
+fn what_an_answer_about_another_window_is_held_against_is_shown() {
+    let mut bench = Bench::bundled();
+    bench.press("t");
+    let window = bench.model.window().unwrap();
+    let mut said = answer("lab/small", true, 301);
+    said.window = Some((window.first(), window.last()));
+    if let Judged::Verdict(parsed) = &mut said.judged {
+        parsed.verdict.task = Task::Safety;
+    }
+    let of = stored_of(&bench);
+    let of = crate::tui::message::StoredOf {
+        task: Task::Safety,
+        ..of
+    };
+    bench.send(Msg::Stored(of, vec![said]));
+    for size in [(80, 24), (120, 40)] {
+        let frame = bench.frame(size.0, size.1);
+        assert!(!frame.contains("truth"), "the same window: {frame}");
+    }
+    bench.press("home");
+    for size in [(80, 24), (120, 40)] {
+        let frame = bench.frame(size.0, size.1);
+        let row = |name: &str| {
+            let line = frame.lines().find(|l| l.contains(&format!("│{name} ")));
+            line.unwrap_or_else(|| panic!("{name}: {frame}"))
+                .to_string()
+        };
+        assert!(row("truth").contains("yes 301"), "{frame}");
+        let critical = row("critical");
+        assert!(
+            critical.contains("yes =") && critical.contains(" no"),
+            "the built-in judge is at the first step: {frame}"
+        );
+    }
+}
+
+/// Answers of two models, each asked in four ways, the newest first.
+fn ways() -> Bench {
+    let mut bench = Bench::bundled();
+    let ways = [
+        "ego · cp+cot+icl",
+        "ego · cot",
+        "ego · base",
+        "ego · cp",
+        "cartesian · cp+cot+icl",
+    ];
+    let stored = ways.iter().flat_map(|how| {
+        ["lab/b", "lab/a"].map(|name| Answer {
+            how: (*how).into(),
+            ..answer(name, true, 301)
+        })
+    });
+    let of = stored_of(&bench);
+    bench.send(Msg::Stored(of, stored.collect()));
+    bench
+}
+
+fn columns(bench: &Bench) -> Vec<(String, String)> {
+    let columns = bench.model.answers.columns.iter();
+    columns.map(|c| (c.model.clone(), c.how.clone())).collect()
+}
+
+#[test]
+fn columns_are_told_apart_by_the_way_they_were_asked() {
+    let bench = ways();
+    let expected = [
+        ("lab/a", "ego · base"),
+        ("lab/a", "ego · cp"),
+        ("lab/a", "ego · cot"),
+        ("lab/a", "cartesian · cp+cot+icl"),
+        ("lab/b", "ego · base"),
+        ("lab/b", "ego · cp"),
+        ("lab/b", "ego · cot"),
+        ("lab/b", "cartesian · cp+cot+icl"),
+        ("lab/a", "ego · cp+cot+icl"),
+        ("lab/b", "ego · cp+cot+icl"),
+    ];
+    let expected = expected.map(|(model, how)| (model.to_string(), how.to_string()));
+    assert_eq!(columns(&bench), expected);
+    let frame = bench.frame(80, 24);
+    let lines: Vec<&str> = frame.lines().collect();
+    let head = lines.iter().position(|l| l.contains("built-in")).unwrap();
+    assert!(lines[head + 1].contains("│frame ") && lines[head + 1].contains(" ego"));
+    assert!(lines[head + 2].contains("│how ") && lines[head + 2].contains(" all"));
+}
+
+#[test]
+fn the_switches_lead_to_the_answers_that_were_asked_in_that_way() {
+    let mut bench = ways();
+    bench.press("[");
+    let shown = |bench: &Bench| {
+        let column = bench.model.answers.column().unwrap();
+        (column.model.clone(), column.how.clone())
+    };
+    assert_eq!(shown(&bench), ("lab/a".into(), "ego · cp+cot+icl".into()));
+    bench.press("f");
+    let cartesian = "cartesian · cp+cot+icl";
+    assert_eq!(shown(&bench), ("lab/a".into(), cartesian.into()));
+    let last = &columns(&bench)[8..];
+    assert!(last.iter().all(|(_, how)| how == cartesian), "{last:?}");
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains(" cart"), "{frame}");
+    // Nothing was asked so: what is shown stays.
+    bench.press("1");
+    assert_eq!(shown(&bench), ("lab/a".into(), cartesian.into()));
+    bench.press("1");
+    bench.model.answers.show(Shown::Reference);
+    bench.press("f f f");
+    assert_eq!(bench.model.frame.name(), "cartesian");
+    assert_eq!(shown(&bench).1, cartesian);
+}
+
+#[test]
+fn what_arrives_stays_shown_while_the_next_question_is_made() {
+    let mut bench = ways();
+    bench.model.model = "lab/small".into();
+    bench.press("r");
+    let (id, _) = bench.asked();
+    bench.press("f");
+    assert_eq!(bench.model.answers.column().unwrap().ask, Some(id));
+}
+
+#[test]
+fn a_retry_takes_the_place_of_what_failed() {
+    let mut bench = asking();
+    let (first, _) = bench.asked();
+    bench.send(Msg::Answered(first, Err("no key".into())));
+    assert!(matches!(
+        bench.model.answers.columns[0].progress,
+        Progress::Unasked(_)
+    ));
+    for size in [(80, 24), (120, 40)] {
+        let frame = bench.frame(size.0, size.1);
+        assert!(
+            frame.contains("not asked") && !frame.contains("no verdict"),
+            "{frame}"
+        );
+    }
+    bench.press("r ctrl-c");
+    assert_eq!(bench.model.answers.columns.len(), 1, "cancelled");
+    bench.press("r");
+    let (third, _) = bench.asked();
+    let mut failed = no_verdict("lab/small", "");
+    failed.judged = Judged::Missing(Missing::NoAnswer("refused".into()));
+    bench.send(Msg::Answered(third, Ok(Box::new(failed))));
+    assert_eq!(bench.model.answers.columns.len(), 1);
+    bench.press("1 r");
+    assert_eq!(
+        bench.model.answers.columns.len(),
+        2,
+        "another way of asking is no retry"
+    );
+    let (fourth, _) = bench.asked();
+    let said = answer("lab/small", true, 301);
+    bench.send(Msg::Answered(fourth, Ok(Box::new(said))));
+    bench.press("r");
+    assert_eq!(bench.model.answers.columns.len(), 3, "an answer stays");
+}
+
+#[test]
+fn what_may_have_been_sent_is_not_called_unasked() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.send(Msg::Asked(id, Event::Kept(RunId(1))));
+    bench.send(Msg::Answered(id, Err("the disk is full".into())));
+    let frame = bench.frame(120, 40);
+    assert!(
+        frame.contains("no answer") && !frame.contains("not asked"),
+        "{frame}"
+    );
+}

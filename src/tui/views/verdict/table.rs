@@ -1,0 +1,326 @@
+//! The table of verdicts: a row a question, a column an answer.
+
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use unicode_width::UnicodeWidthStr;
+
+use crate::evaluation::{Answer, Judged, Missing};
+use crate::store::Origin;
+use crate::tui::model::{Answers, Column, Model, Progress, Shown};
+use crate::tui::widgets::words::{duration, fit, pad, thousands};
+use crate::verdict::{Task, Verdict};
+
+/// Columns of the names of the rows.
+pub const LABEL: usize = 10;
+/// What the built-in judge is called here.
+const BUILT_IN: &str = "built-in";
+
+/// A row of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Row {
+    Head,
+    /// From where the scene was described.
+    Frame,
+    /// The techniques.
+    How,
+    /// Yes or no.
+    Says,
+    Who,
+    /// What the built-in judge says about the answer's own window.
+    Truth,
+    Steps,
+    Risk,
+    Tokens,
+    Time,
+}
+
+impl Row {
+    /// The rows that are needed, in their order: what tells columns apart comes first.
+    pub fn of(ways: bool, truth: bool) -> Vec<Self> {
+        let all = [
+            Self::Head,
+            Self::Frame,
+            Self::How,
+            Self::Says,
+            Self::Who,
+            Self::Truth,
+            Self::Steps,
+            Self::Risk,
+            Self::Tokens,
+            Self::Time,
+        ];
+        let needed = |row: &Self| match row {
+            Self::Frame | Self::How => ways,
+            Self::Truth => truth,
+            _ => true,
+        };
+        all.into_iter().filter(needed).collect()
+    }
+
+    fn label(self, task: Task) -> String {
+        match self {
+            Self::Head => "",
+            Self::Frame => "frame",
+            Self::How => "how",
+            Self::Says => return task.key().replace("safety_critical", "critical"),
+            Self::Who => "who",
+            Self::Truth => "truth",
+            Self::Steps => "steps",
+            Self::Risk => "risk",
+            Self::Tokens => "tokens",
+            Self::Time => "time",
+        }
+        .into()
+    }
+}
+
+/// The table while it is filled, column by column.
+pub struct Table<'a> {
+    model: &'a Model,
+    width: usize,
+    rows: Vec<(Row, Line<'static>)>,
+}
+
+impl<'a> Table<'a> {
+    /// The names of the rows; every answer takes `width` columns of the terminal.
+    pub fn new(model: &'a Model, width: usize, rows: Vec<Row>) -> Self {
+        let dim = Style::new().fg(model.theme.dim);
+        let labelled = |row: Row| {
+            let label = pad(&row.label(model.task), LABEL);
+            (row, Line::from(Span::styled(label, dim)))
+        };
+        Self {
+            model,
+            width,
+            rows: rows.into_iter().map(labelled).collect(),
+        }
+    }
+
+    /// The filled table.
+    pub fn lines(self) -> Vec<Line<'static>> {
+        self.rows.into_iter().map(|(_, line)| line).collect()
+    }
+
+    fn push(&mut self, row: Row, span: Span<'static>) {
+        if let Some((_, line)) = self.rows.iter_mut().find(|(r, _)| *r == row) {
+            line.push_span(span);
+        }
+    }
+
+    fn cell(&mut self, row: Row, text: &str, style: Style) {
+        let cell = format!("{} ", pad(text, self.width.saturating_sub(1)));
+        self.push(row, Span::styled(cell, style));
+    }
+
+    fn head(&mut self, name: &str, shown: bool) {
+        let theme = &self.model.theme;
+        // The last column needs no gap behind it.
+        let gap = usize::from(name != BUILT_IN);
+        let name = short_model(name, self.width.saturating_sub(gap));
+        let rest = " ".repeat(self.width.saturating_sub(name.width()));
+        let style = if shown {
+            theme
+                .base()
+                .add_modifier(Modifier::BOLD | Modifier::UNDERLINED)
+        } else {
+            Style::new().fg(theme.title)
+        };
+        self.push(Row::Head, Span::styled(name, style));
+        self.push(Row::Head, Span::raw(rest));
+    }
+
+    /// The built-in judge, about the window at the current step.
+    pub fn reference(&mut self, answers: &Answers, verdict: &Verdict) {
+        self.head(BUILT_IN, answers.shown == Shown::Reference);
+        let base = self.model.theme.base();
+        let color = if verdict.dangerous {
+            self.model.theme.danger
+        } else {
+            self.model.theme.safe
+        };
+        self.cell(
+            Row::Says,
+            yes(verdict.dangerous),
+            Style::new().fg(color).add_modifier(Modifier::BOLD),
+        );
+        let worst = verdict.worst();
+        self.cell(
+            Row::Who,
+            &worst.map_or("–".into(), |w| w.id.to_string()),
+            base,
+        );
+        self.cell(
+            Row::Risk,
+            &worst.map_or("–".into(), |w| w.risk_score.to_string()),
+            base,
+        );
+        let window = self.model.window().map(|w| (w.first(), w.last()));
+        let steps = match verdict.task {
+            Task::Collision => "all".into(),
+            _ => window.map_or("–".into(), |told| steps(Some(told))),
+        };
+        self.cell(Row::Steps, &steps, base);
+        self.cell(Row::Tokens, "–", base);
+        self.cell(
+            Row::Time,
+            &answers.reference_ms.map_or("–".into(), duration),
+            base,
+        );
+    }
+
+    /// An answer, held against `truth`.
+    pub fn column(&mut self, column: &Column, truth: &Verdict, shown: bool) {
+        let theme = &self.model.theme;
+        let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
+        self.head(&column.model, shown);
+        self.way(&column.how);
+        self.truth(column.truth.as_ref());
+        let waiting = match &column.progress {
+            Progress::Done(answer) => return self.answer(answer, column.steps, truth),
+            Progress::Waiting(_) => "waiting…",
+            Progress::Retrying(_) => "trying again…",
+            Progress::Arriving(_) => "arriving…",
+            Progress::Unasked(_) if self.width < LABEL => "unasked",
+            Progress::Unasked(_) => "not asked",
+            Progress::Broken(_) => "no answer",
+        };
+        self.cell(Row::Says, waiting, dim);
+        for row in [Row::Who, Row::Risk, Row::Tokens] {
+            self.cell(row, "", base);
+        }
+        self.cell(Row::Steps, &steps(column.steps), base);
+        let time = match column.progress {
+            Progress::Waiting(s) | Progress::Arriving(s) => format!("{s:.0} s"),
+            _ => String::new(),
+        };
+        self.cell(Row::Time, &time, base);
+    }
+
+    /// Frame and techniques, where answers differ in them.
+    fn way(&mut self, how: &str) {
+        let (frame, techniques) = how.split_once(" · ").unwrap_or((how, ""));
+        for (row, words) in [(Row::Frame, frame), (Row::How, techniques)] {
+            let words = match words {
+                "cartesian" => "cart",
+                "cp+cot+icl" => "all",
+                other => other,
+            };
+            let style = Style::new().fg(self.model.theme.dim);
+            self.cell(row, &crate::text::visible(words), style);
+        }
+    }
+
+    /// What `=` and `≠` compare with, where it is not the column of the built-in judge.
+    fn truth(&mut self, truth: Option<&Verdict>) {
+        let words = truth.map(|verdict| {
+            let yes = yes(verdict.dangerous);
+            let Some(worst) = verdict.worst().filter(|_| verdict.dangerous) else {
+                return yes.to_string();
+            };
+            // Where there is no room for both, whom it names says that it says yes.
+            let both = format!("{yes} {}", worst.id);
+            if both.width() < self.width {
+                both
+            } else {
+                worst.id.to_string()
+            }
+        });
+        let style = Style::new().fg(self.model.theme.dim);
+        self.cell(Row::Truth, words.as_deref().unwrap_or("unknown"), style);
+    }
+
+    fn answer(&mut self, answer: &Answer, told: Option<(i64, i64)>, truth: &Verdict) {
+        let theme = &self.model.theme;
+        let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
+        let mark = |text: String, same: bool| {
+            let color = if same { theme.safe } else { theme.danger };
+            let sign = if same { "=" } else { "≠" };
+            (
+                format!("{text} {sign}"),
+                Style::new().fg(color).add_modifier(Modifier::BOLD),
+            )
+        };
+        match answer.verdict() {
+            // The truth of the safety task is that of a window.
+            Some(verdict) if told.is_none() && verdict.task == Task::Safety => {
+                let worst = verdict.worst();
+                self.cell(Row::Says, yes(verdict.dangerous), base);
+                self.cell(
+                    Row::Who,
+                    &worst.map_or("–".into(), |w| w.id.to_string()),
+                    base,
+                );
+                let score = worst.map(|w| w.risk_score);
+                self.cell(
+                    Row::Risk,
+                    &score.map_or("–".into(), |s| s.to_string()),
+                    base,
+                );
+            }
+            Some(verdict) => {
+                let repaired = if answer.repairs().is_empty() { "" } else { "*" };
+                let (text, style) = mark(
+                    format!("{}{repaired}", yes(verdict.dangerous)),
+                    verdict.dangerous == truth.dangerous,
+                );
+                self.cell(Row::Says, &text, style);
+                let who = verdict.worst().map(|w| w.id);
+                let same = !truth.dangerous || who == truth.worst().map(|w| w.id);
+                let (text, style) = match who {
+                    Some(id) if truth.dangerous => mark(id.to_string(), same),
+                    Some(id) => (id.to_string(), base),
+                    None => ("–".into(), base),
+                };
+                self.cell(Row::Who, &text, style);
+                let score = verdict.worst().map(|w| w.risk_score);
+                self.cell(
+                    Row::Risk,
+                    &score.map_or("–".into(), |s| s.to_string()),
+                    base,
+                );
+            }
+            None => {
+                let warning = Style::new().fg(theme.warning).add_modifier(Modifier::BOLD);
+                let words = match &answer.judged {
+                    Judged::Missing(Missing::NoAnswer(_)) => "no answer",
+                    Judged::Missing(Missing::Cancelled) => "cancelled",
+                    _ => "no verdict",
+                };
+                self.cell(Row::Says, words, warning);
+                self.cell(Row::Who, "–", base);
+                self.cell(Row::Risk, "–", base);
+            }
+        }
+        let consumed = &answer.consumed;
+        let recorded = answer.past.filter(|p| p.origin == Origin::Recorded);
+        let tokens = match (consumed.input_tokens, consumed.output_tokens) {
+            _ if recorded.is_some() => "–".into(),
+            (Some(i), Some(o)) => format!("{}+{}", thousands(i), thousands(o)),
+            _ => "unknown".into(),
+        };
+        self.cell(Row::Steps, &steps(told), dim);
+        self.cell(Row::Tokens, &tokens, dim);
+        self.cell(
+            Row::Time,
+            &consumed.duration_ms.map_or("–".into(), duration),
+            dim,
+        );
+    }
+}
+
+fn steps(told: Option<(i64, i64)>) -> String {
+    told.map_or("unknown".into(), |(first, last)| format!("{first}–{last}"))
+}
+
+fn yes(dangerous: bool) -> &'static str {
+    if dangerous { "yes" } else { "no" }
+}
+
+/// A model's id in so many columns: whole, or without its provider, and then with its beginning, which tells models
+/// apart. The title of the reasoning has it whole.
+fn short_model(id: &str, width: usize) -> String {
+    match id.split_once('/') {
+        Some((_, model)) if id.width() > width => fit(model, width),
+        _ => fit(id, width),
+    }
+}
