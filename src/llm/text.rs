@@ -103,11 +103,10 @@ impl Joiner {
         let rest = self.held.split_off(whole);
         let bytes = std::mem::replace(&mut self.held, rest);
         let mut text = String::from_utf8(bytes).map_err(|_| Fault::NotText)?;
-        if !self.begun && !text.is_empty() {
-            self.begun = true;
-            if text.starts_with('\u{feff}') {
-                text.drain(..'\u{feff}'.len_utf8());
-            }
+        if !self.begun {
+            // However many there are: the parser panics at the next one too.
+            text = text.trim_start_matches('\u{feff}').to_owned();
+            self.begun = !text.is_empty();
         }
         Ok(text)
     }
@@ -125,7 +124,7 @@ mod tests {
 
     #[test]
     fn characters_survive_any_cut() {
-        let text = "\u{feff}data: é 車 🚗\n\n\u{feff}";
+        let text = "\u{feff}\u{feff}data: é 車 🚗\n\n\u{feff}";
         for size in 1..text.len() {
             assert_eq!(
                 join(text.as_bytes(), size).unwrap(),

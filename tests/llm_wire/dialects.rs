@@ -170,6 +170,7 @@ fn a_usual_answer_cut_at_every_byte() {
             usual.clone(),
             usual.replace('\n', "\r\n"),
             format!("\u{feff}{usual}"),
+            format!("\u{feff}\u{feff}{usual}"),
         ] {
             let bytes = text.as_bytes();
             for at in 0..=bytes.len() {
