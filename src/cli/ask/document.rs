@@ -35,8 +35,6 @@ pub(super) fn document(answer: &Answer, case: &Case) -> Value {
         "output_tokens": consumed.output_tokens,
         "reasoning_tokens": consumed.reasoning_tokens,
         "cached_tokens": consumed.cached_tokens,
-        "first_chunk_ms": consumed.first_chunk_ms,
-        "duration_ms": consumed.duration_ms,
     });
     let returned = answer.model_returned.as_deref();
     value["cost"] = match consumed.cost_usd {

@@ -60,8 +60,12 @@ pub fn run(arguments: &Export) -> Outcome {
     let format = match (arguments.format, file) {
         (Some(format), _) => format,
         (None, None) => Format::Jsonl,
-        (None, Some(file)) => Format::of_name(file)
-            .ok_or_else(|| no_format(file, ".jsonl, .ndjson, .json, .csv and .parquet"))?,
+        (None, Some(file)) => match Format::of_name(file) {
+            Some(format) => format,
+            // That is said where the file is begun.
+            None if file.is_dir() => Format::Jsonl,
+            None => return Err(no_format(file, ".jsonl, .ndjson, .json, .csv and .parquet")),
+        },
     };
     if format == Format::Parquet && file.is_none() {
         return Err(Failure::input(

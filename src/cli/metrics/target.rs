@@ -41,7 +41,7 @@ impl Format {
     pub fn chosen(asked: Option<Self>, file: Option<&Path>) -> Result<Self, Failure> {
         let of_name = file.and_then(Self::of_name);
         match (asked, of_name, file) {
-            (None, None, Some(file)) => {
+            (None, None, Some(file)) if !file.is_dir() => {
                 Err(no_format(file, ".csv, .json, .jsonl, .ndjson and .parquet"))
             }
             (Some(asked), Some(named), Some(file)) if asked != named => {
