@@ -1,4 +1,4 @@
-//! What is refused before anything is sent, what the store answers all the same, and what `ask --json` always says.
+//! What is refused or warned of before anything is sent, what the store answers all the same, and what `ask --json` always says.
 
 use serde_json::{Value, json};
 
@@ -174,4 +174,20 @@ fn an_export_says_which_endings_it_knows() {
     home.run(&["import", "e.parquet"])
         .status(2)
         .says(&["e.parquet: only JSONL can be imported"]);
+}
+
+#[test]
+fn only_the_template_in_use_is_warned_of() {
+    let home = Home::new();
+    for name in ["collision-ego.md", "trajectory.md", "_risk.md"] {
+        home.write(home.config().join("prompts").join(name), "{% if %}");
+    }
+    let warned = home.run(&["prompt", CUT_IN]).status(0).stderr;
+    assert!(warned.contains("collision-ego.md"), "{warned}");
+    assert!(!warned.contains("trajectory.md"), "{warned}");
+    let all = home.run(&["prompts"]).status(1).stderr;
+    assert!(
+        all.contains("trajectory.md") && all.contains("_risk.md"),
+        "{all}"
+    );
 }
