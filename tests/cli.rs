@@ -31,6 +31,8 @@ mod prompts;
 mod protobuf;
 #[path = "cli/reading.rs"]
 mod reading;
+#[path = "cli/refused.rs"]
+mod refused;
 #[path = "cli/remote.rs"]
 mod remote;
 #[path = "protobuf/rich.rs"]

@@ -1,20 +1,21 @@
 //! `nearmiss ask`: one answer, streamed.
 
+mod document;
+mod stream;
 mod words;
 
-use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::sync::Arc;
 
 use clap::builder::PossibleValuesParser;
-use serde_json::{Value, json};
 
+use super::cost;
 use super::open::configuration;
 use super::prompt::Asked;
 use super::time;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use crate::evaluation::{self, Answer, Case, Event, Judge, Judged, Past, Wanted};
+use crate::evaluation::{self, Answer, Case, Judge, Judged, Past, Wanted};
 use crate::judge;
 use crate::llm::{Budget, Client, Dialect, Effort, Environment, Parameters, Registry};
 use crate::store::{Origin, Store};
@@ -113,7 +114,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         .build()
         .map_err(Failure::input)?;
     let answer = runtime.block_on(async {
-        let mut words = Words::new(!arguments.json);
+        let mut words = stream::Words::new(!arguments.json);
         let answer = tokio::select! {
             answer = evaluation::run(&question, &judge, store, &wanted, |event| words.hear(event)) => {
                 answer.map_err(Failure::input)
@@ -127,7 +128,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         answer
     })?;
     if arguments.json {
-        output::json(&document(&answer, &question.case))?;
+        output::json(&document::document(&answer, &question.case))?;
     } else {
         output::text(&summary(&answer, &question.case))?;
     }
@@ -168,11 +169,8 @@ fn judge(arguments: &Ask, folders: &Folders, config: &Config) -> Result<Judge, F
                 table.insert("dialect".into(), dialect.clone().into());
             }
             if let Some(variable) = &arguments.key_env {
-                if !environment.has(variable) {
-                    return Err(Failure::input(format!(
-                        "--key-env {variable}: it is not set in the environment, nor in a .env file"
-                    )));
-                }
+                // This key and no other.
+                table.remove("key_command");
                 table.insert("key_env".into(), variable.clone().into());
             }
         }
@@ -196,10 +194,6 @@ fn judge(arguments: &Ask, folders: &Folders, config: &Config) -> Result<Judge, F
     let mut judge = Judge::resolve(model, &registry, &client, parameters, &environment)
         .map_err(Failure::input)?;
     if let (Judge::Model(model), Some(usd)) = (&mut judge, arguments.budget) {
-        model
-            .endpoint
-            .worst_case(&model.name, &model.parameters)
-            .map_err(Failure::input)?;
         model.endpoint.budget = Some(Budget::new(usd));
     }
     Ok(judge)
@@ -214,111 +208,6 @@ fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failu
         .map_err(|error| {
             Failure::input(format!("{error}; --no-store asks without keeping the run"))
         })
-}
-
-/// Streams the words of an answer to standard error, where a person is watching.
-struct Words {
-    on: bool,
-    /// Whether what was written last does not end its line.
-    open: bool,
-}
-
-impl Words {
-    fn new(wanted: bool) -> Self {
-        Self {
-            on: wanted && std::io::stderr().is_terminal(),
-            open: false,
-        }
-    }
-
-    /// Ends the line, so that what follows has its own.
-    fn end(&mut self) {
-        if std::mem::take(&mut self.open) {
-            output::say("");
-        }
-    }
-
-    fn hear(&mut self, event: Event) {
-        if let Event::Note(note) = &event {
-            output::say(&format!("nearmiss: {}", output::visible(note)));
-        }
-        if !self.on {
-            return;
-        }
-        let mut err = std::io::stderr().lock();
-        // Nothing can be done about a standard error that is gone.
-        let _ = match event {
-            Event::Reasoning(text) | Event::Text(text) => {
-                self.open = !text.ends_with('\n');
-                write!(err, "{}", output::visible(&text)).and_then(|()| err.flush())
-            }
-            Event::Retrying { attempt, wait, why } => {
-                let why = output::visible(&why);
-                writeln!(err, "{why}; try {attempt} in {:.0} s", wait.as_secs_f64())
-            }
-            Event::Awaiting(run) => {
-                writeln!(
-                    err,
-                    "another program is asking the same, as run {run}; waiting for its answer"
-                )
-            }
-            Event::Kept(_) | Event::Answering(_) | Event::Note(_) => Ok(()),
-        };
-    }
-}
-
-fn document(answer: &Answer, case: &Case) -> Value {
-    let mut value = match &answer.judged {
-        Judged::Verdict(parsed) => {
-            json!(parsed.verdict)
-        }
-        Judged::Other(reading) => json!(reading.said),
-        Judged::Missing(missing) => json!({
-            "verdict": null,
-            "problem": missing.to_string(),
-            "answer": answer.text,
-            "reasoning": answer.reasoning,
-        }),
-    };
-    if !answer.repairs().is_empty() {
-        value["repaired"] = json!(answer.repairs());
-    }
-    value["model"] = json!(answer.model);
-    if let Some(returned) = &answer.model_returned {
-        value["model_returned"] = json!(returned);
-    }
-    if let (Some(past), Some(run)) = (&answer.past, answer.run) {
-        value["stored"] = json!({
-            "run": run.0,
-            "asked": time::rfc3339(past.created_ms),
-            "origin": past.origin.name(),
-            "sample": past.sample,
-        });
-    }
-    if answer.model == judge::MODEL && case.task == Task::Safety {
-        value["prediction"] = prediction(case);
-    }
-    value
-}
-
-/// What the built-in judge's verdict on safety rests on.
-fn prediction(case: &Case) -> Value {
-    let rounded = |value: f64| (value * 1e6).round() / 1e6;
-    let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
-    let obstacles = judgement.prospects.iter().map(|p| {
-        json!({
-            "id": p.id,
-            "probability": rounded(p.probability),
-            "time": p.time.map(rounded),
-        })
-    });
-    json!({
-        "horizon": judge::Criterion::REFERENCE.horizon,
-        "threshold": judge::Criterion::REFERENCE.threshold,
-        "first_step": case.window.first(),
-        "last_step": case.window.last(),
-        "obstacles": obstacles.collect::<Vec<_>>(),
-    })
 }
 
 fn summary(answer: &Answer, case: &Case) -> String {
@@ -355,18 +244,16 @@ fn summary(answer: &Answer, case: &Case) -> String {
         text.push_str(&format!("answered by   {returned}\n"));
     }
     let consumed = &answer.consumed;
-    let count = |tokens: Option<u64>| tokens.map_or("unknown".into(), |t| t.to_string());
-    if consumed.input_tokens.or(consumed.output_tokens).is_some() {
-        text.push_str(&format!(
-            "tokens        {} in, {} out\n",
-            count(consumed.input_tokens),
-            count(consumed.output_tokens)
-        ));
-        let cost = consumed.cost_usd.map(|usd| format!("{usd:.6} USD"));
-        text.push_str(&format!(
-            "cost          {}\n",
-            cost.as_deref().unwrap_or("unknown")
-        ));
+    if let Some(tokens) = cost::tokens(consumed) {
+        text.push_str(&format!("tokens        {tokens}\n"));
+        let cost = match consumed.cost_usd {
+            Some(usd) => format!("{usd:.6} USD"),
+            None => format!(
+                "unknown ({})",
+                cost::unknown(consumed, &answer.model, answer.model_returned.as_deref())
+            ),
+        };
+        text.push_str(&format!("cost          {cost}\n"));
     }
     match (answer.run, &answer.past) {
         (Some(run), Some(past)) => {

@@ -2,6 +2,7 @@
 
 mod ask;
 mod convert;
+mod cost;
 mod describe;
 mod evaluate;
 mod export;

@@ -8,7 +8,7 @@ use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
 use crate::evaluation::{Case, CaseError, Question, prepare, template};
-use crate::prompts::{Library, Techniques};
+use crate::prompts::{Library, Problem, Techniques};
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -37,11 +37,14 @@ impl Asked {
     pub fn question(&self, folders: &Folders, config: &Config) -> Result<Question, Failure> {
         let (entry, scene) = self.which.open()?;
         let library = Library::load(Some(&folders.prompts()));
-        for problem in &library.problems {
-            output::say(&format!("nearmiss: {problem}"));
-        }
         let frame = self.frame.unwrap_or_else(|| usual(&library, self.task));
-        let (_, chosen) = template(&library, self.task, frame).map_err(Failure::input)?;
+        let say = |problem: &Problem| output::say(&format!("nearmiss: {problem}"));
+        let (file, chosen) = template(&library, self.task, frame).map_err(|error| {
+            // The one that is wanted may be among those that cannot be read.
+            library.problems.iter().for_each(say);
+            Failure::input(error)
+        })?;
+        library.problems_of(file, chosen).for_each(say);
         let settings = self.span.settings(self.techniques, config)?;
         let decided = settings.with(&chosen.front.defaults);
         let case = Case {

@@ -1,8 +1,8 @@
 //! `nearmiss runs`: what was asked and answered.
 
 use super::filters::{Filters, store};
-use super::{Failure, Outcome, output, time};
-use crate::store::{Run, RunId, Store, StoreError, Summary};
+use super::{Failure, Outcome, cost, output, time};
+use crate::store::{Origin, Run, RunId, Store, StoreError, Summary};
 
 /// Arguments of `runs`.
 #[derive(Debug, clap::Args)]
@@ -18,7 +18,7 @@ pub struct Runs {
 enum What {
     /// The newest runs, newest first; the same as `runs` alone.
     List(List),
-    /// Everything about one run.
+    /// Everything about one run; its messages with --json.
     Show {
         /// Its number.
         id: i64,
@@ -121,6 +121,7 @@ fn line(run: &Summary) -> String {
     };
     let origin = match run.origin.as_str() {
         "asked" => String::new(),
+        "recorded" => " recorded, imported".into(),
         other => format!(" {other}"),
     };
     let sample = match run.sample {
@@ -166,7 +167,12 @@ fn words(run: &Run) -> String {
         }
     };
     row("run", Some(run.id.to_string()));
-    row("asked", Some(time::local(run.created_ms)));
+    // Nobody knows when a recorded answer was asked for.
+    let when = match run.origin {
+        Origin::Recorded => "imported",
+        Origin::Asked | Origin::Replayed => "asked",
+    };
+    row(when, Some(time::local(run.created_ms)));
     row("origin", Some(run.origin.name().into()));
     row("read from", run.source.clone());
     row("scenario", Some(question.scenario.clone()));
@@ -183,6 +189,13 @@ fn words(run: &Run) -> String {
     row("model", Some(question.model.clone()));
     row("answered by", ending.model_returned.clone());
     row("server", Some(question.endpoint.clone()));
+    let messages: Vec<serde_json::Value> =
+        serde_json::from_str(&question.messages).unwrap_or_default();
+    let messages = Some(messages.len()).filter(|count| *count > 0);
+    row(
+        "messages",
+        messages.map(|count| format!("{count}; --json shows them")),
+    );
     row(
         "parameters",
         Some(question.parameters.clone()).filter(|p| p != "{}"),
@@ -199,18 +212,19 @@ fn words(run: &Run) -> String {
     let verdict = ending.verdict.as_ref().and_then(|said| said.verdict());
     row("verdict", verdict.map(|v| v.word().into()));
     row("reading", ending.reading.clone());
-    let tokens = match (consumed.input_tokens, consumed.output_tokens) {
-        (None, None) => None,
-        (i, o) => {
-            let count = |n: Option<u64>| n.map_or("unknown".into(), |n| n.to_string());
-            Some(format!("{} in, {} out", count(i), count(o)))
+    let tokens = cost::tokens(consumed);
+    let cost = match consumed.cost_usd {
+        Some(usd) => {
+            let source = ending.price_source.as_deref().unwrap_or("source unknown");
+            Some(format!("{usd} US dollars ({source})"))
         }
+        None => tokens.as_ref().map(|_| {
+            let returned = ending.model_returned.as_deref();
+            let why = cost::unknown(consumed, &question.model, returned);
+            format!("unknown ({why})")
+        }),
     };
     row("tokens", tokens);
-    let cost = consumed.cost_usd.map(|usd| {
-        let source = ending.price_source.as_deref().unwrap_or("source unknown");
-        format!("{usd} US dollars ({source})")
-    });
     row("cost", cost);
     row("notes", Some(run.notes.clone()));
     row("pinned", run.pinned.then(|| "yes".into()));

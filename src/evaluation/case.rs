@@ -60,30 +60,36 @@ pub struct Wanted {
 /// Dropping the future cancels the request and writes that down.
 ///
 /// # Errors
-/// The store cannot keep what arrives. Nothing is asked of a model then, or no longer: an answer that
-/// cannot be kept is not paid for.
+/// The question is refused before anything is sent, and the store keeps no run of it. Or the store cannot keep what
+/// arrives; nothing is asked of a model then, or no longer: an answer that cannot be kept is not paid for.
 pub async fn run(
     question: &Question,
     judge: &Judge,
     store: Option<Arc<Store>>,
     wanted: &Wanted,
     mut on_event: impl FnMut(Event),
-) -> Result<Answer, StoreError> {
+) -> Result<Answer, AskError> {
     let mut kept = None;
-    if let Some(store) = store {
-        match claim(
-            &store,
-            &record(question, judge, wanted)?,
-            wanted,
-            &mut on_event,
-        )
-        .await?
-        {
-            Ok(run) => {
-                on_event(Event::Kept(run));
-                kept = Some((store, run));
+    match store {
+        None => ready(question, judge).await?,
+        Some(store) => {
+            let run = record(question, judge, wanted).map_err(StoreError::from)?;
+            // What is there needs neither key nor budget, and what cannot be asked leaves no run.
+            let there = match wanted.fresh {
+                true => None,
+                false => store.answer_to(&run)?,
+            };
+            if let Some(found) = there {
+                return Ok(replay(found, &mut on_event));
             }
-            Err(found) => return Ok(replay(*found, &mut on_event)),
+            ready(question, judge).await?;
+            match claim(&store, &run, wanted, &mut on_event).await? {
+                Ok(run) => {
+                    on_event(Event::Kept(run));
+                    kept = Some((store, run));
+                }
+                Err(found) => return Ok(replay(*found, &mut on_event)),
+            }
         }
     }
     let mut asking = Asking {
@@ -99,6 +105,32 @@ pub async fn run(
     asking.keeper.flush(&mut on_event)?;
     asking.keeper.finish(&asking.answer.ending())?;
     Ok(asking.answer)
+}
+
+/// Why nothing was asked, or an answer is not kept.
+#[derive(Debug, thiserror::Error)]
+pub enum AskError {
+    /// It can be known without asking that there will be no answer.
+    #[error("nothing was sent: {0}")]
+    Refused(String),
+    /// The store cannot keep it.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// Whether the judge can be asked as things stand.
+async fn ready(question: &Question, judge: &Judge) -> Result<(), AskError> {
+    match judge {
+        Judge::Reference if Task::VERDICTS.contains(&question.case.task) => Ok(()),
+        Judge::Reference => Err(AskError::Refused(
+            "the built-in judge answers collision and safety only; choose a model".into(),
+        )),
+        Judge::Model(model) => {
+            let request = request(question, model);
+            let checked = llm::check(&model.client, &model.endpoint, &request).await;
+            checked.map_err(|why| AskError::Refused(why.to_string()))
+        }
+    }
 }
 
 /// How often it is looked whether somebody else's answer is there.
@@ -185,11 +217,6 @@ impl Asking {
 
     fn reference(&mut self, question: &Question) -> Result<(), StoreError> {
         let case = &question.case;
-        if !Task::VERDICTS.contains(&case.task) {
-            let why = "the built-in judge answers collision and safety only; choose a model";
-            self.answer.judged = Judged::Missing(Missing::NoAnswer(why.into()));
-            return Ok(());
-        }
         let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
         let text = serde_json::to_string(&judgement.verdict)?;
         self.piece(Event::Reasoning(judgement.reasoning));

@@ -28,7 +28,7 @@ pub struct ModelJudge {
 }
 
 impl Judge {
-    /// The judge with a model id; its key is looked for in `environment`.
+    /// The judge with a model id; its key is looked for in `environment`, and missed only when it is asked.
     ///
     /// # Errors
     /// The id or its provider is not known.

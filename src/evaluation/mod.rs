@@ -19,7 +19,7 @@ mod trial;
 mod values;
 
 pub use answer::{Answer, Judged, Missing, Past};
-pub use case::{Event, Wanted, run};
+pub use case::{AskError, Event, Wanted, run};
 pub use confusion::Confusion;
 pub use judges::{Judge, ModelJudge};
 pub use labels::{Label, LabelError, Labels};

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::answer::reading;
 use super::labels::Label;
 use super::lead::{Labelled, Lead};
-use super::recorded::{Problem, Recorded, find};
+use super::recorded::{Loss, Problem, Recorded, find};
 use crate::scenario::{self, Entry, Scene, Window};
 use crate::store::{Ending, Key, NewRun, Origin, Run, RunId, RunState};
 use crate::verdict::Task;
@@ -88,6 +88,7 @@ fn tie(entry: &Entry) -> Result<Tied, Problem> {
     let problem = |message: String| Problem {
         path: entry.display().into(),
         message,
+        loss: Loss::Unread,
     };
     let scenario = entry.read().map_err(|e| problem(e.to_string()))?;
     let hash = scenario.hash.to_string();

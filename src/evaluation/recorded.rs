@@ -41,6 +41,19 @@ pub struct Problem {
     pub path: PathBuf,
     /// What is wrong with it, and what became of it.
     pub message: String,
+    /// What is lost by it.
+    pub loss: Loss,
+}
+
+/// What is lost by a problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loss {
+    /// Nothing: something is not as usual.
+    Nothing,
+    /// Nothing that is there: an answer that could be there is absent.
+    Absent,
+    /// Something that is there could not be read, or not all of it.
+    Unread,
 }
 
 /// The folders of the two halves of the data, and whether they collide.
@@ -140,9 +153,22 @@ struct Search {
 
 impl Search {
     fn complain(&mut self, path: &Path, message: impl Into<String>) {
+        self.add(path, message, Loss::Unread);
+    }
+
+    fn remark(&mut self, path: &Path, message: impl Into<String>) {
+        self.add(path, message, Loss::Nothing);
+    }
+
+    fn absent(&mut self, path: &Path, message: impl Into<String>) {
+        self.add(path, message, Loss::Absent);
+    }
+
+    fn add(&mut self, path: &Path, message: impl Into<String>, loss: Loss) {
         self.problems.push(Problem {
             path: path.to_path_buf(),
             message: message.into(),
+            loss,
         });
     }
 
@@ -174,7 +200,7 @@ impl Search {
         for (name, task) in [("agent", Task::Safety), ("scenario", Task::Collision)] {
             let tasks = folder.join(name);
             if !tasks.is_dir() {
-                self.complain(&tasks, "is not there: no answers to this task");
+                self.absent(&tasks, "is not there: no answers to this task");
                 continue;
             }
             for method in self.folders(&tasks) {
@@ -195,7 +221,7 @@ impl Search {
     fn answer(&mut self, scenario: &Path, engine: &Path, asked: Asked, collision: bool) {
         let analysis = engine.join("analysis");
         if !analysis.is_dir() {
-            return self.complain(&analysis, "is not there: no answer");
+            return self.absent(&analysis, "is not there: no answer");
         }
         let mut files = self.inside(&analysis);
         files.retain(|path| path.is_file());
@@ -204,14 +230,14 @@ impl Search {
         let text = |path: &PathBuf| path.extension().is_some_and(|x| x == "txt");
         let chosen = usual.or_else(|| files.iter().find(|p| text(p)).cloned());
         let Some(file) = chosen else {
-            return self.complain(&analysis, "has no *.txt: no answer");
+            return self.absent(&analysis, "has no *.txt: no answer");
         };
         for other in files.iter().filter(|other| **other != file) {
             let message = format!("was passed over, as {} is the answer", name(&file));
-            self.complain(other, message);
+            self.remark(other, message);
         }
         if !name(&file).ends_with("_all_timesteps.txt") {
-            self.complain(
+            self.remark(
                 &file,
                 "has another name than …_all_timesteps.txt; it was taken as the answer",
             );
@@ -220,7 +246,7 @@ impl Search {
             return;
         };
         if text.trim().is_empty() {
-            self.complain(&file, "is empty; the answer is kept as it is");
+            self.remark(&file, "is empty; the answer is kept as it is");
         }
         let Some(model) = self.model(engine) else {
             return;
@@ -255,7 +281,7 @@ impl Search {
             "openai" => "gpt-4o",
             "deepseek" => "deepseek-chat",
             other => {
-                self.complain(
+                self.remark(
                     engine,
                     "is a model that the paper does not name; its folder's name is used",
                 );

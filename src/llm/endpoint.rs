@@ -33,6 +33,8 @@ pub struct Endpoint {
     pub key_command: Option<KeyCommand>,
     /// Where the key comes from, for error texts: a variable, with the file it is in.
     pub key_source: Option<String>,
+    /// That the key is missing and what to do, where nothing is to be sent without it.
+    pub missing_key: Option<String>,
     /// The header that carries the key; `None` is the dialect's own.
     pub auth: Option<Auth>,
     /// Further headers, name and value.
@@ -118,6 +120,7 @@ impl Endpoint {
             key: None,
             key_command: None,
             key_source: None,
+            missing_key: None,
             auth: None,
             headers: Vec::new(),
             timeouts: Timeouts::default(),

@@ -96,12 +96,6 @@ impl Environment {
         (self.lookup)(name).filter(|value| !value.trim().is_empty())
     }
 
-    /// Whether there is a key in this variable.
-    #[must_use]
-    pub fn has(&self, name: &str) -> bool {
-        self.key(&[name.to_owned()]).is_some()
-    }
-
     /// The key in the first of these variables that has one; the process comes before the files.
     pub(super) fn key(&self, names: &[String]) -> Option<Found> {
         let of_process = names.iter().find_map(|name| {

@@ -23,12 +23,27 @@ pub enum KeyCommand {
     Program(Vec<String>),
 }
 
+/// The program's name alone: what follows it may hold a secret, and is shown and stored nowhere.
 impl fmt::Display for KeyCommand {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Shell(line) => write!(f, "`{line}`"),
-            Self::Program(words) => write!(f, "`{}`", words.join(" ")),
-        }
+        let program = match self {
+            Self::Shell(line) => first_word(line),
+            Self::Program(words) => words.first().map_or("", String::as_str),
+        };
+        write!(f, "`{program}`")
+    }
+}
+
+/// The program that a line of the shell begins with; the shell itself where the line begins with anything else.
+fn first_word(line: &str) -> &str {
+    let line = line.trim_start();
+    let plain = |c: char| c.is_alphanumeric() || "._/-+".contains(c);
+    let end = line.find(|c| !plain(c)).unwrap_or(line.len());
+    match (&line[..end], line[end..].chars().next()) {
+        ("", _) => "sh",
+        (word, None) => word,
+        (word, Some(next)) if next.is_whitespace() || "|;&<>".contains(next) => word,
+        _ => "sh",
     }
 }
 
@@ -115,7 +130,10 @@ mod tests {
     #[tokio::test]
     async fn failures_name_the_command_and_not_its_output() {
         for (command, why) in [
-            (shell("echo geheim; echo geheim >&2; exit 3 #"), "exit 3"),
+            (
+                shell("echo geheim; echo geheim >&2; exit 3 #"),
+                "exit status: 3",
+            ),
             (shell("printf ' \\n'"), "no key"),
             (shell("printf '\\377'"), "no text"),
             (
@@ -128,10 +146,25 @@ mod tests {
                 error.contains(why) && error.contains(&command.to_string()),
                 "{error}"
             );
-            assert!(!error.replace(&command.to_string(), "").contains("geheim"));
+            assert!(!error.contains("geheim"), "{error}");
         }
         let error = shell("sleep 5").run_within(Duration::from_millis(50)).await;
         assert!(error.unwrap_err().contains("did not end within 50ms"));
+    }
+
+    #[test]
+    fn only_the_program_is_named() {
+        for (line, name) in [
+            ("pass lab/key", "`pass`"),
+            (" /usr/bin/pass|head -1", "`/usr/bin/pass`"),
+            ("TOKEN='geheim x' pass lab", "`sh`"),
+            ("\"$HOME/geheim\" lab", "`sh`"),
+            ("(echo geheim)", "`sh`"),
+        ] {
+            assert_eq!(shell(line).to_string(), name);
+        }
+        let words = ["pass", "geheim"].map(String::from).to_vec();
+        assert_eq!(KeyCommand::Program(words).to_string(), "`pass`");
     }
 
     #[tokio::test]

@@ -19,6 +19,21 @@ pub struct Limits {
     pub concurrency: Option<NonZeroU32>,
 }
 
+impl Limits {
+    /// Whether a request of this many tokens can ever begin.
+    ///
+    /// # Errors
+    /// It alone is more than a minute allows.
+    pub(super) fn allow(&self, tokens: u32) -> Result<(), String> {
+        match self.tokens_per_minute.map(NonZeroU32::get) {
+            Some(most) if tokens > most => Err(format!(
+                "the question with its answer may take {tokens} tokens, but tokens_per_minute is {most}; raise it, or lower max_tokens"
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Keeps a provider's limits for all who ask it.
 #[derive(Debug)]
 pub(super) struct Gate {
@@ -61,11 +76,7 @@ impl Gate {
             .tokens_per_minute
             .map_or(u32::MAX, NonZeroU32::get);
         let most_requests = self.limits.requests_per_minute.map(NonZeroU32::get);
-        if tokens > most_tokens {
-            return Err(format!(
-                "the question with its answer may take {tokens} tokens, but tokens_per_minute is {most_tokens}; raise it, or lower max_tokens"
-            ));
-        }
+        self.limits.allow(tokens)?;
         if self.limits.tokens_per_minute.is_none() && most_requests.is_none() {
             return Ok(());
         }

@@ -112,13 +112,12 @@ impl Provider {
         if let Some(command) = self.key_command.as_ref().map(Words::command) {
             return KeyState::Command(command.to_string());
         }
-        let here = self
-            .endpoint(name, "", environment)
-            .is_ok_and(|endpoint| endpoint.is_here());
-        match self.key_names() {
-            Some(names) if !here => KeyState::Missing(names),
-            _ => KeyState::NotNeeded,
-        }
+        // Without an address no server is on this machine.
+        let names = match self.endpoint(name, "", environment) {
+            Ok(endpoint) => self.missing_key(&endpoint),
+            Err(_) => self.key_names(),
+        };
+        names.map_or(KeyState::NotNeeded, KeyState::Missing)
     }
 }
 

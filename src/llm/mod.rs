@@ -71,6 +71,15 @@ pub use request::{Effort, Message, Parameters, Request, Role, Schema};
 
 use futures_util::stream::{self, Stream, StreamExt};
 
+/// Whether a request can be sent as things stand: its address, its key, its size, and the money for it. A command that
+/// prints the key is run, once for a client; nothing is sent.
+///
+/// # Errors
+/// Why it would never be sent: [`Error::Setup`] or [`Error::Budget`].
+pub async fn check(client: &Client, endpoint: &Endpoint, request: &Request) -> Result<(), Error> {
+    sending::sendable(client, &mut endpoint.clone(), request).await
+}
+
 /// Asks once and gives the answer as it arrives; see [`Chunk`] for the order of the pieces and [`Error`] for what can fail.
 ///
 /// Nothing is sent before the stream is polled, and it must be polled within a tokio runtime. Dropping it closes the

@@ -25,6 +25,9 @@ pub(super) struct Provider {
     pub base_url_env: Option<String>,
     /// Variables that hold the key, the first that is set wins; keys are never written in these files.
     pub key_env: Option<Words>,
+    /// Whether the user names these variables, and so wants the key sent wherever the server is.
+    #[serde(skip)]
+    pub key_wanted: bool,
     pub key_command: Option<Words>,
     pub auth: Option<Auth>,
     /// Headers, and the variables that hold their values.
@@ -275,6 +278,7 @@ impl Provider {
         over(&mut self.dialect, user.dialect);
         over(&mut self.base_url, user.base_url);
         over(&mut self.base_url_env, user.base_url_env);
+        self.key_wanted |= user.key_env.is_some();
         over(&mut self.key_env, user.key_env);
         over(&mut self.key_command, user.key_command);
         over(&mut self.auth, user.auth);
@@ -320,16 +324,6 @@ pub enum RegistryError {
         name: String,
         /// Those that exist.
         known: String,
-    },
-    /// The key of a server elsewhere is missing.
-    #[error("{name} needs a key: set {variable} in the environment or in a .env file{}", problems.iter().map(|p| format!("; {p}")).collect::<String>())]
-    NoKey {
-        /// Which provider.
-        name: String,
-        /// Where its key is looked for.
-        variable: String,
-        /// What is wrong with files it may be in.
-        problems: Vec<String>,
     },
     /// A provider's entry is not right.
     #[error("[provider.{name}] in config.toml: {message}")]

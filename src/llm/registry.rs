@@ -46,7 +46,8 @@ impl Registry {
         Ok(Self { providers })
     }
 
-    /// The endpoint of a model and the name the server knows it by.
+    /// The endpoint of a model and the name the server knows it by. A key that is missing is no error yet: the endpoint
+    /// says so, as an answer of the store needs none.
     ///
     /// # Errors
     /// See [`RegistryError`].
@@ -76,16 +77,14 @@ impl Registry {
             && let Some(command) = &endpoint.key_command
         {
             endpoint.key_source = Some(format!("the command {command}"));
-        } else if let (None, Some(variable), false) =
-            (&endpoint.key, provider.key_names(), endpoint.is_here())
-        {
-            // Nothing is sent elsewhere that would only be refused.
-            return Err(RegistryError::NoKey {
-                name: name.to_string(),
-                variable,
-                problems: environment.problems.clone(),
-            });
         }
+        endpoint.missing_key = provider.missing_key(&endpoint).map(|variable| {
+            let problems = environment.problems.iter();
+            let problems: String = problems.map(|p| format!("; {p}")).collect();
+            format!(
+                "a key is needed: set {variable} in the environment or in a .env file{problems}"
+            )
+        });
         Ok((endpoint, model.to_string()))
     }
 }
@@ -158,6 +157,14 @@ impl Provider {
 
     pub(super) fn key(&self, environment: &Environment) -> Option<Found> {
         environment.key(self.key_env.as_ref().map_or(&[], Words::list))
+    }
+
+    /// The variables that the key should be in and is not. Servers on this machine rarely want one: there it is missed
+    /// only where the user names the variables. Nothing is sent elsewhere that would only be refused.
+    pub(super) fn missing_key(&self, endpoint: &Endpoint) -> Option<String> {
+        let found = endpoint.key.is_some() || endpoint.key_command.is_some();
+        let wanted = self.key_wanted || !endpoint.is_here();
+        self.key_names().filter(|_| wanted && !found)
     }
 
     /// The variables its key is looked for in, for people.

@@ -57,7 +57,6 @@ fn ids_become_endpoints() {
     let error = |id| registry.resolve(id, &nothing()).unwrap_err();
     assert!(matches!(error("gpt-4o"), RegistryError::NotAnId(_)));
     assert!(matches!(error("x/y"), RegistryError::NoProvider { .. }));
-    assert!(matches!(error("openai/a"), RegistryError::NoKey { .. }));
     let moved = variables(&[("OPENAI_BASE_URL", "http://b"), ("OPENAI_API_KEY", "key")]);
     let (endpoint, _) = registry.resolve("openai/a", &moved).unwrap();
     assert_eq!(endpoint.base_url, "http://b");
@@ -74,19 +73,17 @@ fn the_key_is_looked_for_in_order() {
     let one = variables(&[("GEMINI_API_KEY", "gem"), ("GOOGLE_API_KEY", " ")]);
     let (endpoint, _) = registry.resolve("gemini/x", &one).unwrap();
     assert_eq!(endpoint.key.unwrap().expose_secret(), "gem");
-    let error = registry
-        .resolve("gemini/x", &nothing())
-        .unwrap_err()
-        .to_string();
+    let (endpoint, _) = registry.resolve("gemini/x", &nothing()).unwrap();
+    let missing = endpoint.missing_key.unwrap();
     assert!(
-        error.contains("GOOGLE_API_KEY or GEMINI_API_KEY"),
-        "{error}"
+        missing.contains("set GOOGLE_API_KEY or GEMINI_API_KEY"),
+        "{missing}"
     );
     let (endpoint, _) = registry.resolve("lab/x", &nothing()).unwrap();
     let words = vec!["pass".to_string(), "lab key".to_string()];
     assert_eq!(endpoint.key_command, Some(KeyCommand::Program(words)));
     let source = endpoint.key_source.unwrap();
-    assert!(source.contains("pass lab key"), "{source}");
+    assert_eq!(source, "the command `pass`");
 }
 
 #[test]
@@ -251,5 +248,41 @@ fn whether_a_key_is_there_is_told() {
         KeyState::Missing("ANTHROPIC_API_KEY".into())
     );
     assert_eq!(key("ollama"), KeyState::NotNeeded);
-    assert_eq!(key("lab"), KeyState::Command("`pass lab`".into()));
+    assert_eq!(key("lab"), KeyState::Command("`pass`".into()));
+}
+
+#[test]
+fn a_key_that_the_user_names_is_missed_on_this_machine_too() {
+    let own = registry(
+        "[lab]\nbase_url = \"http://127.0.0.1:9\"\nkey_env = \"LAB_KEY\"\n[plain]\nbase_url = \"http://127.0.0.1:9\"\n\
+         [local]\nkey_env = [\"MINE\", \"OURS\"]\n[ollama]\nkey_env = []",
+    )
+    .unwrap();
+    let missing = |registry: &Registry, name: &str, environment: &Environment| {
+        let id = format!("{name}/x");
+        let (endpoint, _) = registry.resolve(&id, environment).unwrap();
+        let listed = registry.models(environment, "2026-11-20".parse().unwrap());
+        let beginning = format!("{name}/");
+        let listed = listed.into_iter().find(|l| l.id.starts_with(&beginning));
+        (endpoint.missing_key, listed.unwrap().key)
+    };
+    let (words, state) = missing(&own, "lab", &nothing());
+    assert!(words.unwrap().contains("set LAB_KEY"));
+    assert_eq!(state, KeyState::Missing("LAB_KEY".into()));
+    let (words, state) = missing(&own, "local", &nothing());
+    assert!(words.unwrap().contains("set MINE or OURS"));
+    assert_eq!(state, KeyState::Missing("MINE or OURS".into()));
+    for name in ["plain", "ollama", "vllm"] {
+        assert_eq!(
+            missing(&own, name, &nothing()),
+            (None, KeyState::NotNeeded),
+            "{name}"
+        );
+    }
+    let (words, state) = missing(&own, "lab", &variables(&[("LAB_KEY", "k")]));
+    assert_eq!((words, state), (None, KeyState::Present("LAB_KEY".into())));
+    let shipped = registry("").unwrap();
+    assert_eq!(missing(&shipped, "local", &nothing()).0, None);
+    let (words, _) = missing(&shipped, "openai", &nothing());
+    assert!(words.unwrap().contains("set OPENAI_API_KEY"));
 }

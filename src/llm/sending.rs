@@ -50,13 +50,8 @@ impl Ready {
         request: &Request,
     ) -> Result<Self, Error> {
         let wrong = |place| |why| Error::Setup { place, why };
-        let url = endpoint.request_url(&request.model)?;
-        if let (None, Some(command)) = (endpoint.usable_key(), &endpoint.key_command) {
-            let key = client.key(command).await;
-            endpoint.key = Some(key.map_err(wrong(endpoint.place()))?);
-        }
+        let (url, headers) = addressed(client, endpoint, request).await?;
         let endpoint = &*endpoint;
-        let headers = headers(endpoint)?;
         let body = endpoint.dialect.body(endpoint, request);
         let connect = endpoint.timeouts.connect;
         let http = client.http(connect).map_err(wrong(endpoint.place()))?;
@@ -81,6 +76,50 @@ impl Ready {
             reserved: reserve(endpoint, request)?,
         })
     }
+}
+
+/// Whether a request can be sent as things stand: its address, its key, its size and the money for it. Sends nothing.
+///
+/// # Errors
+/// Why it would never be sent, as [`super::stream`] says it.
+pub(super) async fn sendable(
+    client: &Client,
+    endpoint: &mut Endpoint,
+    request: &Request,
+) -> Result<(), Error> {
+    // A budget is looked at before a command asks somebody for a password.
+    drop(reserve(endpoint, request)?);
+    let limit = endpoint.answer_limit(&request.parameters);
+    let tokens = request.tokens().saturating_add(limit.unwrap_or(0));
+    endpoint.limits.allow(tokens).map_err(|why| Error::Setup {
+        place: endpoint.place(),
+        why,
+    })?;
+    addressed(client, endpoint, request).await.map(drop)
+}
+
+/// Where a request goes and under which headers; fetches its key if a command has it.
+async fn addressed(
+    client: &Client,
+    endpoint: &mut Endpoint,
+    request: &Request,
+) -> Result<(Url, HeaderMap), Error> {
+    let url = endpoint.request_url(&request.model)?;
+    if let Some(missing) = &endpoint.missing_key {
+        return Err(Error::Setup {
+            place: endpoint.place(),
+            why: missing.clone(),
+        });
+    }
+    if let (None, Some(command)) = (endpoint.usable_key(), &endpoint.key_command) {
+        let key = client.key(command).await.map_err(|why| Error::Setup {
+            place: endpoint.place(),
+            why,
+        })?;
+        endpoint.key = Some(key);
+    }
+    let headers = headers(endpoint)?;
+    Ok((url, headers))
 }
 
 /// Sets aside the most that the request can cost, if there is a budget.

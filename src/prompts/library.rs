@@ -123,6 +123,31 @@ impl Library {
         library
     }
 
+    /// What is wrong with the user's versions of a template and of what it includes, or with their folder.
+    pub fn problems_of<'l>(
+        &'l self,
+        file: &'l str,
+        template: &'l Template,
+    ) -> impl Iterator<Item = &'l Problem> {
+        let included = includes::included(&template.source, &self.fragments);
+        let fragments = included
+            .into_iter()
+            .map(|name| self.fragments[name].as_str());
+        let texts: Vec<&str> = fragments.chain([template.source.as_str()]).collect();
+        self.problems.iter().filter(move |problem| {
+            let name = problem.path.file_name().unwrap_or_default();
+            let name = name.to_string_lossy();
+            // A fragment that is broken may be in use in no version.
+            let quoted = [format!("\"{name}\""), format!("'{name}'")];
+            let is_included = || {
+                quoted
+                    .iter()
+                    .any(|q| texts.iter().any(|t| t.contains(q.as_str())))
+            };
+            name == file || !name.ends_with(".md") || is_included()
+        })
+    }
+
     /// Takes over from an earlier reading what the user's broken files were when they were good.
     #[must_use]
     pub fn or_last_good(mut self, before: &Self) -> Self {

@@ -33,6 +33,13 @@ const CHOICES: [&str; 9] = [
 ];
 const CANDIDATES: [&str; 3] = ["potentialattacker", "candidate", "potentialegoattacker"];
 
+/// Whether an object speaks of an attacker, and not only of obstacles.
+pub(super) fn is_named(object: &Object) -> bool {
+    [&CHOICES[..], &CANDIDATES[..]]
+        .iter()
+        .any(|names| values::find(object, names).is_some())
+}
+
 /// The choice that an object makes, in whatever words; nothing if it makes none.
 pub(super) fn interpret(object: &Object, notes: &mut Notes) -> Option<AttackerChoice> {
     let chosen = values::find(object, &CHOICES);

@@ -69,6 +69,14 @@ pub(super) fn of(task: Task, object: &Object) -> Result<Option<Decision>, NoVerd
     Ok(of_groups(task, object))
 }
 
+/// Whether an object answers one of the yes-or-no tasks in so many words.
+pub(super) fn is_stated(object: &Object) -> bool {
+    Task::VERDICTS.iter().any(|task| match of(*task, object) {
+        Ok(decision) => decision.is_some_and(|d| !d.from_groups),
+        Err(_) => true,
+    })
+}
+
 /// The paper's prompts ask for obstacles that collide or will: naming one is a yes, leaving all of them out a no.
 fn of_groups(task: Task, object: &Object) -> Option<Decision> {
     let groups = groups::groups(object);

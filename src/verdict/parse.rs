@@ -190,7 +190,12 @@ impl<'a> Found<'a> {
     }
 
     fn attacker(&self) -> Option<Reading> {
+        // Whoever answers yes or no has listed obstacles for that, and not as attackers.
+        let other_task = self.objects.iter().any(|(_, o)| decision::is_stated(o));
         self.objects.iter().rev().find_map(|(piece, object)| {
+            if other_task && !attacker::is_named(object) {
+                return None;
+            }
             let mut notes = self.notes(piece);
             let choice = strict::<AttackerChoice>(Task::Attacker, object).or_else(|| {
                 notes.add("it was read from other words than those asked for");

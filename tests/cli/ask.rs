@@ -11,7 +11,18 @@ fn the_verdict_is_one_json_document_of_a_fixed_form() {
         let keys: Vec<_> = document.as_object().unwrap().keys().collect();
         assert_eq!(
             keys,
-            ["task", "collision", "obstacles", "justification", "model"]
+            [
+                "task",
+                "collision",
+                "obstacles",
+                "justification",
+                "how",
+                "repaired",
+                "run",
+                "usage",
+                "cost",
+                "model"
+            ]
         );
         assert_eq!(document["task"], "collision");
         assert_eq!(document["collision"], collides, "{name}");
@@ -56,6 +67,11 @@ fn the_safety_task_has_its_own_key() {
             "safety_critical",
             "obstacles",
             "justification",
+            "how",
+            "repaired",
+            "run",
+            "usage",
+            "cost",
             "model",
             "prediction"
         ]
@@ -94,8 +110,8 @@ fn people_get_words_and_the_label_of_the_judge() {
 #[test]
 fn the_same_question_has_the_same_answer() {
     let home = Home::new();
-    let first = home.run(&["ask", CUT_IN, "--json"]).status(0).stdout;
-    assert_eq!(first, home.run(&["ask", CUT_IN, "--json"]).status(0).stdout);
+    let ask = || home.run(&["ask", CUT_IN, "--json", "--no-store"]).status(0);
+    assert_eq!(ask().stdout, ask().stdout);
 }
 
 #[test]

@@ -234,12 +234,7 @@ fn the_format_follows_the_name_of_the_file_unless_it_is_said() {
         .status(2)
         .says(&["Parquet", "-o FILE"]);
     let read = |name: &str| std::fs::read(home.files().join(name)).unwrap();
-    for (name, format) in [
-        ("a.csv", "csv"),
-        ("a.jsonl", "json"),
-        ("a.JSON", "json"),
-        ("a.txt", "csv"),
-    ] {
+    for (name, format) in [("a.csv", "csv"), ("a.jsonl", "json"), ("a.JSON", "json")] {
         home.run(&["metrics", CUT_IN, "-o", name]).status(0);
         let said = home.run(&["metrics", CUT_IN, "--format", format]).status(0);
         assert_eq!(read(name), said.stdout.as_bytes(), "{name}");
@@ -253,6 +248,18 @@ fn the_format_follows_the_name_of_the_file_unless_it_is_said() {
     home.run(&["metrics", CUT_IN, "-o", "b.txt", "--format", "json"])
         .status(0);
     assert!(read("b.txt").starts_with(b"{"));
+    for name in ["a.txt", "a", "a.xlsx"] {
+        home.run(&["metrics", CUT_IN, "-o", name])
+            .status(2)
+            .says(&[name, ".parquet", "--format"]);
+        assert!(!home.files().join(name).exists());
+    }
+    let piped = home.run(&["metrics", CUT_IN, "-o", "-"]).status(0).stdout;
+    assert_eq!(piped.as_bytes(), read("a.csv"));
+    home.run(&["metrics", CUT_IN, "-o", "-", "--format", "parquet"])
+        .status(2)
+        .says(&["Parquet", "-o FILE"]);
+    assert!(!home.files().join("-").exists());
     home.write("folder/keep", "");
     home.run(&["metrics", CUT_IN, "-o", "folder", "--overwrite"])
         .status(2)

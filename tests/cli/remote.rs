@@ -319,7 +319,9 @@ async fn a_missing_key_is_asked_for_by_name() {
         "LAB_KEY_NOT_SET",
     ];
     let ended = tokio::task::block_in_place(|| home.run(&arguments));
-    ended.status(2).says(&["LAB_KEY_NOT_SET", "not set"]);
+    ended
+        .status(2)
+        .says(&["nothing was sent", "set LAB_KEY_NOT_SET"]);
     assert!(
         server.requests().is_empty(),
         "nothing is sent that could only be refused"

@@ -45,7 +45,10 @@ async fn an_attacker_is_printed_and_kept() {
         (&json!("attacker"), &json!(301))
     );
     assert_eq!(document["obstacles"], choice["obstacles"]);
-    assert!(document.get("repaired").is_none(), "{document}");
+    assert_eq!(
+        (&document["how"], &document["repaired"]),
+        (&json!("strict"), &json!([]))
+    );
     assert!(ended.stderr.contains("[9999]"), "{}", ended.stderr);
     let kept: Value = serde_json::from_str(home.runs()[0]["verdict"].as_deref().unwrap()).unwrap();
     assert_eq!(
@@ -103,8 +106,9 @@ fn the_built_in_judge_says_what_it_does_not_answer() {
     let home = home("attacker");
     let arguments = ["ask", CUT_IN, "--task", "attacker"];
     home.run(&arguments)
-        .status(1)
+        .status(2)
         .says(&["built-in judge", "collision and safety only"]);
+    assert!(home.runs().is_empty());
     let arguments = ["evaluate", CUT_IN, "--task", "attacker"];
     home.run(&arguments)
         .status(2)

@@ -128,9 +128,10 @@ async fn a_command_that_fails_is_named_and_nothing_is_sent() {
     .await;
     let error = answer.error.unwrap().to_string();
     assert!(
-        error.contains("sh -c echo geheim; exit 4") && error.contains("status: 4"),
+        error.contains("key command `sh` failed") && error.contains("status: 4"),
         "{error}"
     );
+    assert!(!error.contains("geheim"), "{error}");
     assert_eq!(server.requests(), []);
 }
 

@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering;
 
 use super::filters::{Filters, store};
 use super::interrupt::{INTERRUPTED, interrupted};
-use super::metrics::Target;
+use super::metrics::{Target, file_of, no_format};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::store::{Run, RunId, Store};
@@ -25,7 +25,7 @@ pub struct Export {
     /// How the runs are written [default: as the ending of FILE says, else jsonl].
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// A file to write to, instead of standard output.
+    /// A file to write to, instead of standard output, which is - too.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace the file if it is there already.
@@ -56,9 +56,17 @@ impl Format {
 
 /// Runs `export`.
 pub fn run(arguments: &Export) -> Outcome {
-    let file = arguments.output.as_deref();
-    let format = arguments.format.or_else(|| Format::of_name(file?));
-    let format = format.unwrap_or(Format::Jsonl);
+    let file = file_of(arguments.output.as_deref());
+    let format = match (arguments.format, file) {
+        (Some(format), _) => format,
+        (None, None) => Format::Jsonl,
+        (None, Some(file)) => match Format::of_name(file) {
+            Some(format) => format,
+            // That is said where the file is begun.
+            None if file.is_dir() => Format::Jsonl,
+            None => return Err(no_format(file, ".jsonl, .ndjson, .json, .csv and .parquet")),
+        },
+    };
     if format == Format::Parquet && file.is_none() {
         return Err(Failure::input(
             "Parquet is not for terminals and pipes: name a file with -o FILE",

@@ -15,7 +15,7 @@ const LONGEST: u64 = 64 << 20;
 const BATCH: (usize, usize) = (200, 16 << 20);
 
 /// Lines that are complained about one by one.
-const NAMED: usize = 20;
+const NAMED: usize = 3;
 
 /// Adds the runs of a file that are not in the store yet.
 pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Failure> {
@@ -28,7 +28,7 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
         match unreadable {
             n if n <= NAMED => output::say(&format!("nearmiss: {shown}:{number}: {why}")),
             n if n == NAMED + 1 => {
-                output::say(&format!("nearmiss: {shown}: further ones are counted only"))
+                output::say(&format!("nearmiss: {shown}: further ones are counted only"));
             }
             _ => {}
         }

@@ -26,11 +26,21 @@ pub struct Import {
 struct Counts {
     imported: usize,
     already_there: usize,
+    absent: usize,
     unreadable: usize,
 }
 
 /// Runs `import`.
 pub fn run(arguments: &Import) -> Outcome {
+    for path in &arguments.paths {
+        let ending = path.extension().map(|e| e.to_ascii_lowercase());
+        if path.is_file() && ending.is_some_and(|e| e == "csv" || e == "parquet") {
+            return Err(Failure::input(format!(
+                "{}: only JSONL can be imported, as `nearmiss export -o runs.jsonl` writes it",
+                path.display()
+            )));
+        }
+    }
     let store = store()?;
     let mut counts = Counts::default();
     for path in &arguments.paths {
@@ -44,12 +54,19 @@ pub fn run(arguments: &Import) -> Outcome {
         output::json(&json!({
             "imported": counts.imported,
             "already_there": counts.already_there,
+            "absent": counts.absent,
             "unreadable": counts.unreadable,
         }))?;
     } else {
         output::text(&format!(
-            "{} imported, {} already there, {} unreadable\n",
-            counts.imported, counts.already_there, counts.unreadable
+            "{} imported, {} already there, {}{} unreadable\n",
+            counts.imported,
+            counts.already_there,
+            match counts.absent {
+                0 => String::new(),
+                absent => format!("{absent} absent, "),
+            },
+            counts.unreadable
         ))?;
     }
     match counts.unreadable {

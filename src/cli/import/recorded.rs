@@ -6,6 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::Counts;
 use crate::cli::{Failure, output};
 use crate::evaluation::published;
+use crate::evaluation::recorded::Loss;
 use crate::store::Store;
 
 /// Runs that are added in one transaction.
@@ -21,7 +22,9 @@ pub fn import(root: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
         i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
     });
     let (runs, problems) = published::runs(root, now);
-    for problem in problems.iter().take(NAMED) {
+    // What is lost comes first.
+    let (lost, others): (Vec<_>, Vec<_>) = problems.iter().partition(|p| p.loss == Loss::Unread);
+    for problem in lost.into_iter().chain(others).take(NAMED) {
         output::say(&format!("nearmiss: {problem}"));
     }
     if problems.len() > NAMED {
@@ -36,7 +39,9 @@ pub fn import(root: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
         counts.imported += added;
         counts.already_there += runs.len() - added;
     }
-    counts.unreadable += problems.len();
+    let lost = |loss| problems.iter().filter(|p| p.loss == loss).count();
+    counts.absent += lost(Loss::Absent);
+    counts.unreadable += lost(Loss::Unread);
     let without = |run: &&crate::store::Run| run.question.scenario_hash.is_none();
     let loose = runs.iter().filter(without).count();
     if loose > 0 {

@@ -23,8 +23,8 @@ use crate::config::Folders;
 use crate::metrics::Thresholds;
 use crate::scenario::{Entry, Scene};
 use table::{Column, Sheet, Table};
-pub use target::Target;
 use target::{Encoded, Format, TableWriter};
+pub use target::{Target, file_of, no_format};
 
 /// Arguments of `metrics`.
 #[derive(Debug, clap::Args)]
@@ -57,7 +57,7 @@ pub struct Metrics {
     /// How the table is written [default: as the ending of FILE says, else csv].
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// A file to write to, instead of standard output.
+    /// A file to write to, instead of standard output, which is - too.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace the file if it is there already.
@@ -160,7 +160,7 @@ fn radius(word: &str) -> Result<f64, String> {
 
 /// Runs `metrics`.
 pub fn run(arguments: &Metrics) -> Outcome {
-    let file = arguments.output.as_deref();
+    let file = target::file_of(arguments.output.as_deref());
     let format = Format::chosen(arguments.format, file)?;
     if arguments.list {
         return list::run(arguments, format);

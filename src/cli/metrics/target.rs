@@ -41,6 +41,9 @@ impl Format {
     pub fn chosen(asked: Option<Self>, file: Option<&Path>) -> Result<Self, Failure> {
         let of_name = file.and_then(Self::of_name);
         match (asked, of_name, file) {
+            (None, None, Some(file)) if !file.is_dir() => {
+                Err(no_format(file, ".csv, .json, .jsonl, .ndjson and .parquet"))
+            }
             (Some(asked), Some(named), Some(file)) if asked != named => {
                 Err(Failure::input(format!(
                     "--format {} does not go with the name {}, which is that of {}; leave --format out or name \
@@ -69,6 +72,19 @@ impl Format {
             Self::Parquet => Encoded::Sheet(sheet),
         }
     }
+}
+
+/// The file that `-o` names; `-` is standard output.
+pub fn file_of(output: Option<&Path>) -> Option<&Path> {
+    output.filter(|path| *path != Path::new("-"))
+}
+
+/// A name that does not say how the file is to be written.
+pub fn no_format(file: &Path, known: &str) -> Failure {
+    Failure::input(format!(
+        "{}: the ending does not say how to write it; the known ones are {known}, and --format says it for any name",
+        file.display()
+    ))
 }
 
 /// Where bytes go.

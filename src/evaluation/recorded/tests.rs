@@ -131,6 +131,9 @@ fn everything_is_found_or_named() {
             .verdict()
             .is_some_and(|v| names(v, 7) && !names(v, 8))
     );
+    let count = |loss| problems.iter().filter(|p| p.loss == loss).count();
+    let losses = [Loss::Absent, Loss::Nothing, Loss::Unread].map(count);
+    assert_eq!(losses, [3, 4, 2], "{problems:#?}");
     let mut words: Vec<String> = problems
         .iter()
         .map(|p| format!("{}: {}", name(&p.path), p.message))

@@ -64,6 +64,39 @@ fn attackers() {
 }
 
 #[test]
+fn the_answer_to_another_task_names_no_attacker() {
+    let obstacles =
+        r#""obstacles": [{"id": 4, "risk_score": 1, "reason": "r"}], "justification": "j""#;
+    let others = [
+        format!(r#"{{"collision": true, {obstacles}}}"#),
+        format!(r#"{{"safety_critical": false, {obstacles}}}"#),
+        format!(r#"{{"answer": {{"Safety_Critical": "yes", {obstacles}}}}}"#),
+        format!(r#"{{"collision": true, "is_collision": false, {obstacles}}}"#),
+        format!(r#"{{{obstacles}}} {{"collision": true}}"#),
+        r#"{"CollisionObstacle": {"ObstacleID": "4"}, "IsCollisionScenario": true}"#.to_string(),
+    ];
+    for answer in others {
+        assert_eq!(
+            read(Task::Attacker, &answer),
+            Err(NoVerdict::NoDecision("attacker")),
+            "{answer}"
+        );
+    }
+    let both = [
+        format!(r#"{{"collision": true, "attacker": 4, {obstacles}}}"#),
+        format!(r#"{{"collision": false}} {{"attacker": 4, {obstacles}}}"#),
+        r#"{"safety_critical": true, "PotentialAttackers": [{"ObstacleID": "4", "RiskScore": "2"}]}"#.to_string(),
+    ];
+    for answer in both {
+        let said = read(Task::Attacker, &answer).unwrap().said;
+        assert!(
+            matches!(&said, Said::Attacker(choice) if choice.attacker == Some(4)),
+            "{answer}: {said:?}"
+        );
+    }
+}
+
+#[test]
 fn trajectories() {
     use crate::verdict::{ManoeuvreKind, Moment, Motion};
     let point = r#""y": 2.0, "heading": null, "velocity": 3.0"#;

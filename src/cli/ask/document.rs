@@ -1,0 +1,81 @@
+//! The answer of `ask` as one line of JSON.
+
+use serde_json::{Value, json};
+
+use crate::cli::{cost, time};
+use crate::evaluation::{Answer, Case, Judged};
+use crate::judge;
+use crate::verdict::Task;
+
+/// What was said, what it consumed and where it is kept; the same keys whether there is a verdict or not.
+pub(super) fn document(answer: &Answer, case: &Case) -> Value {
+    let mut value = match &answer.judged {
+        Judged::Verdict(parsed) => {
+            json!(parsed.verdict)
+        }
+        Judged::Other(reading) => json!(reading.said),
+        Judged::Missing(missing) => json!({
+            "verdict": null,
+            "problem": missing.to_string(),
+            "answer": answer.text,
+            "reasoning": answer.reasoning,
+        }),
+    };
+    let how = match &answer.judged {
+        Judged::Missing(_) => None,
+        _ if answer.repairs().is_empty() => Some("strict"),
+        _ => Some("repaired"),
+    };
+    value["how"] = json!(how);
+    value["repaired"] = json!(answer.repairs());
+    value["run"] = json!(answer.run.map(|run| run.0));
+    let consumed = &answer.consumed;
+    value["usage"] = json!({
+        "input_tokens": consumed.input_tokens,
+        "output_tokens": consumed.output_tokens,
+        "reasoning_tokens": consumed.reasoning_tokens,
+        "cached_tokens": consumed.cached_tokens,
+    });
+    let returned = answer.model_returned.as_deref();
+    value["cost"] = match consumed.cost_usd {
+        Some(usd) => json!({"usd": usd, "source": answer.price_source}),
+        None if answer.model == judge::MODEL => json!({"usd": 0, "source": "built in"}),
+        None => json!({"usd": null, "unknown": cost::unknown(consumed, &answer.model, returned)}),
+    };
+    value["model"] = json!(answer.model);
+    if let Some(returned) = &answer.model_returned {
+        value["model_returned"] = json!(returned);
+    }
+    if let (Some(past), Some(run)) = (&answer.past, answer.run) {
+        value["stored"] = json!({
+            "run": run.0,
+            "asked": time::rfc3339(past.created_ms),
+            "origin": past.origin.name(),
+            "sample": past.sample,
+        });
+    }
+    if answer.model == judge::MODEL && case.task == Task::Safety {
+        value["prediction"] = prediction(case);
+    }
+    value
+}
+
+/// What the built-in judge's verdict on safety rests on.
+fn prediction(case: &Case) -> Value {
+    let rounded = |value: f64| (value * 1e6).round() / 1e6;
+    let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
+    let obstacles = judgement.prospects.iter().map(|p| {
+        json!({
+            "id": p.id,
+            "probability": rounded(p.probability),
+            "time": p.time.map(rounded),
+        })
+    });
+    json!({
+        "horizon": judge::Criterion::REFERENCE.horizon,
+        "threshold": judge::Criterion::REFERENCE.threshold,
+        "first_step": case.window.first(),
+        "last_step": case.window.last(),
+        "obstacles": obstacles.collect::<Vec<_>>(),
+    })
+}

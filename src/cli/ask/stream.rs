@@ -1,0 +1,77 @@
+//! An answer as it arrives, on standard error.
+
+use std::io::{IsTerminal, Write};
+
+use crate::cli::output;
+use crate::evaluation::Event;
+
+/// Streams the words of an answer to standard error, where a person is watching.
+pub(super) struct Words {
+    on: bool,
+    /// Whether what was written last does not end its line.
+    open: bool,
+    part: Option<Part>,
+}
+
+/// What a piece belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Reasoning,
+    Answer,
+}
+
+impl Words {
+    /// Nothing is streamed unless that is wanted.
+    pub(super) fn new(wanted: bool) -> Self {
+        Self {
+            on: wanted && std::io::stderr().is_terminal(),
+            open: false,
+            part: None,
+        }
+    }
+
+    /// Ends the line, so that what follows has its own.
+    pub(super) fn end(&mut self) {
+        if std::mem::take(&mut self.open) {
+            output::say("");
+        }
+    }
+
+    /// Says what happens; what people must know is said in any case.
+    pub(super) fn hear(&mut self, event: Event) {
+        match event {
+            Event::Note(note) => self.say(&format!("nearmiss: {}", output::visible(&note))),
+            Event::Awaiting(run) => self.say(&format!(
+                "nearmiss: another program is asking the same, as run {run}; waiting for its answer"
+            )),
+            Event::Retrying { attempt, wait, why } if self.on => {
+                let why = output::visible(&why);
+                self.say(&format!(
+                    "{why}; try {attempt} in {:.0} s",
+                    wait.as_secs_f64()
+                ));
+            }
+            Event::Reasoning(text) if self.on => self.piece(&text, Part::Reasoning),
+            Event::Text(text) if self.on => self.piece(&text, Part::Answer),
+            _ => {}
+        }
+    }
+
+    /// A line of its own.
+    fn say(&mut self, words: &str) {
+        self.end();
+        output::say(words);
+    }
+
+    /// A piece as it is; the terminal breaks the lines.
+    fn piece(&mut self, text: &str, part: Part) {
+        if part == Part::Answer && self.part == Some(Part::Reasoning) {
+            self.say("── answer ──");
+        }
+        self.part = Some(part);
+        self.open = !text.ends_with('\n');
+        let mut err = std::io::stderr().lock();
+        // Nothing can be done about a standard error that is gone.
+        let _ = write!(err, "{}", output::visible(text)).and_then(|()| err.flush());
+    }
+}
