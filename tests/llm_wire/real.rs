@@ -85,9 +85,14 @@ async fn a_real_llama_server() {
             ..request()
         };
         let chunks: Vec<_> = stream(&Client::direct(), short, request).collect().await;
+        // Its Responses say `completed` even then; what is left is that nothing was answered.
+        let expected = match dialect {
+            Dialect::OpenAiResponses => Finish::Blank,
+            _ => Finish::Length,
+        };
         assert_eq!(
             chunks.last(),
-            Some(&Ok(Chunk::Finished(Finish::Length))),
+            Some(&Ok(Chunk::Finished(expected))),
             "{dialect:?}"
         );
         let long = asked(of(dialect, &url), "bigram", &"x".repeat(90_000), false).await;
