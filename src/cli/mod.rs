@@ -16,6 +16,7 @@ mod metrics;
 mod models;
 mod open;
 mod output;
+mod parted;
 mod progress;
 mod prompt;
 mod prompts;

@@ -69,7 +69,11 @@ impl Span {
             )));
         }
         // The paper's safety inference looks at a window that ends two steps before the last one.
-        let back = if task == Some(Task::Safety) { 2 } else { 0 };
+        let back = if task == Some(Task::Safety) {
+            Window::AFTER_SAFETY
+        } else {
+            0
+        };
         let last = self.at.unwrap_or(steps.end - 1 - back);
         Ok(Window::ending_at(scene, last, history))
     }

@@ -101,7 +101,7 @@ impl<'a> Labelled<'a> {
         let steps = self.scene.steps();
         let last = match (self.label, lead) {
             (Label::Safe, _) => first_whole(self.scene, history),
-            (_, Lead::Paper) => steps.end - 1 - 2,
+            (_, Lead::Paper) => steps.end - 1 - Window::AFTER_SAFETY,
             (_, Lead::Seconds(lead)) => {
                 let contact = self.contact.unwrap_or(steps.end - 1);
                 contact - (lead / self.scene.scenario.dt()).round() as i64

@@ -12,6 +12,9 @@ pub struct Window {
 }
 
 impl Window {
+    /// Steps that a recording goes on after the window of the safety task, as in "From Words to Collisions".
+    pub const AFTER_SAFETY: i64 = 2;
+
     /// `history` steps (at least one) that end at `last`, cut to the ego's recording.
     #[must_use]
     pub fn ending_at(scene: &Scene, last: i64, history: usize) -> Self {

@@ -13,6 +13,7 @@ use parquet::schema::types::{Type, TypePtr};
 
 use super::columns::{COLUMNS, Cell, Column, Kind, cells};
 use super::{Runs, Stopped, Target, each};
+use crate::cli::parted::parted;
 
 /// Rows that are kept in memory before they are written as a row group.
 const GROUP: usize = 512;
@@ -109,14 +110,4 @@ fn values<'a>(
         }
     }
     Ok(())
-}
-
-/// What is there, and for every place whether something is (1) or not (0).
-fn parted<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
-    let (mut found, mut there) = (Vec::new(), Vec::new());
-    for value in values {
-        there.push(i16::from(value.is_some()));
-        found.extend(value);
-    }
-    (found, there)
 }

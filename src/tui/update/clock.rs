@@ -58,9 +58,6 @@ fn go_to_worst(model: &mut Model) {
     }
 }
 
-/// Steps that the recording goes on after the window of the safety task, as in the paper and the commands.
-const AFTER_WINDOW: i64 = 2;
-
 /// Goes to the end of the usual window of the safety task, unless somebody went to another step.
 pub fn to_window(model: &mut Model) {
     let (first, _) = model.clock.range();
@@ -68,7 +65,7 @@ pub fn to_window(model: &mut Model) {
         return;
     }
     if let Some(last) = model.scene().map(crate::scenario::Scene::last_step) {
-        model.clock.go(last - AFTER_WINDOW);
+        model.clock.go(last - crate::scenario::Window::AFTER_SAFETY);
     }
 }
 
