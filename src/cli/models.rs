@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::open::configuration;
 use super::{Failure, Outcome, output};
 use crate::judge;
-use crate::llm::{Discovered, Environment, KeyState, Listed, Registry, probe};
+use crate::llm::{Discovered, Environment, KeyState, Listed, Pricing, Registry, probe};
 
 /// Arguments of `models`.
 #[derive(Debug, clap::Args)]
@@ -66,17 +66,7 @@ fn document(listed: &[Listed], found: &[Discovered], today: Date) -> Value {
             KeyState::Command(command) => ("command", Some(command)),
             KeyState::Missing(names) => ("missing", Some(names)),
         };
-        let price = model.pricing.as_ref().map(|pricing| {
-            let price = &pricing.price;
-            json!({
-                "input": price.input,
-                "output": price.output,
-                "cached": price.cached,
-                "cache_write": price.cache_write,
-                "peak_factor": pricing.peak.as_ref().map(|peak| peak.factor),
-                "batch_factor": pricing.batch_factor,
-            })
-        });
+        let price = model.pricing.as_ref().map(price);
         let end = model.retirement.as_ref();
         json!({
             "id": model.id,
@@ -101,11 +91,48 @@ fn document(listed: &[Listed], found: &[Discovered], today: Date) -> Value {
         .collect()
 }
 
+/// A price with its source, and those of longer questions in it.
+fn price(pricing: &Pricing) -> Value {
+    let price = &pricing.price;
+    json!({
+        "input": price.input,
+        "output": price.output,
+        "cached": price.cached,
+        "cache_write": price.cache_write,
+        "peak_factor": pricing.peak.as_ref().map(|peak| peak.factor),
+        "batch_factor": pricing.batch_factor,
+        "as_of": pricing.as_of.map(|day| day.to_string()),
+        "source": pricing.source,
+        "up_to_input_tokens": pricing.up_to,
+        "longer": pricing.longer.as_deref().map(self::price),
+    })
+}
+
+/// Where prices are from, each place once: those that `[1]` and so on point at.
+#[derive(Default)]
+struct Sources(Vec<String>);
+
+impl Sources {
+    fn cell(&mut self, pricing: &Pricing) -> String {
+        let day = pricing.as_of.map(|day| day.to_string());
+        let Some(source) = &pricing.source else {
+            return day.unwrap_or_else(|| "config.toml".into());
+        };
+        let found = self.0.iter().position(|known| known == source);
+        let place = found.unwrap_or_else(|| {
+            self.0.push(source.clone());
+            self.0.len() - 1
+        });
+        format!("{} [{}]", day.unwrap_or_default(), place + 1)
+    }
+}
+
 fn table(listed: &[Listed], found: &[Discovered], today: Date) -> String {
-    let head = ["model", "dialect", "key", "$/M in, out", ""];
+    let head = ["model", "dialect", "key", "$/M in, out", "as of", ""];
     let mut rows = vec![head.map(str::to_string)];
-    let row = |cells: [&str; 5]| cells.map(str::to_string);
-    rows.push(row([judge::MODEL, "built in", "–", "–", ""]));
+    let mut sources = Sources::default();
+    let row = |cells: [&str; 6]| cells.map(str::to_string);
+    rows.push(row([judge::MODEL, "built in", "–", "–", "–", ""]));
     for model in listed {
         let key = match &model.key {
             KeyState::NotNeeded => "–".to_string(),
@@ -126,25 +153,44 @@ fn table(listed: &[Listed], found: &[Discovered], today: Date) -> String {
             model.dialect.name().to_string(),
             key,
             price.unwrap_or_else(|| "unknown".into()),
+            model
+                .pricing
+                .as_ref()
+                .map_or("–".into(), |pricing| sources.cell(pricing)),
             remarks.join("; "),
         ]);
     }
     for model in new(listed, found) {
         let dialect = model.dialect.name();
-        rows.push(row([&model.id, dialect, "–", "unknown", "running here"]));
+        rows.push(row([
+            &model.id,
+            dialect,
+            "–",
+            "unknown",
+            "–",
+            "running here",
+        ]));
     }
     let wide = |column: usize| {
         let widths = rows.iter().map(|cells| cells[column].chars().count());
         widths.max().unwrap_or(0)
     };
-    let widths: [usize; 4] = std::array::from_fn(wide);
+    let widths: [usize; 5] = std::array::from_fn(wide);
     let lines = rows.iter().map(|cells| {
         let padded = cells.iter().zip(widths).map(|(cell, width)| {
             let gap = width - cell.chars().count();
             format!("{cell}{}", " ".repeat(gap))
         });
         let line = padded.collect::<Vec<_>>().join("  ");
-        format!("{line}  {}", cells[4]).trim_end().to_string() + "\n"
+        format!("{line}  {}", cells[5]).trim_end().to_string() + "\n"
     });
-    lines.collect()
+    let mut text: String = lines.collect();
+    if !sources.0.is_empty() {
+        text +=
+            "\nprices are what these places said on that day; yours in config.toml come first\n";
+    }
+    for (i, source) in sources.0.iter().enumerate() {
+        text += &format!("[{}] {source}\n", i + 1);
+    }
+    text
 }

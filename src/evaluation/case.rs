@@ -4,6 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::StreamExt;
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
 use tokio::time::Instant;
 
 use super::answer::{Answer, Judged, Missing};
@@ -265,7 +267,9 @@ impl Asking {
                     consumed.reasoning_tokens = usage.reasoning_tokens;
                     consumed.cached_tokens = usage.cached_tokens;
                     consumed.cost_usd = usage.cost.map(|cost| cost.usd);
-                    self.answer.price_source = usage.cost.map(|cost| stated(cost.source).into());
+                    let returned = self.answer.model_returned.as_deref();
+                    let source = usage.cost.map(|cost| stated(cost.source, model, returned));
+                    self.answer.price_source = source;
                 }
                 Ok(Chunk::Retrying { attempt, wait, why }) => {
                     on_event(Event::Retrying { attempt, wait, why });
@@ -325,9 +329,18 @@ fn word(finish: &Finish) -> String {
 }
 
 /// Where a cost comes from, in words.
-fn stated(source: CostSource) -> &'static str {
+fn stated(source: CostSource, model: &ModelJudge, returned: Option<&str>) -> String {
+    let table = "tokens times listed prices";
     match source {
-        CostSource::Server => "stated by the server",
-        CostSource::Prices => "tokens times listed prices",
+        CostSource::Server => "stated by the server".into(),
+        CostSource::Prices => {
+            let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
+            let prices = &model.endpoint.prices;
+            let pricing = prices.of_answer(&model.name, returned, today);
+            match pricing.and_then(|pricing| pricing.origin()) {
+                Some(origin) => format!("{table}, {origin}"),
+                None => table.into(),
+            }
+        }
     }
 }

@@ -39,21 +39,38 @@ pub struct PriceEntry {
     pub from: Option<Date>,
     /// The last day.
     pub to: Option<Date>,
+    /// The longest question it holds for, tokens; an entry that follows may have the price of longer ones.
+    pub up_to: Option<u64>,
     /// The price.
     pub price: Price,
+    /// The day on which its source had it so.
+    pub as_of: Option<Date>,
+    /// Where it is stated: an address.
+    pub source: Option<String>,
 }
 
 impl Prices {
     /// What a model costs on a day, if that is known.
     #[must_use]
     pub fn of(&self, model: &str, day: Date) -> Option<Pricing> {
-        let entry = self.entries.iter().find(|entry| {
+        let mut fitting = self.entries.iter().filter(|entry| {
             fits(&entry.model, model)
                 && entry.from.is_none_or(|from| from <= day)
                 && entry.to.is_none_or(|to| day <= to)
         });
-        entry.map(|entry| Pricing {
+        self.gather(&mut fitting)
+    }
+
+    /// The next price, and those of longer questions behind it.
+    fn gather<'a>(&self, entries: &mut impl Iterator<Item = &'a PriceEntry>) -> Option<Pricing> {
+        let entry = entries.next()?;
+        let longer = entry.up_to.and_then(|_| self.gather(entries));
+        Some(Pricing {
             price: entry.price,
+            up_to: entry.up_to,
+            longer: longer.map(Box::new),
+            as_of: entry.as_of,
+            source: entry.source.clone(),
             peak: self.peak.clone(),
             batch_factor: self.batch_factor,
         })
@@ -86,6 +103,14 @@ pub(super) fn fits(pattern: &str, model: &str) -> bool {
 pub struct Pricing {
     /// The price.
     pub price: Price,
+    /// The longest question it holds for, tokens.
+    pub up_to: Option<u64>,
+    /// What longer questions cost, if that is known.
+    pub longer: Option<Box<Pricing>>,
+    /// The day on which its source had it so.
+    pub as_of: Option<Date>,
+    /// Where it is stated; nothing where the user's configuration has it from nowhere.
+    pub source: Option<String>,
     /// The dearer hours, if there are any.
     pub peak: Option<Peak>,
     /// What a batch costs of it, as a factor; nothing here asks in batches yet.
@@ -106,7 +131,27 @@ pub struct Peak {
 }
 
 impl Pricing {
-    /// What an answer cost that was asked for at this time, US dollars; `None` if a count is missing.
+    /// What a question of so many tokens costs, if that is known.
+    #[must_use]
+    pub fn at(&self, input: u64) -> Option<&Self> {
+        match self.up_to {
+            Some(longest) if input > longest => self.longer.as_ref()?.at(input),
+            _ => Some(self),
+        }
+    }
+
+    /// As of when and whence, for people; nothing where neither is stated.
+    #[must_use]
+    pub fn origin(&self) -> Option<String> {
+        match (self.as_of, &self.source) {
+            (Some(day), Some(source)) => Some(format!("as of {day}, {source}")),
+            (Some(day), None) => Some(format!("as of {day}")),
+            (None, source) => source.clone(),
+        }
+    }
+
+    /// What an answer cost that was asked for at this time, US dollars; `None` if a count is missing, or the price of a
+    /// question of this length.
     #[must_use]
     pub fn cost(&self, usage: &Usage, asked: Timestamp) -> Option<f64> {
         let (input, output) = (usage.input_tokens?, usage.output_tokens?);
@@ -114,7 +159,7 @@ impl Pricing {
         let written = usage.cache_write_tokens.unwrap_or(0);
         // Counts that contradict each other prove nothing.
         let plain = input.checked_sub(cached.checked_add(written)?)?;
-        let price = &self.price;
+        let price = &self.at(input)?.price;
         let millionths = plain as f64 * price.input
             + cached as f64 * price.cached.unwrap_or(price.input)
             + written as f64 * price.cache_write.unwrap_or(price.input)
@@ -122,14 +167,20 @@ impl Pricing {
         Some(millionths * self.factor(asked) / 1e6)
     }
 
-    /// The most that a request can cost, US dollars, whenever it is sent and whatever of it goes through a cache.
+    /// The most that a request can cost, US dollars, whenever it is sent and whatever of it goes through a cache;
+    /// `None` if the price of a question of this length is not known.
     #[must_use]
-    pub fn at_most(&self, input: u32, output: u32) -> f64 {
-        let price = &self.price;
-        let dearest = [price.cached, price.cache_write].into_iter().flatten();
-        let input_price = dearest.fold(price.input, f64::max);
+    pub fn at_most(&self, input: u32, output: u32) -> Option<f64> {
+        // Tokens are estimated before they are sent: a question a quarter longer may be a dearer one.
+        let longest = u64::from(input) + u64::from(input) / 4;
+        let prices = [&self.at(u64::from(input))?.price, &self.at(longest)?.price];
         let factor = self.peak.as_ref().map_or(1.0, |peak| peak.factor.max(1.0));
-        (f64::from(input) * input_price + f64::from(output) * price.output) * factor / 1e6
+        let most = prices.map(|price| {
+            let dearest = [price.cached, price.cache_write].into_iter().flatten();
+            let input_price = dearest.fold(price.input, f64::max);
+            f64::from(input) * input_price + f64::from(output) * price.output
+        });
+        Some(most[0].max(most[1]) * factor / 1e6)
     }
 
     fn factor(&self, at: Timestamp) -> f64 {
@@ -169,6 +220,10 @@ mod tests {
                 cached: Some(0.5),
                 cache_write: Some(2.5),
             },
+            up_to: None,
+            longer: None,
+            as_of: None,
+            source: None,
             peak: Some(Peak {
                 factor: 2.0,
                 hours: vec![("09:00".parse().unwrap(), "12:00".parse().unwrap())],
@@ -217,10 +272,13 @@ mod tests {
             model: model.into(),
             from: None,
             to: to.map(|day| day.parse().unwrap()),
+            up_to: None,
             price: Price {
                 input,
                 ..pricing().price
             },
+            as_of: None,
+            source: None,
         };
         let prices = Prices {
             entries: vec![
@@ -260,12 +318,60 @@ mod tests {
 
     #[test]
     fn the_most_is_no_less_than_any_cost() {
-        let most = pricing().at_most(1000, 1000);
+        let most = pricing().at_most(1000, 1000).unwrap();
         for (cached, written) in [(0, 0), (1000, 0), (0, 1000)] {
             let usage = usage(1000, 1000, Some(cached), Some(written));
             for at in [QUIET, "2026-11-20T01:00:00Z"] {
                 assert!(pricing().cost(&usage, at.parse().unwrap()).unwrap() <= most);
             }
         }
+    }
+
+    #[test]
+    fn a_longer_question_has_another_price_or_none() {
+        let entry = |up_to: Option<u64>, input: f64| PriceEntry {
+            model: "a".into(),
+            from: None,
+            to: None,
+            up_to,
+            price: Price {
+                input,
+                output: 0.0,
+                cached: None,
+                cache_write: None,
+            },
+            as_of: None,
+            source: None,
+        };
+        let priced = |entries: Vec<PriceEntry>| {
+            let prices = Prices {
+                entries,
+                ..Prices::default()
+            };
+            prices.of("a", "2026-11-20".parse().unwrap()).unwrap()
+        };
+        let stepped = priced(vec![
+            entry(Some(1000), 1.0),
+            entry(None, 3.0),
+            entry(None, 9.0),
+        ]);
+        let cost = |pricing: &Pricing, input| {
+            let cost = pricing.cost(&usage(input, 0, None, None), QUIET.parse().unwrap());
+            cost.map(|usd| (usd * 1e6).round())
+        };
+        assert_eq!(cost(&stepped, 1000), Some(1000.0));
+        assert_eq!(
+            cost(&stepped, 1001),
+            Some(3003.0),
+            "all of it, not the rest"
+        );
+        assert_eq!(stepped.at_most(700, 0), Some(700e-6));
+        assert_eq!(
+            stepped.at_most(900, 0),
+            Some(2700e-6),
+            "it may be longer than estimated"
+        );
+        let short = priced(vec![entry(Some(1000), 1.0)]);
+        assert_eq!((cost(&short, 1001), short.at_most(900, 0)), (None, None));
     }
 }

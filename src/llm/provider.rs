@@ -154,7 +154,8 @@ impl<'de> Deserialize<'de> for ModelEntry {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PriceLine {
-    model: String,
+    /// A model, or several that cost the same.
+    model: Words,
     #[serde(deserialize_with = "amount")]
     input: f64,
     #[serde(deserialize_with = "amount")]
@@ -167,21 +168,30 @@ pub(super) struct PriceLine {
     from: Option<Date>,
     #[serde(default, deserialize_with = "date")]
     to: Option<Date>,
+    /// The longest question it holds for, tokens.
+    up_to: Option<u64>,
+    /// The day on which the source had it so.
+    #[serde(default, deserialize_with = "date")]
+    as_of: Option<Date>,
+    source: Option<String>,
 }
 
 impl PriceLine {
-    pub fn entry(&self) -> PriceEntry {
-        PriceEntry {
-            model: self.model.clone(),
+    pub fn entries(&self) -> impl Iterator<Item = PriceEntry> {
+        self.model.list().iter().map(|model| PriceEntry {
+            model: model.clone(),
             from: self.from,
             to: self.to,
+            up_to: self.up_to,
             price: Price {
                 input: self.input,
                 output: self.output,
                 cached: self.cached,
                 cache_write: self.cache_write,
             },
-        }
+            as_of: self.as_of,
+            source: self.source.clone(),
+        })
     }
 }
 

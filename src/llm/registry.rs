@@ -147,7 +147,7 @@ impl Provider {
 
     /// What its models cost, as far as that is known.
     pub(super) fn prices(&self) -> Prices {
-        let entries: Vec<PriceEntry> = self.prices.iter().map(PriceLine::entry).collect();
+        let entries: Vec<PriceEntry> = self.prices.iter().flat_map(PriceLine::entries).collect();
         Prices {
             entries,
             peak: self.peak.as_ref().map(super::provider::PeakLine::peak),

@@ -128,7 +128,16 @@ fn reserve(endpoint: &Endpoint, request: &Request) -> Result<Option<Reservation>
         return Ok(None);
     };
     let (pricing, limit) = endpoint.worst_case(&request.model, &request.parameters)?;
-    let most = pricing.at_most(request.tokens(), limit);
+    let tokens = request.tokens();
+    let most = pricing
+        .at_most(tokens, limit)
+        .ok_or_else(|| Error::Budget {
+            place: endpoint.place(),
+            why: format!(
+                "there is a budget, but the price that is known for {} does not hold for a question of about {tokens} tokens; state one as [[provider.{}.prices]] in config.toml, or leave the budget out",
+                request.model, endpoint.name
+            ),
+        })?;
     let reserved = budget.reserve(most).map_err(|over| Error::Budget {
         place: endpoint.place(),
         why: over.to_string(),

@@ -29,6 +29,9 @@ fn the_table_tells_keys_and_ends() {
         "missing: ANTHROPIC_API_KEY",
         "1.5, 6",
         "from `pass` ",
+        "config.toml",
+        "2025-07-04 [",
+        "\n[1] https://",
     ] {
         assert!(ended.stdout.contains(words), "{words}: {}", ended.stdout);
     }
@@ -38,15 +41,25 @@ fn the_table_tells_keys_and_ends() {
         .status(0);
     assert!(!ended.stdout.contains(KEY));
     let document = ended.json();
+    let router = row(&document, "openrouter/deepseek/deepseek-r1");
+    assert_eq!(
+        router["usd_per_million_tokens"],
+        Value::Null,
+        "not known is not nothing"
+    );
     let gpt = row(&document, "openai/gpt-4o-mini");
     assert_eq!(
         gpt["key"],
         json!({"state": "present", "source": "OPENAI_API_KEY"})
     );
+    let price = &gpt["usd_per_million_tokens"];
     assert_eq!(
-        gpt["usd_per_million_tokens"],
-        Value::Null,
-        "not known is not nothing"
+        (&price["input"], &price["as_of"]),
+        (&json!(0.15), &json!("2025-07-04"))
+    );
+    assert!(
+        price["source"].as_str().unwrap().starts_with("https://"),
+        "{price}"
     );
     assert_eq!(gpt["end"]["day"], "2027-01-14");
     assert_eq!(gpt["dialect"], "openai_chat");
@@ -58,7 +71,11 @@ fn the_table_tells_keys_and_ends() {
     );
     let mine = row(&document, "lab/mine");
     assert_eq!(mine["usd_per_million_tokens"]["output"], 6.0);
-    assert_eq!(row(&document, "anthropic/…")["key"]["state"], "missing");
+    assert_eq!(mine["usd_per_million_tokens"]["source"], Value::Null);
+    assert_eq!(row(&document, "lmstudio/…")["key"]["state"], "not needed");
+    let haiku = &row(&document, "anthropic/claude-haiku-5-5")["usd_per_million_tokens"];
+    assert_eq!(haiku["up_to_input_tokens"], 100_000);
+    assert_eq!(haiku["longer"]["output"], 2.5);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

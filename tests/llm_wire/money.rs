@@ -11,12 +11,15 @@ fn prices() -> Prices {
         model: "small-*".into(),
         from: None,
         to: None,
+        up_to: None,
         price: Price {
             input: 1000.0,
             output: 10_000.0,
             cached: None,
             cache_write: None,
         },
+        as_of: None,
+        source: None,
     };
     Prices {
         entries: vec![entry],
