@@ -196,7 +196,7 @@ fn diff(library: &Library, name: &str) -> Outcome {
     let (theirs, path) = match (broken, library.source(&file)) {
         (Some(problem), _) => {
             output::say(&format!("nearmiss: {problem}"));
-            let text = std::fs::read_to_string(&problem.path).map_err(|error| {
+            let text = system::read_text(&problem.path, system::LARGEST_TEXT).map_err(|error| {
                 Failure::input(format!(
                     "{}: {}",
                     problem.path.display(),

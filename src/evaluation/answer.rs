@@ -74,15 +74,21 @@ pub enum Missing {
     NotInAnswer(String),
     /// There is no whole answer.
     NoAnswer(String),
+    /// Nothing was sent.
+    NotSent(String),
     /// It was cancelled.
     Cancelled,
 }
+
+/// How the reason begins where nothing was sent, for people and in the store.
+const NOT_SENT: &str = "nothing was sent: ";
 
 impl std::fmt::Display for Missing {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NotInAnswer(why) => write!(f, "no verdict: {why}"),
             Self::NoAnswer(why) => write!(f, "no answer: {why}"),
+            Self::NotSent(why) => write!(f, "{NOT_SENT}{why}"),
             Self::Cancelled => f.write_str("cancelled"),
         }
     }
@@ -177,6 +183,9 @@ impl Answer {
             Judged::Missing(Missing::NoAnswer(why)) => {
                 (RunState::Failed, None, None, Some(why.clone()))
             }
+            Judged::Missing(missing @ Missing::NotSent(_)) => {
+                (RunState::Failed, None, None, Some(missing.to_string()))
+            }
             Judged::Missing(Missing::Cancelled) => (RunState::Cancelled, None, None, None),
         };
         Ending {
@@ -235,9 +244,13 @@ impl From<Run> for Answer {
             (None, RunState::Answered | RunState::Truncated) => Judged::Missing(
                 Missing::NotInAnswer(ending.reading.unwrap_or_else(|| "none was found".into())),
             ),
-            (None, RunState::Failed) => Judged::Missing(Missing::NoAnswer(
-                ending.error.unwrap_or_else(|| "it failed".into()),
-            )),
+            (None, RunState::Failed) => {
+                let error = ending.error.unwrap_or_else(|| "it failed".into());
+                Judged::Missing(match error.strip_prefix(NOT_SENT) {
+                    Some(why) => Missing::NotSent(why.into()),
+                    None => Missing::NoAnswer(error),
+                })
+            }
             (None, RunState::Running) => {
                 Judged::Missing(Missing::NoAnswer("it is still arriving".into()))
             }

@@ -104,8 +104,9 @@ pub async fn run(
         Judge::Model(model) => asking.model(question, model, &mut on_event).await?,
     }
     asking.answer.consumed.duration_ms = Some(asking.elapsed());
-    asking.keeper.flush(&mut on_event)?;
-    asking.keeper.finish(&asking.answer.ending())?;
+    asking
+        .keeper
+        .finish(&asking.answer.ending(), &mut on_event)?;
     Ok(asking.answer)
 }
 
@@ -239,7 +240,7 @@ impl Asking {
         let task = question.case.task;
         let request = request(question, model);
         let mut chunks = llm::stream(&model.client, model.endpoint.clone(), request);
-        let mut failure = None;
+        let (mut failure, mut retried) = (None, false);
         loop {
             let due = tokio::time::sleep_until(self.keeper.due());
             let chunk = tokio::select! {
@@ -272,11 +273,17 @@ impl Asking {
                     self.answer.price_source = source;
                 }
                 Ok(Chunk::Retrying { attempt, wait, why }) => {
+                    retried = true;
                     on_event(Event::Retrying { attempt, wait, why });
                 }
                 Ok(Chunk::Finished(finish)) => {
                     failure = stopped_short(&finish);
                     self.answer.finish = Some(word(&finish));
+                    // Nothing follows, and the end is written at once, together with what waits.
+                    break;
+                }
+                Err(error) if error.before_sending() && !retried => {
+                    failure = Some(Missing::NotSent(error.to_string()));
                 }
                 Err(error) => failure = Some(Missing::NoAnswer(error.to_string())),
             }
@@ -289,7 +296,9 @@ impl Asking {
             &self.answer.text
         };
         self.answer.judged = match failure {
-            Some(missing @ Missing::NoAnswer(_)) => Judged::Missing(missing),
+            Some(missing @ (Missing::NoAnswer(_) | Missing::NotSent(_))) => {
+                Judged::Missing(missing)
+            }
             stopped => match (verdict::read(task, whole), stopped) {
                 (Ok(reading), _) => Judged::from(reading),
                 (Err(_), Some(stopped)) => Judged::Missing(stopped),

@@ -85,27 +85,34 @@ impl Keeper {
     }
 
     fn write(&self) -> Result<(), StoreError> {
-        let Some((store, run)) = &self.kept else {
-            return Ok(());
-        };
-        let joined = joined(&self.waiting);
-        let pieces: Vec<_> = joined
-            .iter()
-            .map(|(reasoning, text)| match reasoning {
-                true => Piece::Reasoning(text),
-                false => Piece::Answer(text),
-            })
-            .collect();
-        store.append(*run, &pieces)
-    }
-
-    /// Writes down how it ended.
-    pub fn finish(mut self, ending: &Ending) -> Result<(), StoreError> {
-        match self.kept.take() {
-            Some((store, run)) => store.finish(run, ending),
+        match &self.kept {
+            Some((store, run)) => store.append(*run, &pieces(&joined(&self.waiting))),
             None => Ok(()),
         }
     }
+
+    /// Writes down the waiting pieces and how it ended, in one transaction, then shows the pieces.
+    pub fn finish(
+        mut self,
+        ending: &Ending,
+        on_event: &mut impl FnMut(Event),
+    ) -> Result<(), StoreError> {
+        if let Some((store, run)) = self.kept.take() {
+            store.conclude(run, &pieces(&joined(&self.waiting)), ending)?;
+        }
+        self.waiting.drain(..).for_each(on_event);
+        Ok(())
+    }
+}
+
+fn pieces(joined: &[(bool, String)]) -> Vec<Piece<'_>> {
+    joined
+        .iter()
+        .map(|(reasoning, text)| match reasoning {
+            true => Piece::Reasoning(text),
+            false => Piece::Answer(text),
+        })
+        .collect()
 }
 
 /// The texts, those that follow each other and are of one kind put together.
@@ -127,13 +134,10 @@ fn joined(events: &[Event]) -> Vec<(bool, String)> {
 
 impl Drop for Keeper {
     fn drop(&mut self) {
-        if self.kept.is_none() {
-            return;
-        }
-        // Nobody is left to hear of an error here.
-        let _ = self.write();
         if let Some((store, run)) = self.kept.take() {
-            let _ = store.finish(run, &Ending::bare(RunState::Cancelled));
+            // Nobody is left to hear of an error here.
+            let joined = joined(&self.waiting);
+            let _ = store.conclude(run, &pieces(&joined), &Ending::bare(RunState::Cancelled));
         }
     }
 }

@@ -195,6 +195,22 @@ pub enum Error {
     },
 }
 
+impl Error {
+    /// Whether it is certain that nothing of the question had left this machine when this happened.
+    #[must_use]
+    pub fn before_sending(&self) -> bool {
+        match self {
+            Self::Setup { .. }
+            | Self::Refused { .. }
+            | Self::Unreachable { .. }
+            | Self::Tls { .. }
+            | Self::Budget { .. } => true,
+            Self::Timeout { which, .. } => *which == Which::Connect,
+            _ => false,
+        }
+    }
+}
+
 fn timeout_text(place: &Place, which: Which, after: Duration) -> String {
     match which {
         Which::Connect => {

@@ -206,3 +206,7 @@ fn split(id: &str) -> Result<(&str, &str), RegistryError> {
 #[cfg(test)]
 #[path = "registry_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "shipped_prices_tests.rs"]
+mod shipped_prices;

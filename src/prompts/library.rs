@@ -44,9 +44,6 @@ const SHIPPED: &[Shipped] = shipped![
     "trajectory.md",
 ];
 
-/// Larger files are no templates, bytes.
-const LARGEST: u64 = 1 << 20;
-
 /// Where a template comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {
@@ -277,15 +274,7 @@ impl Library {
 }
 
 fn read(path: &Path) -> Result<String, String> {
-    let length = std::fs::metadata(path)
-        .map_err(|e| system::words(&e))?
-        .len();
-    if length > LARGEST {
-        return Err(format!(
-            "{length} bytes are too many for a template; at most {LARGEST}"
-        ));
-    }
-    std::fs::read_to_string(path).map_err(|e| system::words(&e))
+    system::read_text(path, system::LARGEST_TEXT).map_err(|e| system::words(&e))
 }
 
 #[cfg(test)]

@@ -195,6 +195,32 @@ fn two_that_ask_the_same_ask_once_and_a_killed_one_is_interrupted() {
 }
 
 #[test]
+fn the_last_piece_and_the_end_are_written_together_or_not_at_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("runs.sqlite");
+    let store = Store::open(&path).unwrap();
+    let id = granted(&store, &question(), false);
+    store.append(id, &[Piece::Answer("almost ")]).unwrap();
+    let (last, ending) = ([Piece::Answer("whole")], Ending::bare(RunState::Answered));
+    let breaks = "CREATE TEMP TRIGGER breaks BEFORE UPDATE OF state ON main.runs
+        BEGIN SELECT RAISE(ABORT, 'as if it were killed here'); END";
+    store.lock().execute_batch(breaks).unwrap();
+    assert!(store.conclude(id, &last, &ending).is_err());
+    let left = store.run(id).unwrap().unwrap();
+    assert_eq!(
+        (left.answer.as_str(), left.ending.state),
+        ("almost ", RunState::Running)
+    );
+    store.lock().execute_batch("DROP TRIGGER breaks").unwrap();
+    store.conclude(id, &last, &ending).unwrap();
+    // Whoever comes after a program that was killed right now finds the answer.
+    drop(store);
+    let next = Store::open(&path).unwrap();
+    let found = next.claim(&question(), false).unwrap();
+    assert!(matches!(found, Claim::Stored(run) if run.answer == "almost whole"));
+}
+
+#[test]
 fn two_programs_share_a_file_and_a_newer_one_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("deep/runs.sqlite");

@@ -13,15 +13,7 @@ impl Store {
     /// SQLite refused.
     pub fn append(&self, run: RunId, pieces: &[Piece<'_>]) -> Result<(), StoreError> {
         self.change(|transaction| {
-            let mut statement = transaction
-                .prepare_cached("INSERT INTO pieces (run, reasoning, text) VALUES (?1, ?2, ?3)")?;
-            for piece in pieces {
-                let (reasoning, text) = match piece {
-                    Piece::Reasoning(text) => (true, text),
-                    Piece::Answer(text) => (false, text),
-                };
-                statement.execute(params![run.0, reasoning, text])?;
-            }
+            insert(transaction, run, pieces)?;
             renew(transaction, run)
         })
     }
@@ -31,12 +23,27 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn finish(&self, run: RunId, ending: &Ending) -> Result<(), StoreError> {
+        self.conclude(run, &[], ending)
+    }
+
+    /// [`Store::append`]s the last pieces and [`Store::finish`]es, in one transaction: no program can be killed between
+    /// an answer's last piece and its end, so that a whole answer is never taken for an interrupted one.
+    ///
+    /// # Errors
+    /// SQLite refused; neither pieces nor end are written then.
+    pub fn conclude(
+        &self,
+        run: RunId,
+        pieces: &[Piece<'_>],
+        ending: &Ending,
+    ) -> Result<(), StoreError> {
         let verdict = ending
             .verdict
             .as_ref()
             .map(serde_json::to_string)
             .transpose()?;
         self.durably(|transaction| {
+            insert(transaction, run, pieces)?;
             let (answer, reasoning) = rows::pieces(transaction, run)?;
             let consumed = &ending.consumed;
             transaction.execute(
@@ -139,6 +146,19 @@ impl Store {
             },
         )
     }
+}
+
+fn insert(connection: &Connection, run: RunId, pieces: &[Piece<'_>]) -> Result<(), StoreError> {
+    let mut statement = connection
+        .prepare_cached("INSERT INTO pieces (run, reasoning, text) VALUES (?1, ?2, ?3)")?;
+    for piece in pieces {
+        let (reasoning, text) = match piece {
+            Piece::Reasoning(text) => (true, text),
+            Piece::Answer(text) => (false, text),
+        };
+        statement.execute(params![run.0, reasoning, text])?;
+    }
+    Ok(())
 }
 
 fn is_known(connection: &Connection, run: RunId) -> Result<bool, StoreError> {

@@ -7,6 +7,9 @@ use std::path::Path;
 /// No recording of traffic that could be worked with is larger, bytes.
 pub const LARGEST: u64 = 1 << 30;
 
+/// No text that a person writes for this program is larger (templates, themes, drafts), bytes.
+pub const LARGEST_TEXT: u64 = 1 << 20;
+
 /// Opens a file for reading; see [`words`](super::words()) for its errors.
 ///
 /// # Errors
@@ -44,6 +47,15 @@ pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// The text in a file of up to `most` bytes.
+///
+/// # Errors
+/// Those of [`read_file`]; or it is not UTF-8.
+pub fn read_text(path: &Path, most: u64) -> Result<String> {
+    String::from_utf8(read_file(path, most)?)
+        .map_err(|_| Error::new(ErrorKind::InvalidData, "this is no text in UTF-8"))
+}
+
 fn mebibytes(bytes: u64) -> String {
     format!("{} MiB, more than is read", bytes >> 20)
 }
@@ -69,6 +81,17 @@ mod tests {
         assert!(error(LARGEST).contains("larger than 1024 MiB"));
         let error = read_file(folder.path(), 1).unwrap_err();
         assert!(words(&error).contains("folder"));
+    }
+
+    #[test]
+    fn text_is_utf_8() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        std::fs::write(&path, "µ").unwrap();
+        assert_eq!(read_text(&path, LARGEST_TEXT).unwrap(), "µ");
+        std::fs::write(&path, [b'a', 0xb5]).unwrap();
+        let error = words(&read_text(&path, LARGEST_TEXT).unwrap_err());
+        assert!(error.contains("UTF-8"), "{error}");
     }
 
     #[cfg(unix)]

@@ -3,5 +3,5 @@
 mod file;
 mod words;
 
-pub use file::{LARGEST, open_file, read_file};
+pub use file::{LARGEST, LARGEST_TEXT, open_file, read_file, read_text};
 pub use words::words;

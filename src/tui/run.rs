@@ -128,7 +128,10 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environ
         Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),
     }
     for (file, draft) in drafts(&folders.drafts()) {
-        model.prompt.take_up(file, draft);
+        match draft {
+            Ok(text) => model.prompt.take_up(file, text),
+            Err(error) => complaints.push(format!("{error}; this draft is not taken up")),
+        }
     }
     for complaint in complaints {
         model.complain(complaint);
@@ -136,8 +139,8 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environ
     (model, (registry, environment))
 }
 
-/// What an earlier session left in the editor.
-fn drafts(folder: &Path) -> Vec<(String, String)> {
+/// What an earlier session left in the editor, by file; or why it cannot be read.
+fn drafts(folder: &Path) -> Vec<(String, Result<String, String>)> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let read = |path: PathBuf| {
         let name = path
@@ -145,7 +148,9 @@ fn drafts(folder: &Path) -> Vec<(String, String)> {
             .to_str()
             .filter(|n| n.ends_with(".md"))?
             .to_string();
-        Some((name, std::fs::read_to_string(path).ok()?))
+        let text = system::read_text(&path, system::LARGEST_TEXT);
+        let text = text.map_err(|e| format!("{}: {}", path.display(), system::words(&e)));
+        Some((name, text))
     };
     entries.filter_map(|e| read(e.path())).collect()
 }
@@ -299,4 +304,30 @@ fn panic_if_asked(msg: &Msg) {
         !(asked && std::env::var_os("NEARMISS_TEST_PANIC").is_some()),
         "a test asked for this panic"
     );
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_draft_that_cannot_be_read_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("a.md"), "as it was").unwrap();
+        std::fs::create_dir(path("b.md")).unwrap();
+        std::fs::write(path("c.md"), vec![b'a'; 1 + (1 << 20)]).unwrap();
+        std::fs::write(path("d.txt"), "something else").unwrap();
+        let mut found = drafts(folder.path());
+        found.sort();
+        assert_eq!(found[0], ("a.md".to_string(), Ok("as it was".to_string())));
+        let error = |i: usize| found[i].1.clone().unwrap_err();
+        assert!(
+            error(1).contains("b.md") && error(1).contains("folder"),
+            "{found:?}"
+        );
+        assert!(error(2).contains("larger than 1 MiB"));
+        assert_eq!(found.len(), 3);
+    }
 }

@@ -13,7 +13,7 @@ use tokio::task::AbortHandle;
 use super::loaded::{Facts, Measured, Opened, worst_of};
 use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
 use crate::config::{Config, Folders, TextFile};
-use crate::evaluation::{self, Answer, Judge, Question, Wanted};
+use crate::evaluation::{self, Answer, AskError, Judge, Question, Wanted};
 use crate::llm::{Client, Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
@@ -264,7 +264,8 @@ impl Tasks {
         let judge = match judge {
             Ok(judge) => judge,
             Err(error) => {
-                let _ = self.sender.send(Msg::Answered(id, Err(error.to_string())));
+                let error = AskError::Refused(error.to_string()).to_string();
+                let _ = self.sender.send(Msg::Answered(id, Err(error)));
                 return;
             }
         };

@@ -107,8 +107,8 @@ impl Theme {
     /// There is none, or its file is wrong: with file and key.
     pub fn load(name: &str, folder: &Path) -> Result<Self, String> {
         let path = folder.join(format!("{name}.toml"));
-        if !name.contains(['/', '\\']) && path.is_file() {
-            let text = std::fs::read_to_string(&path)
+        if !name.contains(['/', '\\']) && path.exists() {
+            let text = system::read_text(&path, system::LARGEST_TEXT)
                 .map_err(|e| format!("{}: {}", path.display(), system::words(&e)))?;
             return Self::parse(&text).map_err(|e| format!("{}: {e}", path.display()));
         }

@@ -203,7 +203,7 @@ impl Column {
             Progress::Unasked(_) | Progress::Broken(_) => true,
             Progress::Done(answer) => matches!(
                 answer.judged,
-                Judged::Missing(Missing::NoAnswer(_) | Missing::Cancelled)
+                Judged::Missing(Missing::NoAnswer(_) | Missing::NotSent(_) | Missing::Cancelled)
             ),
             Progress::Waiting(_) | Progress::Retrying(_) | Progress::Arriving(_) => false,
         }

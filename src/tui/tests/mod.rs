@@ -9,5 +9,6 @@ mod looking;
 mod opening;
 mod plotting;
 mod prompt;
+mod reasoning;
 mod stored;
 mod values;

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
-use crate::evaluation::Judged;
+use crate::evaluation::{Judged, Missing};
 use crate::tui::model::{Column, Model, Pane, Progress};
 use crate::tui::widgets::highlight::markdown;
 use crate::tui::widgets::words::fit_end;
@@ -62,9 +62,12 @@ fn state(column: &Column) -> String {
         Progress::Waiting(seconds) => format!("waiting {seconds:.0} s"),
         Progress::Retrying(_) => "trying again".into(),
         Progress::Arriving(seconds) => format!("arriving {seconds:.0} s"),
+        Progress::Done(answer) if matches!(answer.judged, Judged::Missing(Missing::NotSent(_))) => {
+            "not sent".into()
+        }
         Progress::Done(_) if column.failed() => "no answer".into(),
         Progress::Done(answer) => answer.word(),
-        Progress::Unasked(_) => "not asked".into(),
+        Progress::Unasked(_) => "not sent".into(),
         Progress::Broken(_) => "no answer".into(),
     }
 }

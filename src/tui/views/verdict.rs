@@ -1,5 +1,6 @@
 //! Verdicts side by side, the built-in judge's last; what differs from it is marked.
 
+mod heads;
 mod table;
 
 use ratatui::Frame;
@@ -52,10 +53,16 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             .any(|c| other_window(model, c)),
     );
     let mut table = Table::new(model, width, rows);
-    for i in seen {
+    // A gap behind each; the last column, the built-in judge's, needs none.
+    let ids: Vec<&str> = answers.columns[seen.clone()]
+        .iter()
+        .map(|c| c.model.as_str())
+        .collect();
+    let heads = heads::heads(&ids, width.saturating_sub(1));
+    for (i, head) in seen.zip(&heads) {
         let column = &answers.columns[i];
         let truth = column.truth.as_ref().unwrap_or(&reference.verdict);
-        table.column(column, truth, answers.shown == Shown::Column(i));
+        table.column(column, head, truth, answers.shown == Shown::Column(i));
     }
     table.reference(answers, &reference.verdict);
     let mut text = Text::from(table.lines());

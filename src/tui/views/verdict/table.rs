@@ -114,9 +114,7 @@ impl<'a> Table<'a> {
 
     fn head(&mut self, name: &str, shown: bool) {
         let theme = &self.model.theme;
-        // The last column needs no gap behind it.
-        let gap = usize::from(name != BUILT_IN);
-        let name = short_model(name, self.width.saturating_sub(gap));
+        let name = fit(name, self.width);
         let rest = " ".repeat(self.width.saturating_sub(name.width()));
         let style = if shown {
             theme
@@ -168,11 +166,11 @@ impl<'a> Table<'a> {
         );
     }
 
-    /// An answer, held against `truth`.
-    pub fn column(&mut self, column: &Column, truth: &Verdict, shown: bool) {
+    /// An answer, held against `truth`, under a short name of its model.
+    pub fn column(&mut self, column: &Column, name: &str, truth: &Verdict, shown: bool) {
         let theme = &self.model.theme;
         let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
-        self.head(&column.model, shown);
+        self.head(name, shown);
         self.way(&column.how);
         self.truth(column.truth.as_ref());
         let waiting = match &column.progress {
@@ -180,8 +178,7 @@ impl<'a> Table<'a> {
             Progress::Waiting(_) => "waiting…",
             Progress::Retrying(_) => "trying again…",
             Progress::Arriving(_) => "arriving…",
-            Progress::Unasked(_) if self.width < LABEL => "unasked",
-            Progress::Unasked(_) => "not asked",
+            Progress::Unasked(_) => self.not_sent(),
             Progress::Broken(_) => "no answer",
         };
         self.cell(Row::Says, waiting, dim);
@@ -194,6 +191,15 @@ impl<'a> Table<'a> {
             _ => String::new(),
         };
         self.cell(Row::Time, &time, base);
+    }
+
+    /// Said of a question that never left this machine.
+    fn not_sent(&self) -> &'static str {
+        if self.width < LABEL {
+            "unsent"
+        } else {
+            "not sent"
+        }
     }
 
     /// Frame and techniques, where answers differ in them.
@@ -283,6 +289,7 @@ impl<'a> Table<'a> {
                 let warning = Style::new().fg(theme.warning).add_modifier(Modifier::BOLD);
                 let words = match &answer.judged {
                     Judged::Missing(Missing::NoAnswer(_)) => "no answer",
+                    Judged::Missing(Missing::NotSent(_)) => self.not_sent(),
                     Judged::Missing(Missing::Cancelled) => "cancelled",
                     _ => "no verdict",
                 };
@@ -314,13 +321,4 @@ fn steps(told: Option<(i64, i64)>) -> String {
 
 fn yes(dangerous: bool) -> &'static str {
     if dangerous { "yes" } else { "no" }
-}
-
-/// A model's id in so many columns: whole, or without its provider, and then with its beginning, which tells models
-/// apart. The title of the reasoning has it whole.
-fn short_model(id: &str, width: usize) -> String {
-    match id.split_once('/') {
-        Some((_, model)) if id.width() > width => fit(model, width),
-        _ => fit(id, width),
-    }
 }

@@ -1,0 +1,102 @@
+//! The pane of the reasoning: what stands above the answer, and what is said while there is none.
+
+use super::answers::asking;
+use super::bench::{Bench, answer, no_verdict};
+use crate::evaluation::{Event, Judged, Missing};
+use crate::store::RunId;
+use crate::tui::message::Msg;
+
+const DIVIDER: &str = "── answer ──";
+
+/// The lines of the pane, from its title on.
+fn pane(bench: &Bench) -> Vec<String> {
+    let frame = bench.frame(120, 40);
+    let lines = frame
+        .lines()
+        .skip_while(|line| !line.contains("reasoning ·"));
+    lines.map(str::to_string).collect()
+}
+
+fn place(lines: &[String], words: &str) -> Option<usize> {
+    lines.iter().position(|line| line.contains(words))
+}
+
+#[test]
+fn a_line_divides_the_reasoning_from_the_answer() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.send(Msg::Asked(id, Event::Reasoning("thinking hard".into())));
+    bench.send(Msg::Asked(id, Event::Text("so it is".into())));
+    let lines = pane(&bench);
+    let at = |words| place(&lines, words).unwrap_or_else(|| panic!("{words}: {lines:#?}"));
+    assert_eq!(at(DIVIDER), at("thinking hard") + 2, "{lines:#?}");
+    assert_eq!(at("so it is"), at(DIVIDER) + 1, "{lines:#?}");
+    bench.send(Msg::Answered(
+        id,
+        Ok(Box::new(answer("lab/small", true, 301))),
+    ));
+    let lines = pane(&bench);
+    assert!(
+        place(&lines, DIVIDER) < place(&lines, "the answer"),
+        "{lines:#?}"
+    );
+}
+
+#[test]
+fn an_answer_without_reasoning_needs_no_line() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.send(Msg::Asked(id, Event::Text("so it is".into())));
+    let lines = pane(&bench);
+    assert!(place(&lines, "so it is").is_some(), "{lines:#?}");
+    assert_eq!(place(&lines, DIVIDER), None, "{lines:#?}");
+}
+
+#[test]
+fn what_is_waited_for_is_said_until_something_comes() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    let on_its_way = "the question is on its way…";
+    assert!(place(&pane(&bench), "waiting 0 s").is_some());
+    assert!(place(&pane(&bench), on_its_way).is_some());
+    bench.send(Msg::Asked(id, Event::Awaiting(RunId(7))));
+    let lines = pane(&bench);
+    assert!(
+        place(&lines, "being asked as run 7").is_some(),
+        "{lines:#?}"
+    );
+    assert_eq!(place(&lines, on_its_way), None, "{lines:#?}");
+    bench.send(Msg::Asked(id, Event::Text("so it is".into())));
+    let lines = pane(&bench);
+    assert_eq!(place(&lines, "being asked as run 7"), None, "{lines:#?}");
+}
+
+#[test]
+fn what_never_left_this_machine_is_called_so_with_the_reason() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    let refused = "nothing was sent: a key is needed: set LAB_KEY";
+    bench.send(Msg::Answered(id, Err(refused.into())));
+    let lines = pane(&bench);
+    assert!(lines[0].contains("not sent"), "{lines:#?}");
+    assert!(
+        place(&lines, "nothing was sent: a key").is_some(),
+        "{lines:#?}"
+    );
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.send(Msg::Asked(id, Event::Kept(RunId(1))));
+    let mut unsent = no_verdict("lab/small", "");
+    unsent.reasoning.clear();
+    unsent.judged = Judged::Missing(Missing::NotSent("cannot reach lab".into()));
+    bench.send(Msg::Answered(id, Ok(Box::new(unsent))));
+    let frame = bench.frame(120, 40);
+    assert!(
+        frame.contains("nothing was sent: cannot reach lab"),
+        "{frame}"
+    );
+    assert!(
+        frame.contains("not sent") && !frame.contains("no answer"),
+        "{frame}"
+    );
+}
