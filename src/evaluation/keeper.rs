@@ -141,3 +141,59 @@ impl Drop for Keeper {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::store::{Claim, NewRun};
+    use crate::verdict::Task;
+
+    #[test]
+    fn the_last_piece_is_shown_when_the_answer_is_kept_as_whole() {
+        let store = Arc::new(Store::in_memory().unwrap());
+        let text = |s: &str| s.to_string();
+        let question = NewRun {
+            sample: 0,
+            batch: None,
+            scenario: text("ZAM_A-1"),
+            scenario_hash: None,
+            ego: text("1"),
+            task: Task::Collision,
+            frame: text("ego"),
+            techniques: text("base"),
+            window: None,
+            model: text("local/x"),
+            provider: text("local"),
+            dialect: None,
+            endpoint: text("local"),
+            address: None,
+            template: text("t.md"),
+            template_version: None,
+            template_hash: text("th"),
+            messages: text("[]"),
+            parameters: text("{}"),
+            answer_schema: None,
+        };
+        let Claim::Granted(run) = store.claim(&question, true).unwrap() else {
+            panic!("nobody else asks");
+        };
+        let mut keeper = Keeper::new(Some((store.clone(), run)));
+        keeper.take(Event::Reasoning("because".into()));
+        keeper.take(Event::Text("yes".into()));
+        let mut shown = Vec::new();
+        let ending = Ending::bare(RunState::Answered);
+        keeper
+            .finish(&ending, &mut |event| {
+                let kept = store.run(run).unwrap().unwrap();
+                shown.push((event, kept.ending.state, kept.answer));
+            })
+            .unwrap();
+        let whole = |event| (event, RunState::Answered, "yes".to_string());
+        let pieces = [
+            Event::Reasoning("because".into()),
+            Event::Text("yes".into()),
+        ];
+        assert_eq!(shown, pieces.map(whole));
+    }
+}
