@@ -57,6 +57,7 @@ async fn a_real_llama_server() {
     let Some(url) = server("NEARMISS_LLAMA_SERVER") else {
         return;
     };
+    let _alone = ALONE.lock().await;
     for dialect in [
         Dialect::OpenAiChat,
         Dialect::OpenAiResponses,
@@ -110,6 +111,118 @@ async fn a_real_llama_server() {
     assert!(value["label"].is_string() && value.as_object().unwrap().len() == 2);
     assert!(!answer.reasoning.is_empty());
 }
+
+/// One test at a time asks the real server: one of them looks whether it is idle.
+static ALONE: tokio::sync::Mutex<()> = tokio::sync::Mutex::const_new(());
+
+/// What the server says about its places for requests: whether each is at work, and tokens it has made.
+async fn places(url: &str) -> Vec<(bool, u64)> {
+    let address = format!("{url}/slots");
+    let body = reqwest::get(address).await.unwrap().text().await.unwrap();
+    let places: Vec<serde_json::Value> = serde_json::from_str(&body).unwrap();
+    let of = |place: &serde_json::Value| {
+        let made = place.pointer("/next_token/0/n_decoded");
+        let made = made.or_else(|| place.pointer("/next_token/n_decoded"));
+        (
+            place["is_processing"].as_bool().unwrap(),
+            made.and_then(serde_json::Value::as_u64).unwrap_or(0),
+        )
+    };
+    places.iter().map(of).collect()
+}
+
+#[tokio::test]
+async fn a_real_llama_server_keeps_to_its_seed() {
+    let Some(url) = server("NEARMISS_LLAMA_SERVER") else {
+        return;
+    };
+    let _alone = ALONE.lock().await;
+    let sampled = async |seed: u64| {
+        let request = Request {
+            model: "bigram".into(),
+            messages: vec![Message {
+                role: Role::User,
+                content: "x".into(),
+            }],
+            parameters: Parameters {
+                temperature: Some(1.0),
+                max_tokens: Some(80),
+                seed: Some(seed),
+                ..Parameters::default()
+            },
+            schema: None,
+        };
+        let chunks = stream(&Client::direct(), of(Dialect::OpenAiChat, &url), request);
+        let chunks: Vec<_> = chunks.collect().await;
+        let text = |chunk: &Result<Chunk, Error>| match chunk {
+            Ok(Chunk::Reasoning(text) | Chunk::Text(text)) => text.clone(),
+            Ok(_) => String::new(),
+            Err(error) => panic!("{error}"),
+        };
+        chunks.iter().map(text).collect::<String>()
+    };
+    let mut answers = Vec::new();
+    for seed in 1..9 {
+        let answer = sampled(seed).await;
+        assert!(!answer.is_empty());
+        assert_eq!(answer, sampled(seed).await, "seed {seed}");
+        answers.push(answer);
+    }
+    answers.dedup();
+    assert!(answers.len() > 1, "no seed changes anything: {answers:?}");
+}
+
+#[tokio::test]
+async fn cancelling_frees_the_place_of_a_real_llama_server() {
+    let Some(url) = server("NEARMISS_LLAMA_SERVER") else {
+        return;
+    };
+    let _alone = ALONE.lock().await;
+    // A list that takes the server long: its grammar does not let it end before.
+    let request = Request {
+        model: "bigram".into(),
+        messages: vec![Message {
+            role: Role::User,
+            content: "x".into(),
+        }],
+        parameters: Parameters::default(),
+        schema: Some(Schema {
+            name: "r".into(),
+            schema: json!({"type": "object", "required": ["risks"], "properties": {"risks": {
+                "type": "array", "minItems": MOST, "items": {"type": "string", "enum": ["risky"]},
+            }}}),
+        }),
+    };
+    let mut chunks = stream(&Client::direct(), of(Dialect::OpenAiChat, &url), request);
+    let mut begun = false;
+    while let Some(chunk) = chunks.next().await {
+        if let Chunk::Text(_) = chunk.unwrap() {
+            begun = true;
+            break;
+        }
+    }
+    assert!(begun, "nothing arrived");
+    let busy = places(&url).await;
+    assert!(
+        busy.iter().any(|(at_work, _)| *at_work),
+        "the answer was over before it could be cancelled: {busy:?}"
+    );
+    drop(chunks);
+    let mut after = places(&url).await;
+    for _ in 0..50 {
+        if !after.iter().any(|(at_work, _)| *at_work) {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+        after = places(&url).await;
+    }
+    assert!(!after.iter().any(|(at_work, _)| *at_work), "{after:?}");
+    // The whole list would be more: a token at least for each of its words.
+    assert!(after.iter().all(|(_, made)| *made < MOST), "{after:?}");
+}
+
+/// Words in the long list.
+const MOST: u64 = 1500;
 
 #[tokio::test]
 async fn a_simulator_of_many_providers() {
