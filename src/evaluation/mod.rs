@@ -3,6 +3,7 @@
 
 mod answer;
 mod case;
+mod plan;
 mod confusion;
 mod judges;
 mod keeper;
@@ -19,11 +20,12 @@ mod trial;
 mod values;
 
 pub use answer::{Answer, Judged, Missing, Past};
-pub use case::{AskError, Event, Wanted, run};
+pub use case::{AskError, Event, Wanted, can_ask, run, stored};
 pub use confusion::Confusion;
 pub use judges::{Judge, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
+pub use plan::{Plan, PlanError};
 pub use question::{Case, CaseError, Question, prepare, template};
 pub use settings::{Decided, Settings};
 pub use trial::trial;
