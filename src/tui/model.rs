@@ -1,8 +1,11 @@
 //! Everything that the workbench knows; changed by `update` alone, read by the views.
 
 mod answers;
+mod batch;
 mod camera;
 mod drawn;
+mod history;
+mod jobs;
 mod list;
 mod notices;
 mod picker;
@@ -12,10 +15,14 @@ mod values;
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 pub use answers::{Answers, Column, Progress, Shown};
+pub use batch::{Card, Marks};
 pub use camera::Camera;
-pub use drawn::{Drawn, Extent, MapDrawn};
+pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn};
+pub use history::{COUNTED, History, PAGE, Typing};
+pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use list::List;
 pub use notices::{Notice, Toast};
 pub use picker::{Picker, measures_shown, models_shown, palette_shown};
@@ -35,6 +42,7 @@ use crate::llm::Offer;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
 use crate::scenario::{Scene, Window};
+use crate::store::{Run, RunId};
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -98,6 +106,12 @@ pub enum Overlay {
         /// Lines scrolled.
         scroll: usize,
     },
+    /// The history of runs.
+    History,
+    /// Everything that runs, and what ran.
+    Jobs,
+    /// What a batch of questions would take, before it is asked.
+    Batch,
     /// Actions by name.
     Palette(Picker),
     /// Models; the chosen one is asked at once if `ask`.
@@ -123,7 +137,12 @@ impl Overlay {
             Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
-            Self::Palette(_) | Self::Models { .. } | Self::Measures { .. } => None,
+            Self::Palette(_)
+            | Self::Models { .. }
+            | Self::Measures { .. }
+            | Self::History
+            | Self::Jobs
+            | Self::Batch => None,
         }
     }
 }
@@ -179,6 +198,20 @@ pub struct Model {
     pub model: String,
     /// Models that can be chosen.
     pub offers: Vec<Offer>,
+    /// The history of runs.
+    pub history: History,
+    /// A run that is being opened again, and the opening that does it.
+    pub reopening: Option<(OpenId, Box<Run>)>,
+    /// A run that was opened again and has yet to stand among the earlier answers.
+    pub reopened: Option<RunId>,
+    /// The marked scenarios.
+    pub marks: Marks,
+    /// A batch of questions that waits for a yes.
+    pub card: Option<Card>,
+    /// Everything that runs, and what ran.
+    pub jobs: Jobs,
+    /// How long the program has been running; the loop sets it.
+    pub uptime: Duration,
     /// What lies over the main screen, the top last.
     pub overlays: Vec<Overlay>,
     /// Messages.
@@ -232,6 +265,13 @@ impl Model {
                 .clone()
                 .unwrap_or_else(|| judge::MODEL.to_string()),
             offers,
+            history: History::default(),
+            reopening: None,
+            reopened: None,
+            marks: Marks::default(),
+            card: None,
+            jobs: Jobs::default(),
+            uptime: Duration::ZERO,
             overlays: Vec::new(),
             toasts: Vec::new(),
             theme,
@@ -378,6 +418,8 @@ impl Model {
         self.clock.playing
             || self.toasts.iter().any(|t| t.left.is_finite())
             || self.answers.is_running()
+            || self.jobs.has_batch()
+            || (self.overlays.contains(&Overlay::Jobs) && self.jobs.all.iter().any(Job::is_running))
     }
 
     /// The question with this number, if it is still shown.
