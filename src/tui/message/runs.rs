@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::evaluation::{Answer, Plan};
 use crate::scenario::Entry;
 use crate::store::{Edge, Filter, Page, Run, RunId};
+use crate::verdict::Task;
 
 /// Numbers the lists of runs that are asked for; what an old one gives is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -123,6 +124,8 @@ pub enum Priced {
 /// What a batch tells.
 #[derive(Debug)]
 pub enum BatchNews {
+    /// The store knows it by this name.
+    Named(BatchId, String),
     /// What is known so far before it is asked.
     Counted(BatchId, Counts),
     /// A question is being asked, by its place in the batch.
@@ -136,6 +139,8 @@ pub enum BatchNews {
 /// An answer within a batch.
 #[derive(Debug)]
 pub struct Ended {
+    /// What it is about: hash of the scenario, ego, task.
+    pub about: Option<(String, String, Task)>,
     /// The answer.
     pub answer: Box<Answer>,
     /// Whether the built-in judge says that the same question's scene is dangerous; nothing for other tasks.

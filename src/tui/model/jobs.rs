@@ -33,6 +33,8 @@ pub struct Job {
     pub tally: (usize, usize, usize),
     /// Parts that are done already, for work that may tell of one part twice.
     pub parts: Vec<bool>,
+    /// The name that the store knows a batch by.
+    pub batch: Option<String>,
     /// Why the first part that failed did.
     pub why: Option<String>,
 }
@@ -84,6 +86,7 @@ impl Job {
             unpriced: 0,
             tally: (0, 0, 0),
             parts: Vec::new(),
+            batch: None,
             why: None,
         }
     }
