@@ -118,7 +118,10 @@ impl Config {
             Some(("temperature", "must lie between 0 and 2"))
         } else if self.max_tokens == Some(0) {
             Some(("max_tokens", "must be at least 1"))
-        } else if self.budget.is_some_and(|usd| !(usd.is_finite() && usd > 0.0)) {
+        } else if self
+            .budget
+            .is_some_and(|usd| !(usd.is_finite() && usd > 0.0))
+        {
             Some(("budget", "must be a positive number of US dollars"))
         } else if self.effort.as_deref().is_some_and(|e| !effort(e)) {
             Some(("effort", "must be off, low, medium or high"))

@@ -3,12 +3,12 @@
 
 mod answer;
 mod case;
-mod plan;
 mod confusion;
 mod judges;
 mod keeper;
 mod labels;
 mod lead;
+mod plan;
 /// Recorded answers as runs for the store.
 pub mod published;
 mod question;

@@ -85,9 +85,9 @@ impl Plan {
     #[must_use]
     pub fn truth(&self, question: &Question) -> Option<Verdict> {
         let case = &question.case;
-        Task::VERDICTS.contains(&case.task).then(|| {
-            judge_under(&case.scene, case.task, &case.window, &self.thresholds).verdict
-        })
+        Task::VERDICTS
+            .contains(&case.task)
+            .then(|| judge_under(&case.scene, case.task, &case.window, &self.thresholds).verdict)
     }
 }
 

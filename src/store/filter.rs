@@ -48,7 +48,6 @@ pub enum Decision {
     Nothing,
 }
 
-
 impl Decision {
     /// Every one.
     pub const ALL: [Self; 3] = [Self::Dangerous, Self::Safe, Self::Nothing];
@@ -98,7 +97,8 @@ pub enum FilterError {
 
 impl Filter {
     /// The names that [`Filter::read`] knows, for people: those of the command line's options.
-    pub const NAMES: &str = "model: scenario: task: verdict: state: origin: batch: since: before: pinned deleted";
+    pub const NAMES: &str =
+        "model: scenario: task: verdict: state: origin: batch: since: before: pinned deleted";
 
     /// A filter from one line: `model:gpt verdict:dangerous since:2026-01-31 pinned` and words to search for. The names
     /// are those of the command line's options.
@@ -209,7 +209,10 @@ fn word<T: Copy>(
     name: fn(T) -> &'static str,
 ) -> Result<Option<T>, FilterError> {
     let whole = all.iter().copied().find(|one| name(*one) == value);
-    let mut begun = all.iter().copied().filter(|one| name(*one).starts_with(value));
+    let mut begun = all
+        .iter()
+        .copied()
+        .filter(|one| name(*one).starts_with(value));
     let only = begun.next().filter(|_| begun.next().is_none());
     match (value, whole.or(only)) {
         ("", _) => Err(FilterError::Empty(field)),
@@ -217,7 +220,11 @@ fn word<T: Copy>(
         (_, None) => Err(FilterError::Word {
             field,
             word: value.to_string(),
-            known: all.iter().map(|one| name(*one)).collect::<Vec<_>>().join(", "),
+            known: all
+                .iter()
+                .map(|one| name(*one))
+                .collect::<Vec<_>>()
+                .join(", "),
         }),
     }
 }

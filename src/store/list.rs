@@ -43,7 +43,8 @@ pub struct Summary {
 }
 
 /// The columns of a summary, but for the excerpt.
-pub(super) const COLUMNS: &str = "runs.id, created_ms, origin, state, runs.scenario, task, frame, techniques, model, sample,
+pub(super) const COLUMNS: &str =
+    "runs.id, created_ms, origin, state, runs.scenario, task, frame, techniques, model, sample,
     dangerous, cost_usd, output_tokens, pinned";
 
 /// A place where the words that are searched for occur.

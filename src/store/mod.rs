@@ -14,8 +14,8 @@ mod write;
 
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
-pub use key::Key;
 pub use filter::{Decision, Filter, FilterError, moment};
+pub use key::Key;
 pub use list::Summary;
 pub use page::{Cursor, Edge, Interrupter, Page};
 pub use record::RecordError;

@@ -76,7 +76,10 @@ impl Store {
         let by_words = filter.words.is_some();
         let (place, order) = match by_words {
             true => ("runs_text.rowid", ["runs_text.rowid"].as_slice()),
-            false => ("(created_ms, runs.id)", ["created_ms", "runs.id"].as_slice()),
+            false => (
+                "(created_ms, runs.id)",
+                ["created_ms", "runs.id"].as_slice(),
+            ),
         };
         let (cursor, sign, older) = match edge {
             Edge::Newest => (None, "", true),

@@ -379,14 +379,25 @@ fn a_list_is_read_page_by_page_in_both_directions() {
     let store = Store::in_memory().unwrap();
     // Two at the same time each, and the numbers in another order than the times.
     let mut times: Vec<i64> = (0..7).map(|n| 1000 + 10 * ((n * 3) % 7 / 2)).collect();
-    let ids: Vec<_> = times.iter().map(|t| asked_at(&store, *t, "local/x", Some(true)).0).collect();
+    let ids: Vec<_> = times
+        .iter()
+        .map(|t| asked_at(&store, *t, "local/x", Some(true)).0)
+        .collect();
     let mut expected: Vec<(i64, i64)> = times.drain(..).zip(ids.clone()).collect();
     expected.sort_unstable_by(|a, b| b.cmp(a));
     let all = Filter::default();
-    let keys = |page: &Page| page.rows.iter().map(|r| (r.created_ms, r.run)).collect::<Vec<_>>();
+    let keys = |page: &Page| {
+        page.rows
+            .iter()
+            .map(|r| (r.created_ms, r.run))
+            .collect::<Vec<_>>()
+    };
     let first = store.page(&all, Edge::Newest, 3).unwrap();
     assert_eq!((keys(&first), first.more), (expected[..3].to_vec(), true));
-    let at = |n: usize| Cursor { created_ms: expected[n].0, run: expected[n].1 };
+    let at = |n: usize| Cursor {
+        created_ms: expected[n].0,
+        run: expected[n].1,
+    };
     let next = store.page(&all, Edge::Older(at(2)), 3).unwrap();
     assert_eq!((keys(&next), next.more), (expected[3..6].to_vec(), true));
     let last = store.page(&all, Edge::Older(at(5)), 3).unwrap();
@@ -411,7 +422,9 @@ fn words_and_filters_page_too() {
     store.pin(two, true).unwrap();
     store.note(two, "odd").unwrap();
     let found = |line: &str| {
-        let page = store.page(&Filter::read(line).unwrap(), Edge::Newest, 9).unwrap();
+        let page = store
+            .page(&Filter::read(line).unwrap(), Edge::Newest, 9)
+            .unwrap();
         page.rows.iter().map(|r| r.run).collect::<Vec<_>>()
     };
     assert_eq!(found("brak"), [two.0, one.0], "the beginning of a word");
@@ -422,10 +435,18 @@ fn words_and_filters_page_too() {
     assert_eq!(found("pinned"), [two.0]);
     assert_eq!(found("task:safety"), [] as [i64; 0]);
     let filter = Filter::read("brakes").unwrap();
-    let at = Cursor { created_ms: 0, run: two.0 };
+    let at = Cursor {
+        created_ms: 0,
+        run: two.0,
+    };
     let rest = store.page(&filter, Edge::Older(at), 9).unwrap();
     assert_eq!(rest.rows.len(), 1);
-    assert!(rest.rows[0].excerpt.as_deref().is_some_and(|e| e.contains("[brakes]")));
+    assert!(
+        rest.rows[0]
+            .excerpt
+            .as_deref()
+            .is_some_and(|e| e.contains("[brakes]"))
+    );
 }
 
 #[test]
@@ -460,5 +481,9 @@ fn the_built_in_verdict_on_the_same_question_is_found() {
     };
     let other = answered(&store, &other, "z");
     let other = store.run(other).unwrap().unwrap();
-    assert_eq!(store.verdict_beside(&other, judge).unwrap(), None, "another ego");
+    assert_eq!(
+        store.verdict_beside(&other, judge).unwrap(),
+        None,
+        "another ego"
+    );
 }

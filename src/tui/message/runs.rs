@@ -121,6 +121,20 @@ pub enum Priced {
     Questions(f64, f64),
 }
 
+impl std::fmt::Display for Priced {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Unknown => f.write_str("unknown; config.toml can state it"),
+            Self::Free => f.write_str("nothing"),
+            Self::AtMost(usd) => write!(f, "at most ${usd:.4}"),
+            Self::Questions(usd, million) => write!(
+                f,
+                "${usd:.4} for the questions, and ${million:.2} for every million tokens of the answers (max_tokens bounds them)"
+            ),
+        }
+    }
+}
+
 /// What a batch tells.
 #[derive(Debug)]
 pub enum BatchNews {

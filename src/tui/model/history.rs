@@ -74,7 +74,9 @@ impl History {
     /// The details, if they are those of the selected run.
     #[must_use]
     pub fn shown(&self) -> Option<&Run> {
-        self.details.as_deref().filter(|run| Some(run.id) == self.current())
+        self.details
+            .as_deref()
+            .filter(|run| Some(run.id) == self.current())
     }
 
     /// Whether anything narrows the list down.
@@ -86,7 +88,11 @@ impl History {
     /// How far to count.
     #[must_use]
     pub fn count_to(&self) -> u64 {
-        if self.is_filtered() { COUNTED } else { u64::MAX }
+        if self.is_filtered() {
+            COUNTED
+        } else {
+            u64::MAX
+        }
     }
 
     /// Moves the selection; it stops at the ends of what is at hand.

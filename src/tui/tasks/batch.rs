@@ -1,8 +1,8 @@
 //! One question about many scenarios: what it would take, and asking it, a few at a time.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use futures_util::StreamExt;
 use jiff::Zoned;
@@ -244,9 +244,7 @@ fn add(
             return None;
         }
     };
-    let stored = store.map(|store| {
-        evaluation::stored(&question, judge, store, &Wanted::default())
-    });
+    let stored = store.map(|store| evaluation::stored(&question, judge, store, &Wanted::default()));
     match stored {
         Some(Ok(Some(_))) => {
             counts.stored += 1;

@@ -181,13 +181,24 @@ pub fn answer(
         HistoryAsk::Page(id, filter, edge, most) => match store.page(&filter, edge, most) {
             // A newer list has been asked for.
             Err(error) if error.is_interrupted() => Vec::new(),
-            found => vec![HistoryNews::Page(id, edge, found.map_err(|e| e.to_string()))],
+            found => vec![HistoryNews::Page(
+                id,
+                edge,
+                found.map_err(|e| e.to_string()),
+            )],
         },
         HistoryAsk::Count(id, filter) => {
-            let most = if filter == Filter::default() { u64::MAX } else { COUNTED };
+            let most = if filter == Filter::default() {
+                u64::MAX
+            } else {
+                COUNTED
+            };
             // A list without its length is worth as much.
             let counted = store.count_to(&filter, most).ok();
-            counted.map(|n| HistoryNews::Counted(id, n)).into_iter().collect()
+            counted
+                .map(|n| HistoryNews::Counted(id, n))
+                .into_iter()
+                .collect()
         }
         HistoryAsk::Details(id, entries) => {
             let interrupted = |e: &crate::store::StoreError| e.is_interrupted();
@@ -199,7 +210,9 @@ pub fn answer(
                 Ok(Some(run)) => truths.of(store, judging, run, &entries),
                 _ => None,
             };
-            let found = found.map(|run| run.map(Box::new)).map_err(|e| e.to_string());
+            let found = found
+                .map(|run| run.map(Box::new))
+                .map_err(|e| e.to_string());
             vec![
                 HistoryNews::Details(id, found),
                 HistoryNews::Truth(id, truth),

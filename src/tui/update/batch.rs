@@ -151,7 +151,10 @@ fn over(model: &mut Model, id: BatchId) {
     let Some(job) = all.find(|job| job.kind == JobKind::Batch(id)) else {
         return;
     };
-    let why = job.why.as_ref().map_or(String::new(), |why| format!("; first: {why}"));
+    let why = job
+        .why
+        .as_ref()
+        .map_or(String::new(), |why| format!("; first: {why}"));
     let (failed, words) = match &job.state {
         JobState::Done(words) | JobState::Cancelled(words) => (job.tally.2 > 0, words.clone()),
         JobState::Failed(words) => (true, words.clone()),
@@ -173,7 +176,10 @@ pub fn stop_all(model: &mut Model) -> Vec<Effect> {
         _ => None,
     });
     let batches: Vec<_> = batches.collect();
-    batches.into_iter().flat_map(|id| jobs::stop(model, id)).collect()
+    batches
+        .into_iter()
+        .flat_map(|id| jobs::stop(model, id))
+        .collect()
 }
 
 /// Says what stopping a batch means.

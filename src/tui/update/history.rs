@@ -75,7 +75,10 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Action::OtherHalf => model.history.on_details = !model.history.on_details,
         Action::ExportRuns => model.history.typing = Some(Typing::Export("runs.jsonl".into())),
         Action::UndoDelete => return undo(model),
-        Action::ReopenRun | Action::PinRun | Action::DeleteRun | Action::NoteRun
+        Action::ReopenRun
+        | Action::PinRun
+        | Action::DeleteRun
+        | Action::NoteRun
         | Action::CopyRun => return on_run(model, action),
         _ => {}
     }
@@ -143,7 +146,11 @@ fn undo(model: &mut Model) -> Vec<Effect> {
         model.say("nothing was deleted in this session");
         return Vec::new();
     };
-    let word = if deleted { "is back" } else { "is deleted again" };
+    let word = if deleted {
+        "is back"
+    } else {
+        "is deleted again"
+    };
     model.say(format!("run {id} {word}"));
     vec![Effect::History(HistoryAsk::Delete(id, !deleted))]
 }
@@ -158,11 +165,22 @@ fn typed(model: &mut Model, key: Key) -> Vec<Effect> {
     match (key.code, key.writes()) {
         (Code::Esc, _) => {
             let searching = history.typing.take() == Some(Typing::Search);
-            return if searching { search(model, String::new()) } else { Vec::new() };
+            return if searching {
+                search(model, String::new())
+            } else {
+                Vec::new()
+            };
         }
         (Code::Enter, _) => return entered(model),
         (Code::Up | Code::Down, _) if history.typing == Some(Typing::Search) => {
-            return moved(model, if key.code == Code::Up { Action::Up } else { Action::Down });
+            return moved(
+                model,
+                if key.code == Code::Up {
+                    Action::Up
+                } else {
+                    Action::Down
+                },
+            );
         }
         (Code::Backspace, _) => {
             line.pop();
@@ -243,7 +261,11 @@ fn entered(model: &mut Model) -> Vec<Effect> {
 pub fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
     let drawn = model.drawn.history();
     let history = &mut model.history;
-    let area = if history.on_details { drawn.details } else { drawn.list };
+    let area = if history.on_details {
+        drawn.details
+    } else {
+        drawn.list
+    };
     let page = isize::from(area.height.max(2).cast_signed() - 1);
     let by = match action {
         Action::Up => -1,

@@ -38,7 +38,12 @@ pub fn follow(model: &mut Model, effects: &[Effect]) {
             Effect::Rank(measure, entries) => {
                 supersede(model, |kind| matches!(kind, JobKind::Ranking(_)));
                 let title = format!("{measure} of all scenarios");
-                with_parts(Job::new(JobKind::Ranking(measure), title, entries.len(), now))
+                with_parts(Job::new(
+                    JobKind::Ranking(measure),
+                    title,
+                    entries.len(),
+                    now,
+                ))
             }
             Effect::Abort(id) => {
                 if let Some(job) = model.jobs.running_mut(JobKind::Question(*id)) {
@@ -225,7 +230,10 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Action::CancelAllJobs => {
             let running = model.jobs.all.iter().filter(|job| job.is_running());
             let kinds: Vec<_> = running.map(|job| job.kind).collect();
-            kinds.into_iter().flat_map(|kind| cancel(model, kind)).collect()
+            kinds
+                .into_iter()
+                .flat_map(|kind| cancel(model, kind))
+                .collect()
         }
         _ => match model.jobs.current().and_then(|job| job.batch.clone()) {
             Some(name) => {

@@ -13,7 +13,11 @@ use crate::text::Frame;
 /// Files that may be the scenario of this name: those of the list, else the bundled one.
 pub fn files(model: &Model, name: &str) -> Vec<Entry> {
     let rows = model.list.rows.iter().map(|row| &row.entry);
-    let mut found: Vec<Entry> = rows.filter(|entry| entry.name == name).take(4).cloned().collect();
+    let mut found: Vec<Entry> = rows
+        .filter(|entry| entry.name == name)
+        .take(4)
+        .cloned()
+        .collect();
     if found.is_empty() {
         found.extend(bundled().into_iter().find(|entry| entry.name == name));
     }
