@@ -174,23 +174,23 @@ impl Asking {
 
     async fn all(&self, at_once: usize) {
         self.tell(BatchNews::Named(self.id, self.name.clone()));
-        let each = self.batch.entries.iter().enumerate();
+        let places = 0..self.batch.entries.len();
         // Within the one task, so that aborting it drops every request.
-        futures_util::stream::iter(each.map(|(place, entry)| self.one(place, entry)))
+        futures_util::stream::iter(places.map(|place| self.one(place)))
             .buffer_unordered(at_once)
             .for_each(|()| async {})
             .await;
         self.tell(BatchNews::Over(self.id));
     }
 
-    async fn one(&self, place: usize, entry: &Entry) {
+    async fn one(&self, place: usize) {
         // Nobody closes the semaphore.
         let _permit = self.places.acquire().await;
         if self.stop.load(Ordering::SeqCst) {
             return;
         }
         self.tell(BatchNews::Begun(self.id, place));
-        let ended = self.asked(entry).await;
+        let ended = self.asked(&self.batch.entries[place]).await;
         self.tell(BatchNews::Ended(self.id, place, ended));
     }
 

@@ -5,6 +5,8 @@ mod answers;
 mod bench;
 mod comparing;
 mod frames;
+mod history;
+mod jobs;
 mod looking;
 mod opening;
 mod plotting;
