@@ -366,7 +366,7 @@ fn asked_at(store: &Store, created_ms: i64, model: &str, verdict: Option<bool>) 
     };
     let id = answered(store, &run, "the lead car brakes");
     let connection = store.lock();
-    let set = |sql: &str| drop(connection.execute(sql, (created_ms, id.0)).unwrap());
+    let set = |sql: &str| assert_eq!(connection.execute(sql, (created_ms, id.0)).unwrap(), 1);
     set("UPDATE runs SET created_ms = ?1 WHERE id = ?2");
     if verdict.is_none() {
         set("UPDATE runs SET verdict = NULL, updated_ms = ?1 WHERE id = ?2");

@@ -22,7 +22,7 @@ pub enum HistoryAsk {
     /// A part of the list, of at most so many.
     Page(PageId, Filter, Edge, usize),
     /// How many runs fit.
-    Count(PageId, Filter),
+    Count(Filter),
     /// A run whole; and the built-in judge's word on it, for which these files may be the scenario.
     Details(RunId, Vec<Entry>),
     /// Pin a run, or no longer.
@@ -41,7 +41,7 @@ pub enum HistoryNews {
     /// A part of the list.
     Page(PageId, Edge, Result<Page, String>),
     /// How many runs fit.
-    Counted(PageId, u64),
+    Counted(Filter, u64),
     /// A run, if it is still there.
     Details(RunId, Result<Option<Box<Run>>, String>),
     /// What the built-in judge says to the same question: dangerous or not, where that is known.
@@ -142,10 +142,8 @@ pub enum BatchNews {
     Named(BatchId, String),
     /// What is known so far before it is asked.
     Counted(BatchId, Counts),
-    /// A question is being asked, by its place in the batch.
-    Begun(BatchId, usize),
-    /// It was answered, or why not.
-    Ended(BatchId, usize, Result<Ended, String>),
+    /// A question was answered, or why not.
+    Ended(BatchId, Result<Ended, String>),
     /// Nothing more follows.
     Over(BatchId),
 }

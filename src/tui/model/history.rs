@@ -1,6 +1,7 @@
 //! The history of runs: the part of the list that is at hand, and the selected run.
 
 use crate::store::{Cursor, Edge, Filter, Page, Run, RunId, Summary};
+use crate::tui::action::Action;
 use crate::tui::message::runs::PageId;
 
 /// The history of runs.
@@ -38,6 +39,8 @@ pub struct History {
     pub scroll: usize,
     /// Whether the keys move the details.
     pub on_details: bool,
+    /// What shall be done with a run once it is here whole.
+    pub then: Option<(RunId, Action)>,
     /// What is being typed.
     pub typing: Option<Typing>,
     /// What was deleted (or restored), the last at the end: it can be undone.
@@ -83,16 +86,6 @@ impl History {
     #[must_use]
     pub fn is_filtered(&self) -> bool {
         self.filter != Filter::default()
-    }
-
-    /// How far to count.
-    #[must_use]
-    pub fn count_to(&self) -> u64 {
-        if self.is_filtered() {
-            COUNTED
-        } else {
-            u64::MAX
-        }
     }
 
     /// Moves the selection; it stops at the ends of what is at hand.

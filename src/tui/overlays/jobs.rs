@@ -75,7 +75,9 @@ fn row(model: &Model, job: &Job, chosen: bool, width: u16) -> Line<'static> {
     let ms = u64::try_from(job.took(model.uptime).as_millis()).unwrap_or(u64::MAX);
     let tokens = match job.tokens {
         0 => String::new(),
-        n if job.is_running() => format!("~{} tok", thousands(n)),
+        n if job.is_running() && matches!(job.kind, JobKind::Question(_)) => {
+            format!("~{} tok", thousands(n))
+        }
         n => format!("{} tok", thousands(n)),
     };
     let price = if job.cost > 0.0 {

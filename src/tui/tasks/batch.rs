@@ -138,7 +138,7 @@ impl Tasks {
         let judge = match self.judge(&batch.model) {
             Ok(judge) => judge,
             Err(why) => {
-                let ended = BatchNews::Ended(id, 0, Err(why));
+                let ended = BatchNews::Ended(id, Err(why));
                 let _ = self.sender.send(Msg::Batch(ended));
                 let _ = self.sender.send(Msg::Batch(BatchNews::Over(id)));
                 return;
@@ -189,9 +189,8 @@ impl Asking {
         if self.stop.load(Ordering::SeqCst) {
             return;
         }
-        self.tell(BatchNews::Begun(self.id, place));
         let ended = self.asked(&self.batch.entries[place]).await;
-        self.tell(BatchNews::Ended(self.id, place, ended));
+        self.tell(BatchNews::Ended(self.id, ended));
     }
 
     async fn asked(&self, entry: &Entry) -> Result<Ended, String> {

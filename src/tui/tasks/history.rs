@@ -187,7 +187,7 @@ pub fn answer(
                 found.map_err(|e| e.to_string()),
             )],
         },
-        HistoryAsk::Count(id, filter) => {
+        HistoryAsk::Count(filter) => {
             let most = if filter == Filter::default() {
                 u64::MAX
             } else {
@@ -196,7 +196,7 @@ pub fn answer(
             // A list without its length is worth as much.
             let counted = store.count_to(&filter, most).ok();
             counted
-                .map(|n| HistoryNews::Counted(id, n))
+                .map(|n| HistoryNews::Counted(filter, n))
                 .into_iter()
                 .collect()
         }

@@ -143,25 +143,21 @@ fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
 fn a_batch_ends_with_one_message() {
     let (mut bench, id) = asking();
     bench.model.toasts.clear();
-    for (place, (said, truth)) in [(true, true), (false, true), (true, true)]
-        .into_iter()
-        .enumerate()
-    {
-        bench.send(Msg::Batch(BatchNews::Begun(id, place)));
-        bench.send(Msg::Batch(BatchNews::Ended(id, place, ended(said, truth))));
+    for (said, truth) in [(true, true), (false, true), (true, true)] {
+        bench.send(Msg::Batch(BatchNews::Ended(id, ended(said, truth))));
     }
     let header = bench.frame(200, 60).lines().next().unwrap().to_string();
     assert!(header.contains("5 running of 8 · $0.0300"), "{header}");
     for place in 3..7 {
         let why = Err(format!("no answer: fault {place}"));
-        bench.send(Msg::Batch(BatchNews::Ended(id, place, why)));
+        bench.send(Msg::Batch(BatchNews::Ended(id, why)));
     }
     let silent = Ended {
         about: None,
         answer: Box::new(no_verdict("lab/small", "I cannot say")),
         truth: Some(true),
     };
-    bench.send(Msg::Batch(BatchNews::Ended(id, 7, Ok(silent))));
+    bench.send(Msg::Batch(BatchNews::Ended(id, Ok(silent))));
     assert!(bench.model.toasts.is_empty());
     bench.send(Msg::Batch(BatchNews::Over(id)));
     assert_eq!(bench.model.toasts.len(), 1);
@@ -183,7 +179,7 @@ fn a_batch_ends_with_one_message() {
 #[test]
 fn cancelling_a_batch_begins_nothing_more_and_twice_ends_what_was_sent() {
     let (mut bench, id) = asking();
-    bench.send(Msg::Batch(BatchNews::Ended(id, 0, ended(true, true))));
+    bench.send(Msg::Batch(BatchNews::Ended(id, ended(true, true))));
     bench.press("shift-j x");
     let stops = |bench: &Bench| {
         let stop = |e: &&Effect| matches!(e, Effect::Batch(BatchAsk::Stop(other)) if *other == id);
@@ -279,7 +275,7 @@ fn an_answer_of_the_store_costs_nothing() {
         origin: crate::store::Origin::Asked,
         sample: 0,
     });
-    bench.send(Msg::Batch(BatchNews::Ended(id, 0, Ok(found))));
+    bench.send(Msg::Batch(BatchNews::Ended(id, Ok(found))));
     assert_eq!(bench.model.jobs.cost(), (0.0, 0));
     assert_eq!(bench.model.jobs.all.last().unwrap().tally, (1, 0, 0));
 }
@@ -297,7 +293,7 @@ fn the_card_at_80_by_24() {
 #[test]
 fn tasks_at_80_by_24() {
     let (mut bench, id) = asking();
-    bench.send(Msg::Batch(BatchNews::Ended(id, 0, ended(true, true))));
+    bench.send(Msg::Batch(BatchNews::Ended(id, ended(true, true))));
     bench.model.toasts.clear();
     bench.press("shift-j");
     insta::assert_snapshot!(bench.frame(80, 24));

@@ -118,15 +118,15 @@ pub fn heard(model: &mut Model, news: BatchNews) -> Vec<Effect> {
                 card.counts = counts;
             }
         }
-        BatchNews::Ended(id, _, Ok(ended)) => show(model, id, ended),
+        BatchNews::Ended(_, Ok(ended)) => show(model, ended),
         BatchNews::Over(id) => over(model, id),
-        BatchNews::Named(..) | BatchNews::Begun(..) | BatchNews::Ended(_, _, Err(_)) => {}
+        BatchNews::Named(..) | BatchNews::Ended(_, Err(_)) => {}
     }
     Vec::new()
 }
 
 /// An answer about the scenario that is open stands among the others; what is shown stays shown.
-fn show(model: &mut Model, _: BatchId, ended: Ended) {
+fn show(model: &mut Model, ended: Ended) {
     let about = actions::stored_of(model);
     let same = about.is_some_and(|of| ended.about == Some((of.scenario, of.ego, of.task)));
     let run = ended.answer.run;

@@ -114,8 +114,10 @@ fn on_run(model: &mut Model, action: Action) -> Vec<Effect> {
         }
         _ => {}
     }
+    history.then = None;
     let Some(run) = history.shown().cloned() else {
-        model.say("the run is still being read");
+        // Keys may be faster than the store.
+        history.then = Some((id, action));
         return Vec::new();
     };
     match action {
@@ -283,6 +285,7 @@ pub fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
     match action {
         Action::Top if history.newer => {
             history.rows.clear();
+            history.selected = 0;
             return read(model, Edge::Newest);
         }
         Action::Bottom if history.older => return read(model, Edge::Oldest),
@@ -372,15 +375,20 @@ pub fn heard(model: &mut Model, news: HistoryNews) -> Vec<Effect> {
             let whole = matches!(edge, Edge::Newest | Edge::From(_));
             if whole || model.history.total.is_none() {
                 let filter = model.history.filter.clone();
-                let count = HistoryAsk::Count(model.history.asked, filter);
+                let count = HistoryAsk::Count(filter);
                 effects.push(Effect::History(count));
             }
             return effects;
         }
-        // Those of the same filter count alike, whichever part of the list was asked for since.
-        HistoryNews::Counted(_, count) => model.history.total = Some(count),
+        HistoryNews::Counted(filter, count) if filter == model.history.filter => {
+            model.history.total = Some(count);
+        }
         HistoryNews::Details(id, Ok(run)) if model.history.wanted == Some(id) => {
             model.history.details = run;
+            let then = model.history.then.take_if(|(then, _)| *then == id);
+            if let Some((_, action)) = then.filter(|_| open) {
+                return on_run(model, action);
+            }
         }
         HistoryNews::Details(id, Err(error)) if model.history.wanted == Some(id) => {
             model.complain(error);

@@ -154,8 +154,8 @@ fn of_batch(model: &mut Model, news: &BatchNews) {
     };
     match news {
         BatchNews::Named(_, name) => job.batch = Some(name.clone()),
-        BatchNews::Ended(_, _, Ok(ended)) => answered(job, ended),
-        BatchNews::Ended(_, _, Err(why)) => {
+        BatchNews::Ended(_, Ok(ended)) => answered(job, ended),
+        BatchNews::Ended(_, Err(why)) => {
             job.done += 1;
             job.tally.2 += 1;
             job.why.get_or_insert_with(|| why.clone());

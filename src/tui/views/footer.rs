@@ -115,7 +115,10 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             ("Esc", "clear"),
         ]);
     }
-    let mut shown: Vec<_> = ACTIONS.iter().filter(|e| e.footer > 0).collect();
+    let mut shown: Vec<_> = ACTIONS
+        .iter()
+        .filter(|e| e.footer > 0 && !e.scope.is_own())
+        .collect();
     shown.sort_by_key(|e| e.footer);
     let mut hints: Vec<(String, String)> = Vec::new();
     if model.answers.is_running() {
