@@ -14,7 +14,7 @@ use crate::scenario::WantedEgo;
 use crate::store::{Filter, Store};
 use crate::tui::keymap::Key;
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{JobState, Model, Overlay};
+use crate::tui::model::{JobState, Model, Notice, Overlay};
 use crate::tui::tasks::Tasks;
 use crate::tui::theme::Theme;
 use crate::tui::update::{start, update};
@@ -266,7 +266,9 @@ async fn faults_are_counted_and_told_once_and_the_budget_holds() {
     whole.press("enter");
     whole.over().await;
     assert!(matches!(whole.state(), JobState::Failed(words) if words.contains("8 failed")));
-    let errors: Vec<_> = whole.model.toasts.iter().map(|t| t.text.clone()).collect();
+    let toasts = whole.model.toasts.iter();
+    let errors = toasts.filter(|t| t.kind == Notice::Error);
+    let errors: Vec<_> = errors.map(|t| t.text.clone()).collect();
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert!(
         errors[0].contains("8 failed") && errors[0].contains("no such model"),

@@ -243,7 +243,12 @@ fn enter_opens_the_scenario_as_it_was_asked_about() {
         "the filter that hid it is gone"
     );
     // The other earlier answers come beside it.
-    let of = super::answers::stored_of(&kept.bench);
+    let mut loads = kept.bench.effects.iter().rev();
+    let of = loads.find_map(|effect| match effect {
+        Effect::LoadStored(of) => Some(of.clone()),
+        _ => None,
+    });
+    let of = of.unwrap();
     let runs = kept
         .store
         .of_scenario(&of.scenario, &of.name, of.task, 9)
@@ -404,10 +409,10 @@ fn what_cannot_be_read_is_said() {
 fn at_a_fixed_time(mut kept: Kept) -> Kept {
     let history = &mut kept.bench.model.history;
     for run in &mut history.rows {
-        run.created_ms = 1_700_000_000_000 + run.run * 86_400_000;
+        run.created_ms = 1_699_963_200_000 + run.run * 86_400_000;
     }
     if let Some(run) = &mut history.details {
-        run.created_ms = 1_700_000_000_000;
+        run.created_ms = 1_699_963_200_000;
     }
     kept.bench.model.toasts.clear();
     kept
