@@ -1,7 +1,8 @@
 //! The store with 100,000 runs, beside a plain SELECT by the primary key in the same file.
 //!
 //! The figures to read: `lookup/by_key` over `lookup/primary_key`, `list/newest_100` in milliseconds, and what a piece
-//! of an answer costs alone (`write/append_1`) and in company (`write/append_20`). `history/open` is what opening the history of runs reads.
+//! of an answer costs alone (`write/append_1`) and in company (`write/append_20`).
+//! `history/open` is what opening the history of runs reads: a list, its length, and the newest run whole.
 
 use std::hint::black_box;
 use std::path::Path;

@@ -8,6 +8,7 @@ mod history;
 mod jobs;
 mod list;
 mod notices;
+mod pane;
 mod picker;
 mod plot;
 mod prompt;
@@ -25,12 +26,12 @@ pub use history::{COUNTED, History, PAGE, Typing};
 pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use list::List;
 pub use notices::{Notice, Toast};
+pub use pane::Pane;
 pub use picker::{Picker, measures_shown, models_shown, palette_shown};
 pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
 pub use values::Values;
 
-use super::action::Scope;
 use super::clock::Clock;
 use super::loaded::Opened;
 use super::message::{AskId, OpenId};
@@ -45,48 +46,6 @@ use crate::scenario::{Scene, Window};
 use crate::store::{Run, RunId};
 use crate::text::Frame;
 use crate::verdict::Task;
-
-/// The panes of the main screen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Pane {
-    /// The list of scenarios.
-    Scenarios,
-    /// The map from above.
-    Map,
-    /// Danger over time.
-    Timeline,
-    /// The prompt.
-    Prompt,
-    /// Verdicts side by side.
-    Verdict,
-    /// The reasoning of one answer.
-    Reasoning,
-    /// A measure over time.
-    Plot,
-}
-
-impl Pane {
-    /// Every pane that can have the keys, in the order of Tab.
-    pub const ALL: [Self; 6] = [
-        Self::Scenarios,
-        Self::Map,
-        Self::Prompt,
-        Self::Verdict,
-        Self::Reasoning,
-        Self::Plot,
-    ];
-
-    /// Whose keys it takes.
-    #[must_use]
-    pub fn scope(self) -> Scope {
-        match self {
-            Self::Scenarios => Scope::Scenarios,
-            Self::Map => Scope::Map,
-            Self::Prompt | Self::Reasoning | Self::Verdict => Scope::Text,
-            Self::Timeline | Self::Plot => Scope::Global,
-        }
-    }
-}
 
 /// What lies over the main screen and takes the keys.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -8,6 +8,7 @@ mod comparing;
 mod frames;
 mod history;
 mod jobs;
+mod kept;
 mod looking;
 mod opening;
 mod plotting;
