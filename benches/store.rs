@@ -2,12 +2,15 @@
 //!
 //! The figures to read: `lookup/by_key` over `lookup/primary_key`, `list/newest_100` in milliseconds, and what a piece
 //! of an answer costs alone (`write/append_1`) and in company (`write/append_20`).
+//! `history/open` is what opening the history of runs reads: a list, its length, and the newest run whole.
 
 use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use nearmiss::store::{Claim, Ending, Filter, NewRun, Origin, Piece, Run, RunId, RunState, Store};
+use nearmiss::store::{
+    Claim, Cursor, Edge, Ending, Filter, NewRun, Origin, Piece, Run, RunId, RunState, Store,
+};
 use nearmiss::verdict::{Said, Task, Verdict};
 
 const RUNS: i64 = 100_000;
@@ -149,6 +152,42 @@ fn reading(criterion: &mut Criterion, store: &Store, path: &Path) {
     group.finish();
 }
 
+/// What the workbench does when its history of runs is opened, and while one types or scrolls there.
+fn history(criterion: &mut Criterion, path: &Path) {
+    let mut group = criterion.benchmark_group("history");
+    group.sample_size(10);
+    let all = Filter::default();
+    group.bench_function("open", |b| {
+        b.iter(|| {
+            let store = Store::open(path).expect("a store");
+            let page = store.page(&all, Edge::Newest, 100).expect("a page");
+            let run = RunId(page.rows[0].run);
+            let run = store.run(run).expect("readable").expect("a run");
+            let count = store.count_to(&all, u64::MAX).expect("a count");
+            assert_eq!((page.rows.len(), count), (100, 100_000));
+            black_box(run)
+        });
+    });
+    let store = Store::open(path).expect("a store");
+    let middle = Edge::Older(Cursor {
+        created_ms: 1_700_000_000_000 + RUNS / 2,
+        run: RUNS / 2,
+    });
+    group.bench_function("page_in_the_middle", |b| {
+        b.iter(|| store.page(&all, middle, 100).expect("a page"));
+    });
+    group.bench_function("oldest", |b| {
+        b.iter(|| store.page(&all, Edge::Oldest, 100).expect("a page"));
+    });
+    for (name, line) in [("common_word", "obst"), ("rare_word", "77777")] {
+        let filter = Filter::read(line).expect("a filter");
+        group.bench_function(name, |b| {
+            b.iter(|| store.page(&filter, Edge::Newest, 100).expect("a page"));
+        });
+    }
+    group.finish();
+}
+
 fn writing(criterion: &mut Criterion, store: &Store) {
     let Claim::Granted(run) = store.claim(&question(-1), true).expect("a claim") else {
         panic!("fresh questions are granted");
@@ -187,6 +226,7 @@ fn all(criterion: &mut Criterion) {
         begun.elapsed().as_secs_f64()
     );
     reading(criterion, &store, &path);
+    history(criterion, &path);
     writing(criterion, &store);
 }
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{Failure, open, time};
-use crate::store::{Decision, Filter, Origin, RunState, Store};
+use super::{Failure, open};
+use crate::store::{Decision, Filter, Origin, RunState, Store, moment};
 use crate::verdict::Task;
 
 /// Narrows runs down.
@@ -31,11 +31,14 @@ pub struct Filters {
     #[arg(long, value_parser = said)]
     verdict: Option<Decision>,
     /// Runs of this day or later, e.g. 2026-01-31.
-    #[arg(long, value_name = "DAY", value_parser = time::parse)]
+    #[arg(long, value_name = "DAY", value_parser = moment)]
     since: Option<i64>,
     /// Runs before this day.
-    #[arg(long, value_name = "DAY", value_parser = time::parse)]
+    #[arg(long, value_name = "DAY", value_parser = moment)]
     before: Option<i64>,
+    /// Pinned runs.
+    #[arg(long)]
+    pinned: bool,
     /// The deleted runs instead of the others.
     #[arg(long)]
     deleted: bool,
@@ -55,6 +58,7 @@ impl Filters {
             verdict: self.verdict,
             since_ms: self.since,
             before_ms: self.before,
+            pinned: self.pinned,
             deleted: self.deleted,
         }
     }
@@ -81,10 +85,5 @@ fn there_are(words: impl Iterator<Item = &'static str>) -> String {
 }
 
 fn said(word: &str) -> Result<Decision, String> {
-    match word {
-        "dangerous" => Ok(Decision::Dangerous),
-        "safe" => Ok(Decision::Safe),
-        "none" => Ok(Decision::Nothing),
-        _ => Err("there are dangerous, safe and none".into()),
-    }
+    Decision::parse(word).ok_or_else(|| there_are(Decision::ALL.iter().map(|d| d.name())))
 }

@@ -26,6 +26,10 @@ pub struct Config {
     pub max_tokens: Option<u32>,
     /// How much models are to reason: `off`, `low`, `medium` or `high`; the server's default where it is not set.
     pub effort: Option<String>,
+    /// Requests of a batch that may be on their way to one provider at once; its own `concurrency` holds too.
+    pub concurrency: std::num::NonZeroU32,
+    /// Most US dollars that one session of the workbench may cost; without it there is no bound.
+    pub budget: Option<f64>,
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]
     pub providers: toml::Table,
@@ -42,6 +46,8 @@ impl Default for Config {
             temperature: None,
             max_tokens: None,
             effort: None,
+            concurrency: std::num::NonZeroU32::new(4).unwrap_or(std::num::NonZeroU32::MIN),
+            budget: None,
             providers: toml::Table::new(),
         }
     }
@@ -112,6 +118,11 @@ impl Config {
             Some(("temperature", "must lie between 0 and 2"))
         } else if self.max_tokens == Some(0) {
             Some(("max_tokens", "must be at least 1"))
+        } else if self
+            .budget
+            .is_some_and(|usd| !(usd.is_finite() && usd > 0.0))
+        {
+            Some(("budget", "must be a positive number of US dollars"))
         } else if self.effort.as_deref().is_some_and(|e| !effort(e)) {
             Some(("effort", "must be off, low, medium or high"))
         } else if self.model.as_deref().is_some_and(|id| !model(id)) {
@@ -165,6 +176,8 @@ mod tests {
             ("theme = 3", "theme"),
             ("history = -1", "history"),
             ("effort = \"max\"", "effort"),
+            ("concurrency = 0", "concurrency"),
+            ("budget = -1.0", "budget"),
             ("model = \"x\"", "model"),
         ] {
             std::fs::write(&path, format!("mouse = false\n{wrong}\n")).unwrap();

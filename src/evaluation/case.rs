@@ -110,6 +110,28 @@ pub async fn run(
     Ok(asking.answer)
 }
 
+/// The whole answer that the store has to a question, as [`run`] would find it; nothing is asked.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn stored(
+    question: &Question,
+    judge: &Judge,
+    store: &Store,
+    wanted: &Wanted,
+) -> Result<Option<Answer>, StoreError> {
+    let run = record(question, judge, wanted).map_err(StoreError::from)?;
+    Ok(store.answer_to(&run)?.map(Answer::from))
+}
+
+/// Whether a question can be asked as things stand; nothing is sent. A command that prints the key is run.
+///
+/// # Errors
+/// Why it would be refused.
+pub async fn can_ask(question: &Question, judge: &Judge) -> Result<(), AskError> {
+    ready(question, judge).await
+}
+
 /// Why nothing was asked, or an answer is not kept.
 #[derive(Debug, thiserror::Error)]
 pub enum AskError {

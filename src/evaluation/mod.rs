@@ -8,6 +8,7 @@ mod judges;
 mod keeper;
 mod labels;
 mod lead;
+mod plan;
 /// Recorded answers as runs for the store.
 pub mod published;
 mod question;
@@ -19,11 +20,12 @@ mod trial;
 mod values;
 
 pub use answer::{Answer, Judged, Missing, Past};
-pub use case::{AskError, Event, Wanted, run};
+pub use case::{AskError, Event, Wanted, can_ask, run, stored};
 pub use confusion::Confusion;
 pub use judges::{Judge, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
+pub use plan::{Plan, PlanError};
 pub use question::{Case, CaseError, Question, prepare, template};
 pub use settings::{Decided, Settings};
 pub use trial::trial;

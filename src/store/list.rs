@@ -4,46 +4,8 @@ use rusqlite::types::Value;
 use rusqlite::{Connection, OptionalExtension, Row, params, params_from_iter};
 use serde::Serialize;
 
-use super::{Origin, Run, RunId, RunState, Store, StoreError, rows};
+use super::{Filter, Run, RunId, Store, StoreError, rows};
 use crate::verdict::Task;
-
-/// Which runs are meant; what is not set does not narrow them down.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Filter {
-    /// Words that all occur in scenario, answer, reasoning, justification or notes; each may be the beginning of one.
-    pub words: Option<String>,
-    /// A part of the model's id, in any case.
-    pub model: Option<String>,
-    /// A part of the scenario's name, in any case.
-    pub scenario: Option<String>,
-    /// What was asked.
-    pub task: Option<Task>,
-    /// Where they stand.
-    pub state: Option<RunState>,
-    /// Where they come from.
-    pub origin: Option<Origin>,
-    /// The batch they belong to.
-    pub batch: Option<String>,
-    /// What the verdict says.
-    pub verdict: Option<Decision>,
-    /// Asked at this time or later, milliseconds since 1970.
-    pub since_ms: Option<i64>,
-    /// Asked before this time.
-    pub before_ms: Option<i64>,
-    /// The deleted ones instead of the others.
-    pub deleted: bool,
-}
-
-/// What a verdict says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Decision {
-    /// Yes: a collision, or safety-critical.
-    Dangerous,
-    /// No.
-    Safe,
-    /// Nothing: there is no verdict.
-    Nothing,
-}
 
 /// A run in a list.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -79,6 +41,14 @@ pub struct Summary {
     /// Where words were searched for: a place where they occur, with `[` and `]` around them.
     pub excerpt: Option<String>,
 }
+
+/// The columns of a summary, but for the excerpt.
+pub(super) const COLUMNS: &str =
+    "runs.id, created_ms, origin, state, runs.scenario, task, frame, techniques, model, sample,
+    dangerous, cost_usd, output_tokens, pinned";
+
+/// A place where the words that are searched for occur.
+pub(super) const EXCERPT: &str = "snippet(runs_text, -1, '[', ']', '…', 12)";
 
 impl Store {
     /// One run, with what has arrived of it so far.
@@ -131,13 +101,12 @@ impl Store {
     pub fn list(&self, filter: &Filter, most: usize) -> Result<Vec<Summary>, StoreError> {
         let (condition, mut values) = filter.condition();
         let excerpt = match &filter.words {
-            Some(_) => "snippet(runs_text, -1, '[', ']', '…', 12)",
+            Some(_) => EXCERPT,
             None => "NULL",
         };
         values.push(Value::from(i64::try_from(most).unwrap_or(i64::MAX)));
         let sql = format!(
-            "SELECT runs.id, created_ms, origin, state, runs.scenario, task, frame, techniques, model, sample,
-                 dangerous, cost_usd, output_tokens, pinned, {excerpt} AS excerpt
+            "SELECT {COLUMNS}, {excerpt} AS excerpt
              FROM {condition} ORDER BY created_ms DESC, runs.id DESC LIMIT ?"
         );
         let connection = self.lock();
@@ -170,58 +139,8 @@ impl Store {
     }
 }
 
-impl Filter {
-    /// What follows FROM, with its values in order.
-    fn condition(&self) -> (String, Vec<Value>) {
-        let mut parts = vec![format!(
-            "deleted_ms IS {}NULL",
-            if self.deleted { "NOT " } else { "" }
-        )];
-        let mut values = Vec::new();
-        let mut tables = "runs";
-        if let Some(words) = &self.words {
-            tables = "runs_text JOIN runs ON runs.id = runs_text.rowid";
-            parts.push("runs_text MATCH ?".into());
-            values.push(Value::from(matching(words)));
-        }
-        let mut part = |sql: &str, value: Option<Value>| {
-            if let Some(value) = value {
-                parts.push(sql.to_string());
-                values.push(value);
-            }
-        };
-        let text = |text: &Option<String>| text.clone().map(Value::from);
-        let name = |name: Option<&'static str>| name.map(|n| Value::from(n.to_string()));
-        part("instr(lower(model), lower(?)) > 0", text(&self.model));
-        part(
-            "instr(lower(runs.scenario), lower(?)) > 0",
-            text(&self.scenario),
-        );
-        part("task = ?", name(self.task.map(Task::name)));
-        part("state = ?", name(self.state.map(RunState::name)));
-        part("origin = ?", name(self.origin.map(Origin::name)));
-        part("batch = ?", text(&self.batch));
-        part("created_ms >= ?", self.since_ms.map(Value::from));
-        part("created_ms < ?", self.before_ms.map(Value::from));
-        match self.verdict {
-            Some(Decision::Dangerous) => parts.push("dangerous = 1".into()),
-            Some(Decision::Safe) => parts.push("dangerous = 0".into()),
-            Some(Decision::Nothing) => parts.push("verdict IS NULL".into()),
-            None => {}
-        }
-        (format!("{tables} WHERE {}", parts.join(" AND ")), values)
-    }
-}
-
-/// Words as FTS5 wants them: all of them, each a word or the beginning of one, and none of them an operator.
-fn matching(words: &str) -> String {
-    let quoted = words
-        .split_whitespace()
-        .map(|word| format!("\"{}\"*", word.replace('"', "\"\"")));
-    quoted.collect::<Vec<_>>().join(" ")
-}
-
-fn summary(row: &Row<'_>) -> Result<Summary, rusqlite::Error> {
+/// A row of the columns [`COLUMNS`].
+pub(super) fn summary(row: &Row<'_>) -> Result<Summary, rusqlite::Error> {
     Ok(Summary {
         run: row.get("id")?,
         created_ms: row.get("created_ms")?,

@@ -2,9 +2,11 @@
 
 mod claim;
 mod database;
+mod filter;
 mod key;
 mod list;
 mod migrate;
+mod page;
 mod record;
 mod rows;
 mod run;
@@ -12,8 +14,10 @@ mod write;
 
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
+pub use filter::{Decision, Filter, FilterError, moment};
 pub use key::Key;
-pub use list::{Decision, Filter, Summary};
+pub use list::Summary;
+pub use page::{Cursor, Edge, Interrupter, Page};
 pub use record::RecordError;
 pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};
 

@@ -4,6 +4,8 @@
 use super::*;
 use crate::verdict::{Said, Task, Verdict};
 
+mod pages;
+
 fn question() -> NewRun {
     let text = |s: &str| s.to_string();
     NewRun {

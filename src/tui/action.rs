@@ -70,6 +70,23 @@ pub enum Action {
     Copy,
     Mouse,
     Suspend,
+    History,
+    TaskList,
+    MarkScenario,
+    UnmarkScenarios,
+    AskMarked,
+    ReopenRun,
+    SearchRuns,
+    PinRun,
+    DeleteRun,
+    UndoDelete,
+    NoteRun,
+    CopyRun,
+    ExportRuns,
+    OtherHalf,
+    CancelJob,
+    CancelAllJobs,
+    ShowJob,
 }
 
 /// Where an action holds.
@@ -83,7 +100,29 @@ pub enum Scope {
     Map,
     /// In panes with text.
     Text,
+    /// In the history of runs.
+    History,
+    /// In the list of tasks.
+    Jobs,
 }
+
+impl Scope {
+    /// Whether it is a screen of its own, where of the keys that hold everywhere only [`EVEN_THERE`] do.
+    #[must_use]
+    pub fn is_own(self) -> bool {
+        matches!(self, Self::History | Self::Jobs)
+    }
+}
+
+/// What holds everywhere, even on screens of their own.
+pub const EVEN_THERE: [Action; 6] = [
+    Action::Help,
+    Action::Palette,
+    Action::Cancel,
+    Action::Suspend,
+    Action::History,
+    Action::TaskList,
+];
 
 /// A line of the table.
 #[derive(Debug)]
@@ -165,6 +204,11 @@ table! {
     FitMap, Global, "fit", ["a"], 0, "fit all", "Show the whole map.";
     ZoomIn, Global, "zoom-in", ["+", "="], 0, "zoom in", "Zoom the map in.";
     ZoomOut, Global, "zoom-out", ["-"], 0, "zoom out", "Zoom the map out.";
+    History, Global, "history", ["ctrl-r"], 0, "history", "The history of runs: what was asked and answered.";
+    TaskList, Global, "tasks", ["shift-j"], 0, "tasks", "Everything that runs or waits, what it costs, and what became of what ran.";
+    MarkScenario, Global, "mark-scenario", ["*"], 0, "mark scenario", "Mark the selected scenario, or take its mark away.";
+    UnmarkScenarios, Global, "unmark-scenarios", [], 0, "unmark all", "Take the marks of all scenarios away.";
+    AskMarked, Global, "ask-marked", ["shift-a"], 0, "ask many", "Ask the chosen model about the marked scenarios, or about all that are listed where none is marked.";
     Copy, Global, "copy", ["y"], 0, "copy", "Copy the pane's text to the clipboard of the terminal (OSC 52).";
     Mouse, Global, "mouse", [], 0, "mouse", "Use the mouse, or leave it to the terminal.";
     Suspend, Global, "suspend", ["ctrl-z"], 0, "suspend", "Go back to the shell; `fg` returns.";
@@ -185,6 +229,26 @@ table! {
     PageDown, Text, "page-down", ["pagedown", "ctrl-d"], 0, "page down", "A page down.";
     Top, Text, "top", ["g"], 0, "top", "To the beginning.";
     Bottom, Text, "bottom", ["shift-g"], 0, "bottom", "To the end; new text is followed from there.";
+    Up, History, "up", ["up", "k"], 0, "up", "The newer run; or a line up in the details.";
+    Down, History, "down", ["down", "j"], 0, "down", "The older run; or a line down in the details.";
+    PageUp, History, "page-up", ["pageup", "ctrl-u"], 0, "page up", "A page up.";
+    PageDown, History, "page-down", ["pagedown", "ctrl-d"], 0, "page down", "A page down.";
+    Top, History, "top", ["g", "home"], 0, "newest", "The newest run; or the beginning of the details.";
+    Bottom, History, "bottom", ["shift-g", "end"], 0, "oldest", "The oldest run; or the end of the details.";
+    ReopenRun, History, "reopen-run", ["enter"], 1, "reopen", "Open the run's scenario at its window, asked in the same way, with its answer.";
+    SearchRuns, History, "search-runs", ["/"], 2, "search", "Words to search for, and filters: model: scenario: task: verdict: state: origin: batch: since: before: pinned deleted.";
+    OtherHalf, History, "other-half", ["tab", "backtab"], 3, "list, details", "Move in the details, or in the list again.";
+    PinRun, History, "pin-run", ["p"], 4, "pin", "Keep the run from being deleted, or no longer.";
+    DeleteRun, History, "delete-run", ["d", "delete"], 5, "delete", "Delete the run; among deleted ones, restore it.";
+    UndoDelete, History, "undo-delete", ["u"], 6, "undo", "Take the last deletion back, then the one before it.";
+    NoteRun, History, "note-run", ["n"], 7, "note", "Write something about the run; notes are searched too.";
+    CopyRun, History, "copy-run", ["y"], 8, "copy", "Copy the run's answer, with its reasoning, to the clipboard of the terminal.";
+    ExportRuns, History, "export-runs", ["e"], 9, "export", "Write the listed runs into a file, complete, as JSON lines.";
+    Up, Jobs, "up", ["up", "k"], 0, "up", "The task above.";
+    Down, Jobs, "down", ["down", "j"], 0, "down", "The task below.";
+    CancelJob, Jobs, "cancel-task", ["x", "delete"], 1, "cancel", "Cancel the selected task; a batch begins nothing more, and a second time what it began is cancelled too.";
+    CancelAllJobs, Jobs, "cancel-tasks", ["shift-x"], 2, "cancel all", "Cancel everything that runs.";
+    ShowJob, Jobs, "show-task", ["enter"], 3, "its runs", "Show the runs of the selected batch in the history.";
 }
 
 #[cfg(test)]
@@ -195,8 +259,11 @@ mod tests {
     fn no_key_means_two_things_in_one_place() {
         for (i, a) in ACTIONS.iter().enumerate() {
             for b in &ACTIONS[i + 1..] {
-                let meet =
-                    a.scope == b.scope || a.scope == Scope::Global || b.scope == Scope::Global;
+                let everywhere = |one: &Entry, other: &Entry| {
+                    let holds = !other.scope.is_own() || EVEN_THERE.contains(&one.action);
+                    one.scope == Scope::Global && holds
+                };
+                let meet = a.scope == b.scope || everywhere(a, b) || everywhere(b, a);
                 let shared = a.keys.iter().find(|key| b.keys.contains(key));
                 assert!(
                     !meet || shared.is_none(),

@@ -2,7 +2,7 @@
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use super::action::{ACTIONS, Action, Entry, Scope};
+use super::action::{ACTIONS, Action, EVEN_THERE, Entry, Scope};
 
 /// A key with its modifiers. Shifted letters are capitals with `shift` off, unless named `shift-x`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -189,7 +189,9 @@ pub fn action(key: Key, scope: Scope) -> Option<Action> {
             .find(|e| keys(e).any(|k| k == key))
             .map(|e| e.action)
     };
-    bound(scope).or_else(|| bound(Scope::Global))
+    let everywhere = bound(Scope::Global);
+    let holds = |action: &Action| !scope.is_own() || EVEN_THERE.contains(action);
+    bound(scope).or_else(|| everywhere.filter(holds))
 }
 
 /// The key as the template editor takes it; nothing for keys it does not know.

@@ -9,6 +9,13 @@ use crate::metrics::{
 use crate::scenario::{Entry, Scenario, Scene, Severity, WantedEgo, Window};
 use crate::verdict::Task;
 
+/// The obstacle that is the ego, as the store writes an ego; nothing where its motion comes from a file.
+#[must_use]
+pub fn obstacle_taken(ego: &str) -> Option<i64> {
+    let (_, words) = ego.rsplit_once("obstacle ")?;
+    words.strip_suffix(" taken as ego")?.parse().ok()
+}
+
 /// What is worth knowing before a scenario is opened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Facts {

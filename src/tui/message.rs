@@ -1,5 +1,7 @@
 //! What reaches `update`, and what it asks for in return: both are data.
 
+pub mod runs;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -48,6 +50,10 @@ pub enum Msg {
     Answered(AskId, Result<Box<Answer>, String>),
     /// Earlier answers on the same thing.
     Stored(StoredOf, Vec<Answer>),
+    /// Of the history of runs.
+    History(runs::HistoryNews),
+    /// Of a batch of questions.
+    Batch(runs::BatchNews),
     /// A template file was written or removed: its name, what to say, and the library as it is now.
     Saved(String, Result<(Library, String), String>),
     /// The templates were read again.
@@ -132,6 +138,14 @@ pub enum Effect {
         /// Whether it is asked in any case.
         fresh: bool,
     },
+    /// Something for the history of runs.
+    History(runs::HistoryAsk),
+    /// Something for a batch of questions.
+    Batch(runs::BatchAsk),
+    /// Stop working out facts of scenarios.
+    StopSurvey,
+    /// Stop working out a measure of scenarios.
+    StopRanking,
     /// Cancel a question.
     Abort(AskId),
     /// Write a template of the user's.

@@ -1,10 +1,14 @@
 //! Everything that the workbench knows; changed by `update` alone, read by the views.
 
 mod answers;
+mod batch;
 mod camera;
 mod drawn;
+mod history;
+mod jobs;
 mod list;
 mod notices;
+mod pane;
 mod picker;
 mod plot;
 mod prompt;
@@ -12,18 +16,22 @@ mod values;
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 pub use answers::{Answers, Column, Progress, Shown};
+pub use batch::{Card, Marks};
 pub use camera::Camera;
-pub use drawn::{Drawn, Extent, MapDrawn};
+pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn};
+pub use history::{COUNTED, History, PAGE, Typing};
+pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use list::List;
 pub use notices::{Notice, Toast};
+pub use pane::Pane;
 pub use picker::{Picker, measures_shown, models_shown, palette_shown};
 pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
 pub use values::Values;
 
-use super::action::Scope;
 use super::clock::Clock;
 use super::loaded::Opened;
 use super::message::{AskId, OpenId};
@@ -35,50 +43,9 @@ use crate::llm::Offer;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
 use crate::scenario::{Scene, Window};
+use crate::store::{Run, RunId};
 use crate::text::Frame;
 use crate::verdict::Task;
-
-/// The panes of the main screen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Pane {
-    /// The list of scenarios.
-    Scenarios,
-    /// The map from above.
-    Map,
-    /// Danger over time.
-    Timeline,
-    /// The prompt.
-    Prompt,
-    /// Verdicts side by side.
-    Verdict,
-    /// The reasoning of one answer.
-    Reasoning,
-    /// A measure over time.
-    Plot,
-}
-
-impl Pane {
-    /// Every pane that can have the keys, in the order of Tab.
-    pub const ALL: [Self; 6] = [
-        Self::Scenarios,
-        Self::Map,
-        Self::Prompt,
-        Self::Verdict,
-        Self::Reasoning,
-        Self::Plot,
-    ];
-
-    /// Whose keys it takes.
-    #[must_use]
-    pub fn scope(self) -> Scope {
-        match self {
-            Self::Scenarios => Scope::Scenarios,
-            Self::Map => Scope::Map,
-            Self::Prompt | Self::Reasoning | Self::Verdict => Scope::Text,
-            Self::Timeline | Self::Plot => Scope::Global,
-        }
-    }
-}
 
 /// What lies over the main screen and takes the keys.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -98,6 +65,12 @@ pub enum Overlay {
         /// Lines scrolled.
         scroll: usize,
     },
+    /// The history of runs.
+    History,
+    /// Everything that runs, and what ran.
+    Jobs,
+    /// What a batch of questions would take, before it is asked.
+    Batch,
     /// Actions by name.
     Palette(Picker),
     /// Models; the chosen one is asked at once if `ask`.
@@ -123,7 +96,12 @@ impl Overlay {
             Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
-            Self::Palette(_) | Self::Models { .. } | Self::Measures { .. } => None,
+            Self::Palette(_)
+            | Self::Models { .. }
+            | Self::Measures { .. }
+            | Self::History
+            | Self::Jobs
+            | Self::Batch => None,
         }
     }
 }
@@ -179,6 +157,20 @@ pub struct Model {
     pub model: String,
     /// Models that can be chosen.
     pub offers: Vec<Offer>,
+    /// The history of runs.
+    pub history: History,
+    /// A run that is being opened again, and the opening that does it.
+    pub reopening: Option<(OpenId, Box<Run>)>,
+    /// A run that was opened again and has yet to stand among the earlier answers.
+    pub reopened: Option<RunId>,
+    /// The marked scenarios.
+    pub marks: Marks,
+    /// A batch of questions that waits for a yes.
+    pub card: Option<Card>,
+    /// Everything that runs, and what ran.
+    pub jobs: Jobs,
+    /// How long the program has been running; the loop sets it.
+    pub uptime: Duration,
     /// What lies over the main screen, the top last.
     pub overlays: Vec<Overlay>,
     /// Messages.
@@ -232,6 +224,13 @@ impl Model {
                 .clone()
                 .unwrap_or_else(|| judge::MODEL.to_string()),
             offers,
+            history: History::default(),
+            reopening: None,
+            reopened: None,
+            marks: Marks::default(),
+            card: None,
+            jobs: Jobs::default(),
+            uptime: Duration::ZERO,
             overlays: Vec::new(),
             toasts: Vec::new(),
             theme,
@@ -378,6 +377,8 @@ impl Model {
         self.clock.playing
             || self.toasts.iter().any(|t| t.left.is_finite())
             || self.answers.is_running()
+            || self.jobs.has_batch()
+            || (self.overlays.contains(&Overlay::Jobs) && self.jobs.all.iter().any(Job::is_running))
     }
 
     /// The question with this number, if it is still shown.

@@ -166,7 +166,8 @@ impl Loop {
     async fn until_quit(&mut self) -> std::io::Result<()> {
         let mut events = Events::listen();
         let mut ending = Ending::listen()?;
-        let mut passed = Instant::now();
+        let begun = Instant::now();
+        let mut passed = begun;
         let mut drawn = Instant::now();
         let mut changed = true;
         loop {
@@ -189,6 +190,7 @@ impl Loop {
                 msgs.push(msg);
             }
             let elapsed = passed.elapsed();
+            self.model.uptime = begun.elapsed();
             passed = Instant::now();
             // What rested until now did not age.
             if self.model.moves() && elapsed < Duration::from_secs(1) {

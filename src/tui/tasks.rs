@@ -1,5 +1,8 @@
 //! Work outside the model: effects become tasks, and tasks send messages back.
 
+mod batch;
+pub mod history;
+
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,7 +17,7 @@ use super::loaded::{Facts, Measured, Opened, worst_of};
 use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
 use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::{self, Answer, AskError, Judge, Question, Wanted};
-use crate::llm::{Client, Effort, Environment, Parameters, Registry, probe};
+use crate::llm::{Budget, Client, Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Entry, Found, WantedEgo, bundled, find};
@@ -43,6 +46,13 @@ pub struct Tasks {
     asking: HashMap<AskId, AbortHandle>,
     /// Cancelled, and not yet written down.
     ending: Vec<AbortHandle>,
+    /// Reads for the history, while that is open.
+    history: Option<history::Reader>,
+    batches: batch::Batches,
+    /// Requests of batches at once, to one provider.
+    concurrency: std::num::NonZeroU32,
+    /// What this session may cost.
+    budget: Option<Budget>,
     /// Raised whenever the list changes, so that surveys of an older list stop.
     survey: Arc<AtomicU64>,
     /// The same for rankings.
@@ -91,6 +101,10 @@ impl Tasks {
             ego,
             asking: HashMap::new(),
             ending: Vec::new(),
+            history: None,
+            batches: batch::Batches::default(),
+            concurrency: config.concurrency,
+            budget: config.budget.map(Budget::new),
             survey: Arc::new(AtomicU64::new(0)),
             ranking: Arc::new(AtomicU64::new(0)),
         }
@@ -125,6 +139,14 @@ impl Tasks {
                 model,
                 fresh,
             } => self.ask(id, question, &model, fresh),
+            Effect::History(ask) => self.history(ask),
+            Effect::Batch(ask) => self.batch(ask),
+            Effect::StopSurvey => {
+                self.survey.fetch_add(1, Ordering::SeqCst);
+            }
+            Effect::StopRanking => {
+                self.ranking.fetch_add(1, Ordering::SeqCst);
+            }
             Effect::Abort(id) => {
                 // Dropping the task closes the connection and writes the run down as cancelled.
                 if let Some(handle) = self.asking.remove(&id) {
@@ -246,6 +268,7 @@ impl Tasks {
 
     /// Cancels what is on its way and waits until that is written down.
     pub async fn finish(&mut self) {
+        self.ending.extend(self.batches.abort());
         for (_, handle) in self.asking.drain() {
             handle.abort();
             self.ending.push(handle);
@@ -258,13 +281,22 @@ impl Tasks {
         }
     }
 
-    fn ask(&mut self, id: AskId, question: Box<Question>, model: &str, fresh: bool) {
+    /// The judge with a model id; all share the budget of the session.
+    fn judge(&self, model: &str) -> Result<Judge, String> {
         let (registry, environment) = (&self.registry, &self.environment);
         let judge = Judge::resolve(model, registry, &self.client, self.parameters, environment);
-        let judge = match judge {
+        let mut judge = judge.map_err(|error| error.to_string())?;
+        if let Judge::Model(model) = &mut judge {
+            model.endpoint.budget.clone_from(&self.budget);
+        }
+        Ok(judge)
+    }
+
+    fn ask(&mut self, id: AskId, question: Box<Question>, model: &str, fresh: bool) {
+        let judge = match self.judge(model) {
             Ok(judge) => judge,
             Err(error) => {
-                let error = AskError::Refused(error.to_string()).to_string();
+                let error = AskError::Refused(error).to_string();
                 let _ = self.sender.send(Msg::Answered(id, Err(error)));
                 return;
             }

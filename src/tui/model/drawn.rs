@@ -1,6 +1,6 @@
 //! Where things were drawn last. Drawing writes it, the mouse and the page keys read it.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use ratatui::layout::{Position, Rect};
 
@@ -14,6 +14,20 @@ pub struct Drawn {
     texts: RefCell<Vec<(Pane, Extent)>>,
     map: RefCell<Option<MapDrawn>>,
     scales: RefCell<Vec<Rect>>,
+    history: Cell<Option<HistoryDrawn>>,
+}
+
+/// The history as it was drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct HistoryDrawn {
+    /// The rows of the list.
+    pub list: Rect,
+    /// The first row that is shown.
+    pub top: usize,
+    /// The text of the details.
+    pub details: Rect,
+    /// Its lines.
+    pub lines: usize,
 }
 
 /// Lines of a text, and how many of them the pane shows.
@@ -45,6 +59,18 @@ impl Drawn {
         self.texts.borrow_mut().clear();
         *self.map.borrow_mut() = None;
         self.scales.borrow_mut().clear();
+        self.history.set(None);
+    }
+
+    /// The history is here.
+    pub fn set_history(&self, drawn: HistoryDrawn) {
+        self.history.set(Some(drawn));
+    }
+
+    /// The history as it was drawn last.
+    #[must_use]
+    pub fn history(&self) -> HistoryDrawn {
+        self.history.get().unwrap_or_default()
     }
 
     /// A pane is here.

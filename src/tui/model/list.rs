@@ -66,6 +66,27 @@ impl List {
         self.visible.get(self.selected).copied()
     }
 
+    /// Adds a scenario at the end; gives its place.
+    pub fn append(&mut self, entry: Entry) -> usize {
+        self.rows.push(Row {
+            entry,
+            facts: None,
+            value: None,
+        });
+        self.apply_filter();
+        self.rows.len() - 1
+    }
+
+    /// Selects the scenario at a place; a filter that hides it goes.
+    pub fn show(&mut self, place: usize) {
+        if !self.visible.contains(&place) {
+            self.filtering = false;
+            self.set_filter(String::new());
+        }
+        let shown = self.visible.iter().position(|&other| other == place);
+        self.selected = shown.unwrap_or(self.selected);
+    }
+
     /// Moves the selection; it stops at the ends.
     pub fn move_by(&mut self, lines: isize) {
         let last = self.visible.len().saturating_sub(1);

@@ -24,6 +24,8 @@ fn text(model: &Model) -> Text<'static> {
         (Scope::Scenarios, "in the list of scenarios"),
         (Scope::Map, "on the map"),
         (Scope::Text, "in prompt, verdict and reasoning"),
+        (Scope::History, "in the history of runs"),
+        (Scope::Jobs, "in the list of tasks"),
     ];
     for (scope, name) in places {
         text.push_line(Line::styled(name, title));
@@ -49,6 +51,7 @@ fn text(model: &Model) -> Text<'static> {
             "0X 3 - ·",
             "in the list: the lowest risk score, X with a contact, - without an ego, · not yet known",
         ),
+        ("*", "in the list: a marked scenario"),
         ("X", "contact: in the list, on the map and on the timeline"),
         (
             "!",

@@ -1,8 +1,12 @@
 //! What lies over the main screen: help, what is in the scenario, values, palette, list of models.
 
 mod about;
+mod batch;
 mod help;
+mod history;
+mod jobs;
 mod picker;
+mod run;
 mod thresholds;
 mod values;
 
@@ -21,6 +25,9 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Help { scroll } => help::draw(frame, screen, model, *scroll),
             Overlay::About { scroll } => about::draw(frame, screen, model, *scroll),
             Overlay::Values { scroll } => values::draw(frame, screen, model, *scroll),
+            Overlay::History => history::draw(frame, screen, model),
+            Overlay::Jobs => jobs::draw(frame, screen, model),
+            Overlay::Batch => batch::draw(frame, screen, model),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
             Overlay::Models { picker: typed, ask } => {
                 picker::models(frame, screen, model, typed, *ask);

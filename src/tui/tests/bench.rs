@@ -80,6 +80,13 @@ impl Bench {
         }
     }
 
+    /// Does something by its name in the palette.
+    pub fn perform(&mut self, id: &str) {
+        self.press(":");
+        self.type_text(id);
+        self.press("enter");
+    }
+
     /// Types a text, character by character.
     pub fn type_text(&mut self, text: &str) {
         for c in text.chars() {

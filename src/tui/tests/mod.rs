@@ -2,9 +2,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod answers;
+mod asking;
 mod bench;
 mod comparing;
 mod frames;
+mod history;
+mod jobs;
+mod kept;
 mod looking;
 mod opening;
 mod plotting;

@@ -1,9 +1,10 @@
 //! What each action does.
 
 use super::super::action::{Action, Scope};
+use super::super::keymap::{Code, Key};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
-use super::{answers, clock, editing, open, open_current, plot};
+use super::{answers, batch, clock, editing, history, jobs, open, open_current, plot};
 use crate::geometry::Pose;
 use crate::scenario::EgoSource;
 use crate::text::Frame;
@@ -70,6 +71,14 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         PreviousAnswer => model.answers.cycle(false),
         CloseAnswer => return answers::close(model),
         Copy => return copy(model),
+        History => return history::open(model, None),
+        TaskList => return jobs::open(model),
+        MarkScenario => batch::mark(model),
+        UnmarkScenarios => model.marks.clear(),
+        AskMarked => return batch::propose(model),
+        ReopenRun | SearchRuns | PinRun | DeleteRun | UndoDelete | NoteRun | CopyRun
+        | ExportRuns | OtherHalf => return history::perform(model, action),
+        CancelJob | CancelAllJobs | ShowJob => return jobs::perform(model, action),
     }
     Vec::new()
 }
@@ -112,6 +121,13 @@ pub fn stored_of(model: &Model) -> Option<StoredOf> {
 
 /// Esc: the innermost thing that is open is closed.
 pub fn cancel(model: &mut Model) -> Vec<Effect> {
+    match model.overlays.last() {
+        Some(Overlay::History) => return history::close(model),
+        Some(Overlay::Batch) => {
+            return batch::on_key(model, Key::plain(Code::Esc));
+        }
+        _ => {}
+    }
     if model.overlays.pop().is_some() {
         return Vec::new();
     }
@@ -149,6 +165,14 @@ fn focus_next(model: &mut Model, by: usize) {
 }
 
 fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
+    match model.overlays.last() {
+        Some(Overlay::History) => return history::moved(model, action),
+        Some(Overlay::Jobs) => {
+            jobs::moved(model, action);
+            return Vec::new();
+        }
+        _ => {}
+    }
     if model.focus.scope() == Scope::Scenarios || model.list.filtering {
         let page = model.drawn.extent(Pane::Scenarios).rows.max(2) - 1;
         let page = isize::try_from(page).unwrap_or(1);

@@ -2,6 +2,7 @@
 
 use super::super::message::{AskId, Effect};
 use super::super::model::{Column, Model, Pane, Progress, Shown};
+use super::batch;
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
 use crate::llm::{Discovered, Offer};
@@ -213,12 +214,17 @@ pub fn leave(model: &mut Model, name: &str) {
     }
 }
 
-/// Cancels everything that is on its way.
+/// Where an answer stands that was cancelled.
+pub fn cancelled() -> Progress {
+    Progress::Broken("cancelled; what had arrived is kept".into())
+}
+
+/// Cancels everything that is on its way; batches begin nothing more.
 pub fn abort_all(model: &mut Model) -> Vec<Effect> {
     let mut effects = Vec::new();
     for column in &mut model.answers.columns {
         if column.is_running() {
-            column.progress = Progress::Broken("cancelled; what had arrived is kept".into());
+            column.progress = cancelled();
             effects.extend(column.ask.map(Effect::Abort));
         }
     }
@@ -232,6 +238,7 @@ pub fn abort_all(model: &mut Model) -> Vec<Effect> {
     if !effects.is_empty() {
         model.say("cancelled");
     }
+    effects.extend(batch::stop_all(model));
     effects
 }
 

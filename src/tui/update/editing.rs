@@ -6,7 +6,8 @@ use edtui::{EditorEventHandler, EditorMode};
 
 use super::super::keymap::{Code, Key, editor_input};
 use super::super::message::Effect;
-use super::super::model::{Model, Pane, PromptView};
+use super::super::model::{Model, Overlay, Pane, PromptView};
+use super::history;
 use crate::prompts::{Library, Template};
 
 /// Gives the keys to the editor.
@@ -64,6 +65,9 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 
 /// Text from the terminal's clipboard.
 pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
+    if model.overlays.last() == Some(&Overlay::History) {
+        return history::paste(model, text);
+    }
     if model.prompt.editing {
         // A whole text at once: every character through the editor would be slow.
         let plain = text.replace("\r\n", "\n").replace('\r', "\n");

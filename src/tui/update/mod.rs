@@ -2,11 +2,15 @@
 
 mod actions;
 mod answers;
+mod batch;
 mod clock;
 mod editing;
+mod history;
+mod jobs;
 mod overlays;
 mod plot;
 mod pointer;
+mod reopen;
 mod values;
 
 use super::action::Action;
@@ -26,8 +30,10 @@ pub fn start(model: &Model) -> Vec<Effect> {
 
 /// Takes one message.
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
+    jobs::hear(model, &msg);
     let mut effects = take(model, msg);
     effects.extend(values::follow(model));
+    jobs::follow(model, &effects);
     effects
 }
 
@@ -66,10 +72,16 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         Msg::Answered(ask, result) => answers::answered(model, ask, result),
         Msg::Stored(of, stored) => {
             if actions::stored_of(model).as_ref() == Some(&of) {
+                let reopened = reopen::before_stored(model);
                 show_stored(model, stored);
+                if let Some(column) = reopened {
+                    reopen::after_stored(model, column);
+                }
             }
             Vec::new()
         }
+        Msg::History(news) => history::heard(model, news),
+        Msg::Batch(news) => batch::heard(model, news),
         Msg::Saved(file, result) => editing::saved(model, &file, result),
         Msg::Reread(library) => {
             editing::reread(model, library);
@@ -244,6 +256,7 @@ fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) ->
     }
     plot::refresh(model);
     model.refresh();
+    reopen::opened(model, id);
     actions::load_stored(model).into_iter().collect()
 }
 

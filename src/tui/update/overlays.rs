@@ -3,10 +3,16 @@
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
 use super::super::model::{Model, Overlay, Picker, measures_shown, models_shown, palette_shown};
-use super::{actions, answers, plot, values};
+use super::{actions, answers, batch, history, jobs, plot, values};
 
 /// A key while an overlay is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
+    match model.overlays.last() {
+        Some(Overlay::History) => return history::on_key(model, key),
+        Some(Overlay::Jobs) => return jobs::on_key(model, key),
+        Some(Overlay::Batch) => return batch::on_key(model, key),
+        _ => {}
+    }
     if key.code == Code::Esc {
         model.overlays.pop();
         return Vec::new();
@@ -67,7 +73,12 @@ pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
         Overlay::Palette(picker)
         | Overlay::Models { picker, .. }
         | Overlay::Measures { picker, .. } => Some(picker),
-        Overlay::Help { .. } | Overlay::About { .. } | Overlay::Values { .. } => None,
+        Overlay::Help { .. }
+        | Overlay::About { .. }
+        | Overlay::Values { .. }
+        | Overlay::History
+        | Overlay::Jobs
+        | Overlay::Batch => None,
     }
 }
 

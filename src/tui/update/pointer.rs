@@ -5,7 +5,7 @@ use ratatui::layout::{Position, Rect};
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
 use super::super::model::{Model, Notice, Overlay, Pane};
-use super::{actions, clock, open_current};
+use super::{actions, clock, history, open_current};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
@@ -33,6 +33,9 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
 }
 
 fn on_overlay(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
+    if model.overlays.last() == Some(&Overlay::History) {
+        return history::on_mouse(model, mouse);
+    }
     if let Some(scroll) = model.overlays.last_mut().and_then(Overlay::scroll_mut) {
         match mouse {
             Mouse::WheelUp(_) => *scroll = scroll.saturating_sub(3),

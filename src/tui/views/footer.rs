@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
-use crate::tui::action::{ACTIONS, Action};
+use crate::tui::action::{ACTIONS, Action, Scope};
 use crate::tui::keymap;
 use crate::tui::model::{Model, Overlay};
 
@@ -37,6 +37,23 @@ fn hint_of(action: Action) -> Option<(String, String)> {
     Some((key.to_string(), entry.short.to_string()))
 }
 
+/// The keys of a screen of its own, and those that leave it.
+fn own(scope: Scope) -> Vec<(String, String)> {
+    let mut entries: Vec<_> = ACTIONS
+        .iter()
+        .filter(|e| e.scope == scope && e.footer > 0)
+        .collect();
+    entries.sort_by_key(|e| e.footer);
+    let key = |entry: &&crate::tui::action::Entry| {
+        let key = keymap::keys(entry).next()?;
+        Some((key.to_string(), entry.short.to_string()))
+    };
+    let mut hints: Vec<_> = entries.iter().filter_map(key).collect();
+    hints.extend(hint_of(Action::Help));
+    hints.push(("Esc".into(), "close".into()));
+    hints
+}
+
 fn hints(model: &Model) -> Vec<(String, String)> {
     let fixed = |pairs: &[(&str, &str)]| {
         pairs
@@ -63,6 +80,16 @@ fn hints(model: &Model) -> Vec<(String, String)> {
                 ("n", "nearest"),
             ]);
         }
+        Some(Overlay::History) if model.history.typing.is_some() => {
+            return fixed(&[
+                ("type", "words and filters, or what is asked for"),
+                ("Enter", "done"),
+                ("Esc", "leave"),
+            ]);
+        }
+        Some(Overlay::History) => return own(Scope::History),
+        Some(Overlay::Jobs) => return own(Scope::Jobs),
+        Some(Overlay::Batch) => return fixed(&[("Enter", "ask"), ("Esc", "do not")]),
         Some(Overlay::Palette(_) | Overlay::Models { .. } | Overlay::Measures { .. }) => {
             return fixed(&[
                 ("type", "to search"),
@@ -88,7 +115,10 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             ("Esc", "clear"),
         ]);
     }
-    let mut shown: Vec<_> = ACTIONS.iter().filter(|e| e.footer > 0).collect();
+    let mut shown: Vec<_> = ACTIONS
+        .iter()
+        .filter(|e| e.footer > 0 && !e.scope.is_own())
+        .collect();
     shown.sort_by_key(|e| e.footer);
     let mut hints: Vec<(String, String)> = Vec::new();
     if model.answers.is_running() {

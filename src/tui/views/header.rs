@@ -16,7 +16,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let dim = Style::new().fg(theme.dim);
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
     let asked = format!(
-        "{} · {} · {} · {} ",
+        "{}{} · {} · {} · {} ",
+        running(model),
         model.task.name(),
         model.frame.name(),
         model.techniques,
@@ -65,6 +66,35 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         ..area
     };
     frame.render_widget(Span::styled(asked, Style::new().fg(theme.title)), right);
+}
+
+/// What runs, and what the session cost so far; nothing where models were not asked.
+fn running(model: &Model) -> String {
+    let asking = model
+        .jobs
+        .all
+        .iter()
+        .filter(|job| job.is_running() && job.asks());
+    let mut parts: Vec<String> = Vec::new();
+    match asking.clone().count() {
+        0 => {}
+        _ => {
+            let (done, of) = asking.fold((0, 0), |(done, of), job| (done + job.done, of + job.of));
+            parts.push(match of {
+                1 => "1 running".into(),
+                _ => format!("{} running of {of}", of - done),
+            });
+        }
+    }
+    let (usd, unknown) = model.jobs.cost();
+    if usd > 0.0 {
+        let more = if unknown > 0 { "+" } else { "" };
+        parts.push(format!("${usd:.4}{more}"));
+    }
+    match parts.is_empty() {
+        true => String::new(),
+        false => format!("{} · ", parts.join(" · ")),
+    }
 }
 
 /// The ego in a few words.

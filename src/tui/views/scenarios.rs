@@ -23,7 +23,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         "" => format!(" by {}", m.id),
         unit => format!(" by {}, {unit}", m.id),
     });
-    let title = Line::from(count + &order);
+    let marked = match model.marks.count(list) {
+        0 => String::new(),
+        n => format!(" * {n}"),
+    };
+    let title = Line::from(count + &marked + &order);
     let mut inner = frame::pane(f, area, model, Pane::Scenarios, title);
     passed_over(f, area, model);
     if list.filtering || !list.filter.is_empty() {
@@ -74,7 +78,12 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         };
         let name = width.saturating_sub(5 + value.chars().count());
         let name = pad(&row.entry.name, name);
-        let sign = if chosen { "▸ " } else { "  " };
+        let sign = match (chosen, model.marks.has(&row.entry)) {
+            (true, true) => "▸*",
+            (true, false) => "▸ ",
+            (false, true) => " *",
+            (false, false) => "  ",
+        };
         let mut line = Line::from(vec![Span::raw(sign), Span::raw(name), Span::raw(" ")]);
         line = line.style(if chosen {
             model.theme.selected()

@@ -1,0 +1,288 @@
+//! Which runs are meant: filters, and the words that people write them with.
+
+use jiff::Timestamp;
+use jiff::civil::Date;
+use jiff::tz::TimeZone;
+use rusqlite::types::Value;
+
+use super::{Origin, RunState};
+use crate::verdict::Task;
+
+/// Which runs are meant; what is not set does not narrow them down.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Filter {
+    /// Words that all occur in scenario, answer, reasoning, justification or notes; each may be the beginning of one.
+    pub words: Option<String>,
+    /// A part of the model's id, in any case.
+    pub model: Option<String>,
+    /// A part of the scenario's name, in any case.
+    pub scenario: Option<String>,
+    /// What was asked.
+    pub task: Option<Task>,
+    /// Where they stand.
+    pub state: Option<RunState>,
+    /// Where they come from.
+    pub origin: Option<Origin>,
+    /// The batch they belong to.
+    pub batch: Option<String>,
+    /// What the verdict says.
+    pub verdict: Option<Decision>,
+    /// Asked at this time or later, milliseconds since 1970.
+    pub since_ms: Option<i64>,
+    /// Asked before this time.
+    pub before_ms: Option<i64>,
+    /// Only those that are kept from deletion.
+    pub pinned: bool,
+    /// The deleted ones instead of the others.
+    pub deleted: bool,
+}
+
+/// What a verdict says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Decision {
+    /// Yes: a collision, or safety-critical.
+    Dangerous,
+    /// No.
+    Safe,
+    /// Nothing: there is no verdict.
+    Nothing,
+}
+
+impl Decision {
+    /// Every one.
+    pub const ALL: [Self; 3] = [Self::Dangerous, Self::Safe, Self::Nothing];
+
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dangerous => "dangerous",
+            Self::Safe => "safe",
+            Self::Nothing => "none",
+        }
+    }
+
+    /// The one that this word is for.
+    #[must_use]
+    pub fn parse(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == word)
+    }
+}
+
+/// A part of a filter that means nothing.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum FilterError {
+    /// A word that is not one of those that there are.
+    #[error("{field}: there are {known}, not `{word}`")]
+    Word {
+        /// Of what.
+        field: &'static str,
+        /// The word.
+        word: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// No day and no moment.
+    #[error("{field}: {why}")]
+    Moment {
+        /// Of what.
+        field: &'static str,
+        /// What is wanted.
+        why: String,
+    },
+    /// Nothing after the colon.
+    #[error("{0}: say what after the colon")]
+    Empty(&'static str),
+}
+
+impl Filter {
+    /// The names that [`Filter::read`] knows, for people: those of the command line's options.
+    pub const NAMES: &str =
+        "model: scenario: task: verdict: state: origin: batch: since: before: pinned deleted";
+
+    /// A filter from one line: `model:gpt verdict:dangerous since:2026-01-31 pinned` and words to search for. The names
+    /// are those of the command line's options.
+    ///
+    /// # Errors
+    /// What is behind a name is not known.
+    pub fn read(line: &str) -> Result<Self, FilterError> {
+        let mut filter = Self::default();
+        let mut words = Vec::new();
+        for part in line.split_whitespace() {
+            match part {
+                "pinned" => filter.pinned = true,
+                "deleted" => filter.deleted = true,
+                _ => {
+                    let known = match part.split_once(':') {
+                        Some((name, value)) => filter.set(name, value)?,
+                        None => false,
+                    };
+                    if !known {
+                        words.push(part);
+                    }
+                }
+            }
+        }
+        filter.words = Some(words.join(" ")).filter(|w| !w.is_empty());
+        Ok(filter)
+    }
+
+    /// Sets the part with this name; says whether there is one.
+    fn set(&mut self, name: &str, value: &str) -> Result<bool, FilterError> {
+        let text = |field| match value {
+            "" => Err(FilterError::Empty(field)),
+            _ => Ok(Some(value.to_string())),
+        };
+        match name {
+            "model" => self.model = text("model")?,
+            "scenario" => self.scenario = text("scenario")?,
+            "batch" => self.batch = text("batch")?,
+            "task" => self.task = word("task", value, &Task::ALL, Task::name)?,
+            "state" => self.state = word("state", value, RunState::ALL, RunState::name)?,
+            "origin" => self.origin = word("origin", value, Origin::ALL, Origin::name)?,
+            "verdict" => self.verdict = word("verdict", value, &Decision::ALL, Decision::name)?,
+            "since" => self.since_ms = day("since", value)?,
+            "before" => self.before_ms = day("before", value)?,
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// What follows FROM, with its values in order.
+    pub(super) fn condition(&self) -> (String, Vec<Value>) {
+        let mut parts = vec![format!(
+            "deleted_ms IS {}NULL",
+            if self.deleted { "NOT " } else { "" }
+        )];
+        let mut values = Vec::new();
+        let mut tables = "runs";
+        if let Some(words) = &self.words {
+            tables = "runs_text JOIN runs ON runs.id = runs_text.rowid";
+            parts.push("runs_text MATCH ?".into());
+            values.push(Value::from(matching(words)));
+        }
+        let mut part = |sql: &str, value: Option<Value>| {
+            if let Some(value) = value {
+                parts.push(sql.to_string());
+                values.push(value);
+            }
+        };
+        let text = |text: &Option<String>| text.clone().map(Value::from);
+        let name = |name: Option<&'static str>| name.map(|n| Value::from(n.to_string()));
+        part("instr(lower(model), lower(?)) > 0", text(&self.model));
+        part(
+            "instr(lower(runs.scenario), lower(?)) > 0",
+            text(&self.scenario),
+        );
+        part("task = ?", name(self.task.map(Task::name)));
+        part("state = ?", name(self.state.map(RunState::name)));
+        part("origin = ?", name(self.origin.map(Origin::name)));
+        part("batch = ?", text(&self.batch));
+        part("created_ms >= ?", self.since_ms.map(Value::from));
+        part("created_ms < ?", self.before_ms.map(Value::from));
+        match self.verdict {
+            Some(Decision::Dangerous) => parts.push("dangerous = 1".into()),
+            Some(Decision::Safe) => parts.push("dangerous = 0".into()),
+            Some(Decision::Nothing) => parts.push("verdict IS NULL".into()),
+            None => {}
+        }
+        if self.pinned {
+            parts.push("pinned = 1".into());
+        }
+        (format!("{tables} WHERE {}", parts.join(" AND ")), values)
+    }
+}
+
+/// Words as FTS5 wants them: all of them, each a word or the beginning of one, and none of them an operator.
+fn matching(words: &str) -> String {
+    let quoted = words
+        .split_whitespace()
+        .map(|word| format!("\"{}\"*", word.replace('"', "\"\"")));
+    quoted.collect::<Vec<_>>().join(" ")
+}
+
+/// One of a list by its name, or by a beginning that only one has.
+fn word<T: Copy>(
+    field: &'static str,
+    value: &str,
+    all: &[T],
+    name: fn(T) -> &'static str,
+) -> Result<Option<T>, FilterError> {
+    let whole = all.iter().copied().find(|one| name(*one) == value);
+    let mut begun = all
+        .iter()
+        .copied()
+        .filter(|one| name(*one).starts_with(value));
+    let only = begun.next().filter(|_| begun.next().is_none());
+    match (value, whole.or(only)) {
+        ("", _) => Err(FilterError::Empty(field)),
+        (_, Some(found)) => Ok(Some(found)),
+        (_, None) => Err(FilterError::Word {
+            field,
+            word: value.to_string(),
+            known: all
+                .iter()
+                .map(|one| name(*one))
+                .collect::<Vec<_>>()
+                .join(", "),
+        }),
+    }
+}
+
+fn day(field: &'static str, value: &str) -> Result<Option<i64>, FilterError> {
+    match value {
+        "" => Err(FilterError::Empty(field)),
+        _ => moment(value)
+            .map(Some)
+            .map_err(|why| FilterError::Moment { field, why }),
+    }
+}
+
+/// A day of this place (its beginning), or a moment with its zone, as milliseconds since 1970.
+///
+/// # Errors
+/// It is neither; says what is wanted.
+pub fn moment(text: &str) -> Result<i64, String> {
+    let day = text.parse::<Date>().ok().filter(|_| text.len() == 10);
+    let day = day.and_then(|day| day.to_zoned(TimeZone::system()).ok());
+    match day {
+        Some(day) => Ok(day.timestamp().as_millisecond()),
+        None => text
+            .parse::<Timestamp>()
+            .map(Timestamp::as_millisecond)
+            .map_err(|_| "write 2026-01-31, or 2026-01-31T12:00:00Z".to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn one_line_says_what_the_options_of_the_command_line_say() {
+        let filter = Filter::read("model:GPT brakes verdict:dangerous task:coll hard state:answered pinned since:2026-01-31T00:00:00Z").unwrap();
+        let expected = Filter {
+            words: Some("brakes hard".into()),
+            model: Some("GPT".into()),
+            task: Some(Task::Collision),
+            verdict: Some(Decision::Dangerous),
+            state: Some(RunState::Answered),
+            since_ms: Some(1_769_817_600_000),
+            pinned: true,
+            ..Filter::default()
+        };
+        assert_eq!(filter, expected);
+        assert_eq!(Filter::read("  ").unwrap(), Filter::default());
+        assert_eq!(Filter::read("a:b").unwrap().words.as_deref(), Some("a:b"));
+        for (wrong, said) in [
+            ("verdict:maybe", "dangerous, safe, none"),
+            ("state:", "state: say what"),
+            ("task:x", "collision"),
+            ("since:yesterday", "2026-01-31"),
+        ] {
+            let error = Filter::read(wrong).unwrap_err().to_string();
+            assert!(error.contains(said), "{wrong}: {error}");
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! What goes to and comes from the history of runs and batches of questions.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::evaluation::{Answer, Plan};
+use crate::scenario::Entry;
+use crate::store::{Edge, Filter, Page, Run, RunId};
+use crate::verdict::Task;
+
+/// Numbers the lists of runs that are asked for; what an old one gives is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct PageId(pub u64);
+
+/// What the history wants.
+#[derive(Debug)]
+pub enum HistoryAsk {
+    /// The screen is open: the store is watched.
+    Open,
+    /// The screen is closed.
+    Close,
+    /// A part of the list, of at most so many.
+    Page(PageId, Filter, Edge, usize),
+    /// How many runs fit.
+    Count(Filter),
+    /// A run whole; and the built-in judge's word on it, for which these files may be the scenario.
+    Details(RunId, Vec<Entry>),
+    /// Pin a run, or no longer.
+    Pin(RunId, bool),
+    /// Delete a run, or restore it.
+    Delete(RunId, bool),
+    /// Write what a person has to say about a run.
+    Note(RunId, String),
+    /// Write the runs that fit into a file, as JSON lines.
+    Export(Filter, PathBuf),
+}
+
+/// What the history hears.
+#[derive(Debug)]
+pub enum HistoryNews {
+    /// A part of the list.
+    Page(PageId, Edge, Result<Page, String>),
+    /// How many runs fit.
+    Counted(Filter, u64),
+    /// A run, if it is still there.
+    Details(RunId, Result<Option<Box<Run>>, String>),
+    /// What the built-in judge says to the same question: dangerous or not, where that is known.
+    Truth(RunId, Option<bool>),
+    /// Somebody wrote to the store.
+    Changed,
+    /// A run was changed, or why not.
+    Done(RunId, Result<(), String>),
+    /// A file was written: what to say, or why not.
+    Exported(Result<String, String>),
+}
+
+/// Numbers the batches of questions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct BatchId(pub u64);
+
+/// One question to one model about many scenarios.
+#[derive(Debug)]
+pub struct Batch {
+    /// How all of them are asked.
+    pub plan: Plan,
+    /// Who is asked.
+    pub model: String,
+    /// About which scenarios.
+    pub entries: Vec<Entry>,
+}
+
+/// What is wanted with a batch.
+#[derive(Debug)]
+pub enum BatchAsk {
+    /// Prepare all questions to know what they would take; nothing is asked.
+    Count(BatchId, Arc<Batch>),
+    /// Stop that.
+    StopCounting,
+    /// Ask.
+    Begin(BatchId, Arc<Batch>),
+    /// Begin no further question.
+    Stop(BatchId),
+}
+
+/// What is known of a batch before it is asked.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Counts {
+    /// Scenarios that were looked at.
+    pub looked: usize,
+    /// Those that cannot be asked about.
+    pub unaskable: usize,
+    /// Why, of the first of them.
+    pub why: Option<String>,
+    /// Those whose answer the store has: they cost nothing.
+    pub stored: usize,
+    /// Questions that would be asked.
+    pub asks: usize,
+    /// Their tokens, estimated.
+    pub tokens: u64,
+    /// What they would cost.
+    pub price: Priced,
+    /// Why nothing would be sent, as things stand.
+    pub refused: Option<String>,
+    /// Requests at once.
+    pub at_once: u32,
+    /// US dollars left of the session's budget, if there is one.
+    pub budget: Option<f64>,
+}
+
+/// What questions cost, US dollars.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Priced {
+    /// Nobody states a price.
+    #[default]
+    Unknown,
+    /// Nothing is sent.
+    Free,
+    /// No more than this, answers included.
+    AtMost(f64),
+    /// The questions this; a million tokens of the answers, whose length nobody bounds, that.
+    Questions(f64, f64),
+}
+
+impl std::fmt::Display for Priced {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Unknown => f.write_str("unknown; config.toml can state it"),
+            Self::Free => f.write_str("nothing"),
+            Self::AtMost(usd) => write!(f, "at most ${usd:.4}"),
+            Self::Questions(usd, million) => write!(
+                f,
+                "${usd:.4} for the questions, and ${million:.2} for every million tokens of the answers (max_tokens bounds them)"
+            ),
+        }
+    }
+}
+
+/// What a batch tells.
+#[derive(Debug)]
+pub enum BatchNews {
+    /// The store knows it by this name.
+    Named(BatchId, String),
+    /// What is known so far before it is asked.
+    Counted(BatchId, Counts),
+    /// A question was answered, or why not.
+    Ended(BatchId, Result<Ended, String>),
+    /// Nothing more follows.
+    Over(BatchId),
+}
+
+/// An answer within a batch.
+#[derive(Debug)]
+pub struct Ended {
+    /// What it is about: hash of the scenario, ego, task.
+    pub about: Option<(String, String, Task)>,
+    /// The answer.
+    pub answer: Box<Answer>,
+    /// Whether the built-in judge says that the same question's scene is dangerous; nothing for other tasks.
+    pub truth: Option<bool>,
+}

@@ -1,0 +1,154 @@
+//! The history of runs: the part of the list that is at hand, and the selected run.
+
+use crate::store::{Cursor, Edge, Filter, Page, Run, RunId, Summary};
+use crate::tui::action::Action;
+use crate::tui::message::runs::PageId;
+
+/// The history of runs.
+#[derive(Debug, Default)]
+pub struct History {
+    /// Words and filters as they are typed.
+    pub line: String,
+    /// What they mean; of a line that means nothing, what the last one did that meant something.
+    pub filter: Filter,
+    /// Why the line means nothing.
+    pub wrong: Option<String>,
+    /// The newest list that was asked for.
+    pub asked: PageId,
+    /// Which part of it is on its way.
+    pub loading: Option<Edge>,
+    /// Whether the store changed meanwhile.
+    pub stale: bool,
+    /// Runs at hand, the newest first: a stretch of the list around the selected one.
+    pub rows: Vec<Summary>,
+    /// Whether there are newer ones.
+    pub newer: bool,
+    /// Whether there are older ones.
+    pub older: bool,
+    /// The selected one, as a place in `rows`.
+    pub selected: usize,
+    /// How many runs fit, counted no further than [`COUNTED`].
+    pub total: Option<u64>,
+    /// The run whose details were asked for.
+    pub wanted: Option<RunId>,
+    /// The selected run whole, once it is here.
+    pub details: Option<Box<Run>>,
+    /// What the built-in judge says to the question of a run; the inner one is whether that is known.
+    pub truth: Option<(RunId, Option<bool>)>,
+    /// Lines that the details are scrolled.
+    pub scroll: usize,
+    /// Whether the keys move the details.
+    pub on_details: bool,
+    /// What shall be done with a run once it is here whole.
+    pub then: Option<(RunId, Action)>,
+    /// What is being typed.
+    pub typing: Option<Typing>,
+    /// What was deleted (or restored), the last at the end: it can be undone.
+    pub undo: Vec<(RunId, bool)>,
+    /// Why the store cannot be read.
+    pub error: Option<String>,
+}
+
+/// What is being typed in the history.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Typing {
+    /// Words and filters.
+    Search,
+    /// What a person has to say about a run.
+    Note(RunId, String),
+    /// A file to write to.
+    Export(String),
+}
+
+/// Runs that are read at once.
+pub const PAGE: usize = 100;
+/// Runs at hand at most.
+const MOST: usize = 6 * PAGE;
+/// Runs that fit are counted this far where there is a filter.
+pub const COUNTED: u64 = 10_000;
+
+impl History {
+    /// The selected run's number.
+    #[must_use]
+    pub fn current(&self) -> Option<RunId> {
+        self.rows.get(self.selected).map(|run| RunId(run.run))
+    }
+
+    /// The details, if they are those of the selected run.
+    #[must_use]
+    pub fn shown(&self) -> Option<&Run> {
+        self.details
+            .as_deref()
+            .filter(|run| Some(run.id) == self.current())
+    }
+
+    /// Whether anything narrows the list down.
+    #[must_use]
+    pub fn is_filtered(&self) -> bool {
+        self.filter != Filter::default()
+    }
+
+    /// Moves the selection; it stops at the ends of what is at hand.
+    pub fn move_by(&mut self, lines: isize) {
+        let last = self.rows.len().saturating_sub(1);
+        self.selected = self.selected.saturating_add_signed(lines).min(last);
+    }
+
+    /// The part that has to be read next, if the selection is near an end of what is at hand.
+    #[must_use]
+    pub fn missing(&self) -> Option<Edge> {
+        let near = PAGE / 2;
+        if self.loading.is_some() {
+            None
+        } else if self.older && self.selected + near >= self.rows.len() {
+            self.rows.last().map(|run| Edge::Older(Cursor::from(run)))
+        } else if self.newer && self.selected < near {
+            self.rows.first().map(|run| Edge::Newer(Cursor::from(run)))
+        } else {
+            None
+        }
+    }
+
+    /// The part that is at hand, to be read again; from its newest run on.
+    #[must_use]
+    pub fn again(&self) -> (Edge, usize) {
+        let first = self.rows.first().filter(|_| self.newer);
+        let edge = first.map_or(Edge::Newest, |run| Edge::From(Cursor::from(run)));
+        (edge, self.rows.len().clamp(PAGE, MOST))
+    }
+
+    /// Takes a part of the list. The selected run stays selected where it is still there.
+    pub fn take(&mut self, edge: Edge, page: Page) {
+        let kept = self.current();
+        match edge {
+            Edge::Newest | Edge::From(_) => {
+                self.rows = page.rows;
+                self.older = page.more;
+                self.newer &= edge != Edge::Newest;
+            }
+            Edge::Oldest => {
+                self.rows = page.rows;
+                self.newer = page.more;
+                self.older = false;
+                self.selected = self.rows.len().saturating_sub(1);
+                return;
+            }
+            Edge::Older(_) => {
+                self.rows.extend(page.rows);
+                self.older = page.more;
+                let over = self.rows.len().saturating_sub(MOST);
+                self.rows.drain(..over);
+                self.newer |= over > 0;
+            }
+            Edge::Newer(_) => {
+                self.rows.splice(..0, page.rows);
+                self.newer = page.more;
+                self.older |= self.rows.len() > MOST;
+                self.rows.truncate(MOST);
+            }
+        }
+        let place = kept.and_then(|id| self.rows.iter().position(|run| run.run == id.0));
+        let last = self.rows.len().saturating_sub(1);
+        self.selected = place.unwrap_or(self.selected).min(last);
+    }
+}

@@ -1,0 +1,45 @@
+//! The panes of the main screen, and whose keys they take.
+
+use crate::tui::action::Scope;
+
+/// The panes of the main screen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Pane {
+    /// The list of scenarios.
+    Scenarios,
+    /// The map from above.
+    Map,
+    /// Danger over time.
+    Timeline,
+    /// The prompt.
+    Prompt,
+    /// Verdicts side by side.
+    Verdict,
+    /// The reasoning of one answer.
+    Reasoning,
+    /// A measure over time.
+    Plot,
+}
+
+impl Pane {
+    /// Every pane that can have the keys, in the order of Tab.
+    pub const ALL: [Self; 6] = [
+        Self::Scenarios,
+        Self::Map,
+        Self::Prompt,
+        Self::Verdict,
+        Self::Reasoning,
+        Self::Plot,
+    ];
+
+    /// Whose keys it takes.
+    #[must_use]
+    pub fn scope(self) -> Scope {
+        match self {
+            Self::Scenarios => Scope::Scenarios,
+            Self::Map => Scope::Map,
+            Self::Prompt | Self::Reasoning | Self::Verdict => Scope::Text,
+            Self::Timeline | Self::Plot => Scope::Global,
+        }
+    }
+}

@@ -1,0 +1,337 @@
+//! The history's own reader of the store: a thread with a connection of its own, so that nothing waits for a long search.
+
+use std::collections::HashMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
+
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::Tasks;
+use crate::judge::{self, judge_under};
+use crate::metrics::Thresholds;
+use crate::scenario::{Entry, Scene, WantedEgo, Window};
+use crate::store::{Filter, Interrupter, Run, Store};
+use crate::system;
+use crate::tui::loaded::obstacle_taken;
+use crate::tui::message::Msg;
+use crate::tui::message::runs::{HistoryAsk, HistoryNews};
+use crate::verdict::Task;
+
+/// How often it is looked whether somebody wrote to the store, while the history is open.
+const LOOK: Duration = Duration::from_millis(400);
+
+/// Reads for the history while it is open; ends when it is dropped.
+#[derive(Debug)]
+pub struct Reader {
+    asks: Sender<HistoryAsk>,
+    reading: Arc<OnceLock<Interrupter>>,
+}
+
+/// What is needed to judge the question of a run.
+#[derive(Debug, Clone)]
+pub struct Judging {
+    /// The ego of a scenario where no obstacle is taken in its place.
+    pub ego: WantedEgo,
+    /// What risk scores are.
+    pub thresholds: Arc<Thresholds>,
+}
+
+impl Reader {
+    /// Begins to read the store in a file.
+    #[must_use]
+    pub fn begin(path: PathBuf, judging: Judging, news: UnboundedSender<Msg>) -> Self {
+        let (asks, receiver) = channel();
+        let reading = Arc::new(OnceLock::new());
+        let interrupter = Arc::clone(&reading);
+        std::thread::spawn(move || read(&path, &judging, &receiver, &interrupter, &news));
+        Self { asks, reading }
+    }
+
+    /// Asks for something. A list takes the place of one that is being read.
+    pub fn ask(&self, ask: HistoryAsk) {
+        if let (HistoryAsk::Page(..), Some(reading)) = (&ask, self.reading.get()) {
+            reading.interrupt();
+        }
+        // A reader that ended has said why.
+        let _ = self.asks.send(ask);
+    }
+}
+
+impl Tasks {
+    /// Reads go to the history's own reader, changes to where all others are written.
+    pub(super) fn history(&mut self, ask: HistoryAsk) {
+        let judging = || Judging {
+            ego: self.ego.clone(),
+            thresholds: self.thresholds.clone(),
+        };
+        match ask {
+            HistoryAsk::Close => self.history = None,
+            HistoryAsk::Open => {
+                let path = self.folders.store();
+                let reader = Reader::begin(path, judging(), self.sender.clone());
+                self.history = Some(reader);
+            }
+            HistoryAsk::Page(..) | HistoryAsk::Count(..) | HistoryAsk::Details(..) => {
+                if let Some(reader) = &self.history {
+                    reader.ask(ask);
+                }
+            }
+            HistoryAsk::Pin(..)
+            | HistoryAsk::Delete(..)
+            | HistoryAsk::Note(..)
+            | HistoryAsk::Export(..) => {
+                let Some(store) = self.store.clone() else {
+                    let why = "runs are not kept, so there is nothing to change".to_string();
+                    let _ = self.sender.send(Msg::Complaint(why));
+                    return;
+                };
+                let (judging, sender) = (judging(), self.sender.clone());
+                tokio::task::spawn_blocking(move || {
+                    let mut truths = Truths::default();
+                    for said in answer(&store, &judging, &mut truths, ask) {
+                        let _ = sender.send(Msg::History(said));
+                    }
+                });
+            }
+        }
+    }
+}
+
+fn read(
+    path: &Path,
+    judging: &Judging,
+    asks: &Receiver<HistoryAsk>,
+    reading: &OnceLock<Interrupter>,
+    news: &UnboundedSender<Msg>,
+) {
+    let tell = |said: HistoryNews| news.send(Msg::History(said)).is_ok();
+    let store = match Store::open(path) {
+        Ok(store) => store,
+        Err(error) => {
+            let why = error.to_string();
+            for ask in asks {
+                if let HistoryAsk::Page(id, _, edge, _) = ask {
+                    tell(HistoryNews::Page(id, edge, Err(why.clone())));
+                }
+            }
+            return;
+        }
+    };
+    let _ = reading.set(store.interrupter());
+    let mut truths = Truths::default();
+    let mut version = store.version_of_data().ok();
+    let mut wait = LOOK;
+    loop {
+        let first = match asks.recv_timeout(wait) {
+            Ok(ask) => Some(ask),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => return,
+        };
+        let idle = first.is_none();
+        let begun = Instant::now();
+        for ask in newest(first.into_iter().chain(asks.try_iter())) {
+            for said in answer(&store, judging, &mut truths, ask) {
+                if !tell(said) {
+                    return;
+                }
+            }
+        }
+        if idle {
+            let now = store.version_of_data().ok();
+            if now != version && !tell(HistoryNews::Changed) {
+                return;
+            }
+            version = now;
+        } else {
+            // A search that takes long is not begun again and again while answers arrive.
+            wait = LOOK.max(begun.elapsed() * 4);
+        }
+    }
+}
+
+/// Of what waits, the newest of each kind: the others are about what is not looked at any longer.
+fn newest(asks: impl Iterator<Item = HistoryAsk>) -> Vec<HistoryAsk> {
+    let mut kept: Vec<HistoryAsk> = Vec::new();
+    for ask in asks {
+        let kind = std::mem::discriminant(&ask);
+        kept.retain(|other| std::mem::discriminant(other) != kind);
+        kept.push(ask);
+    }
+    // What is seen first is read first.
+    kept.sort_by_key(|ask| match ask {
+        HistoryAsk::Page(..) => 0,
+        HistoryAsk::Details(..) => 1,
+        _ => 2,
+    });
+    kept
+}
+
+/// What the store says to a question of the history.
+#[must_use]
+pub fn answer(
+    store: &Store,
+    judging: &Judging,
+    truths: &mut Truths,
+    ask: HistoryAsk,
+) -> Vec<HistoryNews> {
+    match ask {
+        HistoryAsk::Page(id, filter, edge, most) => match store.page(&filter, edge, most) {
+            // A newer list has been asked for.
+            Err(error) if error.is_interrupted() => Vec::new(),
+            found => vec![HistoryNews::Page(
+                id,
+                edge,
+                found.map_err(|e| e.to_string()),
+            )],
+        },
+        HistoryAsk::Count(filter) => {
+            let most = if filter == Filter::default() {
+                u64::MAX
+            } else {
+                COUNTED
+            };
+            // A list without its length is worth as much.
+            let counted = store.count_to(&filter, most).ok();
+            counted
+                .map(|n| HistoryNews::Counted(filter, n))
+                .into_iter()
+                .collect()
+        }
+        HistoryAsk::Details(id, entries) => {
+            let interrupted = |e: &crate::store::StoreError| e.is_interrupted();
+            let mut found = store.run(id);
+            if found.as_ref().is_err_and(interrupted) {
+                found = store.run(id);
+            }
+            let truth = match &found {
+                Ok(Some(run)) => truths.of(store, judging, run, &entries),
+                _ => None,
+            };
+            let found = found
+                .map(|run| run.map(Box::new))
+                .map_err(|e| e.to_string());
+            vec![
+                HistoryNews::Details(id, found),
+                HistoryNews::Truth(id, truth),
+            ]
+        }
+        HistoryAsk::Pin(id, pinned) => vec![done(id, store.pin(id, pinned))],
+        HistoryAsk::Delete(id, deleted) => vec![done(id, store.delete(id, deleted))],
+        HistoryAsk::Note(id, words) => vec![done(id, store.note(id, &words))],
+        HistoryAsk::Export(filter, path) => {
+            vec![HistoryNews::Exported(export(store, &filter, &path))]
+        }
+        HistoryAsk::Open | HistoryAsk::Close => Vec::new(),
+    }
+}
+
+/// Runs that fit are counted this far where there is a filter.
+const COUNTED: u64 = 10_000;
+
+fn done(id: crate::store::RunId, result: Result<(), crate::store::StoreError>) -> HistoryNews {
+    HistoryNews::Done(id, result.map_err(|e| e.to_string()))
+}
+
+/// Writes the runs that fit into a new file, as `nearmiss export` does: whole or not at all.
+fn export(store: &Store, filter: &Filter, path: &Path) -> Result<String, String> {
+    let wrong = |error: &std::io::Error| format!("{}: {}", path.display(), system::words(error));
+    if path.exists() {
+        return Err(format!(
+            "{} is there already; choose another name",
+            path.display()
+        ));
+    }
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let file = tempfile::NamedTempFile::new_in(folder).map_err(|e| wrong(&e))?;
+    let mut writer = std::io::BufWriter::new(file);
+    let numbers = store.numbers(filter).map_err(|e| e.to_string())?;
+    let mut written = 0;
+    for number in numbers {
+        // One that is gone meanwhile is no longer listed either.
+        if let Some(run) = store.run(number).map_err(|e| e.to_string())? {
+            let line = escaped(&run.to_record().to_string());
+            writeln!(writer, "{line}").map_err(|e| wrong(&e))?;
+            written += 1;
+        }
+    }
+    let file = writer.into_inner().map_err(|e| wrong(e.error()))?;
+    file.persist_noclobber(path).map_err(|e| wrong(&e.error))?;
+    Ok(format!("{written} runs written to {}", path.display()))
+}
+
+/// JSON must escape only the control characters below U+0020; terminals obey those from U+007F on as well.
+fn escaped(json: &str) -> String {
+    let mut text = String::with_capacity(json.len());
+    for c in json.chars() {
+        match c.is_control() {
+            true => text.push_str(&format!("\\u{:04x}", u32::from(c))),
+            false => text.push(c),
+        }
+    }
+    text
+}
+
+/// What the built-in judge says to the questions of runs, as far as it was asked.
+#[derive(Debug, Default)]
+pub struct Truths(HashMap<About, Option<bool>>);
+
+/// What a truth is about: scenario, ego, task and window.
+type About = (String, String, &'static str, Option<(i64, i64)>);
+
+impl Truths {
+    /// What the store knows, else what the scenario says, if one of these files is it.
+    fn of(&mut self, store: &Store, judging: &Judging, run: &Run, files: &[Entry]) -> Option<bool> {
+        if run.question.model == judge::MODEL {
+            return None;
+        }
+        if let Ok(Some(said)) = store.verdict_beside(run, judge::MODEL) {
+            return Some(said);
+        }
+        let question = &run.question;
+        let about = (
+            question.scenario_hash.clone()?,
+            question.ego.clone(),
+            question.task.name(),
+            question.window,
+        );
+        if let Some(known) = self.0.get(&about) {
+            return *known;
+        }
+        let said = files.iter().find_map(|entry| judged(entry, judging, run));
+        self.0.insert(about, said);
+        said
+    }
+}
+
+/// What the built-in judge says to the question of a run, if this file is its scenario.
+fn judged(entry: &Entry, judging: &Judging, run: &Run) -> Option<bool> {
+    let question = &run.question;
+    if !Task::VERDICTS.contains(&question.task) {
+        return None;
+    }
+    let scenario = entry.read().ok()?;
+    if Some(scenario.hash.to_string()) != question.scenario_hash {
+        return None;
+    }
+    let taken = obstacle_taken(&question.ego).map(WantedEgo::Obstacle);
+    let ego = taken.unwrap_or_else(|| judging.ego.clone());
+    let ego = ego.of(entry, &scenario).ok()??;
+    if ego.to_string() != question.ego {
+        return None;
+    }
+    let scene = Scene::new(scenario, ego);
+    let (first, last) = match (question.window, question.task) {
+        (Some(window), _) => window,
+        // A collision is one whatever the window.
+        (None, Task::Collision) => (scene.last_step(), scene.last_step()),
+        (None, _) => return None,
+    };
+    let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
+    let window = Window::ending_at(&scene, last, history);
+    let judgement = judge_under(&scene, question.task, &window, &judging.thresholds);
+    Some(judgement.verdict.dangerous)
+}

@@ -1,0 +1,320 @@
+//! The history of runs over a store in memory: paging, searching, changing and taking back, opening again.
+
+use super::kept::{FIRST, Kept, three};
+use crate::store::RunId;
+use crate::tui::message::runs::{HistoryAsk, HistoryNews};
+use crate::tui::message::{Effect, Msg};
+use crate::tui::model::{Notice, Overlay, Shown};
+use crate::verdict::Task;
+
+#[test]
+fn words_and_filters_narrow_it_down_as_one_types() {
+    let mut kept = three();
+    assert_eq!(kept.rows(), [3, 2, 1]);
+    assert_eq!(kept.bench.model.history.total, Some(3));
+    kept.press("/");
+    kept.type_text("brak");
+    assert_eq!(kept.rows(), [3, 1]);
+    kept.type_text(" verdict:dan");
+    assert_eq!(kept.rows(), [1]);
+    kept.type_text("x");
+    let frame = kept.bench.frame(120, 30);
+    assert!(frame.contains("there are dangerous, safe, none"), "{frame}");
+    assert_eq!(
+        kept.rows(),
+        [1],
+        "a line that means nothing changes nothing"
+    );
+    kept.press("backspace enter");
+    kept.press("esc");
+    assert_eq!(kept.rows(), [3, 2, 1], "Esc clears the search first");
+    kept.press("esc");
+    assert!(kept.bench.model.overlays.is_empty());
+}
+
+#[test]
+fn a_deletion_is_taken_back_and_the_one_before_it_too() {
+    let mut kept = three();
+    kept.press("d d");
+    assert_eq!(kept.rows(), [1]);
+    assert!(kept.deleted(RunId(3)) && kept.deleted(RunId(2)));
+    kept.press("u");
+    assert_eq!(kept.rows(), [2, 1]);
+    kept.press("u");
+    assert_eq!(kept.rows(), [3, 2, 1]);
+    kept.press("u");
+    assert!(!kept.deleted(RunId(3)) && !kept.deleted(RunId(2)));
+    kept.press("g p d");
+    let top = RunId(kept.rows()[0]);
+    assert!(kept.store.run(top).unwrap().unwrap().pinned && !kept.deleted(top));
+    // Somebody else pinned the next one meanwhile: it comes back, and that is said.
+    kept.press("j");
+    let next = kept.bench.model.history.current().unwrap();
+    kept.store.pin(next, true).unwrap();
+    kept.press("d");
+    assert_eq!(kept.rows(), [3, 2, 1]);
+    assert_eq!(kept.bench.model.toasts.last().unwrap().kind, Notice::Error);
+    assert!(kept.bench.model.history.undo.is_empty());
+}
+
+#[test]
+fn deleted_runs_are_listed_and_restored() {
+    let mut kept = three();
+    kept.press("d /");
+    kept.type_text("deleted");
+    kept.press("enter");
+    assert_eq!(kept.rows(), [3]);
+    kept.press("d");
+    assert!(!kept.deleted(RunId(3)));
+}
+
+#[test]
+fn notes_are_written_and_found() {
+    let mut kept = three();
+    kept.press("n");
+    kept.type_text("odd one");
+    kept.press("enter /");
+    kept.type_text("odd");
+    assert_eq!(kept.rows(), [3]);
+    assert!(kept.bench.frame(120, 40).contains("odd one"));
+}
+
+#[test]
+fn enter_opens_the_scenario_as_it_was_asked_about() {
+    let mut kept = three();
+    kept.bench.model.list.set_filter("merge".into());
+    kept.press("j j enter");
+    let model = &kept.bench.model;
+    assert!(model.overlays.is_empty() && model.reopening.is_none());
+    assert_eq!(model.opened.as_ref().unwrap().name, FIRST);
+    assert_eq!(
+        (model.task, model.frame.name()),
+        (Task::Safety, "cartesian")
+    );
+    assert_eq!(
+        (model.techniques.to_string().as_str(), model.clock.step()),
+        ("cp", 29)
+    );
+    let column = model.answers.column().unwrap();
+    assert_eq!(
+        (column.model.as_str(), column.steps),
+        ("lab/small", Some((20, 29)))
+    );
+    assert!(column.truth.is_some());
+    assert_eq!(
+        model.list.current(),
+        model.list.opened,
+        "the filter that hid it is gone"
+    );
+    // The other earlier answers come beside it.
+    let mut loads = kept.bench.effects.iter().rev();
+    let of = loads.find_map(|effect| match effect {
+        Effect::LoadStored(of) => Some(of.clone()),
+        _ => None,
+    });
+    let of = of.unwrap();
+    let runs = kept
+        .store
+        .of_scenario(&of.scenario, &of.name, of.task, 9)
+        .unwrap();
+    let answers = runs.into_iter().map(crate::evaluation::Answer::from);
+    let answers = answers.collect();
+    kept.bench.send(Msg::Stored(of, answers));
+    let model = &kept.bench.model;
+    assert_eq!(model.answers.columns.len(), 2);
+    assert!(matches!(model.answers.shown, Shown::Column(_)));
+    assert_eq!(model.answers.column().unwrap().model, "lab/small");
+}
+
+#[test]
+fn a_scenario_that_is_not_there_is_said_and_nothing_changes() {
+    let mut kept = three();
+    kept.press("j enter");
+    assert_eq!(kept.bench.model.overlays, [Overlay::History]);
+    let said = &kept.bench.model.toasts.last().unwrap().text;
+    assert!(
+        said.contains("ZAM_Lost-1_1_T-1 is not in the list"),
+        "{said}"
+    );
+}
+
+#[test]
+fn the_details_hold_the_run_against_the_built_in_judge() {
+    let mut kept = three();
+    kept.bench.model.size = (200, 60);
+    let frame = kept.bench.frame(200, 60);
+    for words in [
+        "built-in     = no",
+        "2,000 in, 150 out",
+        "$0.012500 (tokens times listed prices)",
+        "2.5 s, 300 ms to the first piece",
+        "20 to 29",
+        "── message: user ──",
+        "there is room to brake",
+        "Be brief.␛[31m",
+    ] {
+        assert!(frame.contains(words), "{words}: {frame}");
+    }
+    kept.press("j");
+    assert!(kept.bench.frame(200, 60).contains("not known here"));
+}
+
+#[test]
+fn what_others_write_appears_and_the_selection_stays() {
+    let mut kept = three();
+    kept.press("j");
+    let selected = kept.bench.model.history.current();
+    kept.add(FIRST, "lab/new", true, "x");
+    kept.bench.send(Msg::History(HistoryNews::Changed));
+    kept.settle();
+    assert_eq!(kept.rows(), [4, 3, 2, 1]);
+    assert_eq!(kept.bench.model.history.current(), selected);
+    assert_eq!(kept.bench.model.history.total, Some(4));
+}
+
+#[test]
+fn only_a_stretch_of_a_long_list_is_at_hand() {
+    let mut kept = Kept::new();
+    for n in 0..1500 {
+        kept.add("ZAM_Lost-1_1_T-1", &format!("lab/{n}"), n % 3 == 0, "x");
+    }
+    kept.press("ctrl-r");
+    assert_eq!(kept.rows().len(), 100);
+    kept.bench.frame(120, 40);
+    for _ in 0..80 {
+        kept.press("pagedown");
+    }
+    let rows = kept.rows();
+    assert!(rows.len() <= 600 && rows.is_sorted_by(|a, b| a > b));
+    assert_eq!(kept.bench.model.history.current(), Some(RunId(1)));
+    kept.press("g");
+    assert_eq!(kept.bench.model.history.current(), Some(RunId(1500)));
+    kept.press("shift-g");
+    assert_eq!(kept.bench.model.history.current(), Some(RunId(1)));
+    for _ in 0..80 {
+        kept.press("pageup");
+    }
+    assert_eq!(kept.bench.model.history.current(), Some(RunId(1500)));
+    assert!(kept.rows().is_sorted_by(|a, b| a > b));
+}
+
+#[test]
+fn old_lists_are_dropped() {
+    let mut kept = three();
+    kept.bench.press("/");
+    kept.bench.type_text("brak");
+    let asks: Vec<_> = kept.bench.effects.drain(..).collect();
+    let mut ids = asks.iter().filter_map(|effect| match effect {
+        Effect::History(HistoryAsk::Page(id, _, edge, _)) => Some((*id, *edge)),
+        _ => None,
+    });
+    let (id, edge) = ids.next().unwrap();
+    assert!(ids.next().is_some(), "one for every letter");
+    let news = HistoryNews::Page(id, edge, Ok(crate::store::Page::default()));
+    kept.bench.send(Msg::History(news));
+    assert_eq!(kept.rows(), [3, 2, 1]);
+}
+
+#[test]
+fn the_listed_runs_are_exported_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.jsonl");
+    let mut kept = three();
+    kept.press("/");
+    kept.type_text("model:large");
+    kept.press("enter e ctrl-u");
+    kept.bench.send(Msg::Paste(path.display().to_string()));
+    kept.press("enter");
+    let written = std::fs::read_to_string(&path).unwrap();
+    let runs: Vec<_> = written
+        .lines()
+        .map(|l| crate::store::Run::from_record(l).unwrap())
+        .collect();
+    assert_eq!(runs.len(), 2);
+    assert!(
+        kept.bench
+            .model
+            .toasts
+            .last()
+            .unwrap()
+            .text
+            .contains("2 runs written")
+    );
+    kept.press("e ctrl-u");
+    kept.bench.send(Msg::Paste(path.display().to_string()));
+    kept.press("enter");
+    assert!(
+        kept.bench
+            .model
+            .toasts
+            .last()
+            .unwrap()
+            .text
+            .contains("is there already")
+    );
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), written);
+}
+
+#[test]
+fn what_cannot_be_read_is_said() {
+    let mut kept = Kept::new();
+    kept.bench.press("ctrl-r");
+    let page = kept.bench.effects.iter().find_map(|effect| match effect {
+        Effect::History(HistoryAsk::Page(id, _, edge, _)) => Some((*id, *edge)),
+        _ => None,
+    });
+    let (id, edge) = page.unwrap();
+    let news = HistoryNews::Page(id, edge, Err("the file is no store".into()));
+    kept.bench.send(Msg::History(news));
+    assert!(kept.bench.frame(80, 24).contains("the file is no store"));
+}
+
+/// Times stand as they are everywhere: the store's are put in place of now.
+fn at_a_fixed_time(mut kept: Kept) -> Kept {
+    let history = &mut kept.bench.model.history;
+    for run in &mut history.rows {
+        run.created_ms = 1_699_963_200_000 + run.run * 86_400_000;
+    }
+    if let Some(run) = &mut history.details {
+        run.created_ms = 1_699_963_200_000;
+    }
+    kept.bench.model.toasts.clear();
+    kept
+}
+
+fn no_time(frame: &str) -> String {
+    // The clock of this place is not that of others.
+    let hour = |word: &str| word.len() == 5 && word.as_bytes()[2] == b':';
+    let words = frame.split(' ').map(|w| if hour(w) { "hh:mm" } else { w });
+    words.collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn history_at_80_by_24() {
+    let kept = at_a_fixed_time(three());
+    insta::assert_snapshot!(no_time(&kept.bench.frame(80, 24)));
+}
+
+#[test]
+fn history_at_200_by_60() {
+    let kept = at_a_fixed_time(three());
+    insta::assert_snapshot!(no_time(&kept.bench.frame(200, 60)));
+}
+
+#[test]
+fn it_fits_every_size_and_its_keys_are_in_the_footer() {
+    let mut kept = three();
+    let last = kept.bench.frame(120, 30);
+    let last = last.lines().last().unwrap();
+    for words in ["reopen", "search", "pin", "delete", "undo", "Esc close"] {
+        assert!(last.contains(words), "{words}: {last}");
+    }
+    for keys in ["", "/", "esc", "n", "esc", "e", "esc", "tab"] {
+        kept.press(keys);
+        for columns in [80, 81, 109, 110, 160, 300] {
+            for rows in [24, 25, 40, 90] {
+                kept.bench.frame(columns, rows);
+            }
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! Marking scenarios, and asking one question about many of them.
+
+use std::sync::Arc;
+
+use super::super::keymap::{Code, Key};
+use super::super::message::Effect;
+use super::super::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended};
+use super::super::model::{Card, Column, JobKind, JobState, Model, Overlay};
+use super::{actions, jobs};
+use crate::evaluation::Plan;
+use crate::judge;
+use crate::text::Frame;
+
+/// Marks the selected scenario, or takes its mark away.
+pub fn mark(model: &mut Model) {
+    match model.list.current() {
+        Some(place) => {
+            let entry = model.list.rows[place].entry.clone();
+            model.marks.toggle(&entry);
+            let count = model.marks.count(&model.list);
+            model.say(format!("{count} marked; A asks about them"));
+        }
+        None => model.say("no scenario is selected"),
+    }
+}
+
+/// Shows what asking about the marked scenarios would take, and begins to count it.
+pub fn propose(model: &mut Model) -> Vec<Effect> {
+    let entries = model.marks.chosen(&model.list);
+    let asked = model.model.clone();
+    let error = model.prompt.error.clone();
+    if let Some(error) = error.filter(|_| asked != judge::MODEL) {
+        model.complain(format!("the template cannot be used: {error}"));
+        return Vec::new();
+    }
+    if entries.is_empty() {
+        model.say("no scenario is listed");
+        return Vec::new();
+    }
+    if model.frame == Frame::Trajectory {
+        model.say("this frame is about one picked obstacle: f chooses another one");
+        return Vec::new();
+    }
+    let plan = Plan {
+        task: model.task,
+        frame: model.frame,
+        decided: model.decided(),
+        library: model.library.clone(),
+        draft: model.prompt.draft(),
+        thresholds: model.thresholds.clone(),
+    };
+    let id = BatchId(model.new_id());
+    let batch = Arc::new(Batch {
+        plan,
+        model: asked,
+        entries,
+    });
+    model.card = Some(Card {
+        id,
+        batch: Arc::clone(&batch),
+        counts: Counts::default(),
+        marked: model.marks.count(&model.list) > 0,
+    });
+    model.overlays.push(Overlay::Batch);
+    vec![Effect::Batch(BatchAsk::Count(id, batch))]
+}
+
+/// A key while the card is on top.
+pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
+    let Some(card) = &model.card else {
+        model.overlays.pop();
+        return Vec::new();
+    };
+    match key.code {
+        Code::Enter | Code::Char('y') if !card.is_counted() => {
+            model.say("still counting; Enter asks once everything is counted");
+            Vec::new()
+        }
+        Code::Enter | Code::Char('y') => begin(model),
+        Code::Esc | Code::Char('q' | 'n') => {
+            model.overlays.pop();
+            model.card = None;
+            vec![Effect::Batch(BatchAsk::StopCounting)]
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn begin(model: &mut Model) -> Vec<Effect> {
+    let Some(card) = model.card.take() else {
+        return Vec::new();
+    };
+    let nothing_to_ask = card.counts.asks == 0 && card.counts.stored == 0;
+    if let Some(why) = &card.counts.refused {
+        let why = why.clone();
+        model.card = Some(card);
+        model.say(why);
+        return Vec::new();
+    }
+    model.overlays.pop();
+    if nothing_to_ask {
+        model.say("there is nothing to ask about");
+        return Vec::new();
+    }
+    model.say(format!(
+        "asking {} about {} scenarios; J shows how far it is",
+        card.batch.model,
+        card.batch.entries.len()
+    ));
+    vec![Effect::Batch(BatchAsk::Begin(card.id, card.batch))]
+}
+
+/// What a batch tells; the list of tasks has heard it already.
+pub fn heard(model: &mut Model, news: BatchNews) -> Vec<Effect> {
+    match news {
+        BatchNews::Counted(id, counts) => {
+            if let Some(card) = model.card.as_mut().filter(|card| card.id == id) {
+                card.counts = counts;
+            }
+        }
+        BatchNews::Ended(_, Ok(ended)) => show(model, ended),
+        BatchNews::Over(id) => over(model, id),
+        BatchNews::Named(..) | BatchNews::Ended(_, Err(_)) => {}
+    }
+    Vec::new()
+}
+
+/// An answer about the scenario that is open stands among the others; what is shown stays shown.
+fn show(model: &mut Model, ended: Ended) {
+    let about = actions::stored_of(model);
+    let same = about.is_some_and(|of| ended.about == Some((of.scenario, of.ego, of.task)));
+    let run = ended.answer.run;
+    let is_it = |c: &Column| run.is_some() && c.answer().and_then(|a| a.run) == run;
+    if !same || ended.answer.model == judge::MODEL || model.answers.columns.iter().any(is_it) {
+        return;
+    }
+    let mut column = Column::from(*ended.answer);
+    column.truth = column.steps.and_then(|steps| super::truth(model, steps));
+    let (shown, scroll) = (model.answers.shown, model.answers.scroll);
+    let kept = model.answers.columns.len();
+    model.answers.add(column);
+    // Adding made no room: the places of the others are as they were.
+    if model.answers.columns.len() == kept + 1 {
+        (model.answers.shown, model.answers.scroll) = (shown, scroll);
+    }
+}
+
+/// One message for the whole batch.
+fn over(model: &mut Model, id: BatchId) {
+    let mut all = model.jobs.all.iter().rev();
+    let Some(job) = all.find(|job| job.kind == JobKind::Batch(id)) else {
+        return;
+    };
+    let why = job
+        .why
+        .as_ref()
+        .map_or(String::new(), |why| format!("; first: {why}"));
+    let (failed, words) = match &job.state {
+        JobState::Done(words) | JobState::Cancelled(words) => (job.tally.2 > 0, words.clone()),
+        JobState::Failed(words) => (true, words.clone()),
+        _ => return,
+    };
+    let text = format!("{}: {words}{why}", job.title);
+    if failed {
+        model.complain(text);
+    } else {
+        model.tell(text);
+    }
+}
+
+/// Lets every batch begin nothing more.
+pub fn stop_all(model: &mut Model) -> Vec<Effect> {
+    let running = model.jobs.all.iter().filter(|job| job.is_running());
+    let batches = running.filter_map(|job| match job.kind {
+        JobKind::Batch(id) => Some(id),
+        _ => None,
+    });
+    let batches: Vec<_> = batches.collect();
+    batches
+        .into_iter()
+        .flat_map(|id| jobs::stop(model, id))
+        .collect()
+}
+
+/// Says what stopping a batch means.
+pub fn stopping(model: &mut Model) {
+    model.say("nothing more is asked; what was sent is waited for, once more cancels that too");
+}
