@@ -8,6 +8,7 @@ mod migrate;
 mod record;
 mod rows;
 mod run;
+mod verdicts;
 mod write;
 
 pub use claim::{Claim, LEASE, RENEWAL};
@@ -16,6 +17,7 @@ pub use key::Key;
 pub use list::{Decision, Filter, Summary};
 pub use record::RecordError;
 pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};
+pub use verdicts::StoredVerdict;
 
 #[cfg(test)]
 mod tests;

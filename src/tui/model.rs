@@ -8,6 +8,7 @@ mod notices;
 mod picker;
 mod plot;
 mod prompt;
+mod timeline;
 mod values;
 
 use std::path::PathBuf;
@@ -16,11 +17,12 @@ use std::sync::Arc;
 pub use answers::{Answers, Column, Progress, Shown};
 pub use camera::Camera;
 pub use drawn::{Drawn, Extent, MapDrawn};
-pub use list::List;
+pub use list::{Agreement, Filter, Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS};
 pub use notices::{Notice, Toast};
-pub use picker::{Picker, measures_shown, models_shown, palette_shown};
+pub use picker::{Picker, measures_shown, models_shown, orders_shown, palette_shown};
 pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
+pub use timeline::{Disagreement, Heat, Seek};
 pub use values::Values;
 
 use super::action::Scope;
@@ -114,6 +116,13 @@ pub enum Overlay {
         /// Whether the list is sorted by the chosen one.
         sort: bool,
     },
+    /// The user's tags of a scenario, to be typed.
+    Tags {
+        /// What is typed.
+        picker: Picker,
+        /// The scenario's name.
+        scenario: String,
+    },
 }
 
 impl Overlay {
@@ -123,7 +132,10 @@ impl Overlay {
             Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
-            Self::Palette(_) | Self::Models { .. } | Self::Measures { .. } => None,
+            Self::Palette(_)
+            | Self::Models { .. }
+            | Self::Measures { .. }
+            | Self::Tags { .. } => None,
         }
     }
 }
@@ -157,6 +169,10 @@ pub struct Model {
     pub picked: Option<i64>,
     /// What is plotted over time.
     pub plot: Plot,
+    /// What the strips of the timeline show.
+    pub heat: Heat,
+    /// A disagreement that is looked for in a scenario that is being opened.
+    pub seek: Option<Seek>,
     /// Every measure of the picked obstacle, while somebody looks at them.
     pub values: Values,
     /// From where on values are dangerous, and what measures take for granted.
@@ -218,6 +234,8 @@ impl Model {
             camera: Camera::default(),
             picked: None,
             plot: Plot::default(),
+            heat: Heat::default(),
+            seek: None,
             values: Values::default(),
             thresholds: Arc::new(Thresholds::shipped().clone()),
             task: Task::Collision,

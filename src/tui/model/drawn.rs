@@ -14,6 +14,7 @@ pub struct Drawn {
     texts: RefCell<Vec<(Pane, Extent)>>,
     map: RefCell<Option<MapDrawn>>,
     scales: RefCell<Vec<Rect>>,
+    list: RefCell<Option<Rect>>,
 }
 
 /// Lines of a text, and how many of them the pane shows.
@@ -45,6 +46,7 @@ impl Drawn {
         self.texts.borrow_mut().clear();
         *self.map.borrow_mut() = None;
         self.scales.borrow_mut().clear();
+        *self.list.borrow_mut() = None;
     }
 
     /// A pane is here.
@@ -60,6 +62,18 @@ impl Drawn {
     /// The map is here.
     pub fn map(&self, map: MapDrawn) {
         *self.map.borrow_mut() = Some(map);
+    }
+
+    /// The lines of the list of scenarios are here, without what stands above them.
+    pub fn list(&self, area: Rect) {
+        *self.list.borrow_mut() = Some(area);
+    }
+
+    /// The line of the list at a position of the screen.
+    #[must_use]
+    pub fn list_line(&self, at: Position) -> Option<usize> {
+        let area = (*self.list.borrow()).filter(|area| area.contains(at))?;
+        Some(usize::from(at.y - area.y) + self.extent(Pane::Scenarios).top)
     }
 
     /// Time runs across these cells, first to last step.

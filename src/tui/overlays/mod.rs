@@ -3,6 +3,7 @@
 mod about;
 mod help;
 mod picker;
+mod tags;
 mod thresholds;
 mod values;
 
@@ -22,6 +23,10 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::About { scroll } => about::draw(frame, screen, model, *scroll),
             Overlay::Values { scroll } => values::draw(frame, screen, model, *scroll),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
+            Overlay::Tags {
+                picker: typed,
+                scenario,
+            } => tags::draw(frame, screen, model, (typed, scenario)),
             Overlay::Models { picker: typed, ask } => {
                 picker::models(frame, screen, model, typed, *ask);
             }

@@ -3,7 +3,7 @@
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
-use super::{answers, clock, editing, open, open_current, plot};
+use super::{answers, clock, editing, list, open, open_current, plot, timeline};
 use crate::geometry::Pose;
 use crate::scenario::EgoSource;
 use crate::text::Frame;
@@ -43,10 +43,15 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.focus = Pane::Scenarios;
             model.list.filtering = true;
         }
-        Choose => return open_current(model),
+        Choose => return list::choose(model),
+        GroupScenarios => list::group(model),
+        TurnOrder => list::turn(model),
+        EditTags => list::edit_tags(model),
+        NextDisagreement => return timeline::next_disagreement(model),
+        HeatStrips => timeline::next_heat(model),
         Up | Down | PageUp | PageDown | Top | Bottom => return moved(model, action),
         StepForward | StepBack | JumpForward | JumpBack | FirstStep | LastStep | Play | Faster
-        | Slower | NearestStep | CollisionStep => clock::clock(model, action),
+        | Slower | MinimumStep | CollisionStep | Loop => clock::clock(model, action),
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
             map(model, action);
         }

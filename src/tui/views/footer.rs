@@ -60,8 +60,11 @@ fn hints(model: &Model) -> Vec<(String, String)> {
                 ("Esc", "close"),
                 ("PgUp PgDn", "a page"),
                 ("x", "worst"),
-                ("n", "nearest"),
+                ("M", "minimum"),
             ]);
+        }
+        Some(Overlay::Tags { .. }) => {
+            return fixed(&[("type", "tags"), ("Enter", "keep"), ("Esc", "as before")]);
         }
         Some(Overlay::Palette(_) | Overlay::Models { .. } | Overlay::Measures { .. }) => {
             return fixed(&[
