@@ -17,12 +17,12 @@ use std::sync::Arc;
 pub use answers::{Answers, Column, Progress, Shown};
 pub use camera::Camera;
 pub use drawn::{Drawn, Extent, MapDrawn};
-pub use list::{Agreement, Filter, Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS};
+pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS};
 pub use notices::{Notice, Toast};
 pub use picker::{Picker, measures_shown, models_shown, orders_shown, palette_shown};
 pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
-pub use timeline::{Disagreement, Heat, Seek};
+pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
 
 use super::action::Scope;
