@@ -132,10 +132,9 @@ impl Overlay {
             Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
-            Self::Palette(_)
-            | Self::Models { .. }
-            | Self::Measures { .. }
-            | Self::Tags { .. } => None,
+            Self::Palette(_) | Self::Models { .. } | Self::Measures { .. } | Self::Tags { .. } => {
+                None
+            }
         }
     }
 }

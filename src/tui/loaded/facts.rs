@@ -168,7 +168,12 @@ impl Facts {
 
 /// Seconds from the first of these steps to the last.
 fn length(steps: std::ops::Range<i64>, scenario: &Scenario) -> f64 {
-    steps.end.saturating_sub(steps.start).saturating_sub(1).max(0) as f64 * scenario.dt()
+    steps
+        .end
+        .saturating_sub(steps.start)
+        .saturating_sub(1)
+        .max(0) as f64
+        * scenario.dt()
 }
 
 /// The three capitals at the beginning of a benchmark id, or of a name like one; empty where there are none.

@@ -13,7 +13,7 @@ mod tests;
 use std::collections::{BTreeMap, HashSet};
 
 pub use filter::{Filter, Matching};
-pub use group::{Agreement, Group, Grouping};
+pub use group::{Group, Grouping};
 pub use order::Order;
 pub use row::Row;
 pub use terms::{HEADLINE, TERMS};
@@ -112,9 +112,8 @@ impl List {
         self.known += usize::from(row.facts.is_none());
         self.answered |= facts.as_ref().is_ok_and(|f| f.tally().count() > 0);
         row.facts = Some(facts);
-        self.stale |= self.read.needs_facts()
-            || self.order.needs_facts()
-            || self.grouping.needs_facts();
+        self.stale |=
+            self.read.needs_facts() || self.order.needs_facts() || self.grouping.needs_facts();
     }
 
     /// The user's tags are these.
@@ -295,7 +294,10 @@ impl List {
         self.groups.clear();
         self.lines.clear();
         if self.grouping == Grouping::None {
-            let lines = self.visible.iter().map(|&place| Line::Scenario(place, None));
+            let lines = self
+                .visible
+                .iter()
+                .map(|&place| Line::Scenario(place, None));
             self.lines.extend(lines);
             return;
         }

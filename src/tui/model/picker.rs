@@ -59,7 +59,9 @@ pub fn orders_shown(picker: &Picker) -> Vec<Order> {
     let dangerous = MEASURES.iter().filter(|m| m.danger != Danger::Neutral);
     let measures = dangerous.map(Order::Measure);
     let all: Vec<Order> = Order::PLAIN.into_iter().chain(measures).collect();
-    let texts = all.iter().map(|order| format!("{} {}", order.id(), order.doc()));
+    let texts = all
+        .iter()
+        .map(|order| format!("{} {}", order.id(), order.doc()));
     let shown = matching(&picker.text, texts);
     shown.into_iter().map(|i| all[i]).collect()
 }

@@ -108,7 +108,11 @@ pub fn heat(value: f64, danger: Danger, threshold: Option<f64>, range: (f64, f64
     const STEPS: [f64; 7] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0];
     let Some(threshold) = threshold.filter(|t| *t != 0.0) else {
         let (least, most) = range;
-        let part = if most == least { 0.0 } else { (value - least) / (most - least) };
+        let part = if most == least {
+            0.0
+        } else {
+            (value - least) / (most - least)
+        };
         return (part.clamp(0.0, 1.0) * 7.0).round() as u8;
     };
     if danger.reaches(value, threshold) {
@@ -140,6 +144,9 @@ mod tests {
         assert_eq!(high, [7, 7, 6, 2, 0, 0]);
         let braking = [-9.0, -8.0, -4.0, 0.0, 2.0].map(|v| of(v, Danger::Low, Some(-8.0)));
         assert_eq!(braking, [7, 7, 5, 0, 0]);
-        assert_eq!([0.0, 5.0, 10.0].map(|v| of(v, Danger::Low, None)), [7, 4, 0]);
+        assert_eq!(
+            [0.0, 5.0, 10.0].map(|v| of(v, Danger::Low, None)),
+            [7, 4, 0]
+        );
     }
 }

@@ -32,7 +32,10 @@ pub fn draw(
     let in_use = model.list.tags.all().join(" ");
     for (what, tags) in [("in the file", of_file), ("yours, anywhere", in_use)] {
         let tags = if tags.is_empty() { "none" } else { &tags };
-        lines.push(Line::styled(visible(&format!("{what}: {tags}")).into_owned(), dim));
+        lines.push(Line::styled(
+            visible(&format!("{what}: {tags}")).into_owned(),
+            dim,
+        ));
     }
     lines.push(Line::default());
     let hint = "words with spaces between them; scenarios of the same name share them; tag:WORD in the filter finds them";

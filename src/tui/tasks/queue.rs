@@ -74,9 +74,8 @@ impl Queue {
                 return;
             };
             // A scenario that makes a measure panic must not hold up the others.
-            let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-                work(place, &entry)
-            }));
+            let result =
+                std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| work(place, &entry)));
             let of_use = self.lock().asked == asked;
             if let Ok(msg) = result
                 && of_use

@@ -22,7 +22,10 @@ pub fn clock(model: &mut Model, action: Action) {
         Action::Loop => timeline::turn_round(model),
         _ => go_to_worst(model),
     }
-    if !matches!(action, Action::Play | Action::Faster | Action::Slower | Action::Loop) {
+    if !matches!(
+        action,
+        Action::Play | Action::Faster | Action::Slower | Action::Loop
+    ) {
         model.clock.playing = false;
     }
     if model.clock.step() != before {

@@ -153,7 +153,9 @@ pub fn tags(model: &mut Model, tags: Result<Tags, String>) {
 pub fn recount(model: &Model, name: &str) -> Vec<Effect> {
     let rows = model.list.rows.iter().enumerate();
     let of_name = rows.filter(|(_, row)| row.entry.name == name);
-    let entries: Vec<_> = of_name.map(|(place, row)| (place, row.entry.clone())).collect();
+    let entries: Vec<_> = of_name
+        .map(|(place, row)| (place, row.entry.clone()))
+        .collect();
     match entries.is_empty() {
         true => Vec::new(),
         false => vec![Effect::Recount(entries)],

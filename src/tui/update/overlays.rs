@@ -2,7 +2,9 @@
 
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
-use super::super::model::{Model, Overlay, Picker, measures_shown, models_shown, orders_shown, palette_shown};
+use super::super::model::{
+    Model, Overlay, Picker, measures_shown, models_shown, orders_shown, palette_shown,
+};
 use super::{actions, answers, list, plot, values};
 
 /// A key while an overlay is open.

@@ -68,10 +68,7 @@ pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> V
     model.values = Values::default();
     let entries = model.list.rows.iter().map(|row| row.entry.clone());
     let entries: Vec<_> = entries.enumerate().collect();
-    let mut effects = vec![
-        Effect::UseThresholds(thresholds),
-        Effect::Survey(entries),
-    ];
+    let mut effects = vec![Effect::UseThresholds(thresholds), Effect::Survey(entries)];
     model.list.forget_values();
     effects.extend(list::rank(model));
     if let Some(place) = model.list.opened {

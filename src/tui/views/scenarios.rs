@@ -36,7 +36,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let lines = list.lines.len();
     let last = lines.saturating_sub(rows);
     let top = list.selected.saturating_sub(rows / 2).min(last);
-    model.drawn.text(Pane::Scenarios, Extent { lines, rows, top });
+    model
+        .drawn
+        .text(Pane::Scenarios, Extent { lines, rows, top });
     model.drawn.list(inner);
     if let Some(words) = nothing(model) {
         let text = Paragraph::new(words).wrap(Wrap { trim: true });
@@ -111,9 +113,18 @@ fn filter(f: &mut Frame<'_>, inner: &mut Rect, model: &Model) {
     }
     let cursor = if list.filtering { "▏" } else { "" };
     let width = usize::from(inner.width);
-    let text = format!("/{}{cursor}", fit_end(&list.filter, width.saturating_sub(2)));
+    let text = format!(
+        "/{}{cursor}",
+        fit_end(&list.filter, width.saturating_sub(2))
+    );
     let style = Style::new().fg(model.theme.accent);
-    f.render_widget(Line::styled(text, style), Rect { height: 1, ..*inner });
+    f.render_widget(
+        Line::styled(text, style),
+        Rect {
+            height: 1,
+            ..*inner
+        },
+    );
     *inner = below(*inner, 1);
     if let Some(wrong) = list.read.wrong.first() {
         let words = visible(&format!("! {wrong}")).into_owned();
@@ -141,7 +152,10 @@ fn placed(cell: Span<'static>, column: Column) -> Span<'static> {
     let width = column.width() - 1;
     let words = cell.content.as_ref();
     let text = match column.is_number() {
-        true => format!(" {}{words}", " ".repeat(width.saturating_sub(words.width()))),
+        true => format!(
+            " {}{words}",
+            " ".repeat(width.saturating_sub(words.width()))
+        ),
         false => format!(" {}", pad(words, width)),
     };
     Span::styled(text, cell.style)

@@ -43,7 +43,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let strips = height.saturating_sub(if apart { 2 } else { 1 });
         let scale = Scale::of(model, measure, series);
         for id in rows(opened, model.picked, strips) {
-            lines.push(strip(model, (&scale, series), id, width, column(model.clock.step())));
+            lines.push(strip(
+                model,
+                (&scale, series),
+                id,
+                width,
+                column(model.clock.step()),
+            ));
         }
     }
     let marks = ruler::marks(model, &column);
@@ -121,7 +127,10 @@ impl Scale {
             let all = ids.flat_map(|&id| series.row(measure.id, id));
             let values: Vec<f64> = all.filter_map(|reading| reading.value()).collect();
             let by_danger = |a: &&f64, b: &&f64| measure.danger.compare(**a, **b);
-            let (most, least) = (values.iter().min_by(by_danger), values.iter().max_by(by_danger));
+            let (most, least) = (
+                values.iter().min_by(by_danger),
+                values.iter().max_by(by_danger),
+            );
             range = (least.copied().unwrap_or(0.0), most.copied().unwrap_or(0.0));
         }
         Self {

@@ -112,10 +112,7 @@ const COMPARISONS: [(&str, Comparison); 5] = [
 pub const HEADLINE: [&str; 3] = ["risk", "distance", "ttc"];
 
 /// Reads a word as a term: nothing if it is none, `Ok(None)` while its value is still to be typed.
-pub fn term(
-    word: &str,
-    sorted: Option<&'static Measure>,
-) -> Option<Result<Option<Term>, String>> {
+pub fn term(word: &str, sorted: Option<&'static Measure>) -> Option<Result<Option<Term>, String>> {
     let (negated, bare) = match word.strip_prefix('!') {
         Some(rest) => (true, rest),
         None => (false, word),
