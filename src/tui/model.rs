@@ -271,17 +271,6 @@ impl Model {
         self.opened.as_ref()?.scene.as_deref()
     }
 
-    /// Why there is nothing to judge or plot, and what to do.
-    #[must_use]
-    pub fn without_ego(&self) -> String {
-        let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
-        match why {
-            None => "no scenario is open".into(),
-            Some(None) => "there is no ego: o picks an obstacle, E makes it the ego".into(),
-            Some(Some(why)) => format!("{why}: o picks an obstacle, E makes it the ego"),
-        }
-    }
-
     /// The window that is asked about: for the collision task the end of the recording, for the safety
     /// task the past of the current step.
     #[must_use]
