@@ -25,9 +25,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut inner = frame::pane(f, area, model, Pane::Scenarios, title(list, room));
     passed_over(f, area, model);
     filter(f, &mut inner, model);
-    let (columns, more) = fitting(list, usize::from(inner.width));
-    if more && inner.height > 5 && !list.lines.is_empty() {
-        let heads = heads(&columns, usize::from(inner.width));
+    let heads = inner.height > 5;
+    let (columns, more) = fitting(list, usize::from(inner.width), heads);
+    if more && heads && !list.lines.is_empty() {
+        let heads = headings(&columns, usize::from(inner.width));
         let style = Style::new().fg(model.theme.dim);
         f.render_widget(heads.style(style), Rect { height: 1, ..inner });
         inner = below(inner, 1);
@@ -138,7 +139,7 @@ fn filter(f: &mut Frame<'_>, inner: &mut Rect, model: &Model) {
 }
 
 /// What stands above the columns.
-fn heads(columns: &[Column], width: usize) -> Line<'static> {
+fn headings(columns: &[Column], width: usize) -> Line<'static> {
     let used: usize = columns.iter().map(|c| c.width()).sum();
     let mut line = Line::from(pad("  name", width.saturating_sub(used)));
     for column in columns {

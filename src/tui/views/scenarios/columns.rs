@@ -6,7 +6,7 @@ use ratatui::text::Span;
 use crate::metrics::{Headline, Measure, measure};
 use crate::tui::loaded::Tally;
 use crate::tui::model::{List, Model, Order, Row};
-use crate::tui::widgets::words::{fit, number};
+use crate::tui::widgets::words::fit;
 
 /// A column.
 #[derive(Debug, Clone, Copy)]
@@ -41,6 +41,7 @@ impl Column {
         match self {
             Self::Value(measure) => match (measure.id.len(), measure.unit) {
                 (0..=3, "s" | "m") => format!("{} {}", measure.id, measure.unit),
+                _ if measure.id == "distance" => "dist".into(),
                 _ => fit(measure.id, 5),
             },
             Self::Obstacles => "obs".into(),
@@ -57,8 +58,9 @@ impl Column {
     }
 }
 
-/// The columns that fit, from left to right, and whether there are more than there always are.
-pub fn fitting(list: &List, width: usize) -> (Vec<Column>, bool) {
+/// The columns that fit, from left to right, and whether there are more than there always are; where there is no row
+/// for `heads`, those that need one are left out.
+pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
     let sorted = match list.order {
         Order::Measure(measure) => Some(Column::Value(measure)),
         Order::Obstacles => Some(Column::Obstacles),
@@ -76,6 +78,7 @@ pub fn fitting(list: &List, width: usize) -> (Vec<Column>, bool) {
         fits
     };
     let wide = list.answered && take(4);
+    let mut take = |columns: usize| heads && take(columns);
     let shows = |id: &str| matches!(sorted, Some(Column::Value(m)) if m.id == id);
     let ttc = measure("ttc").filter(|m| !shows(m.id) && take(Column::Value(m).width()));
     let obstacles = !matches!(sorted, Some(Column::Obstacles)) && take(4);
@@ -121,7 +124,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
             }
         }
         Column::Obstacles => plain(facts.map(|f| f.obstacles.to_string())),
-        Column::Duration => plain(facts.map(|f| number((f.seconds * 10.0).round() / 10.0))),
+        Column::Duration => plain(facts.map(|f| format!("{:.1}", f.seconds))),
         Column::Country => plain(Some(row.country().to_string())),
         Column::Answers { wide } => {
             let tally = facts.map_or(Tally::default(), |f| f.tally());
