@@ -70,6 +70,12 @@ impl Folders {
         self.data.join("drafts")
     }
 
+    /// The user's tags of scenarios.
+    #[must_use]
+    pub fn tags(&self) -> PathBuf {
+        self.data.join("tags.toml")
+    }
+
     /// The database of runs.
     #[must_use]
     pub fn store(&self) -> PathBuf {

@@ -2,8 +2,10 @@
 
 mod file;
 mod folders;
+mod tags;
 mod text_file;
 
 pub use file::{Config, ConfigError};
 pub use folders::Folders;
+pub use tags::Tags;
 pub use text_file::TextFile;

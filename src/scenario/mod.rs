@@ -45,7 +45,7 @@ pub use road::{
     Route, RouteError, Side,
 };
 pub use scene::{Ego, Participant, Scene, SceneError};
-pub use search::{Found, LibraryError, PassedOver, Why, find, not_standard_input};
+pub use search::{Found, LibraryError, PassedOver, Why, find, find_in_pieces, not_standard_input};
 pub use summary::{alike, in_short};
 pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
 pub use vehicle::{VehicleModel, VehicleType};

@@ -145,54 +145,115 @@ pub fn not_standard_input(path: &Path) -> Result<(), LibraryError> {
 /// # Errors
 /// A path that cannot be read, or not one scenario at any of them.
 pub fn find(paths: &[PathBuf]) -> Result<Found, LibraryError> {
-    let mut found = Vec::new();
+    let mut entries = Vec::new();
     let mut passed_over = Vec::new();
-    for path in paths {
-        not_standard_input(path)?;
-        let io = |source| LibraryError::Io {
-            path: path.clone(),
-            source,
-        };
-        let named = Entry::of_argument(path).place != Place::File(path.clone());
-        if named || !path.metadata().map_err(io)?.is_dir() {
-            found.push(path.clone());
-            continue;
-        }
-        let scenarios = path.join("Scenarios");
-        let whole = !(scenarios.is_dir() && path.join("Results").is_dir());
-        let search = Search::of(if whole { path } else { &scenarios }).map_err(io)?;
-        found.extend(search.found);
-        passed_over.extend(search.passed_over);
-    }
     let mut seen = HashSet::new();
-    found.retain(|p| seen.insert(p.clone()));
+    for path in paths {
+        let mut of_path = Vec::new();
+        passed_over.extend(search(path, &mut |found| of_path.extend(found))?);
+        of_path.sort();
+        of_path.retain(|p| seen.insert(p.clone()));
+        entries.extend(of_path.iter().map(|p| Entry::of_argument(p)));
+    }
     let found = Found {
-        entries: found.iter().map(|p| Entry::of_argument(p)).collect(),
+        entries,
         passed_over,
     };
     match paths.first() {
-        Some(first) if found.entries.is_empty() => Err(LibraryError::Nothing {
-            path: first.clone(),
-            passed_over: found.passed_over_in_short(),
-        }),
+        Some(first) if found.entries.is_empty() => {
+            Err(nothing(first, found.passed_over_in_short()))
+        }
         _ => Ok(found),
     }
 }
 
+/// The same in pieces, for whoever does not want to wait: a piece is at most [`PIECE`] scenarios. In a folder come the
+/// scenarios first, by name, then its folders, by name. Gives back what was passed over.
+///
+/// # Errors
+/// As [`find`]; what was found before a path that cannot be read has been given out then.
+pub fn find_in_pieces(
+    paths: &[PathBuf],
+    give: &mut dyn FnMut(Vec<Entry>),
+) -> Result<Vec<PassedOver>, LibraryError> {
+    let mut seen = HashSet::new();
+    let mut passed_over = Vec::new();
+    for path in paths {
+        let mut piece = |mut found: Vec<PathBuf>| {
+            found.retain(|p| seen.insert(p.clone()));
+            if !found.is_empty() {
+                give(found.iter().map(|p| Entry::of_argument(p)).collect());
+            }
+        };
+        passed_over.extend(search(path, &mut piece)?);
+    }
+    match paths.first() {
+        Some(first) if seen.is_empty() => {
+            let found = Found {
+                entries: Vec::new(),
+                passed_over,
+            };
+            Err(nothing(first, found.passed_over_in_short()))
+        }
+        _ => Ok(passed_over),
+    }
+}
+
+fn nothing(path: &Path, passed_over: Option<String>) -> LibraryError {
+    LibraryError::Nothing {
+        path: path.to_path_buf(),
+        passed_over,
+    }
+}
+
+/// Scenarios in a piece, at most; the first pieces are smaller.
+const PIECE: usize = 256;
+
+/// Scenarios in the first piece: about a screen of them.
+const FIRST_PIECE: usize = 64;
+
+/// Searches one path, file or folder, and gives out what is there.
+fn search(
+    path: &Path,
+    give: &mut dyn FnMut(Vec<PathBuf>),
+) -> Result<Vec<PassedOver>, LibraryError> {
+    not_standard_input(path)?;
+    let io = |source| LibraryError::Io {
+        path: path.to_path_buf(),
+        source,
+    };
+    let named = Entry::of_argument(path).place != Place::File(path.to_path_buf());
+    if named || !path.metadata().map_err(io)?.is_dir() {
+        give(vec![path.to_path_buf()]);
+        return Ok(Vec::new());
+    }
+    let scenarios = path.join("Scenarios");
+    let whole = !(scenarios.is_dir() && path.join("Results").is_dir());
+    Search::of(if whole { path } else { &scenarios }, give).map_err(io)
+}
+
 /// A search below one folder.
-#[derive(Default)]
-struct Search {
+struct Search<'a> {
     folders: Vec<PathBuf>,
     links: Vec<PathBuf>,
     entered: HashSet<PathBuf>,
     found: Vec<PathBuf>,
+    given: usize,
+    give: &'a mut dyn FnMut(Vec<PathBuf>),
     passed_over: Vec<PassedOver>,
 }
 
-impl Search {
-    fn of(root: &Path) -> std::io::Result<Self> {
-        let mut search = Self::default();
-        search.entered.insert(root.canonicalize()?);
+impl<'a> Search<'a> {
+    fn of(root: &Path, give: &'a mut dyn FnMut(Vec<PathBuf>)) -> std::io::Result<Vec<PassedOver>> {
+        let mut search = Self {
+            folders: Vec::new(),
+            links: Vec::new(),
+            entered: HashSet::from([root.canonicalize()?]),
+            found: Vec::new(),
+            given: 0,
+            give,
+            passed_over: Vec::new(),
+        };
         search.enter(root)?;
         // Links come last: what is both there and linked to is found where it is. Each folder is entered once, as
         // links may lead in circles.
@@ -214,27 +275,45 @@ impl Search {
                 search.pass_over(folder, Why::Folder(error));
             }
         }
-        search.found.sort();
+        search.give_out();
         search.passed_over.sort_by(|a, b| a.path.cmp(&b.path));
-        Ok(search)
+        Ok(search.passed_over)
     }
 
-    /// Looks at what is in a folder.
+    /// Looks at what is in a folder, by name.
     fn enter(&mut self, folder: &Path) -> std::io::Result<()> {
         let mut protobuf = Vec::new();
+        let mut entries = Vec::new();
         let mut read = Ok(());
         for entry in std::fs::read_dir(folder)? {
             match entry {
-                Ok(entry) => self.look(&entry, &mut protobuf),
+                Ok(entry) => entries.push(entry),
                 Err(error) => read = Err(error),
             }
         }
+        entries.sort_by_cached_key(DirEntry::file_name);
+        let before = self.folders.len();
+        for entry in &entries {
+            self.look(entry, &mut protobuf);
+            let full = if self.given == 0 { FIRST_PIECE } else { PIECE };
+            if self.found.len() >= full {
+                self.give_out();
+            }
+        }
+        // The last one is entered next.
+        self.folders[before..].reverse();
         let (scenarios, others) = commonroad::protobuf_scenarios(protobuf);
         self.found.extend(scenarios);
         for (path, why) in others {
             self.pass_over(path, why.into());
         }
         read
+    }
+
+    fn give_out(&mut self) {
+        let found = std::mem::take(&mut self.found);
+        self.given += found.len();
+        (self.give)(found);
     }
 
     fn look(&mut self, entry: &DirEntry, protobuf: &mut Vec<PathBuf>) {

@@ -10,6 +10,7 @@ mod page;
 mod record;
 mod rows;
 mod run;
+mod verdicts;
 mod write;
 
 pub use claim::{Claim, LEASE, RENEWAL};
@@ -20,6 +21,7 @@ pub use list::Summary;
 pub use page::{Cursor, Edge, Interrupter, Page};
 pub use record::RecordError;
 pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};
+pub use verdicts::StoredVerdict;
 
 #[cfg(test)]
 mod tests;

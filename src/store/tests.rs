@@ -1,6 +1,8 @@
 //! The store through its own functions.
 #![allow(clippy::unwrap_used)]
 
+mod verdicts;
+
 use super::*;
 use crate::verdict::{Said, Task, Verdict};
 

@@ -31,8 +31,14 @@ pub enum Action {
     Play,
     Faster,
     Slower,
-    NearestStep,
+    MinimumStep,
     CollisionStep,
+    NextDisagreement,
+    Loop,
+    HeatStrips,
+    GroupScenarios,
+    TurnOrder,
+    EditTags,
     ZoomIn,
     ZoomOut,
     PanLeft,
@@ -177,8 +183,11 @@ table! {
     LastStep, Global, "last-step", ["end", "$"], 0, "end", "Go to the last time step.";
     Faster, Global, "faster", [">"], 0, "faster", "Play twice as fast.";
     Slower, Global, "slower", ["<"], 0, "slower", "Play half as fast.";
-    NearestStep, Global, "nearest", ["n"], 0, "nearest", "Go to the step of the smallest distance.";
+    MinimumStep, Global, "minimum", ["shift-m"], 0, "minimum", "Go to the most dangerous value of the plotted measure: of the picked obstacle, else of all.";
     CollisionStep, Global, "worst", ["x"], 0, "worst", "Go to the first contact, or the step of the lowest risk score.";
+    NextDisagreement, Global, "next-disagreement", ["shift-d"], 0, "disagreement", "Go to the next answer that differs from the built-in judge, here or in another scenario of the list.";
+    Loop, Global, "loop", [";"], 0, "loop", "Play over and over: everything, the window, or no longer.";
+    HeatStrips, Global, "heat-strips", ["shift-h"], 0, "heat", "Show another measure in the strips of the timeline, or none.";
     ToggleTask, Global, "task", ["t"], 0, "task", "Switch the task.";
     ToggleFrame, Global, "frame", ["f"], 0, "frame", "Switch to the next frame that the task has a template for.";
     ToggleCp, Global, "cp", ["1"], 0, "cp", "Contextual prompting on or off.";
@@ -196,7 +205,10 @@ table! {
     PlotMeasure, Global, "plot", ["p"], 0, "plot", "Choose the measure that is plotted over time.";
     Values, Global, "values", ["shift-v"], 0, "values", "Every measure of the picked obstacle and of the scene at this step, and the thresholds.";
     ReadThresholds, Global, "read-thresholds", [], 0, "thresholds", "Read thresholds.toml again and measure anew.";
-    SortScenarios, Global, "sort", ["s"], 0, "sort", "Sort the list of scenarios by a measure, the most dangerous first.";
+    SortScenarios, Global, "sort", ["s"], 0, "sort", "Sort the list of scenarios; by the same again, the other way around.";
+    TurnOrder, Global, "turn-order", [], 0, "turn", "Turn the order of the list around.";
+    GroupScenarios, Global, "group", ["shift-s"], 0, "group", "Group the list by country, folder, tag, what answers say, or not at all.";
+    EditTags, Global, "tags", ["#"], 0, "tags", "Give the selected scenario tags of your own.";
     TakeAsEgo, Global, "take-as-ego", ["shift-e"], 0, "as ego", "Take the picked obstacle as the ego.";
     RecordedEgo, Global, "recorded-ego", ["backspace"], 0, "recorded ego", "Go back from an obstacle as the ego to the recorded one, or to that of --ego.";
     Follow, Global, "follow", ["w"], 0, "follow", "Keep the ego in the middle of the map, or not.";
@@ -214,7 +226,7 @@ table! {
     Suspend, Global, "suspend", ["ctrl-z"], 0, "suspend", "Go back to the shell; `fg` returns.";
     Up, Scenarios, "up", ["up", "k"], 0, "up", "Select the scenario above.";
     Down, Scenarios, "down", ["down", "j"], 0, "down", "Select the scenario below.";
-    Choose, Scenarios, "choose", ["enter"], 0, "open", "Open the selected scenario now.";
+    Choose, Scenarios, "choose", ["enter"], 0, "open", "Open the selected scenario now; on a group, shut or open it.";
     PageUp, Scenarios, "page-up", ["pageup"], 0, "page up", "A page up.";
     PageDown, Scenarios, "page-down", ["pagedown"], 0, "page down", "A page down.";
     Top, Scenarios, "top", ["g"], 0, "top", "The first scenario.";

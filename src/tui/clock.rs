@@ -15,6 +15,19 @@ pub struct Clock {
     /// Whether it runs.
     pub playing: bool,
     speed: f64,
+    lap: Lap,
+}
+
+/// What is played, and whether it starts over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Lap {
+    /// Everything, once.
+    #[default]
+    Once,
+    /// Everything, over and over.
+    Whole,
+    /// The steps from one to another, over and over.
+    Part(i64, i64),
 }
 
 const SPEEDS: (f64, f64) = (0.125, 16.0);
@@ -31,13 +44,46 @@ impl Clock {
             pending: 0.0,
             playing: false,
             speed: 1.0,
+            lap: Lap::Once,
         }
     }
 
-    /// The same clock at another speed.
+    /// The same clock, as fast as another one, and over and over where that is; a part of another scenario is none of
+    /// this one.
     #[must_use]
-    pub fn at_speed(self, speed: f64) -> Self {
-        Self { speed, ..self }
+    pub fn like(self, other: &Self) -> Self {
+        let lap = match other.lap {
+            Lap::Once => Lap::Once,
+            Lap::Whole | Lap::Part(..) => Lap::Whole,
+        };
+        Self {
+            speed: other.speed,
+            lap,
+            ..self
+        }
+    }
+
+    /// What is played.
+    #[must_use]
+    pub fn lap(&self) -> Lap {
+        self.lap
+    }
+
+    /// Plays this from now on.
+    pub fn go_round(&mut self, lap: Lap) {
+        self.lap = lap;
+    }
+
+    /// First and last step of what is played.
+    #[must_use]
+    pub fn played(&self) -> (i64, i64) {
+        match self.lap {
+            Lap::Part(first, last) => (
+                first.clamp(self.first, self.last),
+                last.clamp(self.first, self.last),
+            ),
+            Lap::Once | Lap::Whole => (self.first, self.last),
+        }
     }
 
     /// The current step.
@@ -81,15 +127,16 @@ impl Clock {
         self.speed = (self.speed * factor).clamp(SPEEDS.0, SPEEDS.1);
     }
 
-    /// Starts or pauses; at the end it starts over.
+    /// Starts or pauses; at the end, and outside what is played, it starts over.
     pub fn toggle(&mut self) {
-        if !self.playing && self.step == self.last {
-            self.go(self.first);
+        let (first, last) = self.played();
+        if !self.playing && (self.step == self.last || !(first..=last).contains(&self.step)) {
+            self.go(first);
         }
         self.playing = !self.playing;
     }
 
-    /// Lets real time pass; it stops at the end. Says whether the step changed.
+    /// Lets real time pass; at the end it stops, or starts over. Says whether the step changed.
     pub fn pass(&mut self, elapsed: Duration) -> bool {
         if !self.playing {
             return false;
@@ -98,7 +145,17 @@ impl Clock {
         let steps = (self.pending / self.dt).floor();
         self.pending -= steps * self.dt;
         let before = self.step;
-        self.step = self.step.saturating_add(steps as i64).min(self.last);
+        let (first, last) = self.played();
+        let next = self.step.saturating_add(steps as i64);
+        if self.lap != Lap::Once && first < last {
+            // The last step is shown as long as every other one.
+            self.step = match next {
+                inside if inside <= last => inside,
+                beyond => first + (beyond - first).rem_euclid(last - first + 1),
+            };
+            return self.step != before;
+        }
+        self.step = next.min(self.last);
         if self.step == self.last {
             self.playing = false;
             self.pending = 0.0;
@@ -122,6 +179,26 @@ mod tests {
         assert_eq!((clock.step(), clock.playing), (30, false));
         clock.toggle();
         assert_eq!(clock.step(), 0, "starts over");
+    }
+
+    #[test]
+    fn goes_round_the_whole_or_a_part_and_another_scenario_has_no_part() {
+        let mut clock = Clock::new(0..31, 0.1);
+        clock.go_round(Lap::Part(10, 14));
+        clock.toggle();
+        assert_eq!(clock.step(), 10, "from outside to the beginning");
+        clock.pass(Duration::from_millis(410));
+        assert_eq!(clock.step(), 14);
+        assert!(clock.pass(Duration::from_millis(110)) && clock.playing);
+        assert_eq!(clock.step(), 10);
+        clock.go_round(Lap::Whole);
+        clock.pass(Duration::from_secs(60));
+        assert!(clock.playing && (0..=30).contains(&clock.step()));
+        clock.change_speed(true);
+        clock.go_round(Lap::Part(10, 14));
+        let other = Clock::new(0..5, 0.1).like(&clock);
+        assert_eq!((other.lap(), other.speed()), (Lap::Whole, 2.0));
+        assert!(!other.playing);
     }
 
     #[test]

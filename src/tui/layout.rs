@@ -56,7 +56,11 @@ fn alone(body: Rect, pane: Pane) -> Vec<(Pane, Rect)> {
 /// Everything at once.
 fn wide(body: Rect) -> Vec<(Pane, Rect)> {
     let right = (body.width * 36 / 100).clamp(44, 84);
-    let list = (body.width * 17 / 100).clamp(24, 36);
+    // Where there is room, the list shows more than names.
+    let list = match body.width {
+        ..160 => (body.width * 17 / 100).max(24),
+        wide => (wide * 21 / 100).min(48),
+    };
     let prompt = (body.height * 26 / 100).clamp(8, 18);
     let timeline = if body.height >= 45 { 8 } else { 6 };
     let [left, right] =

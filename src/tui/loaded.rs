@@ -1,6 +1,10 @@
 //! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
 
+mod facts;
+
 use std::sync::Arc;
+
+pub use facts::{Facts, Tally, Verdicts, country_of};
 
 use crate::judge::{Judgement, judge_under};
 use crate::metrics::{
@@ -14,30 +18,6 @@ use crate::verdict::Task;
 pub fn obstacle_taken(ego: &str) -> Option<i64> {
     let (_, words) = ego.rsplit_once("obstacle ")?;
     words.strip_suffix(" taken as ego")?.parse().ok()
-}
-
-/// What is worth knowing before a scenario is opened.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Facts {
-    /// How many obstacles it has.
-    pub obstacles: usize,
-    /// The most dangerous values, if there is an ego.
-    pub headline: Option<Headline>,
-}
-
-impl Facts {
-    /// Reads a scenario and works them out with this ego.
-    ///
-    /// # Errors
-    /// It or its ego cannot be read.
-    pub fn read(entry: &Entry, ego: &WantedEgo, thresholds: &Thresholds) -> Result<Self, String> {
-        let scenario = entry.read().map_err(|e| e.to_string())?;
-        let ego = ego.of(entry, &scenario).map_err(|e| e.to_string())?;
-        Ok(Self {
-            obstacles: scenario.obstacles.len(),
-            headline: ego.map(|ego| Headline::of(&series(&Scene::new(scenario, ego), thresholds))),
-        })
-    }
 }
 
 /// An opened scenario.

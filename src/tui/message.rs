@@ -10,11 +10,12 @@ use ratatui::layout::Position;
 
 use super::keymap::Key;
 use super::loaded::{Facts, Measured, Opened};
+use crate::config::Tags;
 use crate::evaluation::{Answer, Event, Question};
 use crate::llm::Discovered;
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Entry, Found, Scene};
+use crate::scenario::{Entry, Found, PassedOver, Scene};
 use crate::verdict::Task;
 
 /// Something happened.
@@ -32,6 +33,14 @@ pub enum Msg {
     Passed(Duration),
     /// The scenarios were found, or why not.
     Found(Result<Found, String>),
+    /// Some scenarios were found; the search goes on.
+    Listed(Vec<Entry>),
+    /// The search has ended: what was passed over, or why nothing was found.
+    Searched(Result<Vec<PassedOver>, String>),
+    /// The user's tags of scenarios, or why they cannot be used.
+    Tags(Result<Tags, String>),
+    /// A frame is about to be drawn: what arrived takes its place.
+    Drawing,
     /// Models that servers on this machine serve.
     Discovered(Vec<Discovered>),
     /// The facts of a scenario, by its place in the list.
@@ -111,8 +120,18 @@ pub enum Effect {
     Find(Vec<PathBuf>),
     /// Look which model servers run on this machine.
     Probe,
-    /// Work out the facts of these scenarios, by their places in the list.
+    /// Work out the facts of these scenarios, by their places in the list, instead of those that were asked for before.
     Survey(Vec<(usize, Entry)>),
+    /// Work out the facts of these too.
+    SurveyMore(Vec<(usize, Entry)>),
+    /// Of those that are waited for, take these first: they are on the screen.
+    SurveyFirst(Vec<usize>),
+    /// Read the store anew for the facts of these, by their places in the list.
+    Recount(Vec<(usize, Entry)>),
+    /// Read the user's tags.
+    ReadTags,
+    /// Give a scenario, by its name, these tags of the user's.
+    ChangeTags(String, Vec<String>),
     /// Work out the most dangerous value of a measure in these scenarios, by their places in the list.
     Rank(&'static str, Vec<(usize, Entry)>),
     /// Open a scenario, with an obstacle as ego or without one with its recorded or chosen ego.

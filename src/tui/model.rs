@@ -12,6 +12,7 @@ mod pane;
 mod picker;
 mod plot;
 mod prompt;
+mod timeline;
 mod values;
 
 use std::path::PathBuf;
@@ -24,12 +25,13 @@ pub use camera::Camera;
 pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn};
 pub use history::{COUNTED, History, PAGE, Typing};
 pub use jobs::{Job, JobKind, JobState, Jobs};
-pub use list::List;
+pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS};
 pub use notices::{Notice, Toast};
 pub use pane::Pane;
-pub use picker::{Picker, measures_shown, models_shown, palette_shown};
+pub use picker::{Picker, measures_shown, models_shown, orders_shown, palette_shown};
 pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
+pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
 
 use super::clock::Clock;
@@ -87,6 +89,13 @@ pub enum Overlay {
         /// Whether the list is sorted by the chosen one.
         sort: bool,
     },
+    /// The user's tags of a scenario, to be typed.
+    Tags {
+        /// What is typed.
+        picker: Picker,
+        /// The scenario's name.
+        scenario: String,
+    },
 }
 
 impl Overlay {
@@ -99,6 +108,7 @@ impl Overlay {
             Self::Palette(_)
             | Self::Models { .. }
             | Self::Measures { .. }
+            | Self::Tags { .. }
             | Self::History
             | Self::Jobs
             | Self::Batch => None,
@@ -135,6 +145,10 @@ pub struct Model {
     pub picked: Option<i64>,
     /// What is plotted over time.
     pub plot: Plot,
+    /// What the strips of the timeline show.
+    pub heat: Heat,
+    /// A disagreement that is looked for in a scenario that is being opened.
+    pub seek: Option<Seek>,
     /// Every measure of the picked obstacle, while somebody looks at them.
     pub values: Values,
     /// From where on values are dangerous, and what measures take for granted.
@@ -210,6 +224,8 @@ impl Model {
             camera: Camera::default(),
             picked: None,
             plot: Plot::default(),
+            heat: Heat::default(),
+            seek: None,
             values: Values::default(),
             thresholds: Arc::new(Thresholds::shipped().clone()),
             task: Task::Collision,
@@ -251,17 +267,6 @@ impl Model {
     #[must_use]
     pub fn scene(&self) -> Option<&Scene> {
         self.opened.as_ref()?.scene.as_deref()
-    }
-
-    /// Why there is nothing to judge or plot, and what to do.
-    #[must_use]
-    pub fn without_ego(&self) -> String {
-        let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
-        match why {
-            None => "no scenario is open".into(),
-            Some(None) => "there is no ego: o picks an obstacle, E makes it the ego".into(),
-            Some(Some(why)) => format!("{why}: o picks an obstacle, E makes it the ego"),
-        }
     }
 
     /// The window that is asked about: for the collision task the end of the recording, for the safety

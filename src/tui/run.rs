@@ -213,6 +213,7 @@ impl Loop {
                 }
             }
             if changed && drawn.elapsed() >= FRAME {
+                self.apply(Msg::Drawing)?;
                 self.screen.draw(|frame| views::draw(frame, &self.model))?;
                 drawn = Instant::now();
                 changed = false;

@@ -2,25 +2,26 @@
 
 mod batch;
 pub mod history;
+mod queue;
+mod scenarios;
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use rayon::prelude::*;
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
-use super::loaded::{Facts, Measured, Opened, worst_of};
+use self::queue::Queue;
+use super::loaded::{Measured, Opened};
 use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
 use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::{self, Answer, AskError, Judge, Question, Wanted};
 use crate::llm::{Budget, Client, Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Entry, Found, WantedEgo, bundled, find};
+use crate::scenario::{Entry, WantedEgo};
 use crate::store::{Origin, Store};
 use crate::system;
 
@@ -53,10 +54,10 @@ pub struct Tasks {
     concurrency: std::num::NonZeroU32,
     /// What this session may cost.
     budget: Option<Budget>,
-    /// Raised whenever the list changes, so that surveys of an older list stop.
-    survey: Arc<AtomicU64>,
-    /// The same for rankings.
-    ranking: Arc<AtomicU64>,
+    /// Scenarios whose facts are wanted.
+    survey: Queue,
+    /// Scenarios whose value of a measure is wanted.
+    ranking: Queue,
 }
 
 /// What is left to the loop, which has the terminal.
@@ -85,6 +86,8 @@ impl Tasks {
         ego: WantedEgo,
     ) -> Self {
         Self {
+            survey: Queue::new(sender.clone()),
+            ranking: Queue::new(sender.clone()),
             sender,
             folders,
             registry,
@@ -105,17 +108,20 @@ impl Tasks {
             batches: batch::Batches::default(),
             concurrency: config.concurrency,
             budget: config.budget.map(Budget::new),
-            survey: Arc::new(AtomicU64::new(0)),
-            ranking: Arc::new(AtomicU64::new(0)),
         }
     }
 
     /// Begins what an effect asks for; gives back what only the loop can do.
     pub fn perform(&mut self, effect: Effect) -> Option<Remaining> {
         match effect {
-            Effect::Find(paths) => self.background(move || Msg::Found(found(paths))),
+            Effect::Find(paths) => self.find(paths),
             Effect::Probe => self.probe(),
             Effect::Survey(entries) => self.survey(entries),
+            Effect::SurveyMore(entries) => self.survey.add(entries),
+            Effect::SurveyFirst(places) => self.survey.first(places),
+            Effect::Recount(entries) => self.recount(entries),
+            Effect::ReadTags => self.read_tags(),
+            Effect::ChangeTags(scenario, tags) => self.change_tags(scenario, tags),
             Effect::Rank(measure, entries) => self.rank(measure, entries),
             Effect::Open(id, entry, obstacle) => {
                 let ego = obstacle.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
@@ -141,12 +147,8 @@ impl Tasks {
             } => self.ask(id, question, &model, fresh),
             Effect::History(ask) => self.history(ask),
             Effect::Batch(ask) => self.batch(ask),
-            Effect::StopSurvey => {
-                self.survey.fetch_add(1, Ordering::SeqCst);
-            }
-            Effect::StopRanking => {
-                self.ranking.fetch_add(1, Ordering::SeqCst);
-            }
+            Effect::StopSurvey => self.survey.stop(),
+            Effect::StopRanking => self.ranking.stop(),
             Effect::Abort(id) => {
                 // Dropping the task closes the connection and writes the run down as cancelled.
                 if let Some(handle) = self.asking.remove(&id) {
@@ -191,43 +193,6 @@ impl Tasks {
         tokio::spawn(async move {
             let found = probe(&registry, &environment).await;
             let _ = sender.send(Msg::Discovered(found));
-        });
-    }
-
-    fn survey(&self, entries: Vec<(usize, Entry)>) {
-        let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
-        self.for_each(self.survey.clone(), entries, move |place, entry| {
-            Msg::Surveyed(place, Facts::read(entry, &ego, &thresholds))
-        });
-    }
-
-    fn rank(&self, measure: &'static str, entries: Vec<(usize, Entry)>) {
-        let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
-        self.for_each(self.ranking.clone(), entries, move |place, entry| {
-            Msg::Ranked(measure, place, worst_of(entry, &ego, measure, &thresholds))
-        });
-    }
-
-    /// Does the same with every scenario on all cores, until the same is asked for anew.
-    fn for_each(
-        &self,
-        asked: Arc<AtomicU64>,
-        entries: Vec<(usize, Entry)>,
-        work: impl Fn(usize, &Entry) -> Msg + Send + Sync + 'static,
-    ) {
-        let mine = asked.fetch_add(1, Ordering::SeqCst) + 1;
-        let sender = self.sender.clone();
-        tokio::task::spawn_blocking(move || {
-            // In the list's order, as far as that goes: what is on the screen comes first.
-            let _ = entries
-                .into_par_iter()
-                .with_max_len(1)
-                .try_for_each(|(place, entry)| {
-                    if asked.load(Ordering::SeqCst) != mine {
-                        return Err(());
-                    }
-                    sender.send(work(place, &entry)).map_err(|_| ())
-                });
         });
     }
 
@@ -352,14 +317,6 @@ fn remove(path: &Path) -> std::io::Result<()> {
     match std::fs::remove_file(path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
         _ => Ok(()),
-    }
-}
-
-fn found(paths: Vec<PathBuf>) -> Result<Found, String> {
-    if paths.is_empty() {
-        Ok(bundled().into())
-    } else {
-        find(&paths).map_err(|e| e.to_string())
     }
 }
 

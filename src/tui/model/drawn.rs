@@ -15,6 +15,7 @@ pub struct Drawn {
     map: RefCell<Option<MapDrawn>>,
     scales: RefCell<Vec<Rect>>,
     history: Cell<Option<HistoryDrawn>>,
+    list: RefCell<Option<Rect>>,
 }
 
 /// The history as it was drawn.
@@ -60,6 +61,7 @@ impl Drawn {
         *self.map.borrow_mut() = None;
         self.scales.borrow_mut().clear();
         self.history.set(None);
+        *self.list.borrow_mut() = None;
     }
 
     /// The history is here.
@@ -86,6 +88,18 @@ impl Drawn {
     /// The map is here.
     pub fn map(&self, map: MapDrawn) {
         *self.map.borrow_mut() = Some(map);
+    }
+
+    /// The lines of the list of scenarios are here, without what stands above them.
+    pub fn list(&self, area: Rect) {
+        *self.list.borrow_mut() = Some(area);
+    }
+
+    /// The line of the list at a position of the screen.
+    #[must_use]
+    pub fn list_line(&self, at: Position) -> Option<usize> {
+        let area = (*self.list.borrow()).filter(|area| area.contains(at))?;
+        Some(usize::from(at.y - area.y) + self.extent(Pane::Scenarios).top)
     }
 
     /// Time runs across these cells, first to last step.

@@ -1,10 +1,26 @@
-//! The list of scenarios: filtered as one types, with the facts that are known so far.
+//! The list of scenarios: filtered as one types, sorted and grouped, with the facts that are known so far.
+//!
+//! What arrives is only written down; the order is made anew at most once a frame, by [`List::settle`].
 
-use std::cmp::Ordering;
+mod filter;
+mod group;
+mod order;
+mod row;
+mod terms;
+#[cfg(test)]
+mod tests;
 
-use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
-use nucleo_matcher::{Config, Matcher, Utf32Str};
+use std::collections::{BTreeMap, HashSet};
 
+pub use filter::{Filter, Matching};
+pub use group::{Group, Grouping};
+pub use order::Order;
+pub use row::Row;
+pub use terms::{HEADLINE, TERMS};
+
+use unicode_width::UnicodeWidthStr;
+
+use crate::config::Tags;
 use crate::metrics::Measure;
 use crate::scenario::{Entry, Found, PassedOver};
 use crate::tui::loaded::Facts;
@@ -12,68 +28,123 @@ use crate::tui::loaded::Facts;
 /// The scenarios.
 #[derive(Debug, Default)]
 pub struct List {
-    /// All of them.
+    /// All of them, in the order in which they came; a place here never changes.
     pub rows: Vec<Row>,
-    /// Whether they have been looked for.
+    /// Whether the search for them has ended.
     pub found: bool,
     /// What looked like scenarios from outside and was left out, and folders that could not be searched.
     pub passed_over: Vec<PassedOver>,
-    /// Places of those that the filter lets through, the best match first.
+    /// Places of those that the filter lets through, in their order.
     pub visible: Vec<usize>,
-    /// The selected one, as a place in `visible`.
+    /// What is shown, line by line.
+    pub lines: Vec<Line>,
+    /// The groups that are shown.
+    pub groups: Vec<Group>,
+    /// The selected line.
     pub selected: usize,
-    /// The filter.
+    /// The filter as it is typed.
     pub filter: String,
+    /// The filter as it was read.
+    pub read: Filter,
     /// The opened one, as a place in `rows`.
     pub opened: Option<usize>,
     /// Whether the filter is being typed.
     pub filtering: bool,
-    /// The measure by which it is sorted; by name without one.
-    pub order: Option<&'static Measure>,
+    /// By what it is sorted.
+    pub order: Order,
+    /// Whether the order is turned around.
+    pub turned: bool,
+    /// By what it is grouped.
+    pub grouping: Grouping,
+    /// The user's own tags.
+    pub tags: Tags,
+    /// Names of groups that are shut.
+    shut: HashSet<String>,
+    /// Whether what arrived changes what is shown.
+    stale: bool,
+    /// How many were read.
+    pub known: usize,
+    /// Columns of the longest name.
+    pub longest: usize,
+    /// Places on the screen that were last asked for before the others.
+    pub urgent: Vec<usize>,
+    /// Whether there are stored answers about any.
+    pub answered: bool,
 }
 
-/// A scenario in the list.
-#[derive(Debug)]
-pub struct Row {
-    /// The scenario.
-    pub entry: Entry,
-    /// What is known of it, once it is.
-    pub facts: Option<Result<Facts, String>>,
-    /// The most dangerous value of the measure by which the list is sorted; the outer one is whether it is known.
-    pub value: Option<Option<f64>>,
+/// A line of the list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Line {
+    /// The head of a group, by its place among the groups.
+    Head(usize),
+    /// A scenario, by its place in the rows, and the group it stands in.
+    Scenario(usize, Option<usize>),
 }
 
 impl List {
-    /// The list of these scenarios.
+    /// The list of these scenarios, which are all there are.
     pub fn fill(&mut self, found: Found) {
+        self.rows.clear();
+        self.known = 0;
+        self.longest = 0;
         self.passed_over = found.passed_over;
-        self.rows = found
-            .entries
-            .into_iter()
-            .map(|entry| Row {
-                entry,
-                facts: None,
-                value: None,
-            })
-            .collect();
+        self.add(found.entries);
         self.found = true;
-        self.apply_filter();
+        self.arrange(false);
     }
 
-    /// The selected scenario's place in `rows`.
+    /// More scenarios were found.
+    pub fn add(&mut self, entries: Vec<Entry>) {
+        for entry in entries {
+            let mut row = Row::new(entry, self.rows.len());
+            row.own_tags = self.tags.of(&row.entry.name).to_vec();
+            self.longest = self.longest.max(row.entry.name.width());
+            self.rows.push(row);
+        }
+        self.stale = true;
+    }
+
+    /// A scenario was read.
+    pub fn survey(&mut self, place: usize, facts: Result<Facts, String>) {
+        let Some(row) = self.rows.get_mut(place) else {
+            return;
+        };
+        self.known += usize::from(row.facts.is_none());
+        self.answered |= facts.as_ref().is_ok_and(|f| f.tally().count() > 0);
+        row.facts = Some(facts);
+        self.stale |=
+            self.read.needs_facts() || self.order.needs_facts() || self.grouping.needs_facts();
+    }
+
+    /// The user's tags are these.
+    pub fn set_tags(&mut self, tags: Tags) {
+        self.tags = tags;
+        for row in &mut self.rows {
+            row.own_tags = self.tags.of(&row.entry.name).to_vec();
+        }
+        self.stale = true;
+    }
+
+    /// Puts what arrived in its place; the selection stays on what it is on.
+    pub fn settle(&mut self) {
+        if self.stale {
+            self.arrange(true);
+        }
+    }
+
+    /// The selected scenario's place in `rows`; nothing on the head of a group.
     #[must_use]
     pub fn current(&self) -> Option<usize> {
-        self.visible.get(self.selected).copied()
+        match self.lines.get(self.selected)? {
+            Line::Scenario(place, _) => Some(*place),
+            Line::Head(_) => None,
+        }
     }
 
     /// Adds a scenario at the end; gives its place.
     pub fn append(&mut self, entry: Entry) -> usize {
-        self.rows.push(Row {
-            entry,
-            facts: None,
-            value: None,
-        });
-        self.apply_filter();
+        self.add(vec![entry]);
+        self.settle();
         self.rows.len() - 1
     }
 
@@ -83,104 +154,184 @@ impl List {
             self.filtering = false;
             self.set_filter(String::new());
         }
-        let shown = self.visible.iter().position(|&other| other == place);
-        self.selected = shown.unwrap_or(self.selected);
+        self.select(place);
     }
 
     /// Moves the selection; it stops at the ends.
     pub fn move_by(&mut self, lines: isize) {
-        let last = self.visible.len().saturating_sub(1);
+        let last = self.lines.len().saturating_sub(1);
         self.selected = self.selected.saturating_add_signed(lines).min(last);
     }
 
-    /// Changes the filter; the selected scenario stays selected if it passes.
-    pub fn set_filter(&mut self, filter: String) {
-        self.filter = filter;
-        self.apply_filter();
+    /// Selects a scenario; one that is hidden in a shut group is shown, one that the filter holds back is not selected.
+    pub fn select(&mut self, place: usize) -> bool {
+        let there = |line: &Line| matches!(line, Line::Scenario(p, _) if *p == place);
+        if !self.lines.iter().any(there) && self.visible.contains(&place) {
+            for (_, name) in self.grouping.of(&self.rows[place]) {
+                self.shut.remove(&name);
+            }
+            self.arrange(true);
+        }
+        let found = self.lines.iter().position(there);
+        self.selected = found.unwrap_or(self.selected);
+        found.is_some()
     }
 
-    /// Sorts by a measure, as its values become known; by name without one.
-    pub fn sort_by(&mut self, measure: Option<&'static Measure>) {
-        self.order = measure;
+    /// Changes the filter; without one, the selected scenario stays selected.
+    pub fn set_filter(&mut self, filter: String) {
+        self.filter = filter;
+        self.read = Filter::read(&self.filter, self.measure());
+        // The best match is what one looks for while typing.
+        self.arrange(self.filter.is_empty() || self.order != Order::Found);
+    }
+
+    /// The measure that it is sorted by.
+    #[must_use]
+    pub fn measure(&self) -> Option<&'static Measure> {
+        match self.order {
+            Order::Measure(measure) => Some(measure),
+            _ => None,
+        }
+    }
+
+    /// Sorts anew, as far as what it sorts by is known; by the same again, the other way around.
+    pub fn sort_by(&mut self, order: Order) {
+        self.turned = self.order == order && !self.turned;
+        self.set_order(order);
+    }
+
+    /// Sorts anew, in the same direction.
+    pub fn set_order(&mut self, order: Order) {
+        if self.order != order {
+            for row in &mut self.rows {
+                row.value = None;
+            }
+        }
+        self.order = order;
+        self.read = Filter::read(&self.filter, self.measure());
+        self.arrange(true);
+    }
+
+    /// Forgets what measures say, as after a change of thresholds.
+    pub fn forget_values(&mut self) {
         for row in &mut self.rows {
             row.value = None;
         }
-        self.apply_filter();
+        self.stale = true;
     }
 
     /// The most dangerous value of a scenario is known; values of another measure are too late.
     pub fn rank(&mut self, measure: &str, place: usize, value: Option<f64>) {
-        if self.order.is_some_and(|m| m.id == measure)
+        if self.measure().is_some_and(|m| m.id == measure)
             && let Some(row) = self.rows.get_mut(place)
         {
             row.value = Some(value);
-            self.apply_filter();
+            self.stale = true;
         }
     }
 
-    /// The order of two places, the more dangerous one first; scenarios without a value come last.
-    fn compare(&self, measure: &Measure, a: usize, b: usize) -> Ordering {
-        let value = |place: usize| self.rows[place].value.flatten();
-        match (value(a), value(b)) {
-            (Some(x), Some(y)) => measure.danger.compare(x, y),
-            (Some(_), None) => Ordering::Less,
-            (None, Some(_)) => Ordering::Greater,
-            (None, None) => Ordering::Equal,
-        }
-        .then(a.cmp(&b))
+    /// Groups anew.
+    pub fn group_by(&mut self, grouping: Grouping) {
+        self.grouping = grouping;
+        self.shut.clear();
+        self.arrange(true);
     }
 
-    fn apply_filter(&mut self) {
-        let selected = self.current();
-        let mut matcher = Matcher::new(Config::DEFAULT.match_paths());
-        let pattern = Pattern::parse(&self.filter, CaseMatching::Smart, Normalization::Smart);
-        let mut buffer = Vec::new();
-        let mut scored: Vec<(u32, usize)> = Vec::new();
-        for (place, row) in self.rows.iter().enumerate() {
-            let text = format!("{} {}", row.entry.name, row.entry.group);
-            if let Some(score) = pattern.score(Utf32Str::new(&text, &mut buffer), &mut matcher) {
-                scored.push((score, place));
+    /// Shuts the selected group, or opens it; says whether a group is selected.
+    pub fn toggle_group(&mut self) -> bool {
+        let Some(Line::Head(group)) = self.lines.get(self.selected).copied() else {
+            return false;
+        };
+        let name = self.groups[group].name.clone();
+        if !self.shut.remove(&name) {
+            self.shut.insert(name);
+        }
+        self.arrange(true);
+        true
+    }
+
+    /// Filters, sorts and groups everything; `keep` keeps the selection where it is.
+    fn arrange(&mut self, keep: bool) {
+        self.stale = false;
+        let selected = self.lines.get(self.selected).copied();
+        let place = self.current().or(self.opened);
+        let name = selected.and_then(|line| match line {
+            Line::Head(group) | Line::Scenario(_, Some(group)) => self.groups.get(group),
+            Line::Scenario(_, None) => None,
+        });
+        let name = name.map(|group| group.name.clone());
+        let on_head = matches!(selected, Some(Line::Head(_)));
+
+        self.visible = self.passing();
+        self.stand();
+
+        let in_group = |line: &Line| match line {
+            Line::Head(group) | Line::Scenario(_, Some(group)) => {
+                Some(&self.groups[*group].name) == name.as_ref()
+            }
+            Line::Scenario(_, None) => name.is_none(),
+        };
+        let is_head = |line: &Line| matches!(line, Line::Head(_));
+        let is_place = |line: &Line| matches!(line, Line::Scenario(p, _) if Some(*p) == place);
+        let find = |what: &dyn Fn(&Line) -> bool| self.lines.iter().position(what);
+        let same = match on_head {
+            true => find(&|line| is_head(line) && in_group(line)),
+            false => find(&|line| is_place(line) && in_group(line))
+                .or_else(|| find(&is_place))
+                .or_else(|| find(&|line| is_head(line) && in_group(line))),
+        };
+        let first = find(&|line| !is_head(line)).unwrap_or(0);
+        self.selected = same.filter(|_| keep).unwrap_or(first);
+    }
+
+    /// Places of the scenarios that the filter lets through, in their order.
+    fn passing(&self) -> Vec<usize> {
+        let mut matching = Matching::default();
+        let rows = self.rows.iter().enumerate();
+        let mut scored: Vec<(u32, usize)> = rows
+            .filter_map(|(place, row)| Some((self.read.score(row, &mut matching)?, place)))
+            .collect();
+        let by_match = self.read.has_words() && self.order == Order::Found;
+        scored.sort_by(|a, b| {
+            let by_order = || {
+                self.order
+                    .compare(self.turned, &self.rows[a.1], &self.rows[b.1])
+            };
+            match by_match {
+                true => b.0.cmp(&a.0).then_with(by_order),
+                false => by_order(),
+            }
+        });
+        scored.into_iter().map(|(_, place)| place).collect()
+    }
+
+    /// Makes the lines of the visible scenarios, with their groups.
+    fn stand(&mut self) {
+        self.groups.clear();
+        self.lines.clear();
+        if self.grouping == Grouping::None {
+            let lines = self
+                .visible
+                .iter()
+                .map(|&place| Line::Scenario(place, None));
+            self.lines.extend(lines);
+            return;
+        }
+        let mut members: BTreeMap<(u8, String), Vec<usize>> = BTreeMap::new();
+        for &place in &self.visible {
+            for group in self.grouping.of(&self.rows[place]) {
+                members.entry(group).or_default().push(place);
             }
         }
-        if let Some(measure) = self.order {
-            scored.sort_by(|a, b| self.compare(measure, a.1, b.1));
-        } else if !self.filter.is_empty() {
-            scored.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
+        for (group, ((_, name), places)) in members.into_iter().enumerate() {
+            let shut = self.shut.contains(&name);
+            let count = places.len();
+            self.groups.push(Group { name, count, shut });
+            self.lines.push(Line::Head(group));
+            if !shut {
+                let lines = places.iter().map(|&p| Line::Scenario(p, Some(group)));
+                self.lines.extend(lines);
+            }
         }
-        self.visible = scored.into_iter().map(|(_, place)| place).collect();
-        let kept = selected
-            .or(self.opened)
-            .and_then(|s| self.visible.iter().position(|&v| v == s));
-        // The best match is what one looks for while typing; a new order moves what is selected.
-        self.selected = kept
-            .filter(|_| self.filter.is_empty() || self.order.is_some())
-            .unwrap_or(0);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use super::*;
-
-    #[test]
-    fn filters_fuzzily_and_keeps_the_selection() {
-        let mut list = List::default();
-        let names = [
-            "a/DEU_Bremen-1_10_T-1.xml",
-            "a/USA_Peach-4_8_T-1.xml",
-            "b/DEU_Bonn-1_1_T-1.xml",
-        ];
-        let entries = names.iter().map(|n| Entry::of_file(Path::new(n)));
-        list.fill(entries.collect::<Vec<_>>().into());
-        list.move_by(2);
-        assert_eq!(list.current(), Some(2));
-        list.set_filter("brem".into());
-        assert_eq!(list.visible, [0]);
-        list.set_filter(String::new());
-        assert_eq!(list.visible.len(), 3);
-        list.set_filter("nothing like it".into());
-        assert_eq!(list.current(), None);
     }
 }

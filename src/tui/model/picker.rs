@@ -3,7 +3,7 @@
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
-use super::Model;
+use super::{Model, Order};
 use crate::judge;
 use crate::metrics::{Danger, MEASURES, Measure};
 use crate::tui::action::{ACTIONS, Entry};
@@ -44,19 +44,26 @@ pub fn models_shown(model: &Model, picker: &Picker) -> Vec<String> {
     shown
 }
 
-/// The measures that the list shows, the best match first; to sort by, also none at all, which is by name.
+/// The measures that the list shows, the best match first.
 #[must_use]
-pub fn measures_shown(picker: &Picker, sort: bool) -> Vec<Option<&'static Measure>> {
-    let by_name = sort.then_some(None);
-    let can_sort = |m: &&'static Measure| !sort || m.danger != Danger::Neutral;
-    let measures = MEASURES.iter().filter(can_sort).map(Some);
-    let all: Vec<_> = by_name.into_iter().chain(measures).collect();
-    let texts = all.iter().map(|m| match m {
-        Some(m) => format!("{} {}", m.id, m.name),
-        None => "by name".into(),
-    });
+pub fn measures_shown(picker: &Picker) -> Vec<&'static Measure> {
+    let texts = MEASURES.iter().map(|m| format!("{} {}", m.id, m.name));
     let order = matching(&picker.text, texts);
-    order.into_iter().map(|i| all[i]).collect()
+    order.into_iter().map(|i| &MEASURES[i]).collect()
+}
+
+/// What the list of scenarios can be sorted by, the best match first: measures of which some values are dangerous, and
+/// what else is known.
+#[must_use]
+pub fn orders_shown(picker: &Picker) -> Vec<Order> {
+    let dangerous = MEASURES.iter().filter(|m| m.danger != Danger::Neutral);
+    let measures = dangerous.map(Order::Measure);
+    let all: Vec<Order> = Order::PLAIN.into_iter().chain(measures).collect();
+    let texts = all
+        .iter()
+        .map(|order| format!("{} {}", order.id(), order.doc()));
+    let shown = matching(&picker.text, texts);
+    shown.into_iter().map(|i| all[i]).collect()
 }
 
 /// Places of the texts that match, the best first; all of them for an empty pattern.

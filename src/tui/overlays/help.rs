@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span, Text};
 
 use crate::tui::action::{ACTIONS, Scope};
 use crate::tui::keymap;
-use crate::tui::model::Model;
+use crate::tui::model::{Model, TERMS};
 use crate::tui::widgets::words::pad;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
@@ -41,6 +41,14 @@ fn text(model: &Model) -> Text<'static> {
         }
         text.push_line("");
     }
+    text.push_line(Line::styled("in the filter, beside words", title));
+    for (term, meaning) in TERMS {
+        text.push_line(Line::from(vec![
+            Span::styled(format!("  {}", pad(term, 16)), key),
+            Span::raw(*meaning),
+        ]));
+    }
+    text.push_line("");
     text.push_line(Line::styled("signs", title));
     let signs = [
         (
@@ -60,6 +68,14 @@ fn text(model: &Model) -> Text<'static> {
         (
             "= ≠",
             "an answer agrees with the built-in judge, or differs from it",
+        ),
+        (
+            "=3 ≠1/3",
+            "in the list: all of three stored answers agree with it; one of three differs",
+        ),
+        (
+            "[ ] m ≠ ( )",
+            "on the timeline: the window, the extreme of the plotted measure, an answer that differs, what is looped",
         ),
     ];
     for (sign, meaning) in signs {

@@ -7,6 +7,7 @@ mod history;
 mod jobs;
 mod picker;
 mod run;
+mod tags;
 mod thresholds;
 mod values;
 
@@ -29,6 +30,10 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Jobs => jobs::draw(frame, screen, model),
             Overlay::Batch => batch::draw(frame, screen, model),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
+            Overlay::Tags {
+                picker: typed,
+                scenario,
+            } => tags::draw(frame, screen, model, (typed, scenario)),
             Overlay::Models { picker: typed, ask } => {
                 picker::models(frame, screen, model, typed, *ask);
             }

@@ -8,9 +8,12 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::judge;
+use crate::metrics::Measure;
 use crate::text::visible;
 use crate::tui::keymap;
-use crate::tui::model::{Model, Picker, measures_shown, models_shown, palette_shown};
+use crate::tui::model::{
+    Model, Order, Picker, measures_shown, models_shown, orders_shown, palette_shown,
+};
 use crate::tui::widgets::words::{fit, pad};
 
 pub fn palette(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
@@ -54,21 +57,29 @@ pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
 
 pub fn measures(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker, sort: bool) {
     let title = if sort { "sort scenarios by" } else { "plot" };
-    let rows = measures_shown(picker, sort).into_iter().map(|m| match m {
-        None => ("by name".to_string(), "as they were found".to_string()),
-        Some(m) => {
-            let unit = if m.unit.is_empty() {
-                String::new()
-            } else {
-                format!(", {}", m.unit)
+    let of_measure = |m: &Measure| {
+        let unit = match m.unit {
+            "" => String::new(),
+            unit => format!(", {unit}"),
+        };
+        (
+            format!("{} {}{unit}", pad(m.id, 16), m.name),
+            m.source.to_string(),
+        )
+    };
+    let rows: Vec<_> = match sort {
+        false => measures_shown(picker).into_iter().map(of_measure).collect(),
+        true => {
+            let of_order = |order: Order| match order {
+                Order::Measure(measure) => of_measure(measure),
+                _ => (
+                    format!("{} {}", pad(order.id(), 16), order.doc()),
+                    String::new(),
+                ),
             };
-            (
-                format!("{} {}{unit}", pad(m.id, 16), m.name),
-                m.source.to_string(),
-            )
+            orders_shown(picker).into_iter().map(of_order).collect()
         }
-    });
-    let rows: Vec<_> = rows.collect();
+    };
     // As wide as the widest row, so that nothing is cut where the screen has the room.
     let widths = rows
         .iter()

@@ -90,6 +90,7 @@ impl Tasks {
         let mut counts = Counts {
             at_once: self.at_once(&batch.model),
             budget: self.budget.as_ref().map(crate::llm::Budget::left),
+            price: Priced::Free,
             ..Counts::default()
         };
         tokio::spawn(async move {
@@ -113,12 +114,14 @@ impl Tasks {
                 let question = question(&batch, entry, &ego).await;
                 let question = add(&mut counts, question, &judge, store.as_deref());
                 // Whether one can be asked says it of all; a command that prints the key is run once.
-                if let (Some(question), 1) = (question, counts.asks) {
-                    let ready = evaluation::can_ask(&question, &judge).await;
+                if let (Some(question), 1) = (&question, counts.asks) {
+                    let ready = evaluation::can_ask(question, &judge).await;
                     counts.refused = ready.err().map(|why| why.to_string());
                 }
+                if let Some(question) = &question {
+                    counts.price = price(counts.price, &batch, &judge, question);
+                }
                 counts.looked += 1;
-                counts.price = price(&batch, &judge, &counts);
                 tell(&counts);
             }
         });
@@ -257,23 +260,35 @@ fn add(
     Some(question)
 }
 
-/// What the questions counted so far cost.
-fn price(batch: &Batch, judge: &Judge, counts: &Counts) -> Priced {
-    let model = match judge {
-        Judge::Reference => return Priced::Free,
-        Judge::Model(_) if counts.asks == 0 => return Priced::Free,
-        Judge::Model(model) => model,
+/// Adds what one more question costs to what those before it do.
+fn price(so_far: Priced, batch: &Batch, judge: &Judge, question: &Question) -> Priced {
+    let Judge::Model(model) = judge else {
+        return Priced::Free;
     };
     let name = batch.model.split_once('/').map_or("", |(_, name)| name);
     let Some(pricing) = model.endpoint.prices.of(name, Zoned::now().date()) else {
         return Priced::Unknown;
     };
-    let tokens = u32::try_from(counts.tokens).unwrap_or(u32::MAX);
-    match model.endpoint.answer_limit(&model.parameters) {
-        Some(limit) => {
-            let answers = pricing.at_most(0, limit) * counts.asks as f64;
-            Priced::AtMost(pricing.at_most(tokens, 0) + answers)
+    let tokens = u32::try_from(question.tokens()).unwrap_or(u32::MAX);
+    let limit = model.endpoint.answer_limit(&model.parameters);
+    // Long questions can have a price of their own, or none that is known.
+    match (limit, pricing.at_most(tokens, 0), so_far) {
+        (Some(limit), _, Priced::AtMost(usd)) => pricing
+            .at_most(tokens, limit)
+            .map_or(Priced::Unknown, |one| Priced::AtMost(usd + one)),
+        (None, Some(one), Priced::Questions(usd, dearest)) => {
+            match pricing.at_most(tokens, 1_000_000) {
+                Some(both) => Priced::Questions(usd + one, dearest.max(both - one)),
+                None => Priced::Unknown,
+            }
         }
-        None => Priced::Questions(pricing.at_most(tokens, 0), pricing.at_most(0, 1_000_000)),
+        (Some(limit), _, Priced::Free) => pricing
+            .at_most(tokens, limit)
+            .map_or(Priced::Unknown, Priced::AtMost),
+        (None, Some(one), Priced::Free) => match pricing.at_most(tokens, 1_000_000) {
+            Some(both) => Priced::Questions(one, both - one),
+            None => Priced::Unknown,
+        },
+        _ => Priced::Unknown,
     }
 }

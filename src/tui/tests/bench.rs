@@ -69,6 +69,8 @@ impl Bench {
                 other => self.effects.push(other),
             }
         }
+        // As before every frame.
+        self.model.list.settle();
     }
 
     /// Presses keys by their names, separated by spaces.

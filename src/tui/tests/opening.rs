@@ -230,6 +230,7 @@ fn an_obstacle_as_the_ego_is_seen_at_once_and_r_goes_back() {
     let risk = crate::tui::loaded::Facts {
         obstacles: 9,
         headline: bench.model.opened.as_ref().unwrap().headline.clone(),
+        ..crate::tui::loaded::Facts::default()
     };
     bench.send(Msg::Surveyed(0, Ok(risk)));
     let recorded = badge(&bench);

@@ -30,16 +30,16 @@ fn the_list_is_sorted_by_a_measure() {
     let mut bench = Bench::bundled();
     let selected = bench.model.list.current();
     bench.press("s");
-    bench.type_text("distance");
+    bench.type_text("headway");
     bench.press("enter");
     let asked = bench.effects.iter().find_map(|e| match e {
         Effect::Rank(measure, entries) => Some((*measure, entries.len())),
         _ => None,
     });
-    assert_eq!(asked, Some(("distance", 8)));
-    assert!(bench.frame(200, 60).contains("by distance, m"));
+    assert_eq!(asked, Some(("headway", 8)));
+    assert!(bench.frame(200, 60).contains("by headway, m"));
     for (place, value) in [(0, Some(3.0)), (5, Some(0.25)), (2, None)] {
-        bench.send(Msg::Ranked("distance", place, value));
+        bench.send(Msg::Ranked("headway", place, value));
     }
     bench.send(Msg::Ranked("ttc", 1, Some(0.0)));
     assert_eq!(

@@ -153,7 +153,7 @@ fn thresholds_of_the_users_change_plot_list_and_judge() {
     };
     let plotted = row(&bench);
     bench.press("s");
-    bench.type_text("risk");
+    bench.type_text("drac");
     bench.press("enter");
     bench.press(":");
     bench.type_text("read-thresholds");
@@ -177,7 +177,7 @@ fn thresholds_of_the_users_change_plot_list_and_judge() {
         |e| matches!(e, Effect::Survey(list) if list.len() == 8)
     ));
     assert!(anew(
-        |e| matches!(e, Effect::Rank("risk", list) if list.len() == 8)
+        |e| matches!(e, Effect::Rank("drac", list) if list.len() == 8)
     ));
     let question = bench.model.prompt.question.as_ref().unwrap();
     assert!(question.prompt.user.contains("80") || question.prompt.system.contains("80"));

@@ -4,7 +4,9 @@ use super::super::action::{Action, Scope};
 use super::super::keymap::{Code, Key};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
-use super::{answers, batch, clock, editing, history, jobs, open, open_current, plot};
+use super::{
+    answers, batch, clock, editing, history, jobs, list, open, open_current, plot, timeline,
+};
 use crate::geometry::Pose;
 use crate::scenario::EgoSource;
 use crate::text::Frame;
@@ -44,10 +46,15 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.focus = Pane::Scenarios;
             model.list.filtering = true;
         }
-        Choose => return open_current(model),
+        Choose => return list::choose(model),
+        GroupScenarios => list::group(model),
+        TurnOrder => list::turn(model),
+        EditTags => list::edit_tags(model),
+        NextDisagreement => return timeline::next_disagreement(model),
+        HeatStrips => timeline::next_heat(model),
         Up | Down | PageUp | PageDown | Top | Bottom => return moved(model, action),
         StepForward | StepBack | JumpForward | JumpBack | FirstStep | LastStep | Play | Faster
-        | Slower | NearestStep | CollisionStep => clock::clock(model, action),
+        | Slower | MinimumStep | CollisionStep | Loop => clock::clock(model, action),
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
             map(model, action);
         }

@@ -2,6 +2,7 @@
 
 use super::super::action::Action;
 use super::super::model::Model;
+use super::timeline;
 use crate::verdict::Task;
 
 /// Plays, or goes to another step.
@@ -17,10 +18,14 @@ pub fn clock(model: &mut Model, action: Action) {
         Action::Play => model.clock.toggle(),
         Action::Faster => model.clock.change_speed(true),
         Action::Slower => model.clock.change_speed(false),
-        Action::NearestStep => go_to_nearest(model, |h| h.distance),
+        Action::MinimumStep => timeline::go_to_minimum(model),
+        Action::Loop => timeline::turn_round(model),
         _ => go_to_worst(model),
     }
-    if !matches!(action, Action::Play | Action::Faster | Action::Slower) {
+    if !matches!(
+        action,
+        Action::Play | Action::Faster | Action::Slower | Action::Loop
+    ) {
         model.clock.playing = false;
     }
     if model.clock.step() != before {

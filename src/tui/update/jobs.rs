@@ -35,6 +35,22 @@ pub fn follow(model: &mut Model, effects: &[Effect]) {
                 let title = "the most dangerous moments of all scenarios".to_string();
                 with_parts(Job::new(JobKind::Survey, title, entries.len(), now))
             }
+            Effect::SurveyMore(entries) => match model.jobs.running_mut(JobKind::Survey) {
+                Some(job) => {
+                    job.of += entries.len();
+                    let parts = job.parts.len() + entries.len();
+                    job.parts.resize(parts, false);
+                    continue;
+                }
+                None => {
+                    let first = entries.first().map_or(0, |(place, _)| *place);
+                    let title = "the most dangerous moments of more scenarios".to_string();
+                    let mut job = Job::new(JobKind::Survey, title, entries.len(), now);
+                    // Those before them are not asked for again.
+                    job.parts = vec![false; first + entries.len()];
+                    job
+                }
+            },
             Effect::Rank(measure, entries) => {
                 supersede(model, |kind| matches!(kind, JobKind::Ranking(_)));
                 let title = format!("{measure} of all scenarios");

@@ -7,10 +7,12 @@ mod clock;
 mod editing;
 mod history;
 mod jobs;
+mod list;
 mod overlays;
 mod plot;
 mod pointer;
 mod reopen;
+mod timeline;
 mod values;
 
 use super::action::Action;
@@ -25,7 +27,11 @@ use crate::tui::model::Column;
 /// What has to be done when the program starts.
 #[must_use]
 pub fn start(model: &Model) -> Vec<Effect> {
-    vec![Effect::Find(model.paths.clone()), Effect::Probe]
+    vec![
+        Effect::Find(model.paths.clone()),
+        Effect::ReadTags,
+        Effect::Probe,
+    ]
 }
 
 /// Takes one message.
@@ -47,15 +53,20 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Passed(elapsed) => passed(model, elapsed),
-        Msg::Found(found) => found_scenarios(model, found),
+        Msg::Found(found) => list::found(model, found),
+        Msg::Listed(entries) => list::listed(model, entries),
+        Msg::Searched(ended) => list::searched(model, ended),
+        Msg::Tags(tags) => {
+            list::tags(model, tags);
+            Vec::new()
+        }
+        Msg::Drawing => list::drawing(model),
         Msg::Discovered(found) => {
             answers::offer(model, found);
             Vec::new()
         }
         Msg::Surveyed(place, facts) => {
-            if let Some(row) = model.list.rows.get_mut(place) {
-                row.facts = Some(facts);
-            }
+            model.list.survey(place, facts);
             Vec::new()
         }
         Msg::Ranked(measure, place, value) => {
@@ -69,7 +80,12 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         }
         Msg::Thresholds(read) => values::thresholds(model, read),
         Msg::Asked(ask, event) => answers::arrived(model, ask, event),
-        Msg::Answered(ask, result) => answers::answered(model, ask, result),
+        Msg::Answered(ask, result) => {
+            let name = list::name_of(model, ask);
+            let mut effects = answers::answered(model, ask, result);
+            effects.extend(name.map_or_else(Vec::new, |name| list::recount(model, &name)));
+            effects
+        }
         Msg::Stored(of, stored) => {
             if actions::stored_of(model).as_ref() == Some(&of) {
                 let reopened = reopen::before_stored(model);
@@ -77,6 +93,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
                 if let Some(column) = reopened {
                     reopen::after_stored(model, column);
                 }
+                timeline::arrived(model);
             }
             Vec::new()
         }
@@ -157,27 +174,6 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
     Vec::new()
 }
 
-fn found_scenarios(
-    model: &mut Model,
-    found: Result<crate::scenario::Found, String>,
-) -> Vec<Effect> {
-    match found {
-        Ok(found) => {
-            let survey = found.entries.iter().cloned().enumerate().collect();
-            model.list.fill(found);
-            let mut effects = open_current(model);
-            effects.push(Effect::Survey(survey));
-            effects
-        }
-        Err(message) => {
-            model.list.found = true;
-            model.complain(message.clone());
-            model.open_error = Some(message);
-            Vec::new()
-        }
-    }
-}
-
 /// Opens the selected scenario, if another one is open.
 pub(super) fn open_current(model: &mut Model) -> Vec<Effect> {
     match model.list.current() {
@@ -200,6 +196,7 @@ fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) ->
         return Vec::new();
     };
     model.opening = None;
+    timeline::opened(model, id);
     let opened = match result {
         Ok(opened) => opened,
         Err(message) if ego.is_some() && model.opened.is_some() => {
@@ -226,9 +223,8 @@ fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) ->
     if kept.is_none() {
         model.toasts.retain(|t| t.kind != Notice::Reply);
     }
-    let speed = model.clock.speed();
     let clock = super::clock::Clock::new(opened.steps(), opened.scenario.dt());
-    model.clock = clock.at_speed(speed);
+    model.clock = clock.like(&model.clock);
     if let Some(step) = step {
         model.clock.go(step);
     }

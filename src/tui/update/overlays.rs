@@ -2,8 +2,10 @@
 
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
-use super::super::model::{Model, Overlay, Picker, measures_shown, models_shown, palette_shown};
-use super::{actions, answers, batch, history, jobs, plot, values};
+use super::super::model::{
+    Model, Overlay, Picker, measures_shown, models_shown, orders_shown, palette_shown,
+};
+use super::{actions, answers, batch, history, jobs, list, plot, values};
 
 /// A key while an overlay is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -58,7 +60,8 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     let lines = match model.overlays.last() {
         Some(Overlay::Palette(picker)) => palette_shown(picker).len(),
         Some(Overlay::Models { picker, .. }) => models_shown(model, picker).len(),
-        Some(Overlay::Measures { picker, sort }) => measures_shown(picker, *sort).len(),
+        Some(Overlay::Measures { picker, sort: true }) => orders_shown(picker).len(),
+        Some(Overlay::Measures { picker, .. }) => measures_shown(picker).len(),
         _ => 0,
     };
     if let Some(picker) = picker_mut(model) {
@@ -72,7 +75,8 @@ pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
     match model.overlays.last_mut()? {
         Overlay::Palette(picker)
         | Overlay::Models { picker, .. }
-        | Overlay::Measures { picker, .. } => Some(picker),
+        | Overlay::Measures { picker, .. }
+        | Overlay::Tags { picker, .. } => Some(picker),
         Overlay::Help { .. }
         | Overlay::About { .. }
         | Overlay::Values { .. }
@@ -91,17 +95,19 @@ fn choose(model: &mut Model) -> Vec<Effect> {
                 None => Vec::new(),
             }
         }
-        Some(Overlay::Measures { picker, sort }) => {
-            let shown = measures_shown(&picker, sort);
-            match shown.get(picker.selected) {
-                Some(measure) if sort => plot::sort(model, *measure),
-                Some(Some(measure)) => {
-                    plot::plot(model, measure);
-                    Vec::new()
-                }
-                _ => Vec::new(),
+        Some(Overlay::Measures { picker, sort: true }) => {
+            match orders_shown(&picker).get(picker.selected) {
+                Some(order) => list::sort(model, *order),
+                None => Vec::new(),
             }
         }
+        Some(Overlay::Measures { picker, .. }) => {
+            if let Some(measure) = measures_shown(&picker).get(picker.selected) {
+                plot::plot(model, measure);
+            }
+            Vec::new()
+        }
+        Some(Overlay::Tags { picker, scenario }) => list::tag(model, scenario, &picker.text),
         Some(Overlay::Models { picker, ask }) => {
             let Some(id) = models_shown(model, &picker)
                 .into_iter()

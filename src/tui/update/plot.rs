@@ -1,6 +1,5 @@
 //! Choosing what is plotted, and by what the list of scenarios is sorted.
 
-use super::super::message::Effect;
 use super::super::model::{Model, Overlay, Picker};
 use crate::metrics::Measure;
 
@@ -34,16 +33,6 @@ pub fn mark(model: &mut Model) {
             }
         }
     }
-}
-
-/// Sorts the list by a measure's most dangerous values, or by name.
-pub fn sort(model: &mut Model, measure: Option<&'static Measure>) -> Vec<Effect> {
-    model.list.sort_by(measure);
-    let Some(measure) = measure else {
-        return Vec::new();
-    };
-    let entries = model.list.rows.iter().map(|row| row.entry.clone());
-    vec![Effect::Rank(measure.id, entries.enumerate().collect())]
 }
 
 /// The most dangerous value of a scenario is known.

@@ -5,7 +5,7 @@ use ratatui::layout::{Position, Rect};
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
 use super::super::model::{Model, Notice, Overlay, Pane};
-use super::{actions, clock, history, open_current};
+use super::{actions, clock, history, list, open_current};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
@@ -97,11 +97,10 @@ fn press(model: &mut Model, pane: Pane, area: Rect, at: Position) -> Vec<Effect>
     }
     match pane {
         Pane::Scenarios => {
-            let extent = model.drawn.extent(Pane::Scenarios);
-            let line = usize::from(at.y.saturating_sub(area.y + 1)) + extent.top;
-            if at.y > area.y && line < model.list.visible.len() {
+            let line = model.drawn.list_line(at);
+            if let Some(line) = line.filter(|&line| line < model.list.lines.len()) {
                 model.list.selected = line;
-                return open_current(model);
+                return list::choose(model);
             }
             Vec::new()
         }

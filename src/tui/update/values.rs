@@ -7,7 +7,7 @@ use super::super::keymap::{self, Key};
 use super::super::loaded::Measured;
 use super::super::message::{Effect, MeasureId};
 use super::super::model::{Model, Overlay, Values};
-use super::{actions, open};
+use super::{actions, list, open};
 use crate::metrics::Thresholds;
 
 /// A key that moves what is shown: the step, or the obstacle.
@@ -22,7 +22,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
             | JumpBack
             | FirstStep
             | LastStep
-            | NearestStep
+            | MinimumStep
             | CollisionStep
             | NextObstacle
             | PreviousObstacle
@@ -68,14 +68,9 @@ pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> V
     model.values = Values::default();
     let entries = model.list.rows.iter().map(|row| row.entry.clone());
     let entries: Vec<_> = entries.enumerate().collect();
-    let mut effects = vec![
-        Effect::UseThresholds(thresholds),
-        Effect::Survey(entries.clone()),
-    ];
-    if let Some(measure) = model.list.order {
-        model.list.sort_by(Some(measure));
-        effects.push(Effect::Rank(measure.id, entries));
-    }
+    let mut effects = vec![Effect::UseThresholds(thresholds), Effect::Survey(entries)];
+    model.list.forget_values();
+    effects.extend(list::rank(model));
     if let Some(place) = model.list.opened {
         effects.extend(open(model, place, model.taken));
     }

@@ -77,7 +77,7 @@ fn hints(model: &Model) -> Vec<(String, String)> {
                 ("Esc", "close"),
                 ("PgUp PgDn", "a page"),
                 ("x", "worst"),
-                ("n", "nearest"),
+                ("M", "minimum"),
             ]);
         }
         Some(Overlay::History) if model.history.typing.is_some() => {
@@ -90,6 +90,9 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         Some(Overlay::History) => return own(Scope::History),
         Some(Overlay::Jobs) => return own(Scope::Jobs),
         Some(Overlay::Batch) => return fixed(&[("Enter", "ask"), ("Esc", "do not")]),
+        Some(Overlay::Tags { .. }) => {
+            return fixed(&[("type", "tags"), ("Enter", "keep"), ("Esc", "as before")]);
+        }
         Some(Overlay::Palette(_) | Overlay::Models { .. } | Overlay::Measures { .. }) => {
             return fixed(&[
                 ("type", "to search"),

@@ -1,101 +1,225 @@
-//! The list of scenarios, with the lowest risk and a mark for collisions.
+//! The list of scenarios: names with the letters that match, and what is known of each.
+
+mod columns;
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::Paragraph;
+use ratatui::widgets::{Paragraph, Wrap};
+use unicode_segmentation::UnicodeSegmentation;
+use unicode_width::UnicodeWidthStr;
 
+use self::columns::{Column, cell, fitting};
 use crate::metrics::Headline;
-use crate::tui::loaded::Facts;
-use crate::tui::model::{Extent, Model, Pane};
+use crate::text::visible;
+use crate::tui::model::{
+    Extent, Group, Grouping, Line as Shown, Matching, Model, Order, Pane, Row,
+};
 use crate::tui::widgets::frame;
-use crate::tui::widgets::words::{fit, pad};
+use crate::tui::widgets::words::{fit, fit_end, pad};
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let list = &model.list;
-    let count = if list.filter.is_empty() {
-        format!("scenarios {}", list.rows.len())
-    } else {
-        format!("scenarios {}/{}", list.visible.len(), list.rows.len())
-    };
-    let order = list.order.map_or(String::new(), |m| match m.unit {
-        "" => format!(" by {}", m.id),
-        unit => format!(" by {}, {unit}", m.id),
-    });
-    let marked = match model.marks.count(list) {
-        0 => String::new(),
-        n => format!(" * {n}"),
-    };
-    let title = Line::from(count + &marked + &order);
-    let mut inner = frame::pane(f, area, model, Pane::Scenarios, title);
+    let room = usize::from(area.width).saturating_sub(4);
+    let mut inner = frame::pane(f, area, model, Pane::Scenarios, title(model, room));
     passed_over(f, area, model);
-    if list.filtering || !list.filter.is_empty() {
-        let cursor = if list.filtering { "▏" } else { "" };
-        let text = format!(
-            "/{}{cursor}",
-            fit(&list.filter, usize::from(inner.width).saturating_sub(2))
-        );
-        let style = Style::new().fg(model.theme.accent);
-        f.render_widget(Line::styled(text, style), Rect { height: 1, ..inner });
-        inner.y += 1;
-        inner.height = inner.height.saturating_sub(1);
+    filter(f, &mut inner, model);
+    let heads = inner.height > 5;
+    let (columns, more) = fitting(list, usize::from(inner.width), heads);
+    if more && heads && !list.lines.is_empty() {
+        let heads = headings(&columns, usize::from(inner.width));
+        let style = Style::new().fg(model.theme.dim);
+        f.render_widget(heads.style(style), Rect { height: 1, ..inner });
+        inner = below(inner, 1);
     }
     let rows = usize::from(inner.height);
-    let top = list
-        .selected
-        .saturating_sub(rows / 2)
-        .min(list.visible.len().saturating_sub(rows));
-    model.drawn.text(
-        Pane::Scenarios,
-        Extent {
-            lines: list.visible.len(),
-            rows,
-            top,
-        },
-    );
+    let lines = list.lines.len();
+    let last = lines.saturating_sub(rows);
+    let top = list.selected.saturating_sub(rows / 2).min(last);
+    model
+        .drawn
+        .text(Pane::Scenarios, Extent { lines, rows, top });
+    model.drawn.list(inner);
     if let Some(words) = nothing(model) {
-        let text = Paragraph::new(words).wrap(ratatui::widgets::Wrap { trim: true });
+        let text = Paragraph::new(words).wrap(Wrap { trim: true });
         f.render_widget(text.style(Style::new().fg(model.theme.dim)), inner);
         return;
     }
-    let width = usize::from(inner.width);
-    let shown = list.visible.iter().enumerate().skip(top).take(rows);
-    let lines = shown.map(|(i, &place)| {
-        let row = &list.rows[place];
+    let mut matching = list.read.has_words().then(Matching::default);
+    let shown = list.lines.iter().enumerate().skip(top).take(rows);
+    let lines = shown.map(|(i, line)| {
         let chosen = i == list.selected;
-        // With an obstacle as the ego, the list agrees with what is open; what it is sorted by is the recorded ego's.
-        let taken = model.opened.as_ref();
-        let taken = taken.filter(|_| model.taken.is_some() && list.opened == Some(place));
-        let (badge, color) = match taken {
-            Some(opened) => headline_badge(model, opened.headline.as_ref()),
-            None => badge(model, row.facts.as_ref()),
+        let marked = match line {
+            Shown::Head(_) => false,
+            Shown::Scenario(place, _) => model.marks.has(&list.rows[*place].entry),
         };
-        let value = match list.order {
-            Some(_) if taken.is_some() => format!("{:>5} ", "·"),
-            Some(_) => value(row.value),
-            None => String::new(),
+        let line = match line {
+            Shown::Head(group) => head(model, &list.groups[*group]),
+            Shown::Scenario(place, _) => {
+                let width = usize::from(inner.width);
+                scenario(model, *place, (&columns, width), matching.as_mut())
+            }
         };
-        let name = width.saturating_sub(5 + value.chars().count());
-        let name = pad(&row.entry.name, name);
-        let sign = match (chosen, model.marks.has(&row.entry)) {
+        let sign = match (chosen, marked) {
             (true, true) => "▸*",
             (true, false) => "▸ ",
             (false, true) => " *",
             (false, false) => "  ",
         };
-        let mut line = Line::from(vec![Span::raw(sign), Span::raw(name), Span::raw(" ")]);
-        line = line.style(if chosen {
-            model.theme.selected()
-        } else {
-            model.theme.base()
-        });
-        line.push_span(Span::styled(value, Style::new().fg(model.theme.accent)));
-        let style = Style::new().fg(color).add_modifier(Modifier::BOLD);
-        line.push_span(Span::styled(badge, style));
-        line
+        let mut whole = Line::from(sign);
+        whole.spans.extend(line.spans);
+        whole.style(match chosen {
+            true => model.theme.selected(),
+            false => model.theme.base(),
+        })
     });
     f.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
+}
+
+/// How many there are, and in what order.
+fn title(model: &Model, room: usize) -> Line<'static> {
+    let list = &model.list;
+    let all = list.rows.len();
+    let searching = if list.found || all == 0 { "" } else { "…" };
+    let mut title = match list.filter.is_empty() {
+        true => format!("scenarios {all}{searching}"),
+        false => format!("scenarios {}/{all}{searching}", list.visible.len()),
+    };
+    let mut add = |words: String| {
+        if title.width() + words.width() <= room {
+            title.push_str(&words);
+        }
+    };
+    match model.marks.count(list) {
+        0 => {}
+        n => add(format!(" * {n}")),
+    }
+    let turned = if list.turned { ", reversed" } else { "" };
+    match (list.order, list.order.unit()) {
+        (Order::Found, _) if !list.turned => {}
+        (Order::Found, _) => add(" reversed".into()),
+        (order, "") => add(format!(" by {}{turned}", order.id())),
+        (order, unit) => add(format!(" by {}, {unit}{turned}", order.id())),
+    }
+    if list.grouping != Grouping::None {
+        add(format!(" · {} groups", list.grouping.name()));
+    }
+    if list.known > 0 && list.known < all {
+        add(format!(" · {} read", list.known));
+    }
+    Line::from(title)
+}
+
+fn below(area: Rect, rows: u16) -> Rect {
+    let rows = rows.min(area.height);
+    Rect {
+        y: area.y + rows,
+        height: area.height - rows,
+        ..area
+    }
+}
+
+/// The line of the filter, and what is wrong with it.
+fn filter(f: &mut Frame<'_>, inner: &mut Rect, model: &Model) {
+    let list = &model.list;
+    if !list.filtering && list.filter.is_empty() {
+        return;
+    }
+    let cursor = if list.filtering { "▏" } else { "" };
+    let width = usize::from(inner.width);
+    let text = format!(
+        "/{}{cursor}",
+        fit_end(&list.filter, width.saturating_sub(2))
+    );
+    let style = Style::new().fg(model.theme.accent);
+    f.render_widget(
+        Line::styled(text, style),
+        Rect {
+            height: 1,
+            ..*inner
+        },
+    );
+    *inner = below(*inner, 1);
+    if let Some(wrong) = list.read.wrong.first() {
+        let words = visible(&format!("! {wrong}")).into_owned();
+        let text = Paragraph::new(words).wrap(Wrap { trim: true });
+        let rows = u16::try_from(text.line_count(inner.width)).unwrap_or(1);
+        let height = rows.min(inner.height / 2);
+        let style = Style::new().fg(model.theme.warning);
+        f.render_widget(text.style(style), Rect { height, ..*inner });
+        *inner = below(*inner, height);
+    }
+}
+
+/// What stands above the columns.
+fn headings(columns: &[Column], width: usize) -> Line<'static> {
+    let used: usize = columns.iter().map(|c| c.width()).sum();
+    let mut line = Line::from(pad("  name", width.saturating_sub(used)));
+    for column in columns {
+        line.push_span(placed(Span::raw(column.head()), *column));
+    }
+    line
+}
+
+/// A cell in its width: numbers at the right, words at the left.
+fn placed(cell: Span<'static>, column: Column) -> Span<'static> {
+    let width = column.width() - 1;
+    let words = cell.content.as_ref();
+    let text = match column.is_number() {
+        true => format!(
+            " {}{words}",
+            " ".repeat(width.saturating_sub(words.width()))
+        ),
+        false => format!(" {}", pad(words, width)),
+    };
+    Span::styled(text, cell.style)
+}
+
+/// The head of a group.
+fn head(model: &Model, group: &Group) -> Line<'static> {
+    let sign = if group.shut { "+" } else { "-" };
+    let words = format!("{sign} {} ({})", visible(&group.name), group.count);
+    let style = Style::new().fg(model.theme.title);
+    Line::styled(words, style.add_modifier(Modifier::BOLD))
+}
+
+fn scenario(
+    model: &Model,
+    place: usize,
+    (columns, width): (&[Column], usize),
+    matching: Option<&mut Matching>,
+) -> Line<'static> {
+    let row = &model.list.rows[place];
+    let used: usize = columns.iter().map(|c| c.width()).sum();
+    let mut line = name(model, row, width.saturating_sub(used + 2), matching);
+    let opened = model.opened.as_ref();
+    let taken = opened.filter(|_| model.taken.is_some() && model.list.opened == Some(place));
+    let none = Headline::default();
+    let taken = taken.map(|opened| opened.headline.as_ref().unwrap_or(&none));
+    for &column in columns {
+        line.push_span(placed(cell(model, row, column, taken), column));
+    }
+    line
+}
+
+/// A name, with the letters that the filter matches underlined.
+fn name(model: &Model, row: &Row, width: usize, matching: Option<&mut Matching>) -> Line<'static> {
+    let whole = pad(&row.entry.name, width);
+    let Some(matching) = matching else {
+        return Line::from(whole);
+    };
+    let matched = model.list.read.matched(&row.entry.name, matching);
+    let mark = Style::new().fg(model.theme.accent);
+    let mark = mark.add_modifier(Modifier::UNDERLINED | Modifier::BOLD);
+    let letters = whole.graphemes(true).enumerate().map(|(at, letter)| {
+        let style = match matched.binary_search(&at) {
+            Ok(_) => mark,
+            Err(_) => Style::new(),
+        };
+        Span::styled(letter.to_string(), style)
+    });
+    letters.collect::<Vec<_>>().into()
 }
 
 /// In the lower border, where it takes no row: that not everything is in the list, and the key that tells why.
@@ -118,48 +242,17 @@ fn passed_over(f: &mut Frame<'_>, area: Rect, model: &Model) {
     );
 }
 
-/// The value by which the list is sorted, in the width of its column.
-fn value(value: Option<Option<f64>>) -> String {
-    let words = match value {
-        None => "…".to_string(),
-        Some(None) => "–".to_string(),
-        Some(Some(value)) if value.abs() >= 100.0 => format!("{value:.0}"),
-        Some(Some(value)) => format!("{value:.2}"),
-    };
-    format!("{words:>5} ")
-}
-
 fn nothing(model: &Model) -> Option<&'static str> {
     let list = &model.list;
-    if !list.found {
+    if list.rows.is_empty() && !list.found {
         Some("looking for scenarios…")
     } else if list.rows.is_empty() {
         Some("no scenarios")
+    } else if list.visible.is_empty() && list.known < list.rows.len() && list.read.needs_facts() {
+        Some("nothing of what was read so far fits the filter; the rest is being read")
     } else if list.visible.is_empty() {
         Some("the filter lets nothing through; Esc clears it")
     } else {
         None
-    }
-}
-
-/// The lowest risk score, and a mark: X for a collision, - without ego, ! for a file that cannot be read.
-fn badge(model: &Model, facts: Option<&Result<Facts, String>>) -> (String, ratatui::style::Color) {
-    let theme = &model.theme;
-    match facts {
-        None => ("·".into(), theme.dim),
-        Some(Err(_)) => ("!".into(), theme.danger),
-        Some(Ok(facts)) => headline_badge(model, facts.headline.as_ref()),
-    }
-}
-
-fn headline_badge(model: &Model, headline: Option<&Headline>) -> (String, ratatui::style::Color) {
-    let theme = &model.theme;
-    let Some((headline, risk)) = headline.and_then(|h| Some((h, h.risk?))) else {
-        return ("-".into(), theme.dim);
-    };
-    if headline.collides() {
-        (format!("{}X", risk.value), theme.danger)
-    } else {
-        (format!("{}", risk.value), theme.risk(risk.value))
     }
 }

@@ -1,40 +1,29 @@
 //! Danger over time: a strip for everyone together and for the most dangerous obstacles.
 
+mod ruler;
+
 use ratatui::Frame;
 use ratatui::layout::Rect;
-use ratatui::style::{Modifier, Style};
+use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
-use crate::metrics::Series;
+use crate::metrics::{Danger, Measure, Series};
+use crate::tui::clock::Lap;
 use crate::tui::loaded::Opened;
-use crate::tui::model::{Model, Pane};
+use crate::tui::model::{Model, Pane, heat};
 use crate::tui::widgets::frame;
-use crate::tui::widgets::words::pad;
+use crate::tui::widgets::words::{pad, quantity};
 
 /// Columns of the names.
 const LABEL: u16 = 8;
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
-    let clock = &model.clock;
-    let (first, last) = clock.range();
-    let mut title = format!("{:.1} s · step {}/{last}", clock.time(), clock.step());
-    if clock.playing {
-        title.push_str(&format!(" · playing {}×", clock.speed()));
-    } else if (clock.speed() - 1.0).abs() > f64::EPSILON {
-        title.push_str(&format!(" · {}×", clock.speed()));
-    }
-    let mut title = Line::from(title);
-    let bars = " · bars: lowest risk score";
     let room = usize::from(area.width).saturating_sub(4);
-    if model.opened.as_ref().is_some_and(|o| o.series.is_some())
-        && title.width() + bars.width() <= room
-    {
-        title.push_span(Span::styled(bars, Style::new().fg(model.theme.dim)));
-    }
-    let inner = frame::pane(f, area, model, Pane::Timeline, title);
+    let inner = frame::pane(f, area, model, Pane::Timeline, title(model, room));
     let Some(opened) = &model.opened else { return };
+    let (first, last) = model.clock.range();
     let scale = Rect {
         x: inner.x + LABEL,
         width: inner.width.saturating_sub(LABEL + 1),
@@ -46,15 +35,64 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let part = (step - first) as f64 / (last - first).max(1) as f64;
         (part * (width.saturating_sub(1)) as f64).round() as usize
     };
+    let height = usize::from(inner.height);
+    // Marks have a row of their own where strips keep enough.
+    let apart = height >= ROOMY;
     let mut lines = Vec::new();
-    if let Some(series) = &opened.series {
-        let strips = usize::from(inner.height).saturating_sub(1);
+    if let Some((measure, series)) = model.heat_series() {
+        let strips = height.saturating_sub(if apart { 2 } else { 1 });
+        let scale = Scale::of(model, measure, series);
         for id in rows(opened, model.picked, strips) {
-            lines.push(strip(model, series, id, width, column(clock.step())));
+            lines.push(strip(
+                model,
+                (&scale, series),
+                id,
+                width,
+                column(model.clock.step()),
+            ));
         }
     }
-    lines.push(ruler(model, opened, width, &column));
+    let marks = ruler::marks(model, &column);
+    if apart {
+        lines.push(ruler::marks_row(model, width, &column));
+    }
+    let beside = if apart { &[][..] } else { &marks };
+    lines.push(ruler::ruler(model, opened, width, &column, beside));
     f.render_widget(Paragraph::new(lines), inner);
+}
+
+/// Rows from which on marks have one of their own.
+const ROOMY: usize = 5;
+
+/// The step, how fast it plays, and what the strips show.
+fn title(model: &Model, room: usize) -> Line<'static> {
+    let clock = &model.clock;
+    let (_, last) = clock.range();
+    let playing = if clock.playing { "playing " } else { "" };
+    let lap = match clock.lap() {
+        Lap::Once => String::new(),
+        Lap::Whole => " · loop".into(),
+        Lap::Part(first, last) => format!(" · loop {first}–{last}"),
+    };
+    let step = format!("{:.1} s · step {}/{last}", clock.time(), clock.step());
+    let mut title = Line::from(format!("{step} · {playing}{}×{lap}", clock.speed()));
+    let Some((measure, _)) = model.heat_series() else {
+        return title;
+    };
+    let bars = match measure.id {
+        "risk" => " · bars: lowest risk score".to_string(),
+        id => {
+            let extreme = measure.danger.extreme();
+            let full = model.thresholds.of(id).next();
+            let full = full.map(|t| format!(", full at {}", quantity(t.value, measure.unit)));
+            let full = full.unwrap_or_else(|| ", within this scenario".into());
+            format!(" · bars: {extreme} {id}{full}")
+        }
+    };
+    if title.width() + bars.width() <= room {
+        title.push_span(Span::styled(bars, Style::new().fg(model.theme.dim)));
+    }
+    title
 }
 
 /// Everyone together, then the picked obstacle, then the most dangerous ones.
@@ -72,15 +110,69 @@ fn rows(opened: &Opened, picked: Option<i64>, count: usize) -> Vec<Option<i64>> 
     rows
 }
 
+/// How a measure becomes signs.
+struct Scale {
+    measure: &'static Measure,
+    threshold: Option<f64>,
+    /// The least and the most dangerous value, where there is no threshold.
+    range: (f64, f64),
+}
+
+impl Scale {
+    fn of(model: &Model, measure: &'static Measure, series: &Series) -> Self {
+        let threshold = model.thresholds.of(measure.id).next().map(|t| t.value);
+        let mut range = (0.0, 0.0);
+        if threshold.is_none() && measure.id != "risk" {
+            let ids = series.obstacles().iter();
+            let all = ids.flat_map(|&id| series.row(measure.id, id));
+            let values: Vec<f64> = all.filter_map(|reading| reading.value()).collect();
+            let by_danger = |a: &&f64, b: &&f64| measure.danger.compare(**a, **b);
+            let (most, least) = (
+                values.iter().min_by(by_danger),
+                values.iter().max_by(by_danger),
+            );
+            range = (least.copied().unwrap_or(0.0), most.copied().unwrap_or(0.0));
+        }
+        Self {
+            measure,
+            threshold,
+            range,
+        }
+    }
+
+    /// The higher, the more dangerous.
+    fn sign(&self, model: &Model, value: f64) -> (char, Color) {
+        let theme = &model.theme;
+        if self.measure.id == "risk" {
+            return (bar(value), theme.risk(value));
+        }
+        let level = heat(value, self.measure.danger, self.threshold, self.range);
+        let color = match (self.threshold, level) {
+            (None, _) => theme.obstacle,
+            (Some(_), 6..) => theme.danger,
+            (Some(_), 3..) => theme.warning,
+            (Some(_), _) => theme.safe,
+        };
+        (LEVELS[usize::from(level).min(LEVELS.len() - 1)], color)
+    }
+}
+
+const LEVELS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+
 fn strip(
     model: &Model,
-    series: &Series,
+    (scale, series): (&Scale, &Series),
     id: Option<i64>,
     width: usize,
     cursor: usize,
 ) -> Line<'static> {
     let theme = &model.theme;
-    let name = id.map_or("lowest".to_string(), |id| id.to_string());
+    let measure = scale.measure;
+    let everyone = match measure.danger {
+        Danger::High => "highest",
+        Danger::Low | Danger::Neutral => "lowest",
+    };
+    let name = id.map_or(everyone.to_string(), |id| id.to_string());
     let picked = id.is_some() && id == model.picked;
     let color = if picked { theme.picked } else { theme.dim };
     let mut line = Line::from(Span::styled(
@@ -89,20 +181,20 @@ fn strip(
     ));
     let steps = series.steps();
     let count = (steps.end - steps.start).max(1) as usize;
-    let risk_at = |place: usize| {
+    let value_at = |place: usize| {
         let step = steps.start + place as i64;
         match id {
-            Some(id) => series.at("risk", id, step).value(),
-            None => series.lowest_at("risk", step).map(|(_, risk)| risk),
+            Some(id) => series.at(measure.id, id, step).value(),
+            None => series.most_dangerous_at(measure.id, step).map(|(_, v)| v),
         }
     };
     for column in 0..width {
         // A column stands for all of its steps: the most dangerous one counts.
         let from = column * count / width;
         let to = ((column + 1) * count / width).max(from + 1).min(count);
-        let lowest = (from..to).filter_map(risk_at).reduce(f64::min);
-        let (sign, color) = match lowest {
-            Some(risk) => (bar(risk), theme.risk(risk)),
+        let values = (from..to).filter_map(value_at);
+        let (sign, color) = match values.min_by(|a, b| measure.danger.compare(*a, *b)) {
+            Some(value) => scale.sign(model, value),
             None => (' ', theme.dim),
         };
         let mut style = Style::new().fg(color);
@@ -124,62 +216,4 @@ fn bar(risk: f64) -> char {
         4 => '▂',
         _ => '▁',
     }
-}
-
-fn ruler(
-    model: &Model,
-    opened: &Opened,
-    width: usize,
-    column: &dyn Fn(i64) -> usize,
-) -> Line<'static> {
-    let (first, last) = model.clock.range();
-    let dt = opened.scenario.dt();
-    let mut cells = vec![' '; width];
-    let seconds = (last - first) as f64 * dt;
-    let every = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
-        .into_iter()
-        .find(|e| seconds / e * 7.0 <= width as f64)
-        .unwrap_or(200.0);
-    let contact = opened
-        .collision
-        .as_ref()
-        .and_then(|c| c.decisive_step)
-        .map(column);
-    let cursor = column(model.clock.step());
-    let marked = |place: usize| place == cursor || Some(place) == contact;
-    let mut tick = (first as f64 * dt / every).ceil() * every;
-    while tick <= last as f64 * dt + 1e-9 {
-        let at = column((tick / dt).round() as i64);
-        let label = if tick.fract() == 0.0 {
-            format!("{tick:.0}s")
-        } else {
-            format!("{tick:.1}")
-        };
-        // Marks come first: a label steps aside, or is left out where it cannot.
-        let free = |from: usize| {
-            let to = from + label.len();
-            to < width && !(from..to).any(|i| marked(i) || cells[i] != ' ')
-        };
-        let beside = at.saturating_sub(label.len());
-        let place = (at..=at + label.len()).find(|&from| free(from));
-        if let Some(from) = place.or_else(|| Some(beside).filter(|&from| free(from))) {
-            cells.splice(from..from + label.len(), label.chars());
-        }
-        tick += every;
-    }
-    let mut line = Line::from(Span::raw(" ".repeat(usize::from(LABEL))));
-    for (i, cell) in cells.into_iter().enumerate() {
-        let dim = Style::new().fg(model.theme.dim);
-        let danger = Style::new()
-            .fg(model.theme.danger)
-            .add_modifier(Modifier::BOLD);
-        let span = match (Some(i) == contact, i == cursor) {
-            (true, true) => Span::styled("X", danger.add_modifier(Modifier::REVERSED)),
-            (true, false) => Span::styled("X", danger),
-            (false, true) => Span::styled("▲", Style::new().fg(model.theme.accent)),
-            _ => Span::styled(cell.to_string(), dim),
-        };
-        line.push_span(span);
-    }
-    line
 }

@@ -1,0 +1,70 @@
+//! What all stored answers say, yes or no, in one query: for lists of many scenarios.
+
+use rusqlite::params;
+
+use super::{Origin, Store, StoreError, rows};
+use crate::verdict::Task;
+
+/// What a stored answer says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredVerdict {
+    /// SHA-256 of the scenario's file; nothing where only its name is known.
+    pub scenario_hash: Option<String>,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The ego, and where its motion comes from.
+    pub ego: String,
+    /// Where the answer comes from.
+    pub origin: Origin,
+    /// What was asked.
+    pub task: Task,
+    /// First and last time step of the window, where known.
+    pub window: Option<(i64, i64)>,
+    /// Yes or no.
+    pub dangerous: bool,
+}
+
+impl Store {
+    /// The newest verdict of each scenario, ego, task, model, frame and techniques, but none of the model
+    /// `but`; all of them, or those about one scenario, by hash and name as in [`Store::of_scenario`].
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn verdicts(
+        &self,
+        but: &str,
+        of: Option<(&str, &str)>,
+    ) -> Result<Vec<StoredVerdict>, StoreError> {
+        let connection = self.lock();
+        let which = match of {
+            None => "?2 IS NULL AND ?3 IS NULL",
+            Some(_) => "(scenario_hash = ?2 OR (scenario_hash IS NULL AND scenario = ?3))",
+        };
+        // Beside max(), SQLite gives the other columns of the same row.
+        let sql = format!(
+            "SELECT scenario_hash, scenario, ego, origin, task, window_first, window_last, dangerous,
+                 max(printf('%020d %020d', created_ms, id))
+             FROM runs
+             WHERE deleted_ms IS NULL AND dangerous IS NOT NULL AND model <> ?1 AND {which}
+             GROUP BY scenario_hash, scenario, ego, origin, task, model, frame, techniques"
+        );
+        let mut statement = connection.prepare_cached(&sql)?;
+        let (hash, name) = of.unzip();
+        let found = statement.query_map(params![but, hash, name], |row| {
+            let window = (row.get("window_first")?, row.get("window_last")?);
+            Ok(StoredVerdict {
+                scenario_hash: row.get("scenario_hash")?,
+                scenario: row.get("scenario")?,
+                ego: row.get("ego")?,
+                origin: rows::word(row, "origin", Origin::parse)?,
+                task: rows::word(row, "task", Task::parse)?,
+                window: match window {
+                    (Some(first), Some(last)) => Some((first, last)),
+                    _ => None,
+                },
+                dangerous: row.get("dangerous")?,
+            })
+        })?;
+        Ok(found.collect::<Result<_, _>>()?)
+    }
+}

@@ -1,0 +1,89 @@
+//! A scenario in the list, and what is known of it.
+
+use super::group::Agreement;
+use super::terms::HEADLINE;
+use crate::metrics::Measure;
+use crate::scenario::Entry;
+use crate::tui::loaded::{Facts, country_of};
+
+/// A scenario in the list.
+#[derive(Debug)]
+pub struct Row {
+    /// The scenario.
+    pub entry: Entry,
+    /// What is known of it, once it is.
+    pub facts: Option<Result<Facts, String>>,
+    /// The most dangerous value of the measure by which the list is sorted; the outer one is whether it is known.
+    pub value: Option<Option<f64>>,
+    /// The user's own tags.
+    pub own_tags: Vec<String>,
+    /// Its place in the list as it was found.
+    pub rank: usize,
+}
+
+impl Row {
+    /// A scenario of which nothing is known yet.
+    #[must_use]
+    pub fn new(entry: Entry, rank: usize) -> Self {
+        Self {
+            entry,
+            facts: None,
+            value: None,
+            own_tags: Vec::new(),
+            rank,
+        }
+    }
+
+    /// What is known of it, if it could be read.
+    #[must_use]
+    pub fn facts(&self) -> Option<&Facts> {
+        self.facts.as_ref()?.as_ref().ok()
+    }
+
+    /// Its tags: the file's, then the user's.
+    pub fn tags(&self) -> impl Iterator<Item = &str> {
+        let of_file = self.facts().into_iter().flat_map(|facts| &facts.tags);
+        of_file.chain(&self.own_tags).map(String::as_str)
+    }
+
+    /// Three letters for its country: by its benchmark id, before it was read by its name; may be empty.
+    #[must_use]
+    pub fn country(&self) -> &str {
+        match self.facts() {
+            Some(facts) if !facts.country.is_empty() => &facts.country,
+            _ => country_of(&self.entry.name),
+        }
+    }
+
+    /// What stored answers say about it; nothing while it was not read.
+    #[must_use]
+    pub fn agreement(&self) -> Option<Agreement> {
+        let tally = match self.facts.as_ref()? {
+            Ok(facts) => facts.tally(),
+            Err(_) => return Some(Agreement::Nothing),
+        };
+        Some(match (tally.differ, tally.agree) {
+            (0, 0) => Agreement::Nothing,
+            (0, _) => Agreement::Agree,
+            _ => Agreement::Differ,
+        })
+    }
+
+    /// The most dangerous value of a measure; the outer one is whether it is known.
+    #[must_use]
+    pub fn value_of(&self, measure: &Measure) -> Option<Option<f64>> {
+        if !HEADLINE.contains(&measure.id) {
+            return self.value;
+        }
+        let Ok(facts) = self.facts.as_ref()? else {
+            return Some(None);
+        };
+        let headline = facts.headline.as_ref();
+        let nearest = headline.and_then(|h| match measure.id {
+            "risk" => h.risk,
+            "distance" => h.distance,
+            _ => h.ttc,
+        });
+        Some(nearest.map(|n| n.value))
+    }
+}

@@ -1,0 +1,147 @@
+//! Lists of thousands: what a frame and a message cost does not grow with what is not on the screen.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use super::bench::Bench;
+use crate::metrics::Thresholds;
+use crate::scenario::{Entry, WantedEgo, bundled, find_in_pieces};
+use crate::tui::loaded::{Facts, Verdicts};
+use crate::tui::message::{Effect, Msg};
+use crate::tui::update::update;
+
+const MANY: usize = 2_000;
+
+fn entries() -> Vec<Entry> {
+    let countries = ["DEU", "USA", "ESP", "CHN"];
+    let name = |i: usize| format!("f{}/{}_Town{i:04}-1_1_T-1.xml", i % 7, countries[i % 4]);
+    (0..MANY)
+        .map(|i| Entry::of_file(Path::new(&name(i))))
+        .collect()
+}
+
+/// The least time that something takes of several tries: others use the machine too.
+fn least(mut what: impl FnMut()) -> Duration {
+    let tries = (0..7).map(|_| {
+        let begun = Instant::now();
+        what();
+        begun.elapsed()
+    });
+    tries.min().unwrap()
+}
+
+fn facts() -> Facts {
+    let read = |entry: &Entry| {
+        Facts::read(
+            entry,
+            &WantedEgo::Beside,
+            Thresholds::shipped(),
+            &Verdicts::default(),
+        )
+    };
+    read(&bundled()[0]).unwrap()
+}
+
+#[test]
+fn the_first_frame_of_thousands_is_there_at_once() {
+    let took = least(|| {
+        let mut bench = Bench::empty();
+        // Opening is the task's work; here is what the loop does until the frame is drawn.
+        drop(update(&mut bench.model, Msg::Listed(entries())));
+        drop(update(&mut bench.model, Msg::Drawing));
+        assert!(bench.frame(200, 60).contains("scenarios 2000"));
+    });
+    assert!(took < Duration::from_millis(100), "{took:?}");
+}
+
+#[test]
+fn a_frame_costs_the_same_for_thousands_and_for_few() {
+    let frames = |count: usize| {
+        let mut bench = Bench::empty();
+        drop(update(
+            &mut bench.model,
+            Msg::Listed(entries()[..count].to_vec()),
+        ));
+        drop(update(&mut bench.model, Msg::Drawing));
+        least(|| drop(bench.frame(200, 60)))
+    };
+    let (few, many) = (frames(60), frames(MANY));
+    assert!(many < few * 3, "{few:?} {many:?}");
+}
+
+#[test]
+fn what_arrives_is_sorted_once_a_frame() {
+    let mut bench = Bench::empty();
+    drop(update(&mut bench.model, Msg::Listed(entries())));
+    bench
+        .model
+        .list
+        .sort_by(crate::tui::model::Order::Obstacles);
+    let facts = facts();
+    let arriving = least(|| {
+        for place in 0..MANY {
+            drop(update(
+                &mut bench.model,
+                Msg::Surveyed(place, Ok(facts.clone())),
+            ));
+        }
+    });
+    let settling = least(|| {
+        drop(update(
+            &mut bench.model,
+            Msg::Surveyed(0, Ok(facts.clone())),
+        ));
+        drop(update(&mut bench.model, Msg::Drawing));
+    });
+    // Sorting at every message would take as long as sorting two thousand times.
+    assert!(arriving < settling * 60, "{arriving:?} {settling:?}");
+    assert!(settling < Duration::from_millis(100), "{settling:?}");
+    assert_eq!(bench.model.list.known, MANY);
+}
+
+#[test]
+fn what_is_on_the_screen_is_asked_for_first_and_once() {
+    let mut bench = Bench::empty();
+    drop(update(&mut bench.model, Msg::Listed(entries())));
+    drop(update(&mut bench.model, Msg::Drawing));
+    bench.frame(120, 40);
+    bench.model.list.selected = 1_000;
+    bench.frame(120, 40);
+    let mut asked = update(&mut bench.model, Msg::Drawing);
+    let Some(Effect::SurveyFirst(places)) = asked.pop() else {
+        panic!("{asked:?}");
+    };
+    assert!(places.contains(&1_000) && places.len() < 60, "{places:?}");
+    assert!(update(&mut bench.model, Msg::Drawing).is_empty(), "once");
+    assert_eq!(bench.model.list.current(), Some(1_000));
+}
+
+#[test]
+fn folders_of_thousands_come_in_pieces_and_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    for i in 0..700 {
+        let below = folder.path().join(format!("f{}", i % 3));
+        std::fs::create_dir_all(&below).unwrap();
+        std::fs::write(below.join(format!("s{i:03}.xml")), "<commonRoad/>").unwrap();
+    }
+    std::fs::write(folder.path().join("empty.xml"), "").unwrap();
+    let paths = [folder.path().to_path_buf()];
+    let mut pieces = Vec::new();
+    let passed_over = find_in_pieces(&paths, &mut |piece| pieces.push(piece)).unwrap();
+    assert_eq!(passed_over.len(), 1);
+    assert!(
+        pieces.len() > 2 && pieces[0].len() == 64,
+        "{}",
+        pieces.len()
+    );
+    let mut all: Vec<String> = pieces.iter().flatten().map(Entry::display).collect();
+    assert_eq!(all.len(), 700);
+    assert!(all.is_sorted(), "folders and files come by name");
+    let found = crate::scenario::find(&paths).unwrap();
+    all.sort();
+    let whole: Vec<String> = found.entries.iter().map(Entry::display).collect();
+    assert_eq!(all, whole);
+    let nothing = tempfile::tempdir().unwrap();
+    let error = find_in_pieces(&[nothing.path().to_path_buf()], &mut |_| {}).unwrap_err();
+    assert!(error.to_string().contains("no CommonRoad scenario"));
+}

@@ -1,0 +1,174 @@
+//! The list of scenarios: what is found, in what order and groups it stands, and the user's tags.
+
+use super::super::message::{AskId, Effect};
+use super::super::model::{HEADLINE, Line, Model, Order, Overlay, Pane, Picker};
+use super::open_current;
+use crate::config::Tags;
+use crate::scenario::{Entry, Found, PassedOver};
+
+/// All scenarios were found at once.
+pub fn found(model: &mut Model, found: Result<Found, String>) -> Vec<Effect> {
+    match found {
+        Ok(found) => {
+            let survey = found.entries.iter().cloned().enumerate().collect();
+            model.list.fill(found);
+            let mut effects = open_current(model);
+            effects.push(Effect::Survey(survey));
+            effects
+        }
+        Err(message) => nothing_found(model, message),
+    }
+}
+
+/// Some were found; the search goes on.
+pub fn listed(model: &mut Model, entries: Vec<Entry>) -> Vec<Effect> {
+    let before = model.list.rows.len();
+    let new: Vec<(usize, Entry)> = (before..).zip(entries.iter().cloned()).collect();
+    model.list.add(entries);
+    if before > 0 {
+        // Sorted by a measure already, the values of all are asked for when all are there.
+        return vec![Effect::SurveyMore(new)];
+    }
+    model.list.settle();
+    let mut effects = open_current(model);
+    effects.push(Effect::Survey(new));
+    effects
+}
+
+/// The search has ended.
+pub fn searched(model: &mut Model, ended: Result<Vec<PassedOver>, String>) -> Vec<Effect> {
+    match ended {
+        Ok(passed_over) => {
+            model.list.found = true;
+            model.list.passed_over = passed_over;
+            rank(model)
+        }
+        Err(message) => nothing_found(model, message),
+    }
+}
+
+fn nothing_found(model: &mut Model, message: String) -> Vec<Effect> {
+    model.list.found = true;
+    model.complain(message.clone());
+    if model.list.rows.is_empty() {
+        model.open_error = Some(message);
+    }
+    Vec::new()
+}
+
+/// A frame is about to be drawn: what arrived takes its place, and what is on the screen is asked for first.
+pub fn drawing(model: &mut Model) -> Vec<Effect> {
+    model.list.settle();
+    let list = &model.list;
+    if list.known >= list.rows.len() {
+        return Vec::new();
+    }
+    let extent = model.drawn.extent(Pane::Scenarios);
+    let shown = list.lines.iter().skip(extent.top).take(extent.rows);
+    let unknown = shown.filter_map(|line| match line {
+        Line::Scenario(place, _) if list.rows[*place].facts.is_none() => Some(*place),
+        _ => None,
+    });
+    let unknown: Vec<usize> = unknown.collect();
+    if unknown.is_empty() || unknown == model.list.urgent {
+        return Vec::new();
+    }
+    model.list.urgent.clone_from(&unknown);
+    vec![Effect::SurveyFirst(unknown)]
+}
+
+/// Sorts; by the same again, the other way around.
+pub fn sort(model: &mut Model, order: Order) -> Vec<Effect> {
+    model.list.sort_by(order);
+    rank(model)
+}
+
+/// Asks for the values that the list is sorted by, where they are not known with the facts.
+pub fn rank(model: &mut Model) -> Vec<Effect> {
+    let measure = model.list.measure();
+    let Some(measure) = measure.filter(|m| !HEADLINE.contains(&m.id)) else {
+        return Vec::new();
+    };
+    let entries = model.list.rows.iter().map(|row| row.entry.clone());
+    vec![Effect::Rank(measure.id, entries.enumerate().collect())]
+}
+
+/// Turns the order around.
+pub fn turn(model: &mut Model) {
+    let order = model.list.order;
+    model.list.sort_by(order);
+}
+
+/// Groups by the next thing.
+pub fn group(model: &mut Model) {
+    let next = model.list.grouping.next();
+    model.list.group_by(next);
+    model.say(match next.name() {
+        "nothing" => "not grouped".to_string(),
+        name => format!("grouped by {name}; Enter on a group shuts it"),
+    });
+}
+
+/// Enter: opens the selected scenario, or shuts the selected group.
+pub fn choose(model: &mut Model) -> Vec<Effect> {
+    if model.list.toggle_group() {
+        return Vec::new();
+    }
+    open_current(model)
+}
+
+/// Opens the line in which the selected scenario's tags are typed.
+pub fn edit_tags(model: &mut Model) {
+    let Some(place) = model.list.current().or(model.list.opened) else {
+        return model.say("select a scenario first");
+    };
+    let row = &model.list.rows[place];
+    let mut text = row.own_tags.join(" ");
+    if !text.is_empty() {
+        text.push(' ');
+    }
+    let picker = Picker { text, selected: 0 };
+    let scenario = row.entry.name.clone();
+    model.overlays.push(Overlay::Tags { picker, scenario });
+}
+
+/// The tags were typed.
+pub fn tag(model: &Model, scenario: String, line: &str) -> Vec<Effect> {
+    let tags = Tags::typed(line);
+    if tags == model.list.tags.of(&scenario) {
+        return Vec::new();
+    }
+    vec![Effect::ChangeTags(scenario, tags)]
+}
+
+/// The user's tags were read or changed; where they cannot be, they stay as they were.
+pub fn tags(model: &mut Model, tags: Result<Tags, String>) {
+    match tags {
+        Ok(tags) => model.list.set_tags(tags),
+        Err(error) => model.complain(error),
+    }
+}
+
+/// The scenarios of this name, to be counted anew after an answer arrived.
+pub fn recount(model: &Model, name: &str) -> Vec<Effect> {
+    let rows = model.list.rows.iter().enumerate();
+    let of_name = rows.filter(|(_, row)| row.entry.name == name);
+    let entries: Vec<_> = of_name
+        .map(|(place, row)| (place, row.entry.clone()))
+        .collect();
+    match entries.is_empty() {
+        true => Vec::new(),
+        false => vec![Effect::Recount(entries)],
+    }
+}
+
+/// The scenario that a question is about, by its name.
+pub fn name_of(model: &Model, ask: AskId) -> Option<String> {
+    let mut elsewhere = model.answers.elsewhere.iter();
+    let left = elsewhere.find(|(id, _)| *id == ask);
+    if let Some((_, name)) = left {
+        return Some(name.clone());
+    }
+    let here = model.answers.columns.iter().any(|c| c.ask == Some(ask));
+    here.then(|| model.opened.as_ref().map(|o| o.name.clone()))?
+}

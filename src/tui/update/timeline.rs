@@ -1,0 +1,164 @@
+//! Jumps over the timeline: to the most dangerous value of a measure, to the next disagreement; loops; strips.
+
+use super::super::clock::Lap;
+use super::super::message::{Effect, OpenId};
+use super::super::model::{Disagreement, Heat, Line, Model, Seek, Shown};
+use super::{clock, open};
+use crate::metrics::Series;
+
+/// Goes to the most dangerous value of the plotted measure: of the picked obstacle, where it has one, else of all.
+pub fn go_to_minimum(model: &mut Model) {
+    let measure = model.plot.measure;
+    let Some(series) = &model.plot.series else {
+        return model.say(model.without_ego());
+    };
+    let of_picked = model.picked.and_then(|id| worst_of(series, measure.id, id));
+    let (words, step, obstacle) = match of_picked.zip(model.picked) {
+        Some(((step, value), id)) => (value, step, id),
+        None => {
+            let found = series.most_dangerous(measure.id).and_then(|(step, _)| {
+                let (id, value) = series.most_dangerous_at(measure.id, step)?;
+                Some((value, step, id))
+            });
+            match found {
+                Some(found) => found,
+                None => return model.say(format!("{} has no value at any step", measure.id)),
+            }
+        }
+    };
+    model.clock.go(step);
+    model.picked = Some(obstacle);
+    let extreme = measure.danger.extreme();
+    let unit = match measure.unit {
+        "" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    let time = model.clock.time();
+    model.say(format!(
+        "{extreme} {} {words:.2}{unit} of {obstacle} at {time:.1} s",
+        measure.id
+    ));
+}
+
+/// The most dangerous value of one obstacle and the first step at which it occurs.
+fn worst_of(series: &Series, measure: &str, obstacle: i64) -> Option<(i64, f64)> {
+    let danger = series.measures().iter().find(|m| m.id == measure)?.danger;
+    let row = series.steps().zip(series.row(measure, obstacle));
+    let values = row.filter_map(|(step, reading)| Some((step, reading.value()?)));
+    values.min_by(|a, b| danger.compare(a.1, b.1))
+}
+
+/// Plays everything over and over, then the window as it is now, then no longer.
+pub fn turn_round(model: &mut Model) {
+    let window = model.window().map(|w| (w.first(), w.last()));
+    let window = window.filter(|(first, last)| first < last);
+    let (lap, words) = match (model.clock.lap(), window) {
+        (Lap::Once, _) => (Lap::Whole, "everything is played over and over".to_string()),
+        (Lap::Whole, Some((first, last))) => (
+            Lap::Part(first, last),
+            format!("the window, steps {first} to {last}, is played over and over"),
+        ),
+        (Lap::Whole, None) | (Lap::Part(..), _) => (Lap::Once, "played once".to_string()),
+    };
+    model.clock.go_round(lap);
+    model.say(words);
+}
+
+/// Shows another measure in the strips.
+pub fn next_heat(model: &mut Model) {
+    model.heat = model.next_heat();
+    let words = match (model.heat, model.heat_series()) {
+        (Heat::Off, _) => "the strips are off".to_string(),
+        (_, Some((measure, _))) => format!("the strips show {}", measure.name),
+        (_, None) => model.without_ego(),
+    };
+    model.say(words);
+}
+
+/// Goes to the next answer that differs from the built-in judge: in this scenario, else in the next one of the list of
+/// which the store has such an answer.
+pub fn next_disagreement(model: &mut Model) -> Vec<Effect> {
+    if let Some(next) = model.next_disagreement() {
+        show(model, next);
+        return Vec::new();
+    }
+    let here = model.list.opened;
+    let task = model.task;
+    let differs = |place: usize| {
+        let facts = model.list.rows[place].facts();
+        facts.is_some_and(|facts| facts.tally_of(task).differ > 0)
+    };
+    let places: Vec<usize> = places(model);
+    let after = places.iter().position(|&p| Some(p) == here);
+    let after = after.map_or(0, |at| at + 1);
+    let round = places[after..].iter().chain(&places[..after]);
+    let next = round.copied().find(|&p| differs(p) && Some(p) != here);
+    match next {
+        Some(place) => {
+            model.list.select(place);
+            let effects = open(model, place, None);
+            model.seek = model.opening.map(|(opening, _)| Seek { opening });
+            effects
+        }
+        None => match model.disagreements().first() {
+            Some(&first) => {
+                show(model, first);
+                model.say("no other differs: from the first again");
+                Vec::new()
+            }
+            None => {
+                let unread = model.list.rows.len().saturating_sub(model.list.known);
+                let words = "no answer to this task differs from the built-in judge";
+                model.say(match unread {
+                    0 => words.to_string(),
+                    n => format!("{words}; {n} scenarios are not read yet"),
+                });
+                Vec::new()
+            }
+        },
+    }
+}
+
+/// Scenarios in the order in which they are shown, each once, those in shut groups too.
+fn places(model: &Model) -> Vec<usize> {
+    let mut seen = std::collections::HashSet::new();
+    let lines = model.list.lines.iter().filter_map(|line| match line {
+        Line::Scenario(place, _) => Some(*place),
+        Line::Head(_) => None,
+    });
+    let all = lines.chain(model.list.visible.iter().copied());
+    all.filter(|place| seen.insert(*place)).collect()
+}
+
+/// Stored answers have arrived: a disagreement that was looked for in this scenario is shown.
+pub fn arrived(model: &mut Model) {
+    if model.seek.take().is_none() {
+        return;
+    }
+    match model.disagreements().first() {
+        Some(&first) => show(model, first),
+        None => model.say("none of the answers shown differs from the built-in judge any more"),
+    }
+}
+
+/// A scenario was opened; what is looked for elsewhere is forgotten.
+pub fn opened(model: &mut Model, id: OpenId) {
+    model.seek = model.seek.filter(|seek| seek.opening == id);
+}
+
+fn show(model: &mut Model, at: Disagreement) {
+    model.clock.playing = false;
+    model.clock.go(at.step);
+    model.answers.show(Shown::Column(at.column));
+    clock::stepped(model);
+    let column = &model.answers.columns[at.column];
+    let name = column.model.clone();
+    let said = column.answer().and_then(|a| a.verdict()).map(|v| v.word());
+    let all = model.disagreements();
+    let place = all.iter().position(|d| *d == at).map_or(0, |p| p + 1);
+    let said = said.unwrap_or_default();
+    model.say(format!(
+        "{place} of {}: {name} says {said}, the built-in judge does not",
+        all.len()
+    ));
+}

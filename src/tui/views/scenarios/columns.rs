@@ -1,0 +1,180 @@
+//! The columns of the list behind the names: which of them fit, and what stands in them.
+
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::Span;
+
+use crate::metrics::{Headline, Measure, measure};
+use crate::tui::loaded::Tally;
+use crate::tui::model::{List, Model, Order, Row};
+use crate::tui::widgets::words::fit;
+
+/// A column.
+#[derive(Debug, Clone, Copy)]
+pub enum Column {
+    /// The most dangerous value of a measure.
+    Value(&'static Measure),
+    /// How many obstacles.
+    Obstacles,
+    /// Seconds.
+    Duration,
+    /// Three letters.
+    Country,
+    /// What stored answers say: agree or differ, and how many; in the narrow one only which.
+    Answers { wide: bool },
+    /// The lowest risk score and a mark.
+    Risk,
+}
+
+impl Column {
+    /// Columns of the screen, the one before it included.
+    pub fn width(self) -> usize {
+        match self {
+            Self::Value(_) | Self::Answers { wide: true } | Self::Duration => 6,
+            Self::Obstacles | Self::Country => 4,
+            Self::Answers { wide: false } => 2,
+            Self::Risk => 3,
+        }
+    }
+
+    /// What stands above it.
+    pub fn head(self) -> String {
+        match self {
+            Self::Value(measure) => match (measure.id.len(), measure.unit) {
+                (0..=3, "s" | "m") => format!("{} {}", measure.id, measure.unit),
+                _ if measure.id == "distance" => "dist".into(),
+                _ => fit(measure.id, 5),
+            },
+            Self::Obstacles => "obs".into(),
+            Self::Duration => "time".into(),
+            Self::Country => "cty".into(),
+            Self::Answers { wide } => if wide { "says" } else { "" }.into(),
+            Self::Risk => "ri".into(),
+        }
+    }
+
+    /// Whether what stands in it ends at its right.
+    pub fn is_number(self) -> bool {
+        matches!(self, Self::Value(_) | Self::Obstacles | Self::Duration)
+    }
+}
+
+/// The columns that fit, from left to right, and whether there are more than there always are; where there is no row
+/// for `heads`, those that need one are left out.
+pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
+    let sorted = match list.order {
+        Order::Measure(measure) => Some(Column::Value(measure)),
+        Order::Obstacles => Some(Column::Obstacles),
+        Order::Duration => Some(Column::Duration),
+        Order::Found | Order::Name | Order::Verdicts => None,
+    };
+    let answers = list.answered.then_some(Column::Answers { wide: false });
+    let used: usize = sorted.iter().chain(&answers).map(|c| c.width()).sum();
+    // The sign before the name, and the risk behind everything.
+    let needed = 2 + list.longest.min(NAME) + Column::Risk.width();
+    let mut room = width.saturating_sub(used + needed);
+    let mut take = |columns: usize| {
+        let fits = room >= columns;
+        room -= if fits { columns } else { 0 };
+        fits
+    };
+    let wide = list.answered && take(4);
+    let mut take = |columns: usize| heads && take(columns);
+    let shows = |id: &str| matches!(sorted, Some(Column::Value(m)) if m.id == id);
+    let ttc = measure("ttc").filter(|m| !shows(m.id) && take(Column::Value(m).width()));
+    let obstacles = !matches!(sorted, Some(Column::Obstacles)) && take(4);
+    let duration = !matches!(sorted, Some(Column::Duration)) && take(6);
+    let distance = measure("distance").filter(|m| !shows(m.id) && take(6));
+    let country = take(4);
+    let columns = [
+        country.then_some(Column::Country),
+        duration.then_some(Column::Duration),
+        obstacles.then_some(Column::Obstacles),
+        distance.map(Column::Value),
+        ttc.map(Column::Value),
+        sorted,
+        answers.map(|_| Column::Answers { wide }),
+        Some(Column::Risk),
+    ];
+    let more = wide || ttc.is_some() || obstacles || duration || sorted.is_some();
+    (columns.into_iter().flatten().collect(), more)
+}
+
+/// Columns that are left to names at least, if they are so long.
+const NAME: usize = 26;
+
+/// What stands in a column, and its style. With an obstacle as the ego, `taken` is what is open: the list agrees with
+/// it, and what is only known of the recorded ego is left out.
+pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) -> Span<'static> {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let facts = row.facts();
+    let unread = || Span::styled(if row.facts.is_none() { "…" } else { "–" }, dim);
+    let plain = |words: Option<String>| words.map_or_else(unread, |w| Span::styled(w, dim));
+    match column {
+        Column::Value(_) if taken.is_some() => Span::styled("·", dim),
+        Column::Value(measure) => {
+            let accent = Style::new().fg(theme.accent);
+            match row.value_of(measure) {
+                None => Span::styled("…", dim),
+                Some(None) => Span::styled("–", dim),
+                Some(Some(value)) if value.abs() >= 100.0 => {
+                    Span::styled(format!("{value:.0}"), accent)
+                }
+                Some(Some(value)) => Span::styled(format!("{value:.2}"), accent),
+            }
+        }
+        Column::Obstacles => plain(facts.map(|f| f.obstacles.to_string())),
+        Column::Duration => plain(facts.map(|f| format!("{:.1}", f.seconds))),
+        Column::Country => plain(Some(row.country().to_string())),
+        Column::Answers { wide } => {
+            let tally = facts.map_or(Tally::default(), |f| f.tally());
+            let (words, color) = said(tally, wide);
+            let color = match color {
+                Some(true) => theme.safe,
+                Some(false) => theme.danger,
+                None => theme.dim,
+            };
+            Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))
+        }
+        Column::Risk => {
+            let (words, color) = match (taken, &row.facts) {
+                (Some(headline), _) => risk(model, Some(headline)),
+                (None, None) => ("·".into(), theme.dim),
+                (None, Some(Err(_))) => ("!".into(), theme.danger),
+                (None, Some(Ok(facts))) => risk(model, facts.headline.as_ref()),
+            };
+            Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))
+        }
+    }
+}
+
+/// `=3` where all of three answers agree with the built-in judge, `≠1/3` where one of three differs; whether they agree.
+fn said(tally: Tally, wide: bool) -> (String, Option<bool>) {
+    match (tally.differ, tally.count(), wide) {
+        (_, 0, _) => (String::new(), None),
+        (0, count, true) => (format!("={}", at_most_99(count)), Some(true)),
+        (0, _, false) => ("=".into(), Some(true)),
+        (differ, count, true) => {
+            let words = format!("≠{}/{}", at_most_99(differ), at_most_99(count));
+            (words, Some(false))
+        }
+        (_, _, false) => ("≠".into(), Some(false)),
+    }
+}
+
+fn at_most_99(count: u32) -> u32 {
+    count.min(99)
+}
+
+/// The lowest risk score, and an X for a contact; - without an ego.
+fn risk(model: &Model, headline: Option<&Headline>) -> (String, Color) {
+    let theme = &model.theme;
+    let Some((headline, risk)) = headline.and_then(|h| Some((h, h.risk?))) else {
+        return ("-".into(), theme.dim);
+    };
+    if headline.collides() {
+        (format!("{}X", risk.value), theme.danger)
+    } else {
+        (format!("{}", risk.value), theme.risk(risk.value))
+    }
+}

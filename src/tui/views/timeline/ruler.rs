@@ -1,0 +1,125 @@
+//! The ruler below the strips: seconds, the cursor, and marks for what is to be found where.
+
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+
+use super::LABEL;
+use crate::tui::clock::Lap;
+use crate::tui::loaded::Opened;
+use crate::tui::model::Model;
+
+/// A sign at a column.
+type Mark = (usize, &'static str, Style);
+
+/// The window, what is looped, the extreme of the plotted measure and answers that differ, the most important last.
+pub fn marks(model: &Model, column: &dyn Fn(i64) -> usize) -> Vec<Mark> {
+    let theme = &model.theme;
+    let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
+    let mut marks = Vec::new();
+    if let Some(window) = model.window() {
+        marks.push((column(window.first()), "[", bold(theme.title)));
+        marks.push((column(window.last()), "]", bold(theme.title)));
+    }
+    if let Lap::Part(first, last) = model.clock.lap() {
+        marks.push((column(first), "(", bold(theme.accent)));
+        marks.push((column(last), ")", bold(theme.accent)));
+    }
+    let measure = model.plot.measure.id;
+    let series = model.plot.series.as_ref();
+    if let Some((step, _)) = series.and_then(|series| series.most_dangerous(measure)) {
+        marks.push((column(step), "m", bold(theme.picked)));
+    }
+    let differing = model.disagreements().into_iter();
+    marks.extend(differing.map(|d| (column(d.step), "≠", bold(theme.danger))));
+    marks
+}
+
+/// A row of its own for the marks, with a line along the window.
+pub fn marks_row(model: &Model, width: usize, column: &dyn Fn(i64) -> usize) -> Line<'static> {
+    let dim = Style::new().fg(model.theme.dim);
+    let mut cells = vec![Span::styled(" ", dim); width];
+    if let Some(window) = model.window() {
+        let within = column(window.first())..=column(window.last());
+        for at in within {
+            if let Some(cell) = cells.get_mut(at) {
+                *cell = Span::styled("─", dim);
+            }
+        }
+    }
+    for (at, sign, style) in marks(model, column) {
+        if let Some(cell) = cells.get_mut(at) {
+            *cell = Span::styled(sign, style);
+        }
+    }
+    let mut line = Line::from(Span::styled(
+        format!("{:<width$}", "marks", width = usize::from(LABEL)),
+        dim,
+    ));
+    line.spans.extend(cells);
+    line
+}
+
+/// Seconds, the contact and the cursor; `marks` too, where they have no row of their own.
+pub fn ruler(
+    model: &Model,
+    opened: &Opened,
+    width: usize,
+    column: &dyn Fn(i64) -> usize,
+    marks: &[Mark],
+) -> Line<'static> {
+    let (first, last) = model.clock.range();
+    let dt = opened.scenario.dt();
+    let mut cells = vec![' '; width];
+    let seconds = (last - first) as f64 * dt;
+    let every = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
+        .into_iter()
+        .find(|e| seconds / e * 7.0 <= width as f64)
+        .unwrap_or(200.0);
+    let contact = opened
+        .collision
+        .as_ref()
+        .and_then(|c| c.decisive_step)
+        .map(column);
+    let cursor = column(model.clock.step());
+    let marked = |place: usize| {
+        place == cursor || Some(place) == contact || marks.iter().any(|(at, ..)| *at == place)
+    };
+    let mut tick = (first as f64 * dt / every).ceil() * every;
+    while tick <= last as f64 * dt + 1e-9 {
+        let at = column((tick / dt).round() as i64);
+        let label = if tick.fract() == 0.0 {
+            format!("{tick:.0}s")
+        } else {
+            format!("{tick:.1}")
+        };
+        // Marks come first: a label steps aside, or is left out where it cannot.
+        let free = |from: usize| {
+            let to = from + label.len();
+            to < width && !(from..to).any(|i| marked(i) || cells[i] != ' ')
+        };
+        let beside = at.saturating_sub(label.len());
+        let place = (at..=at + label.len()).find(|&from| free(from));
+        if let Some(from) = place.or_else(|| Some(beside).filter(|&from| free(from))) {
+            cells.splice(from..from + label.len(), label.chars());
+        }
+        tick += every;
+    }
+    let mut line = Line::from(Span::raw(" ".repeat(usize::from(LABEL))));
+    for (i, cell) in cells.into_iter().enumerate() {
+        let dim = Style::new().fg(model.theme.dim);
+        let danger = Style::new()
+            .fg(model.theme.danger)
+            .add_modifier(Modifier::BOLD);
+        let span = match (Some(i) == contact, i == cursor) {
+            (true, true) => Span::styled("X", danger.add_modifier(Modifier::REVERSED)),
+            (true, false) => Span::styled("X", danger),
+            (false, true) => Span::styled("▲", Style::new().fg(model.theme.accent)),
+            _ => match marks.iter().rev().find(|(at, ..)| *at == i) {
+                Some((_, sign, style)) => Span::styled(*sign, *style),
+                None => Span::styled(cell.to_string(), dim),
+            },
+        };
+        line.push_span(span);
+    }
+    line
+}
