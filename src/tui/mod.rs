@@ -15,6 +15,7 @@ mod terminal;
 mod tests;
 mod theme;
 mod update;
+mod user_file;
 mod views;
 mod widgets;
 

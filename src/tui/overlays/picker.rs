@@ -126,7 +126,7 @@ fn draw(
             Span::styled(format!(" {right} "), Style::new().fg(theme.dim)),
         ]);
         lines.push(if i == picker.selected {
-            line.style(theme.selected())
+            theme.select(line)
         } else {
             line
         });

@@ -76,14 +76,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let name = pad(&row.entry.name, name);
         let sign = if chosen { "▸ " } else { "  " };
         let mut line = Line::from(vec![Span::raw(sign), Span::raw(name), Span::raw(" ")]);
-        line = line.style(if chosen {
-            model.theme.selected()
-        } else {
-            model.theme.base()
-        });
+        line = line.style(model.theme.base());
         line.push_span(Span::styled(value, Style::new().fg(model.theme.accent)));
         let style = Style::new().fg(color).add_modifier(Modifier::BOLD);
         line.push_span(Span::styled(badge, style));
+        if chosen {
+            line = model.theme.select(line);
+        }
         line
     });
     f.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
