@@ -1,6 +1,7 @@
 //! The workbench in the terminal.
 
 mod action;
+mod background;
 mod clock;
 mod keymap;
 mod layout;
@@ -8,6 +9,7 @@ mod loaded;
 mod message;
 mod model;
 mod overlays;
+mod reload;
 mod run;
 mod tasks;
 mod terminal;

@@ -4,6 +4,7 @@ mod answers;
 mod camera;
 mod drawn;
 mod list;
+mod look;
 mod notices;
 mod picker;
 mod plot;
@@ -17,13 +18,14 @@ pub use answers::{Answers, Column, Progress, Shown};
 pub use camera::Camera;
 pub use drawn::{Drawn, Extent, MapDrawn};
 pub use list::List;
+pub use look::{Glyphs, Look, themes_shown};
 pub use notices::{Notice, Toast};
 pub use picker::{Picker, measures_shown, models_shown, palette_shown};
 pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
 pub use values::Values;
 
-use super::action::Scope;
+use super::action::{Action, Scope};
 use super::clock::Clock;
 use super::loaded::Opened;
 use super::message::{AskId, OpenId};
@@ -83,10 +85,12 @@ impl Pane {
 /// What lies over the main screen and takes the keys.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Overlay {
-    /// All keys; scrolled by so many lines.
+    /// All keys that match what is typed; scrolled by so many lines.
     Help {
         /// Lines scrolled.
         scroll: usize,
+        /// What is typed.
+        text: String,
     },
     /// What is in the opened scenario and what reading it had to assume; scrolled by so many lines.
     About {
@@ -100,6 +104,8 @@ pub enum Overlay {
     },
     /// Actions by name.
     Palette(Picker),
+    /// Themes; the selected one is seen at once.
+    Themes(Picker),
     /// Models; the chosen one is asked at once if `ask`.
     Models {
         /// What is typed and selected.
@@ -120,10 +126,10 @@ impl Overlay {
     /// How far it is scrolled, if it is text.
     pub fn scroll_mut(&mut self) -> Option<&mut usize> {
         match self {
-            Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
+            Self::Help { scroll, .. } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
-            Self::Palette(_) | Self::Models { .. } | Self::Measures { .. } => None,
+            Self::Palette(_) | Self::Themes(_) | Self::Models { .. } | Self::Measures { .. } => None,
         }
     }
 }
@@ -185,6 +191,8 @@ pub struct Model {
     pub toasts: Vec<Toast>,
     /// Colours.
     pub theme: Theme,
+    /// Keys, and what else of the look can change.
+    pub look: Look,
     /// Settings.
     pub config: Config,
     /// Whether the mouse is used.
@@ -235,6 +243,7 @@ impl Model {
             overlays: Vec::new(),
             toasts: Vec::new(),
             theme,
+            look: Look::default(),
             mouse: config.mouse,
             config,
             drawn: Drawn::default(),
@@ -260,8 +269,12 @@ impl Model {
         let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
         match why {
             None => "no scenario is open".into(),
-            Some(None) => "there is no ego: o picks an obstacle, E makes it the ego".into(),
-            Some(Some(why)) => format!("{why}: o picks an obstacle, E makes it the ego"),
+            Some(why) => format!(
+                "{}: {} picks an obstacle, {} makes it the ego",
+                why.unwrap_or("there is no ego"),
+                self.look.key(Action::NextObstacle),
+                self.look.key(Action::TakeAsEgo)
+            ),
         }
     }
 

@@ -1,10 +1,11 @@
-//! What lies over the main screen: help, what is in the scenario, values, palette, list of models.
+//! What lies over the main screen: help, what is in the scenario, values, palette, lists of models and themes, the keys after a prefix.
 
 mod about;
 mod help;
 mod picker;
 mod thresholds;
 mod values;
+mod which_key;
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -18,9 +19,10 @@ use super::model::{Model, Overlay};
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     for overlay in &model.overlays {
         match overlay {
-            Overlay::Help { scroll } => help::draw(frame, screen, model, *scroll),
+            Overlay::Help { scroll, text } => help::draw(frame, screen, model, *scroll, text),
             Overlay::About { scroll } => about::draw(frame, screen, model, *scroll),
             Overlay::Values { scroll } => values::draw(frame, screen, model, *scroll),
+            Overlay::Themes(typed) => picker::themes(frame, screen, model, typed),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
             Overlay::Models { picker: typed, ask } => {
                 picker::models(frame, screen, model, typed, *ask);
@@ -31,6 +33,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             } => picker::measures(frame, screen, model, typed, *sort),
         }
     }
+    which_key::draw(frame, screen, model);
 }
 
 /// Columns of a window at most, its borders included.

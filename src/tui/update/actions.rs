@@ -3,7 +3,7 @@
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
-use super::{answers, clock, editing, open, open_current, plot};
+use super::{answers, clock, editing, look, open, open_current, plot};
 use crate::geometry::Pose;
 use crate::scenario::EgoSource;
 use crate::text::Frame;
@@ -26,13 +26,17 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.say(words);
             return vec![Effect::UseMouse(model.mouse)];
         }
-        Help => model.overlays.push(Overlay::Help { scroll: 0 }),
+        Help => model.overlays.push(Overlay::Help {
+            scroll: 0,
+            text: String::new(),
+        }),
         About => model.overlays.push(Overlay::About { scroll: 0 }),
         Values => model.overlays.push(Overlay::Values { scroll: 0 }),
         ReadThresholds => return vec![Effect::ReadThresholds],
         PlotMeasure => plot::choose(model, false),
         SortScenarios => plot::choose(model, true),
         Mark => plot::mark(model),
+        PickTheme => look::pick_theme(model),
         Palette => model.overlays.push(Overlay::Palette(Picker::default())),
         ChooseModel => choose_model(model, false),
         Compare => choose_model(model, true),
@@ -112,7 +116,10 @@ pub fn stored_of(model: &Model) -> Option<StoredOf> {
 
 /// Esc: the innermost thing that is open is closed.
 pub fn cancel(model: &mut Model) -> Vec<Effect> {
-    if model.overlays.pop().is_some() {
+    if let Some(closed) = model.overlays.pop() {
+        if matches!(closed, Overlay::Themes(_)) {
+            look::preview(model);
+        }
         return Vec::new();
     }
     if model.prompt.editing {
@@ -267,7 +274,8 @@ fn take_as_ego(model: &mut Model) -> Vec<Effect> {
             Vec::new()
         }
         None => {
-            model.say("pick an obstacle first, with o or the mouse");
+            let key = model.look.key(Action::NextObstacle);
+            model.say(format!("pick an obstacle first, with {key} or the mouse"));
             Vec::new()
         }
     }

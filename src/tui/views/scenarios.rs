@@ -7,6 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use crate::metrics::Headline;
+use crate::tui::action::Action;
 use crate::tui::loaded::Facts;
 use crate::tui::model::{Extent, Model, Pane};
 use crate::tui::widgets::frame;
@@ -95,7 +96,8 @@ fn passed_over(f: &mut Frame<'_>, area: Rect, model: &Model) {
         return;
     }
     let width = usize::from(area.width).saturating_sub(4);
-    let words = format!(" {} ", fit(&format!("{count} passed over · i"), width));
+    let key = model.look.key(Action::About);
+    let words = format!(" {} ", fit(&format!("{count} passed over · {key}"), width));
     let below = Rect {
         x: area.x + 1,
         y: area.bottom() - 1,
