@@ -28,9 +28,18 @@ pub fn ask(env: impl Fn(&str) -> Option<String>) -> Background {
             late: false,
         },
         Err(_) => Background {
-            dark: said(env("COLORFGBG").as_deref()).unwrap_or(true),
             late: true,
+            ..of_environment(env)
         },
+    }
+}
+
+/// What the environment says, without asking the terminal.
+#[must_use]
+pub fn of_environment(env: impl Fn(&str) -> Option<String>) -> Background {
+    Background {
+        dark: said(env("COLORFGBG").as_deref()).unwrap_or(true),
+        late: false,
     }
 }
 

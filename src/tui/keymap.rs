@@ -9,7 +9,7 @@ mod print;
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 pub use chord::Chord;
-pub use map::{Following, Keymap, Meaning, Preset};
+pub use map::{Keymap, Meaning, Preset};
 pub use positions::latin;
 pub use print::{as_file, as_table};
 

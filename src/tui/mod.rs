@@ -11,6 +11,7 @@ mod model;
 mod overlays;
 mod reload;
 mod run;
+mod shell;
 mod tasks;
 mod terminal;
 #[cfg(test)]
@@ -22,3 +23,4 @@ mod views;
 mod widgets;
 
 pub use run::{Ended, run};
+pub use shell::{keys, themes};

@@ -137,7 +137,7 @@ mod tests {
         }
     }
 
-    #[tokio::test(start_paused = true)]
+    #[tokio::test]
     async fn a_change_is_told_and_no_change_is_not() {
         let folder = tempfile::tempdir().unwrap();
         let folders = Folders {
@@ -147,15 +147,16 @@ mod tests {
         let (sender, mut receiver) = tokio::sync::mpsc::unbounded_channel();
         let stamps = Stamps::of(&folders);
         tokio::spawn(watch(folders.clone(), stamps, sender));
-        tokio::time::sleep(Duration::from_secs(5)).await;
+        let quiet = PAUSE * 3 / 2;
+        tokio::time::sleep(quiet).await;
         assert!(receiver.try_recv().is_err());
         write(&folders.keymap(), "preset = \"vim\"\n");
-        tokio::time::sleep(Duration::from_secs(2)).await;
-        match receiver.try_recv() {
-            Ok(Msg::Reloaded(Reloaded::Keymap(Ok(map)))) => assert_eq!(map.preset.name(), "vim"),
+        let told = tokio::time::timeout(Duration::from_secs(30), receiver.recv());
+        match told.await {
+            Ok(Some(Msg::Reloaded(Reloaded::Keymap(Ok(map))))) => assert_eq!(map.preset.name(), "vim"),
             other => panic!("{other:?}"),
         }
-        tokio::time::sleep(Duration::from_secs(5)).await;
+        tokio::time::sleep(quiet).await;
         assert!(receiver.try_recv().is_err());
     }
 }

@@ -117,7 +117,7 @@ fn prepare(
     let env = |name: &str| std::env::var(name).ok();
     let chosen = config.theme.clone().unwrap_or_else(|| AUTO.into());
     // The terminal takes its time to answer; meanwhile the rest is read.
-    let asked = std::thread::spawn(move || background::ask(env));
+    let asked = (chosen == AUTO).then(|| std::thread::spawn(move || background::ask(env)));
     let registry = Registry::new(&config.providers).unwrap_or_else(|error| {
         complaints.push(error.to_string());
         Registry::new(&toml::Table::new()).unwrap_or_default()
@@ -133,10 +133,8 @@ fn prepare(
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     complaints.extend(environment.problems.iter().cloned());
     let offers = registry.offers(&environment, jiff::Zoned::now().date());
-    let background = asked.join().unwrap_or(Background {
-        dark: true,
-        late: true,
-    });
+    let asked = asked.and_then(|asking| asking.join().ok());
+    let background = asked.unwrap_or_else(|| background::of_environment(env));
     let theme = Theme::load(&chosen, &folders.themes(), background.dark).unwrap_or_else(|error| {
         complaints.push(format!("{error}; the default colours are in use"));
         Theme::default_for(background.dark)

@@ -5,6 +5,7 @@ mod answers;
 mod bench;
 mod comparing;
 mod frames;
+mod look;
 mod looking;
 mod opening;
 mod plotting;
