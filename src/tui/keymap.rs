@@ -262,8 +262,21 @@ mod tests {
             Some("Ctrl-p".into())
         );
         assert_eq!(Key::parse("hyper-x"), None);
-        for name in ["a", "shift-a", "ctrl-w", "alt-pageup", "shift-left", "-", "$", "f12", "space"] {
-            assert_eq!(Key::parse(name).map(|key| key.name()).as_deref(), Some(name));
+        for name in [
+            "a",
+            "shift-a",
+            "ctrl-w",
+            "alt-pageup",
+            "shift-left",
+            "-",
+            "$",
+            "f12",
+            "space",
+        ] {
+            assert_eq!(
+                Key::parse(name).map(|key| key.name()).as_deref(),
+                Some(name)
+            );
         }
     }
 

@@ -129,7 +129,9 @@ impl Overlay {
             Self::Help { scroll, .. } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
-            Self::Palette(_) | Self::Themes(_) | Self::Models { .. } | Self::Measures { .. } => None,
+            Self::Palette(_) | Self::Themes(_) | Self::Models { .. } | Self::Measures { .. } => {
+                None
+            }
         }
     }
 }

@@ -39,7 +39,11 @@ impl Stamps {
     #[must_use]
     pub fn of(folders: &Folders) -> Self {
         let files = std::fs::read_dir(folders.themes());
-        let files = files.into_iter().flatten().flatten().map(|entry| entry.path());
+        let files = files
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path());
         let themes = files.filter(|path| path.extension().is_some_and(|x| x == "toml"));
         let mut themes: Vec<_> = themes.map(|path| (path.clone(), stamp(&path))).collect();
         themes.sort();
@@ -92,7 +96,9 @@ fn changed(folders: &Folders, before: &Stamps, now: &Stamps) -> Vec<Reloaded> {
     }
     if before.config != now.config {
         let read = Config::read(&folders.config_file()).map(Box::new);
-        found.push(Reloaded::Config(read.map_err(|error| error.mistake_in_words())));
+        found.push(Reloaded::Config(
+            read.map_err(|error| error.mistake_in_words()),
+        ));
     }
     if before.keymap != now.keymap {
         let read = Keymap::load(&folders.keymap());
@@ -123,7 +129,9 @@ mod tests {
         write(&folders.keymap(), "[global]\nplay = \"hyper\"\n");
         let broken = Stamps::of(&folders);
         match &changed(&folders, &start, &broken)[..] {
-            [Reloaded::Keymap(Err(error))] => assert!(error.contains("keymap.toml:2: global.play"), "{error}"),
+            [Reloaded::Keymap(Err(error))] => {
+                assert!(error.contains("keymap.toml:2: global.play"), "{error}")
+            }
             other => panic!("{other:?}"),
         }
         write(&folders.themes().join("mine.toml"), "dark = true\n");
@@ -153,7 +161,9 @@ mod tests {
         write(&folders.keymap(), "preset = \"vim\"\n");
         let told = tokio::time::timeout(Duration::from_secs(30), receiver.recv());
         match told.await {
-            Ok(Some(Msg::Reloaded(Reloaded::Keymap(Ok(map))))) => assert_eq!(map.preset.name(), "vim"),
+            Ok(Some(Msg::Reloaded(Reloaded::Keymap(Ok(map))))) => {
+                assert_eq!(map.preset.name(), "vim")
+            }
             other => panic!("{other:?}"),
         }
         tokio::time::sleep(quiet).await;

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::background::{self, Background};
-use super::message::{Effect, Msg};
-use super::reload::{self, Stamps};
 use super::keymap::{Keymap, Preset};
+use super::message::{Effect, Msg};
 use super::model::{Glyphs, Look, Model};
+use super::reload::{self, Stamps};
 use super::tasks::{Remaining, Tasks, thresholds};
 use super::terminal::{Events, Screen, give_back_on_panic};
 use super::theme::{AUTO, Depth, Theme};
@@ -105,10 +105,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
 }
 
 /// The model at the start; what is wrong with the user's files is said, and the defaults are used.
-fn prepare(
-    paths: Vec<PathBuf>,
-    folders: &Folders,
-) -> (Model, (Registry, Environment), Background) {
+fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environment), Background) {
     let mut complaints = Vec::new();
     let config = Config::read(&folders.config_file()).unwrap_or_else(|error| {
         complaints.push(error.to_string());

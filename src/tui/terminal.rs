@@ -219,7 +219,8 @@ impl Stray {
             None if begins && now < self.until => self.taken = Some(0),
             None => return false,
             Some(count) => {
-                let ends = alt && key.code == KeyCode::Char('\\') || ctrl && key.code == KeyCode::Char('g');
+                let ends = alt && key.code == KeyCode::Char('\\')
+                    || ctrl && key.code == KeyCode::Char('g');
                 self.taken = (!ends && count < LONGEST).then_some(count + 1);
             }
         }

@@ -72,7 +72,7 @@ impl<'a> UserFile<'a> {
         let all = self.mistakes.into_iter();
         let name = self.name;
         Err(all
-            .map(|(line, words)| format!("{name}:{line}: {}", visible(&words)))
+            .map(|(line, words)| visible(&format!("{name}:{line}: {words}")).into_owned())
             .collect())
     }
 }

@@ -15,7 +15,11 @@ fn themes_are_shown_in_as_many_colours_as_asked_for() {
         assert!(ended.stdout.contains(sign), "{}", ended.stdout);
     }
     let unknown = home.run(&["themes", "darkk"]).status(2);
-    assert!(unknown.stderr.contains("no theme `darkk`"), "{}", unknown.stderr);
+    assert!(
+        unknown.stderr.contains("no theme `darkk`"),
+        "{}",
+        unknown.stderr
+    );
 }
 
 #[test]
@@ -24,9 +28,17 @@ fn a_theme_with_mistakes_is_named_with_line_and_key() {
     let path = home.config().join("themes/mine.toml");
     home.write(path, "dark = true\n[roles]\ntext = \"blurple\"\n");
     let ended = home.run(&["themes", "mine"]).status(2);
-    assert!(ended.stderr.contains("mine.toml:3: roles.text"), "{}", ended.stderr);
+    assert!(
+        ended.stderr.contains("mine.toml:3: roles.text"),
+        "{}",
+        ended.stderr
+    );
     let all = home.run(&["themes"]).status(0);
-    assert!(all.stdout.contains("mine.toml:3: roles.text"), "{}", all.stdout);
+    assert!(
+        all.stdout.contains("mine.toml:3: roles.text"),
+        "{}",
+        all.stdout
+    );
 }
 
 #[test]
@@ -34,7 +46,10 @@ fn the_printed_keymap_is_a_keymap() {
     let home = Home::new();
     let path = home.config().join("keymap.toml");
     let table = home.run(&["keys"]).status(0).stdout;
-    assert!(table.contains("palette") && table.contains("ctrl-p"), "{table}");
+    assert!(
+        table.contains("palette") && table.contains("ctrl-p"),
+        "{table}"
+    );
     let printed = home.run(&["keys", "--print"]).status(0).stdout;
     home.write(&path, printed);
     let again = home.run(&["keys"]).status(0).stdout;
@@ -50,7 +65,10 @@ fn the_printed_keymap_is_a_keymap() {
 fn every_mistake_of_a_keymap_is_named() {
     let home = Home::new();
     let path = home.config().join("keymap.toml");
-    home.write(path, "[global]\nplay = \"x\"\nquitt = \"q\"\nhelp = \"hyper-h\"\n");
+    home.write(
+        path,
+        "[global]\nplay = \"x\"\nquitt = \"q\"\nhelp = \"hyper-h\"\n",
+    );
     let ended = home.run(&["keys"]).status(2);
     for words in [
         "keymap.toml:2: global.play: `x` is also the key of global.worst",

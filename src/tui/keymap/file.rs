@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 use super::map::Binding;
 use super::{Chord, Keymap, Preset};
 use crate::config::TextFile;
+use crate::text::visible;
 use crate::tui::action::{ACTIONS, Scope};
 use crate::tui::user_file::{UserFile, shown};
 
@@ -31,7 +32,7 @@ impl Keymap {
     /// # Errors
     /// Every mistake, with file, line and key.
     pub fn load(path: &Path) -> Result<Self, Vec<String>> {
-        match TextFile::read_if_there(path).map_err(|error| vec![error])? {
+        match TextFile::read_if_there(path).map_err(|error| vec![visible(&error).into_owned()])? {
             None => Ok(Self::of(Preset::Default)),
             Some(said) => Self::parse(&said.file, &said.text),
         }
@@ -80,7 +81,10 @@ fn change(file: &mut UserFile<'_>, map: &mut Keymap, table: &DeTable<'_>) {
         }
         let Some((scope, ..)) = Scope::ALL.iter().find(|(_, scope, _)| *scope == name) else {
             let names = Scope::ALL.map(|(_, name, _)| format!("[{name}]"));
-            let words = format!("{name} is not known; there are preset, {}", names.join(", "));
+            let words = format!(
+                "{name} is not known; there are preset, {}",
+                names.join(", ")
+            );
             file.mistake(&key.span(), &words);
             continue;
         };
@@ -90,7 +94,11 @@ fn change(file: &mut UserFile<'_>, map: &mut Keymap, table: &DeTable<'_>) {
         };
         for (id, keys) in actions {
             let Some(place) = place(*scope, id.get_ref()) else {
-                let words = format!("{name}.{} is no action{}", id.get_ref(), near(*scope, id.get_ref()));
+                let words = format!(
+                    "{name}.{} is no action{}",
+                    id.get_ref(),
+                    near(*scope, id.get_ref())
+                );
                 file.mistake(&id.span(), &words);
                 continue;
             };
@@ -174,7 +182,12 @@ impl Collision {
         let other = self.other.entry();
         let (keys, theirs) = (self.binding.keys.name(), self.other.keys.name());
         let whose = match &self.other.said {
-            Some(span) => format!("{}.{} in line {}", other.scope.name(), other.id, file.line(span)),
+            Some(span) => format!(
+                "{}.{} in line {}",
+                other.scope.name(),
+                other.id,
+                file.line(span)
+            ),
             None => format!("{}.{} of the preset", other.scope.name(), other.id),
         };
         let what = if keys == theirs {
@@ -229,7 +242,8 @@ mod tests {
 
     #[test]
     fn keys_are_changed_taken_off_and_added() {
-        let text = "[global]\nworst = []\npalette = \"x\"\nquit = [\"q\", \"space q\"]\nplay = \"f5\"\n";
+        let text =
+            "[global]\nworst = []\npalette = \"x\"\nquit = [\"q\", \"space q\"]\nplay = \"f5\"\n";
         let map = Keymap::parse("keymap.toml", text).unwrap();
         let means = |names: &str| map.meaning(&Chord::parse(names).unwrap().0, Scope::Map);
         assert_eq!(means("x"), Meaning::Action(Action::Palette));
@@ -241,7 +255,11 @@ mod tests {
 
     #[test]
     fn presets_are_what_a_file_begins_with() {
-        let map = Keymap::parse("keymap.toml", "preset = \"vim\"\n[scenarios]\ntop = \"g k\"\n").unwrap();
+        let map = Keymap::parse(
+            "keymap.toml",
+            "preset = \"vim\"\n[scenarios]\ntop = \"g k\"\n",
+        )
+        .unwrap();
         let means = |names: &str| map.meaning(&Chord::parse(names).unwrap().0, Scope::Scenarios);
         assert_eq!(means("g k"), Meaning::Action(Action::Top));
         assert_eq!(means("g g"), Meaning::Nothing);
@@ -249,7 +267,10 @@ mod tests {
         // The preset's own file has no mistake.
         let vim = Keymap::parse("vim.toml", VIM).unwrap();
         assert_eq!(vim.bindings.len(), Keymap::of(Preset::Vim).bindings.len());
-        assert_eq!(Keymap::parse("keymap.toml", "").unwrap(), Keymap::of(Preset::Default));
+        assert_eq!(
+            Keymap::parse("keymap.toml", "").unwrap(),
+            Keymap::of(Preset::Default)
+        );
     }
 
     #[test]
@@ -291,8 +312,14 @@ mod tests {
                 "[global]\nplay = \"ctrl-w\"\n",
                 "keymap.toml:2: global.play: `ctrl-w` is the beginning of `ctrl-w w`",
             ),
-            ("[global]\nplay = [\"f5\", \"f5\"]\n", "keymap.toml:2: global.play has `f5` twice"),
-            ("[global]\nplay = \"ctrl-c\"\n", "keymap.toml:2: global.play: `ctrl-c` always"),
+            (
+                "[global]\nplay = [\"f5\", \"f5\"]\n",
+                "keymap.toml:2: global.play has `f5` twice",
+            ),
+            (
+                "[global]\nplay = \"ctrl-c\"\n",
+                "keymap.toml:2: global.play: `ctrl-c` always",
+            ),
         ] {
             let mistakes = mistakes(text);
             assert!(mistakes[0].starts_with(words), "{mistakes:#?}");

@@ -88,7 +88,10 @@ impl Keymap {
         };
         for place in 0..ACTIONS.len() {
             // A test reads every key of the table.
-            let keys = ACTIONS[place].keys.iter().filter_map(|name| table_key(name));
+            let keys = ACTIONS[place]
+                .keys
+                .iter()
+                .filter_map(|name| table_key(name));
             map.bindings.extend(keys.map(|keys| Binding {
                 place,
                 keys,
@@ -155,7 +158,9 @@ impl Keymap {
     fn beginning(&self, keys: &[Key], scope: Scope) -> impl Iterator<Item = &Binding> {
         let (prefix, scope) = (Chord(keys.to_vec()), scope);
         let all = self.bindings.iter();
-        all.filter(move |b| b.entry().scope.meets(scope) && reachable(b, scope) && prefix.begins(&b.keys))
+        all.filter(move |b| {
+            b.entry().scope.meets(scope) && reachable(b, scope) && prefix.begins(&b.keys)
+        })
     }
 
     /// The keys of a line of the table, the one that is shown first.
@@ -174,7 +179,10 @@ impl Keymap {
             return binding.keys.to_string();
         }
         let entry = ACTIONS.iter().find(|entry| entry.action == action);
-        let palette = self.bindings.iter().find(|b| b.entry().action == Action::Palette);
+        let palette = self
+            .bindings
+            .iter()
+            .find(|b| b.entry().action == Action::Palette);
         match (entry, palette) {
             (Some(entry), Some(palette)) => format!("{} {}", palette.keys, entry.id),
             (Some(entry), None) => entry.id.to_string(),
@@ -190,7 +198,10 @@ fn reachable(binding: &Binding, scope: Scope) -> bool {
 
 /// A key of the table, which may have the one that no file may have.
 fn table_key(names: &str) -> Option<Chord> {
-    let keys = names.split(' ').map(Key::parse).collect::<Option<Vec<Key>>>()?;
+    let keys = names
+        .split(' ')
+        .map(Key::parse)
+        .collect::<Option<Vec<Key>>>()?;
     (!keys.is_empty()).then_some(Chord(keys))
 }
 
@@ -200,7 +211,10 @@ mod tests {
     use super::*;
 
     fn keys(names: &str) -> Vec<Key> {
-        names.split(' ').map(|name| Key::parse(name).unwrap()).collect()
+        names
+            .split(' ')
+            .map(|name| Key::parse(name).unwrap())
+            .collect()
     }
 
     #[test]
@@ -233,11 +247,21 @@ mod tests {
         let map = Keymap::of(Preset::Vim);
         let g = keys("g");
         assert_eq!(map.meaning(&g, Scope::Scenarios), Meaning::Prefix);
-        assert_eq!(map.meaning(&keys("g g"), Scope::Scenarios), Meaning::Action(Action::Top));
+        assert_eq!(
+            map.meaning(&keys("g g"), Scope::Scenarios),
+            Meaning::Action(Action::Top)
+        );
         assert_eq!(map.meaning(&keys("g g"), Scope::Map), Meaning::Nothing);
-        assert_eq!(map.meaning(&keys("g x"), Scope::Scenarios), Meaning::Nothing);
+        assert_eq!(
+            map.meaning(&keys("g x"), Scope::Scenarios),
+            Meaning::Nothing
+        );
         let after = map.following(&g, Scope::Scenarios);
-        assert!(after.iter().any(|f| f.key == g[0] && f.doc == Some("The first scenario.")));
+        assert!(
+            after
+                .iter()
+                .any(|f| f.key == g[0] && f.doc == Some("The first scenario."))
+        );
         let texts = map.following(&g, Scope::Text);
         assert!(texts.iter().all(|f| f.doc != Some("The first scenario.")));
         let next = map.following(&keys("ctrl-w"), Scope::Map);

@@ -7,7 +7,10 @@
 use super::{Code, Key};
 
 const LETTERS: [(&str, &str); 3] = [
-    ("йцукенгшщзхъфывапролджэячсмитьбюё", "qwertyuiop[]asdfghjkl;'zxcvbnm,.`"),
+    (
+        "йцукенгшщзхъфывапролджэячсмитьбюё",
+        "qwertyuiop[]asdfghjkl;'zxcvbnm,.`",
+    ),
     ("іїєґ", "s]'\\"),
     ("ςερτυθιοπασδφγηξκλζχψωβνμ", "wertyuiopasdfghjklzxcvbnm"),
 ];
@@ -33,7 +36,9 @@ pub fn latin(key: Key) -> Option<Key> {
     let lower = typed.to_lowercase().next()?;
     let there = LETTERS.iter().find_map(|(letters, keys)| {
         let mut pairs = letters.chars().zip(keys.chars());
-        pairs.find(|(letter, _)| *letter == lower).map(|(_, key)| key)
+        pairs
+            .find(|(letter, _)| *letter == lower)
+            .map(|(_, key)| key)
     })?;
     let shifted = || SHIFTED.iter().find(|(plain, _)| *plain == there);
     let code = match lower == typed {

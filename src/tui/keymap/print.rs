@@ -9,7 +9,11 @@ pub fn as_table(map: &Keymap) -> String {
     let mut text = String::new();
     let shown = |entry: &Entry| {
         let keys: Vec<String> = map.keys(entry).map(super::Chord::name).collect();
-        if keys.is_empty() { "-".to_string() } else { keys.join(", ") }
+        if keys.is_empty() {
+            "-".to_string()
+        } else {
+            keys.join(", ")
+        }
     };
     let widest = |of: &dyn Fn(&Entry) -> usize| ACTIONS.iter().map(of).max().unwrap_or(0);
     let id = widest(&|entry| entry.id.len());
@@ -40,10 +44,20 @@ pub fn as_file(map: &Keymap) -> String {
         text.push_str(&format!("\n# {words}\n[{name}]\n"));
         for entry in ACTIONS.iter().filter(|entry| entry.scope == scope) {
             // The one key that no file may change.
-            let keys = map.keys(entry).map(super::Chord::name).filter(|name| name != "ctrl-c");
+            let keys = map
+                .keys(entry)
+                .map(super::Chord::name)
+                .filter(|name| name != "ctrl-c");
             // As TOML writes texts.
-            let keys: Vec<String> = keys.map(|name| toml::Value::String(name).to_string()).collect();
-            text.push_str(&format!("{} = [{}] # {}\n", entry.id, keys.join(", "), entry.doc));
+            let keys: Vec<String> = keys
+                .map(|name| toml::Value::String(name).to_string())
+                .collect();
+            text.push_str(&format!(
+                "{} = [{}] # {}\n",
+                entry.id,
+                keys.join(", "),
+                entry.doc
+            ));
         }
     }
     text

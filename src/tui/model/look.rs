@@ -56,7 +56,9 @@ impl Glyphs {
     #[must_use]
     pub fn of_environment(env: impl Fn(&str) -> Option<String>) -> Self {
         let says = |name: &str| env(name).filter(|value| !value.is_empty());
-        let locale = ["LC_ALL", "LC_CTYPE", "LANG"].iter().find_map(|name| says(name));
+        let locale = ["LC_ALL", "LC_CTYPE", "LANG"]
+            .iter()
+            .find_map(|name| says(name));
         let utf8 = locale.is_none_or(|l| {
             let l = l.to_lowercase();
             l.contains("utf-8") || l.contains("utf8")
@@ -149,10 +151,22 @@ mod tests {
         assert_eq!(of(&[("LANG", "de_DE.UTF-8")]), Glyphs::Unicode);
         assert_eq!(of(&[("LANG", "C.utf8")]), Glyphs::Unicode);
         assert_eq!(of(&[("LANG", "C")]), Glyphs::Ascii);
-        assert_eq!(of(&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")]), Glyphs::Ascii);
-        assert_eq!(of(&[("LC_ALL", ""), ("LANG", "de_DE.UTF-8")]), Glyphs::Unicode);
-        assert_eq!(of(&[("TERM", "linux"), ("LANG", "de_DE.UTF-8")]), Glyphs::Ascii);
-        assert_eq!(Glyphs::of_config(Some("unicode"), Glyphs::Ascii), Glyphs::Unicode);
+        assert_eq!(
+            of(&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")]),
+            Glyphs::Ascii
+        );
+        assert_eq!(
+            of(&[("LC_ALL", ""), ("LANG", "de_DE.UTF-8")]),
+            Glyphs::Unicode
+        );
+        assert_eq!(
+            of(&[("TERM", "linux"), ("LANG", "de_DE.UTF-8")]),
+            Glyphs::Ascii
+        );
+        assert_eq!(
+            Glyphs::of_config(Some("unicode"), Glyphs::Ascii),
+            Glyphs::Unicode
+        );
         assert_eq!(Glyphs::of_config(None, Glyphs::Ascii), Glyphs::Ascii);
     }
 }

@@ -73,7 +73,9 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
         }
         parts.push((name, rows));
     }
-    let signs = SIGNS.iter().filter(|(sign, words)| matches(&format!("{sign} {words}")));
+    let signs = SIGNS
+        .iter()
+        .filter(|(sign, words)| matches(&format!("{sign} {words}")));
     let signs = signs.map(|(sign, words)| ((*sign).to_string(), (*words).to_string()));
     parts.push(("signs", signs.collect()));
     parts.retain(|(_, rows)| !rows.is_empty());

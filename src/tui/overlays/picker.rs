@@ -36,7 +36,6 @@ pub fn themes(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
         width: screen.width.min(56),
         ..screen
     };
-    let inner = super::window(frame, side, model, "theme", (52, 16));
     let rows = themes_shown(model, picker).into_iter().map(|name| {
         let named = model.look.themes.iter().find(|named| named.name == name);
         let note = match named.map(|named| (&named.theme, &named.file)) {
@@ -51,6 +50,9 @@ pub fn themes(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
         (name, note)
     });
     let rows: Vec<_> = rows.collect();
+    // The line that is typed, an empty one, the list, the words below it, and the borders.
+    let height = u16::try_from(model.look.themes.len() + 1 + 5 + WHOLE).unwrap_or(u16::MAX);
+    let inner = super::window(frame, side, model, "theme", (52, height.min(24)));
     draw(frame, inner, model, picker, &rows);
 }
 

@@ -48,7 +48,11 @@ fn text(model: &Model, width: usize) -> Text<'static> {
     match (model.scene(), model.values.of(model.picked)) {
         (None, _) => {
             text.push_line(Line::styled(
-                format!("there are no values: {}", model.without_ego()),
+                format!(
+                    "there are no values: they need an ego; {} picks an obstacle, {} takes it as the ego",
+                    model.look.key(Action::NextObstacle),
+                    model.look.key(Action::TakeAsEgo)
+                ),
                 dim,
             ));
         }

@@ -35,7 +35,11 @@ fn buffer(bench: &Bench, columns: u16, rows: u16) -> Buffer {
 
 /// What the newest message says.
 fn said(bench: &Bench) -> String {
-    bench.model.toasts.last().map_or(String::new(), |t| t.text.clone())
+    bench
+        .model
+        .toasts
+        .last()
+        .map_or(String::new(), |t| t.text.clone())
 }
 
 #[test]
@@ -54,7 +58,11 @@ fn a_theme_is_seen_while_it_is_looked_for() {
     bench.type_text("contr");
     bench.press("enter");
     assert_eq!(bench.model.theme.name, "contrast");
-    assert!(said(&bench).contains("theme = \"contrast\""), "{}", said(&bench));
+    assert!(
+        said(&bench).contains("theme = \"contrast\""),
+        "{}",
+        said(&bench)
+    );
     assert!(bench.model.overlays.is_empty());
     // What is picked is where the list opens again.
     bench.press("ctrl-t");
@@ -105,7 +113,11 @@ fn keys_of_several_strokes() {
         bench.press("esc");
     }
     bench.press("g x");
-    assert!(said(&bench).contains("`g x` means nothing"), "{}", said(&bench));
+    assert!(
+        said(&bench).contains("`g x` means nothing"),
+        "{}",
+        said(&bench)
+    );
     assert!(bench.model.list.selected > 0);
     bench.press("ctrl-w w");
     assert_eq!(bench.model.focus, Pane::Map);
@@ -138,14 +150,23 @@ fn letters_of_other_alphabets_are_the_keys_they_are_on() {
 fn footer_help_palette_and_sentences_have_the_live_keys() {
     let text = "[global]\nplay = \"f5\"\nnext-obstacle = \"f6 o\"\nedit = []\n";
     let mut bench = bench();
-    bench.send(Msg::Reloaded(Reloaded::Keymap(Keymap::parse("k", text).map_err(|m| m[0].clone()))));
+    bench.send(Msg::Reloaded(Reloaded::Keymap(
+        Keymap::parse("k", text).map_err(|m| m[0].clone()),
+    )));
+    bench.model.toasts.clear();
     let frame = bench.frame(200, 60);
     let footer = frame.lines().last().unwrap();
-    assert!(footer.contains("F5 play") && !footer.contains("space"), "{footer}");
+    assert!(
+        footer.contains("F5 play") && !footer.contains("space"),
+        "{footer}"
+    );
     bench.press("?");
     bench.type_text("pick next");
     let help = bench.frame(200, 60);
-    assert!(help.contains("F6 o") && !help.contains("Leave the program"), "{help}");
+    assert!(
+        help.contains("F6 o") && !help.contains("Leave the program"),
+        "{help}"
+    );
     bench.press("esc :");
     bench.type_text("next-obstacle");
     assert!(bench.frame(200, 60).contains("F6 o"));
@@ -180,7 +201,11 @@ fn a_broken_file_changes_nothing_and_is_complained_about() {
     let broken = Keymap::parse("keymap.toml", "[global]\nplay = 3\n").map_err(|m| m[0].clone());
     bench.send(Msg::Reloaded(Reloaded::Keymap(broken)));
     assert_eq!(bench.model.look.keymap, good);
-    assert!(said(&bench).starts_with("keymap.toml:2: global.play"), "{}", said(&bench));
+    assert!(
+        said(&bench).starts_with("keymap.toml:2: global.play"),
+        "{}",
+        said(&bench)
+    );
 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
@@ -189,20 +214,33 @@ fn a_broken_file_changes_nothing_and_is_complained_about() {
         bench.send(Msg::Reloaded(Reloaded::Themes(Theme::all(folder.path()))));
     };
     reload(&mut bench, "dark = true\n[roles]\ntext = \"red\"\n");
-    let config = |theme: &str| Box::new(Config { theme: Some(theme.into()), ..Config::default() });
+    let config = |theme: &str| {
+        Box::new(Config {
+            theme: Some(theme.into()),
+            ..Config::default()
+        })
+    };
     bench.send(Msg::Reloaded(Reloaded::Config(Ok(config("mine")))));
     assert_eq!(bench.model.theme.text, Color::Red);
     reload(&mut bench, "dark = true\n[roles]\ntext = \"green\"\n");
     assert_eq!(bench.model.theme.text, Color::Green);
     reload(&mut bench, "dark = true\n[roles]\ntext = \"greeen\"\n");
     assert_eq!(bench.model.theme.text, Color::Green);
-    assert!(said(&bench).contains("mine.toml:3: roles.text"), "{}", said(&bench));
+    assert!(
+        said(&bench).contains("mine.toml:3: roles.text"),
+        "{}",
+        said(&bench)
+    );
     bench.send(Msg::Reloaded(Reloaded::Config(Ok(config("yours")))));
     assert_eq!(bench.model.theme.text, Color::Green);
     assert!(said(&bench).contains("yours"), "{}", said(&bench));
     let error = "config.toml:1: no".to_string();
     bench.send(Msg::Reloaded(Reloaded::Config(Err(error))));
-    assert!(said(&bench).contains("what was set stays"), "{}", said(&bench));
+    assert!(
+        said(&bench).contains("what was set stays"),
+        "{}",
+        said(&bench)
+    );
 }
 
 #[test]
@@ -230,12 +268,17 @@ fn the_selected_line_is_reversed_in_every_theme() {
         bench.model.look.chosen = name.into();
         bench.model.show_theme().unwrap();
         let drawn = buffer(&bench, 80, 24);
-        let row = (0..24).find(|&y| (0..80).any(|x| drawn[(x, y)].symbol() == "▸")).unwrap();
+        let row = (0..24)
+            .find(|&y| (0..80).any(|x| drawn[(x, y)].symbol() == "▸"))
+            .unwrap();
         let start = (0..80).find(|&x| drawn[(x, row)].symbol() == "▸").unwrap();
         for x in start..start + 20 {
             let cell = &drawn[(x, row)];
             assert!(cell.modifier.contains(Modifier::REVERSED), "{name}");
-            assert_eq!((cell.fg, cell.bg), (bench.model.theme.selection, bench.model.theme.text));
+            assert_eq!(
+                (cell.fg, cell.bg),
+                (bench.model.theme.selection, bench.model.theme.text)
+            );
         }
     }
 }
@@ -247,5 +290,8 @@ fn every_pane_has_a_place_in_the_keymap_files() {
     }
     let mut bench = bench();
     bench.press("?");
-    assert!(matches!(bench.model.overlays.last(), Some(Overlay::Help { .. })));
+    assert!(matches!(
+        bench.model.overlays.last(),
+        Some(Overlay::Help { .. })
+    ));
 }

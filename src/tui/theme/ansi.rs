@@ -66,7 +66,13 @@ mod tests {
         assert_eq!(styled(new().fg(Color::Reset)), "x");
         assert_eq!(styled(new().fg(Color::Red)), "\x1b[31mx\x1b[0m");
         assert_eq!(styled(new().bg(Color::White)), "\x1b[107mx\x1b[0m");
-        assert_eq!(styled(new().fg(Color::Indexed(99)).bold()), "\x1b[1;38;5;99mx\x1b[0m");
-        assert_eq!(styled(new().fg(Color::Rgb(1, 2, 3))), "\x1b[38;2;1;2;3mx\x1b[0m");
+        assert_eq!(
+            styled(new().fg(Color::Indexed(99)).bold()),
+            "\x1b[1;38;5;99mx\x1b[0m"
+        );
+        assert_eq!(
+            styled(new().fg(Color::Rgb(1, 2, 3))),
+            "\x1b[38;2;1;2;3mx\x1b[0m"
+        );
     }
 }

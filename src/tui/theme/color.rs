@@ -51,7 +51,8 @@ fn nearest_of_sixteen(wanted: [u8; 3], dark: bool) -> Color {
     let others = SIXTEEN.iter().filter(|(color, _)| *color != background);
     let nearest = others.min_by_key(|(_, rgb)| {
         let off = rgb.iter().zip(wanted);
-        off.map(|(a, b)| u32::from(a.abs_diff(b)).pow(2)).sum::<u32>()
+        off.map(|(a, b)| u32::from(a.abs_diff(b)).pow(2))
+            .sum::<u32>()
     });
     nearest.map_or(Color::Reset, |(color, _)| *color)
 }

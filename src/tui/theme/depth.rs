@@ -15,7 +15,15 @@ pub enum Depth {
 
 /// Terminals that show 256 colours at least, and whose `TERM` does not say so.
 const CAPABLE: [&str; 9] = [
-    "alacritty", "contour", "foot", "ghostty", "iterm", "kitty", "mlterm", "rio", "wezterm",
+    "alacritty",
+    "contour",
+    "foot",
+    "ghostty",
+    "iterm",
+    "kitty",
+    "mlterm",
+    "rio",
+    "wezterm",
 ];
 
 impl Depth {
@@ -46,7 +54,11 @@ impl Depth {
             Self::True
         } else if term.contains("256color") || CAPABLE.iter().any(|name| term.contains(name)) {
             Self::Indexed
-        } else if term == "dumb" || term.ends_with("-m") || term.starts_with("vt1") || term.starts_with("vt2") {
+        } else if term == "dumb"
+            || term.ends_with("-m")
+            || term.starts_with("vt1")
+            || term.starts_with("vt2")
+        {
             Self::None
         } else {
             Self::Sixteen
@@ -66,8 +78,14 @@ mod tests {
                 pair.map(|(_, value)| (*value).to_string())
             })
         };
-        assert_eq!(of(&[("NO_COLOR", "1"), ("COLORTERM", "truecolor")]), Depth::None);
-        assert_eq!(of(&[("NO_COLOR", ""), ("COLORTERM", "truecolor")]), Depth::True);
+        assert_eq!(
+            of(&[("NO_COLOR", "1"), ("COLORTERM", "truecolor")]),
+            Depth::None
+        );
+        assert_eq!(
+            of(&[("NO_COLOR", ""), ("COLORTERM", "truecolor")]),
+            Depth::True
+        );
         for (term, depth) in [
             ("xterm-256color", Depth::Indexed),
             ("xterm-kitty", Depth::Indexed),

@@ -7,6 +7,7 @@ use toml::de::DeValue;
 
 use super::{ROLES, Theme, color};
 use crate::config::TextFile;
+use crate::text::visible;
 use crate::tui::user_file::{UserFile, first, shown};
 
 const SHIPPED: &[(&str, &str)] = &[
@@ -164,11 +165,16 @@ impl Theme {
             }
         }
         if dark.is_none() {
-            said.mistake(&(0..0), "dark is missing: true for dark backgrounds, else false");
+            said.mistake(
+                &(0..0),
+                "dark is missing: true for dark backgrounds, else false",
+            );
         }
         said.checked()?;
         let dark = dark.unwrap_or(true);
-        let complete = ROLES.iter().all(|role| roles.iter().any(|(r, _)| r == role));
+        let complete = ROLES
+            .iter()
+            .all(|role| roles.iter().any(|(r, _)| r == role));
         let mut theme = if complete {
             Self::plain()
         } else {
@@ -177,7 +183,9 @@ impl Theme {
         theme.name = name.into();
         theme.dark = dark;
         // What stands for the default's colours does not stand for the user's.
-        theme.sixteen.retain(|(role, _)| roles.iter().all(|(own, _)| own != role));
+        theme
+            .sixteen
+            .retain(|(role, _)| roles.iter().all(|(own, _)| own != role));
         theme.sixteen.extend(sixteen);
         for (role, color) in roles {
             if let Some(place) = theme.role_mut(role) {
@@ -190,9 +198,13 @@ impl Theme {
 
 /// A file of the user's, if it is a theme by its name.
 fn own(path: &Path) -> Option<Named> {
-    let name = path.file_name()?.to_str()?.strip_suffix(".toml")?.to_string();
+    let name = path
+        .file_name()?
+        .to_str()?
+        .strip_suffix(".toml")?
+        .to_string();
     let theme = TextFile::read(path)
-        .map_err(|error| vec![error])
+        .map_err(|error| vec![visible(&error).into_owned()])
         .and_then(|said| Theme::parse(&name, &said.file, &said.text));
     Some(Named {
         name,
@@ -265,9 +277,9 @@ mod tests {
 
     #[test]
     fn roles_left_out_are_the_default_ones() {
-        let theme = Theme::parse("mine", "f", "dark = false\n[roles]\ntext = 17\n").unwrap();
+        let theme = Theme::parse("mine", "f", "dark = false\n[roles]\ntext = 160\n").unwrap();
         let light = Theme::default_for(false);
-        assert_eq!(theme.text, Color::Indexed(17));
+        assert_eq!(theme.text, Color::Indexed(160));
         assert_eq!((theme.danger, &theme.name[..]), (light.danger, "mine"));
         // Not black, which stands for the default's text.
         let few = theme.at_depth(Depth::Sixteen);
@@ -278,17 +290,25 @@ mod tests {
     #[test]
     fn files_come_before_shipped_themes_of_their_name() {
         let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        let write =
+            |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
         write("dark.toml", "dark = true\n[roles]\ntext = \"red\"\n");
         write("mine.toml", "dark = true\n[roles]\ntext = 3.5\n");
         write("notes.txt", "no theme");
         let load = |name: &str| Theme::load(name, folder.path(), true);
         assert_eq!(load("dark").unwrap().text, Color::Red);
         assert_eq!(load("auto").unwrap().text, Color::Red);
-        assert!(load("mine").unwrap_err().contains("mine.toml:3: roles.text"));
+        assert!(
+            load("mine")
+                .unwrap_err()
+                .contains("mine.toml:3: roles.text")
+        );
         assert!(load("none").unwrap_err().contains("contrast"));
         assert!(load("../dark").unwrap_err().contains("no theme"));
-        let names: Vec<String> = Theme::all(folder.path()).into_iter().map(|n| n.name).collect();
+        let names: Vec<String> = Theme::all(folder.path())
+            .into_iter()
+            .map(|n| n.name)
+            .collect();
         assert_eq!(names, ["dark", "light", "contrast", "colorblind", "mine"]);
     }
 }

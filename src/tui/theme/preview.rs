@@ -23,7 +23,9 @@ pub fn preview(name: Option<&str>, folder: &Path, depth: Depth) -> Result<String
             whole(&theme, depth)
         }
     };
-    let lines = lines.iter().map(|line| ansi::line(line).trim_end().to_string() + "\n");
+    let lines = lines
+        .iter()
+        .map(|line| ansi::line(line).trim_end().to_string() + "\n");
     Ok(lines.collect())
 }
 
@@ -59,11 +61,12 @@ fn list(folder: &Path, depth: Depth) -> Vec<Line<'static>> {
 /// A few words and signs as they stand in the workbench.
 fn sample(theme: &Theme) -> Vec<Line<'static>> {
     let span = |text: &'static str, color: Color| Span::styled(text, Style::new().fg(color));
-    let selected = Line::from(vec![Span::styled(
-        " ▸ selected line 0X ",
-        theme.selected(),
-    )]);
-    let mut upper = vec![Span::raw("  "), span("text ", theme.text), span("dim ", theme.dim)];
+    let selected = Line::from(vec![Span::styled(" ▸ selected line 0X ", theme.selected())]);
+    let mut upper = vec![
+        Span::raw("  "),
+        span("text ", theme.text),
+        span("dim ", theme.dim),
+    ];
     upper.extend([span("title ", theme.title), span("key ", theme.accent)]);
     upper.extend(selected.spans);
     let lower = vec![
@@ -98,7 +101,10 @@ fn whole(theme: &Theme, depth: Depth) -> Vec<Line<'static>> {
     let shown = theme.clone().at_depth(depth);
     let ground = if theme.dark { "dark" } else { "light" };
     let mut lines = vec![
-        Line::from(format!("{}, for {ground} backgrounds", visible(&theme.name))),
+        Line::from(format!(
+            "{}, for {ground} backgrounds",
+            visible(&theme.name)
+        )),
         Line::default(),
     ];
     lines.extend(sample(&shown));
@@ -146,13 +152,20 @@ mod tests {
             (Depth::True, "\x1b[38;2;", vec!["38;5"]),
             (Depth::Indexed, "\x1b[38;5;", vec!["38;2"]),
             (Depth::Sixteen, "\x1b[91m", vec!["38;2", "38;5"]),
-            (Depth::None, "selected line", vec!["38;2", "38;5", "\x1b[9", "\x1b[3"]),
+            (
+                Depth::None,
+                "selected line",
+                vec!["38;2", "38;5", "\x1b[9", "\x1b[3"],
+            ),
         ] {
             let all = preview(None, folder.path(), depth).unwrap();
             let one = preview(Some("colorblind"), folder.path(), depth).unwrap();
             for text in [&all, &one] {
                 assert!(text.contains(sign), "{depth:?}: {text:?}");
-                assert!(others.iter().all(|o| !text.contains(o)), "{depth:?}: {text:?}");
+                assert!(
+                    others.iter().all(|o| !text.contains(o)),
+                    "{depth:?}: {text:?}"
+                );
                 assert!(!text.contains("[2J"), "{text:?}");
             }
             for name in Theme::shipped() {

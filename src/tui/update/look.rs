@@ -29,7 +29,9 @@ pub fn take(model: &mut Model, picker: &Picker) -> Vec<Effect> {
             Ok(theme) => {
                 model.theme = theme;
                 model.look.chosen.clone_from(name);
-                model.say(format!("until you quit; `theme = {name:?}` in config.toml keeps it"));
+                model.say(format!(
+                    "until you quit; `theme = {name:?}` in config.toml keeps it"
+                ));
             }
             Err(why) => {
                 model.complain(format!("the theme stays as it was: {why}"));
@@ -82,6 +84,8 @@ fn configured(model: &mut Model, config: &Config) {
     }
     model.config.glyphs.clone_from(&config.glyphs);
     if model.config != *config {
-        model.say("config.toml was changed: theme and glyphs at once, the rest from the next start on");
+        model.say(
+            "config.toml was changed: theme and glyphs at once, the rest from the next start on",
+        );
     }
 }

@@ -1,11 +1,11 @@
 //! Keys in help, palette and the lists of models and measures.
 
+use super::super::action::{Action, Scope};
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
 use super::super::model::{
     Model, Overlay, Picker, measures_shown, models_shown, palette_shown, themes_shown,
 };
-use super::super::action::{Action, Scope};
 use super::{actions, answers, look, plot, values};
 
 /// A key while an overlay is open.

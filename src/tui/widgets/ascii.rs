@@ -110,6 +110,6 @@ mod tests {
         only(&mut buffer);
         let text: String = buffer.content.iter().map(|cell| cell.symbol()).collect();
         assert!(text.is_ascii());
-        assert!(text.starts_with("#= >#'.: # e~??"), "{text}");
+        assert!(text.starts_with("#= >#'.' # e~??"), "{text}");
     }
 }
