@@ -149,13 +149,13 @@ mod tests {
         let broken = folder.path().join("odd\u{1b}[2J.toml");
         std::fs::write(broken, "dark = 3\n").unwrap();
         for (depth, sign, others) in [
-            (Depth::True, "\x1b[38;2;", vec!["38;5"]),
-            (Depth::Indexed, "\x1b[38;5;", vec!["38;2"]),
-            (Depth::Sixteen, "\x1b[91m", vec!["38;2", "38;5"]),
+            (Depth::True, "\x1b[38;2;", vec!["\x1b[38;5"]),
+            (Depth::Indexed, "\x1b[38;5;", vec!["\x1b[38;2"]),
+            (Depth::Sixteen, "\x1b[91m", vec!["\x1b[38;2", "\x1b[38;5"]),
             (
                 Depth::None,
                 "selected line",
-                vec!["38;2", "38;5", "\x1b[9", "\x1b[3"],
+                vec!["\x1b[38;2", "\x1b[38;5", "\x1b[9", "\x1b[3"],
             ),
         ] {
             let all = preview(None, folder.path(), depth).unwrap();
