@@ -1,6 +1,6 @@
 //! `themes` and `keys`, and a terminal that cannot move its cursor.
 
-use super::program::Home;
+use super::support::program::Home;
 
 #[test]
 fn themes_are_shown_in_as_many_colours_as_asked_for() {

@@ -99,7 +99,7 @@ impl Theme {
     }
 
     /// The default theme.
-    #[must_use]
+    #[cfg(test)]
     pub fn default_theme() -> Self {
         Self::default_for(true)
     }
