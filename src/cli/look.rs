@@ -38,7 +38,7 @@ pub struct Workbench {
 pub fn themes(arguments: &Themes, workbench: &Workbench) -> Outcome {
     use std::io::IsTerminal;
     let folders = Folders::find().map_err(Failure::input)?;
-    let piped = (!std::io::stdout().is_terminal()).then_some("none");
+    let piped = (!std::io::stdout().is_terminal()).then_some("plain");
     let depth = arguments.depth.as_deref().or(piped);
     let text = (workbench.themes)(arguments.name.as_deref(), &folders.themes(), depth);
     output::text(&text.map_err(Failure::input)?)

@@ -25,7 +25,7 @@ pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
 pub use values::Values;
 
-use super::action::{Action, Scope};
+use super::action::Scope;
 use super::clock::Clock;
 use super::loaded::Opened;
 use super::message::{AskId, OpenId};
@@ -263,21 +263,6 @@ impl Model {
     #[must_use]
     pub fn scene(&self) -> Option<&Scene> {
         self.opened.as_ref()?.scene.as_deref()
-    }
-
-    /// Why there is nothing to judge or plot, and what to do.
-    #[must_use]
-    pub fn without_ego(&self) -> String {
-        let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
-        match why {
-            None => "no scenario is open".into(),
-            Some(why) => format!(
-                "{}: {} picks an obstacle, {} makes it the ego",
-                why.unwrap_or("there is no ego"),
-                self.look.key(Action::NextObstacle),
-                self.look.key(Action::TakeAsEgo)
-            ),
-        }
     }
 
     /// The window that is asked about: for the collision task the end of the recording, for the safety

@@ -6,14 +6,20 @@ use super::keymap::{Keymap, Preset, as_file, as_table};
 use super::theme::{Depth, preview};
 
 /// A list of all themes, or everything about the one called `name`, in the colours of the terminal or of `depth`:
-/// `true`, `256`, `16` or `none`. The user's themes are in `folder`.
+/// `true`, `256`, `16` or `none`, and plain text for `plain`. The user's themes are in `folder`.
 ///
 /// # Errors
 /// There is no such theme, or its file is wrong: with file, line and key.
 pub fn themes(name: Option<&str>, folder: &Path, depth: Option<&str>) -> Result<String, String> {
-    let named = Depth::NAMED.iter().find(|(name, _)| Some(*name) == depth);
-    let depth = named.map(|(_, depth)| *depth);
-    let depth = depth.unwrap_or_else(|| Depth::of_environment(|name| std::env::var(name).ok()));
+    let depth = match depth {
+        None => Some(Depth::of_environment(|name| std::env::var(name).ok())),
+        Some(said) => {
+            let mut named = Depth::NAMED.iter();
+            named
+                .find(|(name, _)| *name == said)
+                .map(|(_, depth)| *depth)
+        }
+    };
     preview(name, folder, depth)
 }
 

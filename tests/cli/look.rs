@@ -53,7 +53,14 @@ fn the_printed_keymap_is_a_keymap() {
     let printed = home.run(&["keys", "--print"]).status(0).stdout;
     home.write(&path, printed);
     let again = home.run(&["keys"]).status(0).stdout;
-    assert_eq!(table.replace(", ctrl-c", ""), again.replace(", ctrl-c", ""));
+    // The columns may be narrower without it.
+    let words = |table: &str| -> Vec<String> {
+        let words = table.split_whitespace().filter(|word| *word != "ctrl-c");
+        words
+            .map(|word| word.trim_end_matches(',').to_string())
+            .collect()
+    };
+    assert_eq!(words(&table), words(&again));
     home.write(&path, "preset = \"vim\"\n[global]\nplay = \"f5\"\n");
     let own = home.run(&["keys"]).status(0).stdout;
     assert!(own.contains("f5") && own.contains("g g"), "{own}");

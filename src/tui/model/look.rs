@@ -117,6 +117,21 @@ pub fn themes_shown(model: &Model, picker: &Picker) -> Vec<String> {
 }
 
 impl Model {
+    /// Why there is nothing to judge or plot, and what to do.
+    #[must_use]
+    pub fn without_ego(&self) -> String {
+        let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
+        match why {
+            None => "no scenario is open".into(),
+            Some(why) => format!(
+                "{}: {} picks an obstacle, {} makes it the ego",
+                why.unwrap_or("there is no ego"),
+                self.look.key(Action::NextObstacle),
+                self.look.key(Action::TakeAsEgo)
+            ),
+        }
+    }
+
     /// Shows the theme that is selected in the list of themes, or the chosen one where the list is not open.
     ///
     /// # Errors

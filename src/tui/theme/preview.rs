@@ -13,9 +13,17 @@ use crate::tui::user_file::first;
 
 /// A list of all themes, or everything about the one called `name`, in the colours of the terminal.
 ///
+/// Without a terminal to show it, `depth` is nothing and the text is plain.
+///
 /// # Errors
 /// There is no such theme, or its file is wrong: with file, line and key.
-pub fn preview(name: Option<&str>, folder: &Path, depth: Depth) -> Result<String, String> {
+pub fn preview(name: Option<&str>, folder: &Path, depth: Option<Depth>) -> Result<String, String> {
+    let shown = if depth.is_some() {
+        ansi::line
+    } else {
+        Line::to_string
+    };
+    let depth = depth.unwrap_or(Depth::None);
     let lines = match name {
         None => list(folder, depth),
         Some(name) => {
@@ -25,7 +33,7 @@ pub fn preview(name: Option<&str>, folder: &Path, depth: Depth) -> Result<String
     };
     let lines = lines
         .iter()
-        .map(|line| ansi::line(line).trim_end().to_string() + "\n");
+        .map(|line| shown(line).trim_end().to_string() + "\n");
     Ok(lines.collect())
 }
 
@@ -158,8 +166,8 @@ mod tests {
                 vec!["\x1b[38;2", "\x1b[38;5", "\x1b[9", "\x1b[3"],
             ),
         ] {
-            let all = preview(None, folder.path(), depth).unwrap();
-            let one = preview(Some("colorblind"), folder.path(), depth).unwrap();
+            let all = preview(None, folder.path(), Some(depth)).unwrap();
+            let one = preview(Some("colorblind"), folder.path(), Some(depth)).unwrap();
             for text in [&all, &one] {
                 assert!(text.contains(sign), "{depth:?}: {text:?}");
                 assert!(
@@ -174,6 +182,8 @@ mod tests {
             assert!(all.contains("dark must be true or false"), "{all}");
             assert!(ROLES.iter().all(|role| one.contains(role)));
         }
-        assert!(preview(Some("none"), folder.path(), Depth::True).is_err());
+        let plain = preview(None, folder.path(), None).unwrap();
+        assert!(plain.contains("selected line") && !plain.contains('\x1b'));
+        assert!(preview(Some("none"), folder.path(), Some(Depth::True)).is_err());
     }
 }
