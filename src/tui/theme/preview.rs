@@ -18,10 +18,10 @@ use crate::tui::user_file::first;
 /// # Errors
 /// There is no such theme, or its file is wrong: with file, line and key.
 pub fn preview(name: Option<&str>, folder: &Path, depth: Option<Depth>) -> Result<String, String> {
-    let shown = if depth.is_some() {
-        ansi::line
-    } else {
-        Line::to_string
+    let styled = depth.is_some();
+    let shown = |line: &Line<'_>| match styled {
+        true => ansi::line(line),
+        false => line.to_string(),
     };
     let depth = depth.unwrap_or(Depth::None);
     let lines = match name {
