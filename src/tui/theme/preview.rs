@@ -174,7 +174,7 @@ mod tests {
                     others.iter().all(|o| !text.contains(o)),
                     "{depth:?}: {text:?}"
                 );
-                assert!(!text.contains("[2J"), "{text:?}");
+                assert!(!text.contains("\x1b[2J"), "{text:?}");
             }
             for name in Theme::shipped() {
                 assert!(all.contains(name));
