@@ -19,8 +19,16 @@ fn main() -> ExitCode {
 fn run(arguments: cli::Arguments) -> cli::Outcome {
     let ego = cli::chosen_ego(&arguments)?;
     match &arguments.command {
-        Some(command) => cli::run(command),
+        Some(command) => cli::run(command, &workbench()),
         None if cli::has_terminal() => tui::run(arguments.paths, ego).map_err(cli::Failure::input),
         None => cli::without_terminal(&arguments.paths, &ego),
+    }
+}
+
+/// Commands and workbench do not know each other; this is where they meet.
+fn workbench() -> cli::Workbench {
+    cli::Workbench {
+        themes: tui::themes,
+        keys: tui::keys,
     }
 }

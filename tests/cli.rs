@@ -21,6 +21,8 @@ mod interrupted;
 mod killed;
 #[path = "cli/long_jobs.rs"]
 mod long_jobs;
+#[path = "cli/look.rs"]
+mod look;
 #[path = "cli/metrics.rs"]
 mod metrics;
 #[path = "cli/models.rs"]

@@ -12,6 +12,7 @@ mod import;
 mod in_order;
 mod inspect;
 mod interrupt;
+mod look;
 mod metrics;
 mod models;
 mod open;
@@ -26,6 +27,7 @@ mod span;
 mod time;
 mod verdicts;
 
+pub use look::Workbench;
 pub use open::{EgoChoice, chosen_ego};
 pub use verdicts::{has_terminal, without_terminal};
 
@@ -75,6 +77,10 @@ pub enum Command {
     Export(export::Export),
     /// Runs of another store, or the recorded answers of a published repository, into the store.
     Import(import::Import),
+    /// The themes of the workbench, as they look in this terminal.
+    Themes(look::Themes),
+    /// The keys of the workbench, and a keymap file to begin with.
+    Keys(look::Keys),
     /// Completions for a shell.
     Completions(generated::Completions),
     /// The manual page.
@@ -113,11 +119,11 @@ impl Failure {
     }
 }
 
-/// Runs a headless command.
+/// Runs a headless command; `workbench` is asked what only the workbench knows.
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(command: &Command) -> Outcome {
+pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
     match command {
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
@@ -131,6 +137,8 @@ pub fn run(command: &Command) -> Outcome {
         Command::Runs(arguments) => runs::run(arguments),
         Command::Export(arguments) => export::run(arguments),
         Command::Import(arguments) => import::run(arguments),
+        Command::Themes(arguments) => look::themes(arguments, workbench),
+        Command::Keys(arguments) => look::keys(arguments, workbench),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),
     }

@@ -14,8 +14,16 @@ use crate::verdict::Task;
 #[must_use]
 pub fn has_terminal() -> bool {
     use std::io::IsTerminal;
+    if dumb() {
+        return false;
+    }
     let keys = || std::io::stdin().is_terminal() || std::fs::File::open("/dev/tty").is_ok();
     std::io::stdout().is_terminal() && keys()
+}
+
+/// Whether the terminal says that it can only write lines.
+fn dumb() -> bool {
+    std::env::var_os("TERM").is_some_and(|term| term == "dumb")
 }
 
 /// A table of the built-in judge's verdicts on the scenarios at `paths`, or on the bundled ones, with this ego.
@@ -24,9 +32,14 @@ pub fn has_terminal() -> bool {
 /// No scenario can be found or judged.
 pub fn without_terminal(paths: &[PathBuf], ego: &WantedEgo) -> Outcome {
     output::say(&format!(
-        "nearmiss: there is no terminal here, so the workbench cannot open. These commands work without one: \
+        "nearmiss: {}, so the workbench cannot open. These commands work without one: \
          inspect, convert, metrics, describe, prompt, ask, evaluate (see `nearmiss --help`).\n\
          The verdicts of the built-in judge, {}, on the collision task:",
+        if dumb() {
+            "this terminal cannot move its cursor (TERM=dumb)"
+        } else {
+            "there is no terminal here"
+        },
         judge::MODEL
     ));
     let entries = if paths.is_empty() {

@@ -10,8 +10,10 @@ use super::text_file::text_if_there;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// Name of the theme.
+    /// Name of the theme; `auto` for dark or light, as the terminal's background is, where it is not set.
     pub theme: Option<String>,
+    /// Which signs are drawn: `unicode`, `ascii`, or `auto` for what the locale says, where it is not set.
+    pub glyphs: Option<String>,
     /// Whether the mouse is used.
     pub mouse: bool,
     /// The model asked first, as `provider/model`.
@@ -39,6 +41,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             theme: None,
+            glyphs: None,
             mouse: true,
             model: None,
             history: None,
@@ -63,6 +66,15 @@ pub struct ConfigError {
     pub line: Option<usize>,
     /// What is wrong, with the key.
     pub message: String,
+}
+
+impl ConfigError {
+    /// What is wrong and where, without what is done about it.
+    #[must_use]
+    pub fn mistake_in_words(&self) -> String {
+        let line = self.line.map(|l| format!(":{l}")).unwrap_or_default();
+        format!("{}{line}: {}", self.file, self.message)
+    }
 }
 
 impl Config {
@@ -109,6 +121,7 @@ impl Config {
             id.split_once('/')
                 .is_some_and(|(p, m)| !p.is_empty() && !m.is_empty())
         };
+        let glyphs = |word: &str| ["auto", "unicode", "ascii"].contains(&word);
         let effort = |word: &str| ["off", "low", "medium", "high"].contains(&word);
         if self.radius.is_some_and(|r| !(r.is_finite() && r > 0.0)) {
             Some(("radius", "must be a positive number of metres"))
@@ -125,6 +138,8 @@ impl Config {
             Some(("budget", "must be a positive number of US dollars"))
         } else if self.effort.as_deref().is_some_and(|e| !effort(e)) {
             Some(("effort", "must be off, low, medium or high"))
+        } else if self.glyphs.as_deref().is_some_and(|g| !glyphs(g)) {
+            Some(("glyphs", "must be auto, unicode or ascii"))
         } else if self.model.as_deref().is_some_and(|id| !model(id)) {
             Some(("model", "must be provider/model"))
         } else {
@@ -179,6 +194,7 @@ mod tests {
             ("concurrency = 0", "concurrency"),
             ("budget = -1.0", "budget"),
             ("model = \"x\"", "model"),
+            ("glyphs = \"emoji\"", "glyphs"),
         ] {
             std::fs::write(&path, format!("mouse = false\n{wrong}\n")).unwrap();
             let error = Config::read(&path).unwrap_err();

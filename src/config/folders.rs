@@ -7,7 +7,7 @@ use etcetera::BaseStrategy;
 /// The two folders of the program; neither is made before something is written there.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Folders {
-    /// Configuration: `config.toml`, `thresholds.toml`, `prompts/`, `themes/`.
+    /// Configuration: `config.toml`, `keymap.toml`, `thresholds.toml`, `prompts/`, `themes/`.
     pub config: PathBuf,
     /// Data: the store, drafts.
     pub data: PathBuf,
@@ -50,6 +50,12 @@ impl Folders {
     #[must_use]
     pub fn thresholds(&self) -> PathBuf {
         self.config.join("thresholds.toml")
+    }
+
+    /// The user's keys.
+    #[must_use]
+    pub fn keymap(&self) -> PathBuf {
+        self.config.join("keymap.toml")
     }
 
     /// The user's prompt templates.

@@ -11,6 +11,7 @@ pub enum Action {
     Help,
     About,
     Palette,
+    PickTheme,
     NextPane,
     PreviousPane,
     Zoom,
@@ -113,6 +114,23 @@ pub enum Scope {
 }
 
 impl Scope {
+    /// Every place with its name in keymap files, and in words.
+    pub const ALL: [(Self, &'static str, &'static str); 6] = [
+        (Self::Global, "global", "everywhere"),
+        (Self::Scenarios, "scenarios", "in the list of scenarios"),
+        (Self::Map, "map", "on the map"),
+        (Self::Text, "text", "in prompt, verdict and reasoning"),
+        (Self::History, "history", "in the history of runs"),
+        (Self::Jobs, "tasks", "in the list of tasks"),
+    ];
+
+    /// Its name in keymap files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let found = Self::ALL.iter().find(|(scope, ..)| *scope == self);
+        found.map_or("", |(_, name, _)| name)
+    }
+
     /// Whether it is a screen of its own, where of the keys that hold everywhere only [`EVEN_THERE`] do.
     #[must_use]
     pub fn is_own(self) -> bool {
@@ -143,10 +161,26 @@ pub struct Entry {
     pub doc: &'static str,
     /// Where it holds.
     pub scope: Scope,
-    /// Keys, the first one shown first; empty for what is only in the palette.
+    /// Keys, the first one shown first; keys that follow each other have a space between them. Empty for what is
+    /// only in the palette. These are the default ones: views ask the model's keymap.
     pub keys: &'static [&'static str],
     /// How early it stands in the footer; 0 is not in it.
     pub footer: u8,
+}
+
+impl Entry {
+    /// Whether its keys do it where `scope` holds.
+    #[must_use]
+    pub fn holds_in(&self, scope: Scope) -> bool {
+        let everywhere = !scope.is_own() || EVEN_THERE.contains(&self.action);
+        self.scope == scope || (self.scope == Scope::Global && everywhere)
+    }
+
+    /// Whether a key can be pressed that does both.
+    #[must_use]
+    pub fn meets(&self, other: &Self) -> bool {
+        self.holds_in(other.scope) || other.holds_in(self.scope)
+    }
 }
 
 macro_rules! table {
@@ -169,14 +203,14 @@ table! {
     ChooseModel, Global, "model", ["m"], 4, "model", "Choose the model that is asked.";
     Edit, Global, "edit", ["e"], 5, "edit prompt", "Edit the prompt template.";
     Filter, Global, "filter", ["/"], 6, "filter", "Filter the list of scenarios.";
-    NextPane, Global, "next-pane", ["tab"], 10, "pane", "Go to the next pane.";
-    PreviousPane, Global, "previous-pane", ["backtab"], 0, "pane back", "Go to the previous pane.";
+    NextPane, Global, "next-pane", ["tab", "ctrl-w w"], 10, "pane", "Go to the next pane.";
+    PreviousPane, Global, "previous-pane", ["backtab", "ctrl-w shift-w"], 0, "pane back", "Go to the previous pane.";
     Help, Global, "help", ["?", "f1"], 7, "help", "All keys.";
     About, Global, "about", ["i"], 0, "about", "What is in the opened scenario, and what reading it had to assume.";
     Quit, Global, "quit", ["q", "ctrl-q"], 8, "quit", "Leave the program.";
     Palette, Global, "palette", [":", "ctrl-p"], 11, "palette", "All actions by name.";
     Cancel, Global, "cancel", ["esc", "ctrl-c"], 0, "cancel", "Close what is open, or cancel the running request; Ctrl-C quits when there is nothing to cancel.";
-    Zoom, Global, "zoom-pane", ["z"], 0, "zoom", "Show the pane alone, or all of them again.";
+    Zoom, Global, "zoom-pane", ["z", "ctrl-w z"], 0, "zoom", "Show the pane alone, or all of them again.";
     JumpBack, Global, "jump-back", ["shift-left", ","], 0, "-1 s", "Ten time steps back.";
     JumpForward, Global, "jump-forward", ["shift-right", "."], 0, "+1 s", "Ten time steps forward.";
     FirstStep, Global, "first-step", ["home", "0"], 0, "start", "Go to the first time step.";
@@ -223,6 +257,7 @@ table! {
     AskMarked, Global, "ask-marked", ["shift-a"], 0, "ask many", "Ask the chosen model about the marked scenarios, or about all that are listed where none is marked.";
     Copy, Global, "copy", ["y"], 0, "copy", "Copy the pane's text to the clipboard of the terminal (OSC 52).";
     Mouse, Global, "mouse", [], 0, "mouse", "Use the mouse, or leave it to the terminal.";
+    PickTheme, Global, "theme", ["ctrl-t"], 0, "theme", "Choose the colours, and see them at once.";
     Suspend, Global, "suspend", ["ctrl-z"], 0, "suspend", "Go back to the shell; `fg` returns.";
     Up, Scenarios, "up", ["up", "k"], 0, "up", "Select the scenario above.";
     Down, Scenarios, "down", ["down", "j"], 0, "down", "Select the scenario below.";
@@ -268,21 +303,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_key_means_two_things_in_one_place() {
+    fn every_action_has_a_name_of_its_own_where_it_holds() {
         for (i, a) in ACTIONS.iter().enumerate() {
+            assert!(Scope::ALL.iter().any(|(scope, ..)| *scope == a.scope));
             for b in &ACTIONS[i + 1..] {
-                let everywhere = |one: &Entry, other: &Entry| {
-                    let holds = !other.scope.is_own() || EVEN_THERE.contains(&one.action);
-                    one.scope == Scope::Global && holds
-                };
-                let meet = a.scope == b.scope || everywhere(a, b) || everywhere(b, a);
-                let shared = a.keys.iter().find(|key| b.keys.contains(key));
-                assert!(
-                    !meet || shared.is_none(),
-                    "{} and {} share {shared:?}",
-                    a.id,
-                    b.id
-                );
+                assert!(!a.meets(b) || a.id != b.id, "{}", a.id);
             }
         }
     }

@@ -1,8 +1,17 @@
 //! Keys: from the terminal's events to our own, their names, and what they mean where.
 
+mod chord;
+mod file;
+mod map;
+mod positions;
+mod print;
+
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use super::action::{ACTIONS, Action, EVEN_THERE, Entry, Scope};
+pub use chord::Chord;
+pub use map::{Keymap, Meaning, Preset};
+pub use positions::latin;
+pub use print::{as_file, as_table};
 
 /// A key with its modifiers. Shifted letters are capitals with `shift` off, unless named `shift-x`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -56,6 +65,17 @@ const NAMED: &[(&str, Code)] = &[
     ("backspace", Code::Backspace),
     ("delete", Code::Delete),
     ("f1", Code::Function(1)),
+    ("f2", Code::Function(2)),
+    ("f3", Code::Function(3)),
+    ("f4", Code::Function(4)),
+    ("f5", Code::Function(5)),
+    ("f6", Code::Function(6)),
+    ("f7", Code::Function(7)),
+    ("f8", Code::Function(8)),
+    ("f9", Code::Function(9)),
+    ("f10", Code::Function(10)),
+    ("f11", Code::Function(11)),
+    ("f12", Code::Function(12)),
 ];
 
 impl Key {
@@ -106,6 +126,30 @@ impl Key {
             key.shift = false;
         }
         Some(key)
+    }
+
+    /// The name of the key, as [`Key::parse`] and keymap files have it.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let mut name = String::new();
+        let capital = matches!(self.code, Code::Char(c) if c.is_ascii_uppercase());
+        for (on, text) in [
+            (self.ctrl, "ctrl-"),
+            (self.alt, "alt-"),
+            (self.shift || capital, "shift-"),
+        ] {
+            if on {
+                name.push_str(text);
+            }
+        }
+        match (NAMED.iter().find(|(_, code)| *code == self.code), self.code) {
+            (Some((word, _)), _) => name.push_str(word),
+            (None, Code::Char(c)) => name.push(c.to_ascii_lowercase()),
+            // Every other key is named, function keys to the twelfth.
+            (None, Code::Function(n)) => name.push_str(&format!("f{n}")),
+            (None, _) => {}
+        }
+        name
     }
 
     /// The key of a terminal's event; releases and keys that mean nothing to us give none.
@@ -180,20 +224,6 @@ impl std::fmt::Display for Key {
     }
 }
 
-/// What `key` does where `scope` holds; what holds there comes before what holds everywhere.
-#[must_use]
-pub fn action(key: Key, scope: Scope) -> Option<Action> {
-    let bound = |scope: Scope| {
-        let mut entries = ACTIONS.iter().filter(move |e| e.scope == scope);
-        entries
-            .find(|e| keys(e).any(|k| k == key))
-            .map(|e| e.action)
-    };
-    let everywhere = bound(Scope::Global);
-    let holds = |action: &Action| !scope.is_own() || EVEN_THERE.contains(action);
-    bound(scope).or_else(|| everywhere.filter(holds))
-}
-
 /// The key as the template editor takes it; nothing for keys it does not know.
 #[must_use]
 pub fn editor_input(key: Key) -> Option<edtui::events::KeyInput> {
@@ -219,24 +249,9 @@ pub fn editor_input(key: Key) -> Option<edtui::events::KeyInput> {
     Some(edtui::events::KeyInput::with_modifiers(code, modifiers))
 }
 
-/// The keys of an action.
-pub fn keys(entry: &Entry) -> impl Iterator<Item = Key> + use<> {
-    entry.keys.iter().filter_map(|name| Key::parse(name))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_key_of_the_table_has_a_meaning() {
-        for entry in ACTIONS {
-            assert_eq!(keys(entry).count(), entry.keys.len(), "{}", entry.id);
-            for key in keys(entry) {
-                assert_eq!(action(key, entry.scope), Some(entry.action), "{key}");
-            }
-        }
-    }
 
     #[test]
     fn names() {
@@ -247,6 +262,22 @@ mod tests {
             Some("Ctrl-p".into())
         );
         assert_eq!(Key::parse("hyper-x"), None);
+        for name in [
+            "a",
+            "shift-a",
+            "ctrl-w",
+            "alt-pageup",
+            "shift-left",
+            "-",
+            "$",
+            "f12",
+            "space",
+        ] {
+            assert_eq!(
+                Key::parse(name).map(|key| key.name()).as_deref(),
+                Some(name)
+            );
+        }
     }
 
     #[test]

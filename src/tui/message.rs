@@ -8,9 +8,10 @@ use std::time::Duration;
 
 use ratatui::layout::Position;
 
-use super::keymap::Key;
+use super::keymap::{Key, Keymap};
 use super::loaded::{Facts, Measured, Opened};
-use crate::config::Tags;
+use super::theme::Named;
+use crate::config::{Config, Tags};
 use crate::evaluation::{Answer, Event, Question};
 use crate::llm::Discovered;
 use crate::metrics::Thresholds;
@@ -67,10 +68,23 @@ pub enum Msg {
     Saved(String, Result<(Library, String), String>),
     /// The templates were read again.
     Reread(Library),
+    /// A file that says how the workbench looks was changed.
+    Reloaded(Reloaded),
     /// Something went wrong outside.
     Complaint(String),
     /// The program is asked to end.
     Terminate,
+}
+
+/// What is in a file that was read again.
+#[derive(Debug)]
+pub enum Reloaded {
+    /// The configuration, or why it cannot be used.
+    Config(Result<Box<Config>, String>),
+    /// The keymap, or what is wrong with its file.
+    Keymap(Result<Keymap, String>),
+    /// All themes.
+    Themes(Vec<Named>),
 }
 
 /// What earlier answers are about.

@@ -1,6 +1,7 @@
 //! The workbench in the terminal.
 
 mod action;
+mod background;
 mod clock;
 mod keymap;
 mod layout;
@@ -8,14 +9,18 @@ mod loaded;
 mod message;
 mod model;
 mod overlays;
+mod reload;
 mod run;
+mod shell;
 mod tasks;
 mod terminal;
 #[cfg(test)]
 mod tests;
 mod theme;
 mod update;
+mod user_file;
 mod views;
 mod widgets;
 
 pub use run::{Ended, run};
+pub use shell::{keys, themes};

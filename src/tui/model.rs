@@ -7,6 +7,7 @@ mod drawn;
 mod history;
 mod jobs;
 mod list;
+mod look;
 mod notices;
 mod pane;
 mod picker;
@@ -26,6 +27,7 @@ pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn};
 pub use history::{COUNTED, History, PAGE, Typing};
 pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS};
+pub use look::{Glyphs, Look, themes_shown};
 pub use notices::{Notice, Toast};
 pub use pane::Pane;
 pub use picker::{Picker, measures_shown, models_shown, orders_shown, palette_shown};
@@ -52,10 +54,12 @@ use crate::verdict::Task;
 /// What lies over the main screen and takes the keys.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Overlay {
-    /// All keys; scrolled by so many lines.
+    /// All keys that match what is typed; scrolled by so many lines.
     Help {
         /// Lines scrolled.
         scroll: usize,
+        /// What is typed.
+        text: String,
     },
     /// What is in the opened scenario and what reading it had to assume; scrolled by so many lines.
     About {
@@ -75,6 +79,8 @@ pub enum Overlay {
     Batch,
     /// Actions by name.
     Palette(Picker),
+    /// Themes; the selected one is seen at once.
+    Themes(Picker),
     /// Models; the chosen one is asked at once if `ask`.
     Models {
         /// What is typed and selected.
@@ -102,10 +108,11 @@ impl Overlay {
     /// How far it is scrolled, if it is text.
     pub fn scroll_mut(&mut self) -> Option<&mut usize> {
         match self {
-            Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
+            Self::Help { scroll, .. } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
             Self::Palette(_)
+            | Self::Themes(_)
             | Self::Models { .. }
             | Self::Measures { .. }
             | Self::Tags { .. }
@@ -191,6 +198,8 @@ pub struct Model {
     pub toasts: Vec<Toast>,
     /// Colours.
     pub theme: Theme,
+    /// Keys, and what else of the look can change.
+    pub look: Look,
     /// Settings.
     pub config: Config,
     /// Whether the mouse is used.
@@ -250,6 +259,7 @@ impl Model {
             overlays: Vec::new(),
             toasts: Vec::new(),
             theme,
+            look: Look::default(),
             mouse: config.mouse,
             config,
             drawn: Drawn::default(),

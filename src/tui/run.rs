@@ -6,12 +6,16 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
+use super::background::{self, Background};
+use super::keymap::{Keymap, Preset};
 use super::message::{Effect, Msg};
-use super::model::Model;
+use super::model::{Glyphs, Look, Model};
+use super::reload::{self, Stamps};
 use super::tasks::{Remaining, Tasks, thresholds};
 use super::terminal::{Events, Screen, give_back_on_panic};
-use super::theme::{Depth, Theme};
+use super::theme::{AUTO, Depth, Theme};
 use super::update::{start, update};
+use super::user_file::first;
 use super::{views, widgets};
 use crate::config::{Config, Folders};
 use crate::llm::{Environment, Registry};
@@ -57,7 +61,8 @@ fn the_terminal(error: &std::io::Error) -> String {
 async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     give_back_on_panic();
     let folders = Folders::find()?;
-    let (mut model, models) = prepare(paths, &folders);
+    let stamps = Stamps::of(&folders);
+    let (mut model, models, background) = prepare(paths, &folders);
     let mut screen = Screen::take(model.mouse).map_err(|e| the_terminal(&e))?;
     model.size = screen.size().map_err(|e| the_terminal(&e))?;
     screen
@@ -73,6 +78,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
         }
     };
     let (sender, receiver) = unbounded_channel();
+    tokio::spawn(reload::watch(folders.clone(), stamps, sender.clone()));
     let tasks = Tasks::new(
         sender,
         folders,
@@ -87,6 +93,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
         screen,
         tasks,
         receiver,
+        stray: background.late,
     };
     let effects = start(&looping.model);
     if looping.perform(effects).map_err(|e| the_terminal(&e))? {
@@ -98,23 +105,24 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
 }
 
 /// The model at the start; what is wrong with the user's files is said, and the defaults are used.
-fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environment)) {
+fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environment), Background) {
     let mut complaints = Vec::new();
     let config = Config::read(&folders.config_file()).unwrap_or_else(|error| {
         complaints.push(error.to_string());
         Config::default()
     });
+    let env = |name: &str| std::env::var(name).ok();
+    let chosen = config.theme.clone().unwrap_or_else(|| AUTO.into());
+    // The terminal takes its time to answer; meanwhile the rest is read.
+    let asked = (chosen == AUTO).then(|| std::thread::spawn(move || background::ask(env)));
     let registry = Registry::new(&config.providers).unwrap_or_else(|error| {
         complaints.push(error.to_string());
         Registry::new(&toml::Table::new()).unwrap_or_default()
     });
-    let name = config.theme.as_deref().unwrap_or("dark");
-    let theme = Theme::load(name, &folders.themes()).unwrap_or_else(|error| {
-        complaints.push(error);
-        Theme::default_theme()
+    let keymap = Keymap::load(&folders.keymap()).unwrap_or_else(|mistakes| {
+        complaints.push(format!("{}; the default keys are in use", first(&mistakes)));
+        Keymap::of(Preset::Default)
     });
-    let env = |name: &str| std::env::var(name).ok();
-    let theme = theme.at_depth(Depth::of_environment(env));
     let library = Library::load(Some(&folders.prompts()));
     for problem in &library.problems {
         complaints.push(problem.to_string());
@@ -122,7 +130,26 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environ
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     complaints.extend(environment.problems.iter().cloned());
     let offers = registry.offers(&environment, jiff::Zoned::now().date());
-    let mut model = Model::new(paths, config, theme, library, offers);
+    let asked = asked.and_then(|asking| asking.join().ok());
+    let background = asked.unwrap_or_else(|| background::of_environment(env));
+    let theme = Theme::load(&chosen, &folders.themes(), background.dark).unwrap_or_else(|error| {
+        complaints.push(format!("{error}; the default colours are in use"));
+        Theme::default_for(background.dark)
+    });
+    let depth = Depth::of_environment(env);
+    let glyphs_here = Glyphs::of_environment(env);
+    let look = Look {
+        keymap,
+        chosen,
+        themes: Theme::all(&folders.themes()),
+        depth,
+        dark: background.dark,
+        glyphs: Glyphs::of_config(config.glyphs.as_deref(), glyphs_here),
+        glyphs_here,
+        ..Look::default()
+    };
+    let mut model = Model::new(paths, config, theme.at_depth(depth), library, offers);
+    model.look = look;
     match thresholds(&folders.thresholds()) {
         Ok(thresholds) => model.thresholds = Arc::new(thresholds),
         Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),
@@ -136,7 +163,7 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environ
     for complaint in complaints {
         model.complain(complaint);
     }
-    (model, (registry, environment))
+    (model, (registry, environment), background)
 }
 
 /// What an earlier session left in the editor, by file; or why it cannot be read.
@@ -160,11 +187,13 @@ struct Loop {
     screen: Screen,
     tasks: Tasks,
     receiver: UnboundedReceiver<Msg>,
+    /// Whether the terminal may still answer what it was asked before the start.
+    stray: bool,
 }
 
 impl Loop {
     async fn until_quit(&mut self) -> std::io::Result<()> {
-        let mut events = Events::listen();
+        let mut events = Events::listen(self.stray);
         let mut ending = Ending::listen()?;
         let begun = Instant::now();
         let mut passed = begun;
@@ -205,7 +234,7 @@ impl Loop {
                         // The event stream would read the shell's keys.
                         drop(events);
                         self.screen.suspend()?;
-                        events = Events::listen();
+                        events = Events::listen(false);
                         self.model.size = self.screen.size()?;
                         changed = true;
                     }

@@ -2,11 +2,12 @@
 
 use std::io::{self, Stdout, Write, stdout};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use crossterm::cursor::Show;
 use crossterm::event::{
     DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture, Event,
-    EventStream, MouseButton, MouseEventKind,
+    EventStream, KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEventKind,
 };
 use crossterm::execute;
 use crossterm::style::force_color_output;
@@ -155,20 +156,31 @@ pub fn give_back_on_panic() {
 }
 
 /// The terminal's events as messages; ends when the terminal is gone.
-pub struct Events(EventStream);
+pub struct Events {
+    stream: EventStream,
+    stray: Option<Stray>,
+}
 
 impl Events {
-    /// Begins to listen.
+    /// Begins to listen. What the terminal still answers to an older question is left out if `stray`.
     #[must_use]
-    pub fn listen() -> Self {
-        Self(EventStream::new())
+    pub fn listen(stray: bool) -> Self {
+        Self {
+            stream: EventStream::new(),
+            stray: stray.then(|| Stray::until(Instant::now() + LATE)),
+        }
     }
 
     /// The next event that means something.
     pub async fn next(&mut self) -> Option<io::Result<Msg>> {
         loop {
-            match self.0.next().await? {
+            match self.stream.next().await? {
                 Ok(event) => {
+                    if let (Some(stray), Event::Key(key)) = (&mut self.stray, &event)
+                        && stray.takes(key, Instant::now())
+                    {
+                        continue;
+                    }
                     if let Some(msg) = message(event) {
                         return Some(Ok(msg));
                     }
@@ -176,6 +188,43 @@ impl Events {
                 Err(error) => return Some(Err(error)),
             }
         }
+    }
+}
+
+/// How long an answer of the terminal may be late.
+const LATE: Duration = Duration::from_secs(5);
+
+/// Characters that an answer may have.
+const LONGEST: usize = 40;
+
+/// A late answer of the terminal about its background, which arrives as keys: `Alt-]`, `11;rgb:…`, and `Ctrl-g` or
+/// `Alt-\`. Taken for keys it would ask models and change settings.
+struct Stray {
+    until: Instant,
+    /// Characters of the answer so far, once it has begun.
+    taken: Option<usize>,
+}
+
+impl Stray {
+    fn until(until: Instant) -> Self {
+        Self { until, taken: None }
+    }
+
+    /// Whether this key is a piece of the answer.
+    fn takes(&mut self, key: &KeyEvent, now: Instant) -> bool {
+        let alt = key.modifiers.contains(KeyModifiers::ALT);
+        let ctrl = key.modifiers.contains(KeyModifiers::CONTROL);
+        let begins = alt && key.code == KeyCode::Char(']');
+        match self.taken {
+            None if begins && now < self.until => self.taken = Some(0),
+            None => return false,
+            Some(count) => {
+                let ends = alt && key.code == KeyCode::Char('\\')
+                    || ctrl && key.code == KeyCode::Char('g');
+                self.taken = (!ends && count < LONGEST).then_some(count + 1);
+            }
+        }
+        true
     }
 }
 
@@ -215,7 +264,31 @@ fn base64(bytes: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::base64;
+    use super::*;
+
+    #[test]
+    fn a_late_answer_is_no_keys() {
+        let start = Instant::now();
+        let alt = |c| KeyEvent::new(KeyCode::Char(c), KeyModifiers::ALT);
+        let plain = |c| KeyEvent::new(KeyCode::Char(c), KeyModifiers::NONE);
+        let bell = KeyEvent::new(KeyCode::Char('g'), KeyModifiers::CONTROL);
+        for end in [alt('\\'), bell] {
+            let mut stray = Stray::until(start + LATE);
+            assert!(!stray.takes(&plain('r'), start));
+            assert!(stray.takes(&alt(']'), start));
+            for c in "11;rgb:1e1e/1e1e/1e1e".chars() {
+                assert!(stray.takes(&plain(c), start));
+            }
+            assert!(stray.takes(&end, start));
+            assert!(!stray.takes(&plain('r'), start));
+        }
+        // Somebody who presses these keys later means them, and nothing takes keys for ever.
+        let mut stray = Stray::until(start + LATE);
+        assert!(!stray.takes(&alt(']'), start + LATE));
+        assert!(stray.takes(&alt(']'), start));
+        let taken = (0..100).filter(|_| stray.takes(&plain('r'), start)).count();
+        assert!(taken < 50);
+    }
 
     #[test]
     fn base64_of_the_rfc() {

@@ -46,15 +46,4 @@ impl Model {
             .retain(|t| (kind == Notice::Error || t.kind == Notice::Error) && t.text != text);
         self.toasts.push(Toast { text, kind, left });
     }
-
-    /// Why there is nothing to judge or plot, and what to do.
-    #[must_use]
-    pub fn without_ego(&self) -> String {
-        let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
-        match why {
-            None => "no scenario is open".into(),
-            Some(None) => "there is no ego: o picks an obstacle, E makes it the ego".into(),
-            Some(Some(why)) => format!("{why}: o picks an obstacle, E makes it the ego"),
-        }
-    }
 }

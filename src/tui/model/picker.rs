@@ -67,7 +67,7 @@ pub fn orders_shown(picker: &Picker) -> Vec<Order> {
 }
 
 /// Places of the texts that match, the best first; all of them for an empty pattern.
-fn matching(pattern: &str, texts: impl Iterator<Item = String>) -> Vec<usize> {
+pub(super) fn matching(pattern: &str, texts: impl Iterator<Item = String>) -> Vec<usize> {
     let mut matcher = Matcher::new(Config::DEFAULT);
     let parsed = Pattern::parse(pattern, CaseMatching::Smart, Normalization::Smart);
     let mut buffer = Vec::new();

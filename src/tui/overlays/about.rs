@@ -7,6 +7,7 @@ use ratatui::text::{Line, Span, Text};
 
 use crate::scenario::{Severity, in_short};
 use crate::text::visible;
+use crate::tui::action::Action;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
 use crate::tui::widgets::words::pad;
@@ -98,7 +99,10 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
     let possible = scenario.possible_egos();
     if !possible.is_empty() {
         let ids: Vec<String> = possible.iter().map(i64::to_string).collect();
-        line("as ego", &format!("{} (o picks, E takes)", ids.join(", ")));
+        let (pick, take) = (Action::NextObstacle, Action::TakeAsEgo);
+        let (pick, take) = (model.look.key(pick), model.look.key(take));
+        let words = format!("{} ({pick} picks, {take} takes)", ids.join(", "));
+        line("as ego", &words);
     }
     text.push_line("");
     text.push_line(Line::styled("what reading it had to assume or skip", title));

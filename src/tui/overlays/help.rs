@@ -1,88 +1,117 @@
-//! All keys, from the table of actions.
+//! All keys, from the live keymap; what is typed filters them.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
+use unicode_width::UnicodeWidthStr;
 
 use crate::tui::action::{ACTIONS, Scope};
-use crate::tui::keymap;
 use crate::tui::model::{Model, TERMS};
-use crate::tui::widgets::words::pad;
+use crate::tui::widgets::words::{fit, pad};
 
-pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
-    super::scrolled(frame, screen, model, "keys", text(model), scroll);
+/// Columns of the keys at least, and at most.
+const KEYS: (usize, usize) = (16, 22);
+
+pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize, typed: &str) {
+    let title = if typed.is_empty() {
+        "keys · type to search · ↑↓ scroll · Esc closes".to_string()
+    } else {
+        format!("keys · {}▏· Esc closes", fit(typed, 30))
+    };
+    let text = text(model, typed);
+    super::scrolled_in(frame, screen, model, &title, text, (super::COLUMNS, scroll));
 }
 
-fn text(model: &Model) -> Text<'static> {
+/// A part of the list: its title, and its keys or signs with what they mean.
+type Part = (&'static str, Vec<(String, String)>);
+
+fn text(model: &Model, typed: &str) -> Text<'static> {
     let theme = &model.theme;
     let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
     let key = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    let parts = parts(model, typed);
+    let rows = || parts.iter().flat_map(|(_, rows)| rows);
+    let widest = rows().map(|(keys, _)| keys.width()).max().unwrap_or(0);
+    let width = widest.clamp(KEYS.0, KEYS.1);
     let mut text = Text::default();
-    let places = [
-        (Scope::Global, "everywhere"),
-        (Scope::Scenarios, "in the list of scenarios"),
-        (Scope::Map, "on the map"),
-        (Scope::Text, "in prompt, verdict and reasoning"),
-        (Scope::History, "in the history of runs"),
-        (Scope::Jobs, "in the list of tasks"),
-    ];
-    for (scope, name) in places {
-        text.push_line(Line::styled(name, title));
-        for entry in ACTIONS
-            .iter()
-            .filter(|e| e.scope == scope && !e.keys.is_empty())
-        {
-            let keys: Vec<String> = keymap::keys(entry).map(|k| k.to_string()).collect();
+    for (name, rows) in &parts {
+        text.push_line(Line::styled(*name, title));
+        for (keys, meaning) in rows {
             text.push_line(Line::from(vec![
-                Span::styled(format!("  {}", pad(&keys.join("  "), 16)), key),
-                Span::raw(entry.doc),
+                Span::styled(format!("  {} ", pad(keys, width)), key),
+                Span::raw(meaning.clone()),
             ]));
         }
         text.push_line("");
     }
-    text.push_line(Line::styled("in the filter, beside words", title));
-    for (term, meaning) in TERMS {
-        text.push_line(Line::from(vec![
-            Span::styled(format!("  {}", pad(term, 16)), key),
-            Span::raw(*meaning),
-        ]));
-    }
-    text.push_line("");
-    text.push_line(Line::styled("signs", title));
-    let signs = [
-        (
-            "0 to 5",
-            "risk score: 0 collision, 1 extreme, 2 high, 3 medium, 4 low, 5 negligible",
-        ),
-        (
-            "0X 3 - ·",
-            "in the list: the lowest risk score, X with a contact, - without an ego, · not yet known",
-        ),
-        ("*", "in the list: a marked scenario"),
-        ("X", "contact: in the list, on the map and on the timeline"),
-        (
-            "!",
-            "on the map: risk 1 or lower; in the list: the file cannot be read",
-        ),
-        (
-            "= ≠",
-            "an answer agrees with the built-in judge, or differs from it",
-        ),
-        (
-            "=3 ≠1/3",
-            "in the list: all of three stored answers agree with it; one of three differs",
-        ),
-        (
-            "[ ] m ≠ ( )",
-            "on the timeline: the window, the extreme of the plotted measure, an answer that differs, what is looped",
-        ),
-    ];
-    for (sign, meaning) in signs {
-        text.push_line(Line::from(vec![
-            Span::styled(format!("  {}", pad(sign, 16)), key),
-            Span::raw(meaning),
-        ]));
+    if parts.is_empty() {
+        let nothing = format!("nothing is called or does `{}`", fit(typed, 30));
+        text.push_line(Line::styled(nothing, Style::new().fg(theme.dim)));
     }
     text
 }
+
+/// What matches; every word that is typed must be in a row.
+fn parts(model: &Model, typed: &str) -> Vec<Part> {
+    let typed = typed.to_lowercase();
+    let matches = |row: &str| {
+        let row = row.to_lowercase();
+        typed.split_whitespace().all(|word| row.contains(word))
+    };
+    let mut parts: Vec<Part> = Vec::new();
+    for (scope, _, name) in Scope::ALL {
+        let mut rows = Vec::new();
+        for entry in ACTIONS.iter().filter(|entry| entry.scope == scope) {
+            let keys = model.look.keymap.keys(entry).map(ToString::to_string);
+            let keys = keys.collect::<Vec<_>>().join("  ");
+            // What has no key is found by its name: the palette has it.
+            let shown = !keys.is_empty() || !typed.is_empty();
+            if shown && matches(&format!("{keys} {} {}", entry.id, entry.doc)) {
+                rows.push((keys, entry.doc.to_string()));
+            }
+        }
+        parts.push((name, rows));
+    }
+    let terms = TERMS
+        .iter()
+        .filter(|(term, words)| matches(&format!("{term} {words}")));
+    let terms = terms.map(|(term, words)| ((*term).to_string(), (*words).to_string()));
+    parts.push(("in the filter, beside words", terms.collect()));
+    let signs = SIGNS
+        .iter()
+        .filter(|(sign, words)| matches(&format!("{sign} {words}")));
+    let signs = signs.map(|(sign, words)| ((*sign).to_string(), (*words).to_string()));
+    parts.push(("signs", signs.collect()));
+    parts.retain(|(_, rows)| !rows.is_empty());
+    parts
+}
+
+const SIGNS: [(&str, &str); 8] = [
+    (
+        "0 to 5",
+        "risk score: 0 collision, 1 extreme, 2 high, 3 medium, 4 low, 5 negligible",
+    ),
+    (
+        "0X 3 - ·",
+        "in the list: the lowest risk score, X with a contact, - without an ego, · not yet known",
+    ),
+    ("*", "in the list: a marked scenario"),
+    ("X", "contact: in the list, on the map and on the timeline"),
+    (
+        "!",
+        "on the map: risk 1 or lower; in the list: the file cannot be read",
+    ),
+    (
+        "= ≠",
+        "an answer agrees with the built-in judge, or differs from it",
+    ),
+    (
+        "=3 ≠1/3",
+        "in the list: all of three stored answers agree with it; one of three differs",
+    ),
+    (
+        "[ ] m ≠ ( )",
+        "on the timeline: the window, the extreme of the plotted measure, an answer that differs, what is looped",
+    ),
+];

@@ -1,4 +1,4 @@
-//! What lies over the main screen: help, what is in the scenario, values, palette, list of models.
+//! What lies over the main screen: help, what is in the scenario, values, palette, lists of models and themes, the keys after a prefix.
 
 mod about;
 mod batch;
@@ -10,6 +10,7 @@ mod run;
 mod tags;
 mod thresholds;
 mod values;
+mod which_key;
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -23,12 +24,13 @@ use super::model::{Model, Overlay};
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     for overlay in &model.overlays {
         match overlay {
-            Overlay::Help { scroll } => help::draw(frame, screen, model, *scroll),
+            Overlay::Help { scroll, text } => help::draw(frame, screen, model, *scroll, text),
             Overlay::About { scroll } => about::draw(frame, screen, model, *scroll),
             Overlay::Values { scroll } => values::draw(frame, screen, model, *scroll),
             Overlay::History => history::draw(frame, screen, model),
             Overlay::Jobs => jobs::draw(frame, screen, model),
             Overlay::Batch => batch::draw(frame, screen, model),
+            Overlay::Themes(typed) => picker::themes(frame, screen, model, typed),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
             Overlay::Tags {
                 picker: typed,
@@ -43,6 +45,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             } => picker::measures(frame, screen, model, typed, *sort),
         }
     }
+    which_key::draw(frame, screen, model);
 }
 
 /// Columns of a window at most, its borders included.

@@ -10,22 +10,53 @@ use unicode_width::UnicodeWidthStr;
 use crate::judge;
 use crate::metrics::Measure;
 use crate::text::visible;
-use crate::tui::keymap;
 use crate::tui::model::{
-    Model, Order, Picker, measures_shown, models_shown, orders_shown, palette_shown,
+    Model, Order, Picker, measures_shown, models_shown, orders_shown, palette_shown, themes_shown,
 };
 use crate::tui::widgets::words::{fit, pad};
 
 pub fn palette(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
     let inner = super::window(frame, screen, model, "actions", (84, 22));
     let rows = palette_shown(picker).into_iter().map(|entry| {
-        let keys: Vec<String> = keymap::keys(entry).map(|k| k.to_string()).collect();
+        let keys: Vec<String> = model
+            .look
+            .keymap
+            .keys(entry)
+            .map(|k| k.to_string())
+            .collect();
         (
             format!("{} {}", pad(entry.id, 18), entry.doc),
-            keys.join(" "),
+            keys.join("  "),
         )
     });
     draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
+}
+
+pub fn themes(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
+    // To the side, so that the colours are seen.
+    let side = Rect {
+        x: screen.x,
+        width: screen.width.min(56),
+        ..screen
+    };
+    let rows = themes_shown(model, picker).into_iter().map(|name| {
+        let named = model.look.themes.iter().find(|named| named.name == name);
+        let note = match named.map(|named| (&named.theme, &named.file)) {
+            None => "as the terminal's background".to_string(),
+            Some((Err(mistakes), _)) => mistakes.first().cloned().unwrap_or_default(),
+            Some((Ok(theme), file)) => {
+                let ground = if theme.dark { "dark" } else { "light" };
+                let yours = if file.is_some() { ", yours" } else { "" };
+                format!("{ground}{yours}")
+            }
+        };
+        (name, note)
+    });
+    let rows: Vec<_> = rows.collect();
+    // The line that is typed, an empty one, the list, the words below it, and the borders.
+    let height = u16::try_from(model.look.themes.len() + 1 + 5 + WHOLE).unwrap_or(u16::MAX);
+    let inner = super::window(frame, side, model, "theme", (52, height.min(24)));
+    draw(frame, inner, model, picker, &rows);
 }
 
 pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker, ask: bool) {
@@ -137,7 +168,7 @@ fn draw(
             Span::styled(format!(" {right} "), Style::new().fg(theme.dim)),
         ]);
         lines.push(if i == picker.selected {
-            line.style(theme.selected())
+            theme.select(line)
         } else {
             line
         });

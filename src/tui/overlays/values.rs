@@ -7,6 +7,7 @@ use ratatui::text::{Line, Text};
 
 use super::thresholds;
 use crate::metrics::{MEASURES, Reading, SCENE_MEASURES, Threshold, measure};
+use crate::tui::action::Action;
 use crate::tui::loaded::Measured;
 use crate::tui::model::Model;
 use crate::tui::widgets::row;
@@ -27,9 +28,12 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
         .picked
         .map_or("nobody".to_string(), |id| id.to_string());
     let title = format!(
-        "{who} at {:.1} s, step {} · ←→ step · o obstacle · ↑↓ scroll · Esc",
+        "{who} at {:.1} s, step {} · {}{} step · {} obstacle · ↑↓ scroll · Esc",
         model.clock.time(),
-        model.clock.step()
+        model.clock.step(),
+        model.look.key(Action::StepBack),
+        model.look.key(Action::StepForward),
+        model.look.key(Action::NextObstacle)
     );
     let width = super::width_in(screen, COLUMNS);
     let text = text(model, width);
@@ -44,7 +48,11 @@ fn text(model: &Model, width: usize) -> Text<'static> {
     match (model.scene(), model.values.of(model.picked)) {
         (None, _) => {
             text.push_line(Line::styled(
-                "there are no values: they need an ego; o picks an obstacle, E takes it as the ego",
+                format!(
+                    "there are no values: they need an ego; {} picks an obstacle, {} takes it as the ego",
+                    model.look.key(Action::NextObstacle),
+                    model.look.key(Action::TakeAsEgo)
+                ),
                 dim,
             ));
         }
@@ -70,7 +78,10 @@ fn obstacle_title(model: &Model) -> String {
     });
     match found {
         Some(obstacle) => format!("{} {}", obstacle.kind, obstacle.id),
-        None => "no obstacle is picked: o picks one".into(),
+        None => {
+            let key = model.look.key(Action::NextObstacle);
+            format!("no obstacle is picked: {key} picks one")
+        }
     }
 }
 

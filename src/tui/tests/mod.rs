@@ -10,6 +10,7 @@ mod history;
 mod jobs;
 mod kept;
 mod listing;
+mod look;
 mod looking;
 mod opening;
 mod plotting;

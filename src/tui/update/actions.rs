@@ -5,7 +5,7 @@ use super::super::keymap::{Code, Key};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
 use super::{
-    answers, batch, clock, editing, history, jobs, list, open, open_current, plot, timeline,
+    answers, batch, clock, editing, history, jobs, list, look, open, open_current, plot, timeline,
 };
 use crate::geometry::Pose;
 use crate::scenario::EgoSource;
@@ -29,13 +29,17 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.say(words);
             return vec![Effect::UseMouse(model.mouse)];
         }
-        Help => model.overlays.push(Overlay::Help { scroll: 0 }),
+        Help => model.overlays.push(Overlay::Help {
+            scroll: 0,
+            text: String::new(),
+        }),
         About => model.overlays.push(Overlay::About { scroll: 0 }),
         Values => model.overlays.push(Overlay::Values { scroll: 0 }),
         ReadThresholds => return vec![Effect::ReadThresholds],
         PlotMeasure => plot::choose(model, false),
         SortScenarios => plot::choose(model, true),
         Mark => plot::mark(model),
+        PickTheme => look::pick_theme(model),
         Palette => model.overlays.push(Overlay::Palette(Picker::default())),
         ChooseModel => choose_model(model, false),
         Compare => choose_model(model, true),
@@ -135,7 +139,10 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
         }
         _ => {}
     }
-    if model.overlays.pop().is_some() {
+    if let Some(closed) = model.overlays.pop() {
+        if matches!(closed, Overlay::Themes(_)) {
+            look::preview(model);
+        }
         return Vec::new();
     }
     if model.prompt.editing {
@@ -298,7 +305,8 @@ fn take_as_ego(model: &mut Model) -> Vec<Effect> {
             Vec::new()
         }
         None => {
-            model.say("pick an obstacle first, with o or the mouse");
+            let key = model.look.key(Action::NextObstacle);
+            model.say(format!("pick an obstacle first, with {key} or the mouse"));
             Vec::new()
         }
     }

@@ -1,5 +1,6 @@
 //! Asking, and what arrives.
 
+use super::super::action::Action;
 use super::super::message::{AskId, Effect};
 use super::super::model::{Column, Model, Pane, Progress, Shown};
 use super::batch;
@@ -24,8 +25,12 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
     let Some(question) = model.prompt.question.clone() else {
         let why = model.opened.as_ref().and_then(|o| o.no_ego.clone());
         let why = why.unwrap_or_else(|| "no scenario is open".into());
+        let (pick, take) = (
+            model.look.key(Action::NextObstacle),
+            model.look.key(Action::TakeAsEgo),
+        );
         model.say(format!(
-            "nothing to ask: {why}; pick an obstacle with o and take it as ego with E"
+            "nothing to ask: {why}; pick an obstacle with {pick} and take it as ego with {take}"
         ));
         return Vec::new();
     };

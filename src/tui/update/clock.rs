@@ -44,7 +44,8 @@ fn go_to_nearest(
             model.picked = Some(nearest.obstacle);
         }
         None if model.scene().is_none() => {
-            model.say("this needs an ego: o picks an obstacle, E takes it as the ego")
+            let why = model.without_ego();
+            model.say(why);
         }
         None => model.say("there is nobody near at any step"),
     }

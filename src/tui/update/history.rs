@@ -6,11 +6,11 @@ pub use typing::paste;
 use typing::{search, typed};
 
 use super::super::action::{Action, Scope};
-use super::super::keymap::{self, Key};
+use super::super::keymap::Key;
 use super::super::message::runs::{HistoryAsk, HistoryNews, PageId};
 use super::super::message::{Effect, Mouse};
 use super::super::model::{Model, Overlay, PAGE, Typing};
-use super::{actions, reopen};
+use super::{actions, keys, reopen};
 use crate::store::{Edge, Filter, RunId};
 
 /// Opens the history, with this line to search for.
@@ -60,7 +60,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.history.typing.is_some() {
         return typed(model, key);
     }
-    match keymap::action(key, Scope::History) {
+    match keys::action(model, key, Scope::History) {
         Some(Action::Cancel) if !model.history.line.is_empty() => search(model, String::new()),
         Some(Action::Cancel) => close(model),
         Some(action) => actions::perform(model, action),

@@ -1,11 +1,11 @@
 //! The list of tasks: it hears what goes out and what comes back, and can cancel it.
 
 use super::super::action::{Action, Scope};
-use super::super::keymap::{self, Key};
+use super::super::keymap::Key;
 use super::super::message::runs::{BatchAsk, BatchId, BatchNews, Ended};
 use super::super::message::{AskId, Effect, Msg};
 use super::super::model::{Column, Job, JobKind, JobState, Model, Overlay};
-use super::{actions, answers, batch, history};
+use super::{actions, answers, batch, history, keys};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::prompts::estimate_tokens;
 
@@ -210,7 +210,7 @@ fn answered(job: &mut Job, ended: &Ended) {
 
 /// A key while the list of tasks is on top.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
-    match keymap::action(key, Scope::Jobs) {
+    match keys::action(model, key, Scope::Jobs) {
         Some(Action::TaskList) => {
             model.overlays.pop();
             Vec::new()

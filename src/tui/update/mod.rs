@@ -7,7 +7,9 @@ mod clock;
 mod editing;
 mod history;
 mod jobs;
+mod keys;
 mod list;
+mod look;
 mod overlays;
 mod plot;
 mod pointer;
@@ -16,7 +18,7 @@ mod timeline;
 mod values;
 
 use super::action::Action;
-use super::keymap::{self, Code, Key};
+use super::keymap::{Code, Key};
 use super::loaded::Opened;
 use super::message::{Effect, Msg, OpenId};
 use super::model::{Model, Notice, Shown};
@@ -104,6 +106,10 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             editing::reread(model, library);
             Vec::new()
         }
+        Msg::Reloaded(what) => {
+            look::reloaded(model, what);
+            Vec::new()
+        }
         Msg::Complaint(text) => {
             model.complain(text);
             Vec::new()
@@ -121,6 +127,9 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
             ..Key::plain(Code::Char('c'))
         })
     {
+        if keys::give_up(model) {
+            return Vec::new();
+        }
         return actions::interrupt(model);
     }
     if !model.overlays.is_empty() {
@@ -132,10 +141,7 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.list.filtering {
         return filter_key(model, key);
     }
-    match keymap::action(key, model.focus.scope()) {
-        Some(action) => actions::perform(model, action),
-        None => Vec::new(),
-    }
+    keys::on_key(model, key)
 }
 
 fn filter_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -244,7 +250,8 @@ fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) ->
     }
     model.taken = ego;
     if let (Some(id), false) = (ego, same_ego) {
-        model.say(format!("{id} is the ego now; Backspace goes back"));
+        let back = model.look.key(Action::RecordedEgo);
+        model.say(format!("{id} is the ego now; {back} goes back"));
     }
     model.opened = Some(opened);
     if step.is_none() {

@@ -1,11 +1,12 @@
 //! Keys in help, palette and the lists of models and measures.
 
+use super::super::action::{Action, Scope};
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
 use super::super::model::{
-    Model, Overlay, Picker, measures_shown, models_shown, orders_shown, palette_shown,
+    Model, Overlay, Picker, measures_shown, models_shown, orders_shown, palette_shown, themes_shown,
 };
-use super::{actions, answers, batch, history, jobs, list, plot, values};
+use super::{actions, answers, batch, history, jobs, list, look, plot, values};
 
 /// A key while an overlay is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -16,17 +17,37 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         _ => {}
     }
     if key.code == Code::Esc {
-        model.overlays.pop();
-        return Vec::new();
+        return actions::cancel(model);
     }
     if matches!(model.overlays.last(), Some(Overlay::Values { .. }))
         && let Some(effects) = values::on_key(model, key)
     {
         return effects;
     }
+    let asks_for_help = model.look.keymap.action(key, Scope::Global) == Some(Action::Help);
     let Some(overlay) = model.overlays.last_mut() else {
         return Vec::new();
     };
+    if let Overlay::Help { scroll, text } = overlay {
+        let closes = asks_for_help && text.is_empty();
+        match (key.code, key.writes()) {
+            _ if closes => drop(model.overlays.pop()),
+            (Code::Backspace, _) => {
+                text.pop();
+                *scroll = 0;
+            }
+            (_, Some(c)) => {
+                text.push(c);
+                *scroll = 0;
+            }
+            (Code::Up, _) => *scroll = scroll.saturating_sub(1),
+            (Code::Down, _) => *scroll += 1,
+            (Code::PageUp, _) => *scroll = scroll.saturating_sub(10),
+            (Code::PageDown, _) => *scroll += 10,
+            _ => {}
+        }
+        return Vec::new();
+    }
     if let Some(scroll) = overlay.scroll_mut() {
         match key.code {
             Code::Up | Code::Char('k') => *scroll = scroll.saturating_sub(1),
@@ -59,6 +80,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     let lines = match model.overlays.last() {
         Some(Overlay::Palette(picker)) => palette_shown(picker).len(),
+        Some(Overlay::Themes(picker)) => themes_shown(model, picker).len(),
         Some(Overlay::Models { picker, .. }) => models_shown(model, picker).len(),
         Some(Overlay::Measures { picker, sort: true }) => orders_shown(picker).len(),
         Some(Overlay::Measures { picker, .. }) => measures_shown(picker).len(),
@@ -67,6 +89,9 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if let Some(picker) = picker_mut(model) {
         picker.selected = picker.selected.min(lines.saturating_sub(1));
     }
+    if matches!(model.overlays.last(), Some(Overlay::Themes(_))) {
+        look::preview(model);
+    }
     Vec::new()
 }
 
@@ -74,6 +99,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
     match model.overlays.last_mut()? {
         Overlay::Palette(picker)
+        | Overlay::Themes(picker)
         | Overlay::Models { picker, .. }
         | Overlay::Measures { picker, .. }
         | Overlay::Tags { picker, .. } => Some(picker),
@@ -95,6 +121,7 @@ fn choose(model: &mut Model) -> Vec<Effect> {
                 None => Vec::new(),
             }
         }
+        Some(Overlay::Themes(picker)) => look::take(model, &picker),
         Some(Overlay::Measures { picker, sort: true }) => {
             match orders_shown(&picker).get(picker.selected) {
                 Some(order) => list::sort(model, *order),
@@ -119,7 +146,8 @@ fn choose(model: &mut Model) -> Vec<Effect> {
             if ask {
                 return answers::ask(model, false);
             }
-            model.say(format!("r asks {id}"));
+            let key = model.look.key(Action::Run);
+            model.say(format!("{key} asks {id}"));
             Vec::new()
         }
         _ => Vec::new(),

@@ -1,5 +1,6 @@
 //! Choosing what is plotted, and by what the list of scenarios is sorted.
 
+use super::super::action::Action;
 use super::super::model::{Model, Overlay, Picker};
 use crate::metrics::Measure;
 
@@ -26,10 +27,16 @@ pub fn refresh(model: &mut Model) {
 /// Marks the picked obstacle for the plot, or takes the mark away.
 pub fn mark(model: &mut Model) {
     match model.picked {
-        None => model.say("o picks an obstacle first"),
+        None => {
+            let key = model.look.key(Action::NextObstacle);
+            model.say(format!("{key} picks an obstacle first"));
+        }
         Some(id) => {
             if !model.plot.toggle(id) {
-                model.say("no room for another line; b on a marked obstacle takes its line away");
+                let key = model.look.key(Action::Mark);
+                model.say(format!(
+                    "no room for another line; {key} on a marked obstacle takes its line away"
+                ));
             }
         }
     }

@@ -19,6 +19,7 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
         return Vec::new();
     };
     if matches!(mouse, Mouse::Press(_)) {
+        model.look.pending.clear();
         model.toasts.retain(|t| t.kind != Notice::Reply);
     }
     match mouse {

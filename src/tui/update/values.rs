@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::super::action::{Action, Scope};
-use super::super::keymap::{self, Key};
+use super::super::keymap::Key;
 use super::super::loaded::Measured;
 use super::super::message::{Effect, MeasureId};
 use super::super::model::{Model, Overlay, Values};
@@ -13,7 +13,7 @@ use crate::metrics::Thresholds;
 /// A key that moves what is shown: the step, or the obstacle.
 pub fn on_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
     use Action::*;
-    let action = keymap::action(key, Scope::Global)?;
+    let action = model.look.keymap.action(key, Scope::Global)?;
     let moves = matches!(
         action,
         StepForward

@@ -4,16 +4,17 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
+use unicode_width::UnicodeWidthStr;
 
 use crate::tui::action::{ACTIONS, Action, Scope};
-use crate::tui::keymap;
+use crate::tui::keymap::Chord;
 use crate::tui::model::{Model, Overlay};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut left = usize::from(area.width);
     let mut line = Line::default();
     for (keys, words) in hints(model) {
-        let width = keys.chars().count() + words.chars().count() + 3;
+        let width = keys.width() + words.width() + 3;
         if width > left {
             break;
         }
@@ -31,38 +32,46 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 /// The key of an action, and what it does.
-fn hint_of(action: Action) -> Option<(String, String)> {
+fn hint_of(model: &Model, action: Action) -> Option<(String, String)> {
     let entry = ACTIONS.iter().find(|e| e.action == action)?;
-    let key = keymap::keys(entry).next()?;
+    let key = model.look.keymap.keys(entry).next()?;
     Some((key.to_string(), entry.short.to_string()))
 }
 
 /// The keys of a screen of its own, and those that leave it.
-fn own(scope: Scope) -> Vec<(String, String)> {
+fn own(model: &Model, scope: Scope) -> Vec<(String, String)> {
     let mut entries: Vec<_> = ACTIONS
         .iter()
         .filter(|e| e.scope == scope && e.footer > 0)
         .collect();
     entries.sort_by_key(|e| e.footer);
     let key = |entry: &&crate::tui::action::Entry| {
-        let key = keymap::keys(entry).next()?;
+        let key = model.look.keymap.keys(entry).next()?;
         Some((key.to_string(), entry.short.to_string()))
     };
     let mut hints: Vec<_> = entries.iter().filter_map(key).collect();
-    hints.extend(hint_of(Action::Help));
+    hints.extend(hint_of(model, Action::Help));
     hints.push(("Esc".into(), "close".into()));
     hints
 }
 
 fn hints(model: &Model) -> Vec<(String, String)> {
-    let fixed = |pairs: &[(&str, &str)]| {
+    let fixed = |pairs: &[(&str, &str)]| -> Vec<(String, String)> {
         pairs
             .iter()
             .map(|(k, w)| ((*k).to_string(), (*w).to_string()))
             .collect()
     };
     match model.overlays.last() {
-        Some(Overlay::Help { .. } | Overlay::About { .. }) => {
+        Some(Overlay::Help { .. }) => {
+            return fixed(&[
+                ("type", "to search"),
+                ("↑↓", "scroll"),
+                ("PgUp PgDn", "a page"),
+                ("Esc", "close"),
+            ]);
+        }
+        Some(Overlay::About { .. }) => {
             return fixed(&[
                 ("↑↓", "scroll"),
                 ("PgUp PgDn", "a page"),
@@ -70,14 +79,22 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             ]);
         }
         Some(Overlay::Values { .. }) => {
+            let (back, on) = (Action::StepBack, Action::StepForward);
+            let steps = model.look.key(back) + &model.look.key(on);
+            let mut hints = vec![(steps, "step".to_string())];
+            hints.extend(hint_of(model, Action::NextObstacle));
+            hints.extend(fixed(&[("↑↓", "scroll"), ("Esc", "close")]));
+            hints.extend(fixed(&[("PgUp PgDn", "a page")]));
+            hints.extend(hint_of(model, Action::CollisionStep));
+            hints.extend(hint_of(model, Action::MinimumStep));
+            return hints;
+        }
+        Some(Overlay::Themes(_)) => {
             return fixed(&[
-                ("←→", "step"),
-                ("o", "obstacle"),
-                ("↑↓", "scroll"),
-                ("Esc", "close"),
-                ("PgUp PgDn", "a page"),
-                ("x", "worst"),
-                ("M", "minimum"),
+                ("type", "to search"),
+                ("↑↓", "look"),
+                ("Enter", "choose"),
+                ("Esc", "back to what it was"),
             ]);
         }
         Some(Overlay::History) if model.history.typing.is_some() => {
@@ -87,8 +104,8 @@ fn hints(model: &Model) -> Vec<(String, String)> {
                 ("Esc", "leave"),
             ]);
         }
-        Some(Overlay::History) => return own(Scope::History),
-        Some(Overlay::Jobs) => return own(Scope::Jobs),
+        Some(Overlay::History) => return own(model, Scope::History),
+        Some(Overlay::Jobs) => return own(model, Scope::Jobs),
         Some(Overlay::Batch) => return fixed(&[("Enter", "ask"), ("Esc", "do not")]),
         Some(Overlay::Tags { .. }) => {
             return fixed(&[("type", "tags"), ("Enter", "keep"), ("Esc", "as before")]);
@@ -118,6 +135,10 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             ("Esc", "clear"),
         ]);
     }
+    if !model.look.pending.is_empty() {
+        let keys = Chord(model.look.pending.clone()).to_string();
+        return vec![(keys, "…".into()), ("Esc".into(), "give up".into())];
+    }
     let mut shown: Vec<_> = ACTIONS
         .iter()
         .filter(|e| e.footer > 0 && !e.scope.is_own())
@@ -129,10 +150,10 @@ fn hints(model: &Model) -> Vec<(String, String)> {
     }
     if model.taken.is_some() {
         // The way back is needed only here.
-        hints.extend(hint_of(Action::RecordedEgo));
+        hints.extend(hint_of(model, Action::RecordedEgo));
     }
     for entry in shown {
-        let Some(key) = keymap::keys(entry).next() else {
+        let Some(key) = model.look.keymap.keys(entry).next() else {
             continue;
         };
         let words = match entry.action {

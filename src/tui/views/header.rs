@@ -7,6 +7,7 @@ use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
 use crate::scenario::EgoSource;
+use crate::tui::action::Action;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
 use crate::tui::widgets::words::fit;
@@ -49,8 +50,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         line.push_span(Span::styled(shown, dim));
         let assumed = match opened.warnings() {
             0 => String::new(),
-            1 => " · ! 1 warning (i)".into(),
-            n => format!(" · ! {n} warnings (i)"),
+            1 => format!(" · ! 1 warning ({})", model.look.key(Action::About)),
+            n => format!(" · ! {n} warnings ({})", model.look.key(Action::About)),
         };
         if assumed.width() <= left {
             line.push_span(Span::styled(assumed, Style::new().fg(theme.warning)));

@@ -15,11 +15,19 @@ mod verdict;
 use ratatui::Frame;
 
 use super::layout;
-use super::model::{Model, Pane};
+use super::model::{Glyphs, Model, Pane};
 use super::overlays;
+use super::widgets::ascii;
 
-/// Draws everything.
+/// Draws everything, in the signs that the terminal has.
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
+    everything(frame, model);
+    if model.look.glyphs == Glyphs::Ascii {
+        ascii::only(frame.buffer_mut());
+    }
+}
+
+fn everything(frame: &mut Frame<'_>, model: &Model) {
     model.drawn.clear();
     let screen = frame.area();
     let Some(parts) = layout::split(screen, model) else {

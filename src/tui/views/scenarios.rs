@@ -13,6 +13,7 @@ use unicode_width::UnicodeWidthStr;
 use self::columns::{Column, cell, fitting};
 use crate::metrics::Headline;
 use crate::text::visible;
+use crate::tui::action::Action;
 use crate::tui::model::{
     Extent, Group, Grouping, Line as Shown, Matching, Model, Order, Pane, Row,
 };
@@ -69,10 +70,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         };
         let mut whole = Line::from(sign);
         whole.spans.extend(line.spans);
-        whole.style(match chosen {
-            true => model.theme.selected(),
-            false => model.theme.base(),
-        })
+        match chosen {
+            true => model.theme.select(whole.style(model.theme.base())),
+            false => whole.style(model.theme.base()),
+        }
     });
     f.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
 }
@@ -229,7 +230,8 @@ fn passed_over(f: &mut Frame<'_>, area: Rect, model: &Model) {
         return;
     }
     let width = usize::from(area.width).saturating_sub(4);
-    let words = format!(" {} ", fit(&format!("{count} passed over · i"), width));
+    let key = model.look.key(Action::About);
+    let words = format!(" {} ", fit(&format!("{count} passed over · {key}"), width));
     let below = Rect {
         x: area.x + 1,
         y: area.bottom() - 1,

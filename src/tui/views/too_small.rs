@@ -5,6 +5,7 @@ use ratatui::layout::{Alignment, Constraint, Flex, Layout};
 use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 
+use crate::tui::action::Action;
 use crate::tui::layout::SMALLEST;
 use crate::tui::model::Model;
 
@@ -16,7 +17,10 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
             "at least {}×{}, here are {}×{}",
             SMALLEST.0, SMALLEST.1, area.width, area.height
         )),
-        Line::from("make the terminal larger, or press q"),
+        Line::from(format!(
+            "make the terminal larger, or press {}",
+            model.look.key(Action::Quit)
+        )),
     ]);
     let [middle] = Layout::vertical([Constraint::Length(4)])
         .flex(Flex::Center)

@@ -12,6 +12,7 @@ use self::table::{LABEL, Row, Table};
 use crate::evaluation::{Judged, Past};
 use crate::judge;
 use crate::store::{Origin, RunId};
+use crate::tui::action::Action;
 use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown};
 use crate::tui::widgets::words::date;
 use crate::tui::widgets::{frame, scroll};
@@ -121,7 +122,13 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
                 theme.base(),
             ));
             if model.answers.columns.is_empty() {
-                let hint = "m chooses a language model, r asks it, c adds another one to compare";
+                let key = |action| model.look.key(action);
+                let hint = format!(
+                    "{} chooses a language model, {} asks it, {} adds another one to compare",
+                    key(Action::ChooseModel),
+                    key(Action::Run),
+                    key(Action::Compare)
+                );
                 text.push_line("");
                 text.push_line(Line::styled(hint, Style::new().fg(theme.dim)));
             }

@@ -1,5 +1,6 @@
 //! Pieces that several views are made of.
 
+pub mod ascii;
 pub mod fill;
 pub mod frame;
 pub mod highlight;

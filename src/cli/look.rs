@@ -1,0 +1,61 @@
+//! `nearmiss themes` and `nearmiss keys`: how the workbench looks and which keys it takes, without opening it.
+
+use std::path::Path;
+
+use super::{Failure, Outcome, output};
+use crate::config::Folders;
+
+/// Arguments of `themes`.
+#[derive(Debug, clap::Args)]
+pub struct Themes {
+    /// Everything about this theme [default: a list of all].
+    name: Option<String>,
+    /// How many colours the preview has [default: as many as the terminal, none in a pipe].
+    #[arg(long, value_name = "COLOURS", value_parser = ["true", "256", "16", "none"])]
+    depth: Option<String>,
+}
+
+/// Arguments of `keys`.
+#[derive(Debug, clap::Args)]
+pub struct Keys {
+    /// Print a keymap.toml with all keys, to begin with.
+    #[arg(long)]
+    print: bool,
+    /// The keys of this preset, whatever keymap.toml says.
+    #[arg(long, value_name = "NAME", value_parser = ["default", "vim"])]
+    preset: Option<String>,
+}
+
+/// What the workbench knows of itself. The program puts it in: commands and workbench do not know each other.
+pub struct Workbench {
+    /// Previews of the theme of this name, or of all, from a folder of the user's, in so many colours.
+    pub themes: fn(Option<&str>, &Path, Option<&str>) -> Result<String, String>,
+    /// The keys of the user's keymap file, or of the preset of this name; as a file if so wished, else as a table.
+    pub keys: fn(&Path, Option<&str>, bool) -> Result<String, Vec<String>>,
+}
+
+/// Runs `themes`.
+pub fn themes(arguments: &Themes, workbench: &Workbench) -> Outcome {
+    use std::io::IsTerminal;
+    let folders = Folders::find().map_err(Failure::input)?;
+    let piped = (!std::io::stdout().is_terminal()).then_some("plain");
+    let depth = arguments.depth.as_deref().or(piped);
+    let text = (workbench.themes)(arguments.name.as_deref(), &folders.themes(), depth);
+    output::text(&text.map_err(Failure::input)?)
+}
+
+/// Runs `keys`.
+pub fn keys(arguments: &Keys, workbench: &Workbench) -> Outcome {
+    let folders = Folders::find().map_err(Failure::input)?;
+    let preset = arguments.preset.as_deref();
+    match (workbench.keys)(&folders.keymap(), preset, arguments.print) {
+        Ok(text) => output::text(&text),
+        Err(mut mistakes) => {
+            let last = mistakes.pop().unwrap_or_default();
+            for mistake in mistakes {
+                output::say(&format!("nearmiss: {mistake}"));
+            }
+            Err(Failure::input(last))
+        }
+    }
+}

@@ -1,0 +1,330 @@
+//! `keymap.toml`: a preset, and other keys for actions by their names. Nothing of a file with a mistake is used.
+
+use std::path::Path;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::map::Binding;
+use super::{Chord, Keymap, Preset};
+use crate::config::TextFile;
+use crate::text::visible;
+use crate::tui::action::{ACTIONS, Scope};
+use crate::tui::user_file::{UserFile, shown};
+
+const VIM: &str = include_str!("vim.toml");
+
+/// Changes the default keys to those of the preset `vim`.
+pub fn vim(map: &mut Keymap) {
+    let mut file = UserFile::new("vim.toml", VIM);
+    // A test reads it.
+    if let Some(table) = file.table() {
+        change(&mut file, map, &table);
+    }
+    for binding in &mut map.bindings {
+        binding.said = None;
+    }
+}
+
+impl Keymap {
+    /// The keymap of a file, or the default one where there is no file.
+    ///
+    /// # Errors
+    /// Every mistake, with file, line and key.
+    pub fn load(path: &Path) -> Result<Self, Vec<String>> {
+        match TextFile::read_if_there(path).map_err(|error| vec![visible(&error).into_owned()])? {
+            None => Ok(Self::of(Preset::Default)),
+            Some(said) => Self::parse(&said.file, &said.text),
+        }
+    }
+
+    /// The keymap that a text says.
+    ///
+    /// # Errors
+    /// Every mistake, with file, line and key.
+    pub fn parse(name: &str, text: &str) -> Result<Self, Vec<String>> {
+        let mut file = UserFile::new(name, text);
+        let table = file.table().unwrap_or_default();
+        let mut map = Self::of(preset(&mut file, &table));
+        change(&mut file, &mut map, &table);
+        for collision in collisions(&map) {
+            let words = collision.words(&file);
+            file.mistake(&collision.said.unwrap_or_default(), &words);
+        }
+        file.checked()?;
+        Ok(map)
+    }
+}
+
+fn preset(file: &mut UserFile<'_>, table: &DeTable<'_>) -> Preset {
+    let Some(value) = table.get("preset") else {
+        return Preset::Default;
+    };
+    let said = value.get_ref().as_str().and_then(Preset::parse);
+    if said.is_none() {
+        let names = Preset::ALL.map(|(name, _)| format!("{name:?}"));
+        let words = format!(
+            "preset = {} is not known; there are {}",
+            shown(value.get_ref()),
+            names.join(" and ")
+        );
+        file.mistake(&value.span(), &words);
+    }
+    said.unwrap_or(Preset::Default)
+}
+
+fn change(file: &mut UserFile<'_>, map: &mut Keymap, table: &DeTable<'_>) {
+    for (key, value) in table {
+        let name = key.get_ref().as_ref();
+        if name == "preset" {
+            continue;
+        }
+        let Some((scope, ..)) = Scope::ALL.iter().find(|(_, scope, _)| *scope == name) else {
+            let names = Scope::ALL.map(|(_, name, _)| format!("[{name}]"));
+            let words = format!(
+                "{name} is not known; there are preset, {}",
+                names.join(", ")
+            );
+            file.mistake(&key.span(), &words);
+            continue;
+        };
+        let Some(actions) = value.get_ref().as_table() else {
+            file.mistake(&value.span(), &format!("{name} must be a table: [{name}]"));
+            continue;
+        };
+        for (id, keys) in actions {
+            let Some(place) = place(*scope, id.get_ref()) else {
+                let words = format!(
+                    "{name}.{} is no action{}",
+                    id.get_ref(),
+                    near(*scope, id.get_ref())
+                );
+                file.mistake(&id.span(), &words);
+                continue;
+            };
+            let key = format!("{name}.{}", id.get_ref());
+            let keys = bindings(file, place, &key, keys);
+            map.rebind(place, keys);
+        }
+    }
+}
+
+fn place(scope: Scope, id: &str) -> Option<usize> {
+    let mut all = ACTIONS.iter();
+    all.position(|entry| entry.scope == scope && entry.id == id)
+}
+
+/// The keys of an action: a text or a list of texts, none for an empty list.
+fn bindings(
+    file: &mut UserFile<'_>,
+    place: usize,
+    key: &str,
+    value: &Spanned<DeValue<'_>>,
+) -> Vec<Binding> {
+    let one = std::slice::from_ref(value);
+    let values: Vec<_> = match value.get_ref().as_array() {
+        Some(array) => array.iter().collect(),
+        None => one.iter().collect(),
+    };
+    let mut found: Vec<Binding> = Vec::new();
+    for value in values {
+        let Some(names) = value.get_ref().as_str() else {
+            let words = format!(
+                "{key} = {} is no key; keys are texts such as \"x\", \"g g\" or [\"x\", \"ctrl-x\"]",
+                shown(value.get_ref())
+            );
+            file.mistake(&value.span(), &words);
+            continue;
+        };
+        match Chord::parse(names) {
+            Ok(keys) if found.iter().any(|b| b.keys == keys) => {
+                file.mistake(&value.span(), &format!("{key} has `{}` twice", keys.name()));
+            }
+            Ok(keys) => found.push(Binding {
+                place,
+                keys,
+                said: Some(value.span()),
+            }),
+            Err(why) => file.mistake(&value.span(), &format!("{key}: {why}")),
+        }
+    }
+    found
+}
+
+/// The action that was probably meant.
+fn near(scope: Scope, id: &str) -> String {
+    let elsewhere = ACTIONS.iter().filter(|entry| entry.id == id);
+    let places: Vec<String> = elsewhere.map(|e| format!("[{}]", e.scope.name())).collect();
+    if !places.is_empty() {
+        return format!(" there; it is one in {}", places.join(" and "));
+    }
+    let here = ACTIONS.iter().filter(|entry| entry.scope == scope);
+    let like = |other: &str| strsim::jaro(id, other);
+    let best = here.max_by(|a, b| like(a.id).total_cmp(&like(b.id)));
+    match best.filter(|entry| like(entry.id) > 0.75) {
+        Some(entry) => format!("; did you mean {}?", entry.id),
+        None => "; `nearmiss keys` lists all".into(),
+    }
+}
+
+/// Two bindings that cannot both be.
+#[derive(Debug)]
+pub struct Collision {
+    /// Where the file says one of them.
+    pub said: Option<std::ops::Range<usize>>,
+    binding: Binding,
+    other: Binding,
+}
+
+impl Collision {
+    fn words(&self, file: &UserFile<'_>) -> String {
+        let entry = self.binding.entry();
+        let other = self.other.entry();
+        let (keys, theirs) = (self.binding.keys.name(), self.other.keys.name());
+        let whose = match &self.other.said {
+            Some(span) => format!(
+                "{}.{} in line {}",
+                other.scope.name(),
+                other.id,
+                file.line(span)
+            ),
+            None => format!("{}.{} of the preset", other.scope.name(), other.id),
+        };
+        let what = if keys == theirs {
+            format!("is also the key of {whose}")
+        } else if self.binding.keys.begins(&self.other.keys) {
+            format!("is the beginning of `{theirs}`, the key of {whose}")
+        } else {
+            format!("begins with `{theirs}`, the key of {whose}")
+        };
+        format!(
+            "{}.{}: `{keys}` {what}; give {} other keys, or none: {} = []",
+            entry.scope.name(),
+            entry.id,
+            other.id,
+            other.id
+        )
+    }
+}
+
+/// Keys with two meanings in one place, and keys that are the beginning of others.
+pub fn collisions(map: &Keymap) -> Vec<Collision> {
+    let mut found = Vec::new();
+    for (i, a) in map.bindings.iter().enumerate() {
+        for b in &map.bindings[i + 1..] {
+            let same = a.keys == b.keys || a.keys.begins(&b.keys) || b.keys.begins(&a.keys);
+            if !same || !a.entry().meets(b.entry()) {
+                continue;
+            }
+            // Told where the file says it; of two lines of the file, at the later one.
+            let start = |binding: &Binding| binding.said.as_ref().map(|span| span.start);
+            let (binding, other) = if start(a) > start(b) { (a, b) } else { (b, a) };
+            found.push(Collision {
+                said: binding.said.clone(),
+                binding: binding.clone(),
+                other: other.clone(),
+            });
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::tui::action::Action;
+    use crate::tui::keymap::Meaning;
+
+    fn mistakes(text: &str) -> Vec<String> {
+        Keymap::parse("keymap.toml", text).unwrap_err()
+    }
+
+    #[test]
+    fn keys_are_changed_taken_off_and_added() {
+        let text =
+            "[global]\nworst = []\npalette = \"x\"\nquit = [\"q\", \"space q\"]\nplay = \"f5\"\n";
+        let map = Keymap::parse("keymap.toml", text).unwrap();
+        let means = |names: &str| map.meaning(&Chord::parse(names).unwrap().0, Scope::Map);
+        assert_eq!(means("x"), Meaning::Action(Action::Palette));
+        assert_eq!(means(":"), Meaning::Nothing);
+        assert_eq!(means("space"), Meaning::Prefix);
+        assert_eq!(means("space q"), Meaning::Action(Action::Quit));
+        assert_eq!(map.key_of(Action::CollisionStep), "x worst");
+    }
+
+    #[test]
+    fn presets_are_what_a_file_begins_with() {
+        let map = Keymap::parse(
+            "keymap.toml",
+            "preset = \"vim\"\n[scenarios]\ntop = \"g k\"\n",
+        )
+        .unwrap();
+        let means = |names: &str| map.meaning(&Chord::parse(names).unwrap().0, Scope::Scenarios);
+        assert_eq!(means("g k"), Meaning::Action(Action::Top));
+        assert_eq!(means("g g"), Meaning::Nothing);
+        assert_eq!(means("shift-n"), Meaning::Action(Action::PreviousObstacle));
+        // The preset's own file has no mistake.
+        let vim = Keymap::parse("vim.toml", VIM).unwrap();
+        assert_eq!(vim.bindings.len(), Keymap::of(Preset::Vim).bindings.len());
+        assert_eq!(
+            Keymap::parse("keymap.toml", "").unwrap(),
+            Keymap::of(Preset::Default)
+        );
+    }
+
+    #[test]
+    fn mistakes_are_named_by_line_and_key() {
+        let text = "preset = \"emacs\"\nkeys = 1\n[global]\nqit = \"q\"\ntop = \"t\"\nplay = \"hyper-x\"\nhelp = 3\n[nowhere]\n";
+        let found = [
+            "keymap.toml:1: preset = \"emacs\" is not known; there are \"default\" and \"vim\"",
+            "keymap.toml:2: keys is not known",
+            "keymap.toml:4: global.qit is no action; did you mean quit?",
+            "keymap.toml:5: global.top is no action there; it is one in [scenarios] and [text]",
+            "keymap.toml:6: global.play: `hyper-x` is no key",
+            "keymap.toml:7: global.help = 3 is no key",
+            "keymap.toml:8: nowhere is not known",
+        ];
+        let mistakes = mistakes(text);
+        assert_eq!(mistakes.len(), found.len(), "{mistakes:#?}");
+        for (mistake, start) in mistakes.iter().zip(found) {
+            assert!(mistake.starts_with(start), "{mistake}");
+        }
+        assert!(self::mistakes("a = \n")[0].starts_with("keymap.toml:1: "));
+    }
+
+    #[test]
+    fn collisions_say_with_what() {
+        for (text, words) in [
+            (
+                "[global]\nplay = \"x\"\n",
+                "keymap.toml:2: global.play: `x` is also the key of global.worst of the preset; give worst other keys",
+            ),
+            (
+                "[global]\nplay = \"f5\"\nworst = \"f5\"\n",
+                "keymap.toml:3: global.worst: `f5` is also the key of global.play in line 2",
+            ),
+            (
+                "[scenarios]\ntop = \"x g\"\n",
+                "keymap.toml:2: scenarios.top: `x g` begins with `x`, the key of global.worst of the preset",
+            ),
+            (
+                "[global]\nplay = \"ctrl-w\"\n",
+                "keymap.toml:2: global.play: `ctrl-w` is the beginning of `ctrl-w w`",
+            ),
+            (
+                "[global]\nplay = [\"f5\", \"f5\"]\n",
+                "keymap.toml:2: global.play has `f5` twice",
+            ),
+            (
+                "[global]\nplay = \"ctrl-c\"\n",
+                "keymap.toml:2: global.play: `ctrl-c` always",
+            ),
+        ] {
+            let mistakes = mistakes(text);
+            assert!(mistakes[0].starts_with(words), "{mistakes:#?}");
+        }
+        // Where two places never meet, keys do not either.
+        assert!(Keymap::parse("f", "[map]\npan-left = \"f6\"\n[text]\ntop = \"f6\"\n").is_ok());
+    }
+}

@@ -1,0 +1,272 @@
+//! The live keymap: which keys do what, and where. Footer, help, palette and the box after a prefix are made from it.
+
+use super::{Chord, Key, file};
+use crate::tui::action::{ACTIONS, Action, Entry, Scope};
+
+/// A set of keys to begin with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Preset {
+    /// The keys of the table of actions.
+    Default,
+    /// Those, changed to what people with Vim in their fingers expect.
+    Vim,
+}
+
+impl Preset {
+    /// Every preset with its name.
+    pub const ALL: [(&'static str, Self); 2] = [("default", Self::Default), ("vim", Self::Vim)];
+
+    /// The preset with this name.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        let found = Self::ALL.iter().find(|(n, _)| *n == name);
+        found.map(|(_, preset)| *preset)
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let found = Self::ALL.iter().find(|(_, preset)| *preset == self);
+        found.map_or("", |(name, _)| name)
+    }
+}
+
+/// Keys that do something.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Binding {
+    /// Which, by its place in the table of actions.
+    pub place: usize,
+    /// The keys.
+    pub keys: Chord,
+    /// Where the user's file says so, bytes; nothing for a preset.
+    pub said: Option<std::ops::Range<usize>>,
+}
+
+/// All keys.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Keymap {
+    /// What it began with.
+    pub preset: Preset,
+    /// In the order of the table of actions, the first key of an action first.
+    pub(super) bindings: Vec<Binding>,
+}
+
+/// What keys mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Meaning {
+    /// An action.
+    Action(Action),
+    /// The beginning of something longer.
+    Prefix,
+    /// Nothing.
+    Nothing,
+}
+
+/// A key that can follow a prefix.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Following {
+    /// The key.
+    pub key: Key,
+    /// What it does, in a sentence; nothing where more keys follow.
+    pub doc: Option<&'static str>,
+}
+
+impl Binding {
+    /// Its line in the table of actions.
+    pub fn entry(&self) -> &'static Entry {
+        &ACTIONS[self.place]
+    }
+}
+
+impl Keymap {
+    /// The keys of a preset.
+    #[must_use]
+    pub fn of(preset: Preset) -> Self {
+        let mut map = Self {
+            preset,
+            bindings: Vec::new(),
+        };
+        for place in 0..ACTIONS.len() {
+            // A test reads every key of the table.
+            let keys = ACTIONS[place]
+                .keys
+                .iter()
+                .filter_map(|name| table_key(name));
+            map.bindings.extend(keys.map(|keys| Binding {
+                place,
+                keys,
+                said: None,
+            }));
+        }
+        if preset == Preset::Vim {
+            file::vim(&mut map);
+        }
+        map
+    }
+
+    /// Gives an action these keys instead of those that it has.
+    pub(super) fn rebind(&mut self, place: usize, keys: Vec<Binding>) {
+        self.bindings.retain(|binding| binding.place != place);
+        self.bindings.extend(keys);
+        self.bindings.sort_by_key(|binding| binding.place);
+    }
+
+    /// What keys do where `scope` holds; what holds there comes before what holds everywhere.
+    #[must_use]
+    pub fn meaning(&self, keys: &[Key], scope: Scope) -> Meaning {
+        let here = |place: Scope| {
+            let mut found = self.bindings.iter();
+            found.find(move |b| {
+                b.entry().scope == place && b.entry().holds_in(scope) && b.keys.0 == keys
+            })
+        };
+        if let Some(binding) = here(scope).or_else(|| here(Scope::Global)) {
+            return Meaning::Action(binding.entry().action);
+        }
+        if self.beginning(keys, scope).next().is_some() {
+            Meaning::Prefix
+        } else {
+            Meaning::Nothing
+        }
+    }
+
+    /// What a single key does where `scope` holds.
+    #[must_use]
+    pub fn action(&self, key: Key, scope: Scope) -> Option<Action> {
+        match self.meaning(&[key], scope) {
+            Meaning::Action(action) => Some(action),
+            Meaning::Prefix | Meaning::Nothing => None,
+        }
+    }
+
+    /// What can follow these keys, in the order of the table of actions.
+    #[must_use]
+    pub fn following(&self, keys: &[Key], scope: Scope) -> Vec<Following> {
+        let mut all: Vec<Following> = Vec::new();
+        for binding in self.beginning(keys, scope) {
+            let rest = &binding.keys.0[keys.len()..];
+            if all.iter().any(|f| f.key == rest[0]) {
+                continue;
+            }
+            all.push(Following {
+                key: rest[0],
+                doc: (rest.len() == 1).then_some(binding.entry().doc),
+            });
+        }
+        all
+    }
+
+    /// Longer chords that begin with these keys and can be pressed where `scope` holds.
+    fn beginning(&self, keys: &[Key], scope: Scope) -> impl Iterator<Item = &Binding> {
+        let (prefix, scope) = (Chord(keys.to_vec()), scope);
+        let all = self.bindings.iter();
+        all.filter(move |b| b.entry().holds_in(scope) && prefix.begins(&b.keys))
+    }
+
+    /// The keys of a line of the table, the one that is shown first.
+    pub fn keys(&self, entry: &Entry) -> impl Iterator<Item = &Chord> {
+        let (id, scope) = (entry.id, entry.scope);
+        let all = self.bindings.iter();
+        all.filter(move |b| b.entry().id == id && b.entry().scope == scope)
+            .map(|b| &b.keys)
+    }
+
+    /// The key of an action for a sentence, such as `o` or `Ctrl-w w`; of one without keys its name in the palette.
+    #[must_use]
+    pub fn key_of(&self, action: Action) -> String {
+        let mut all = self.bindings.iter();
+        if let Some(binding) = all.find(|b| b.entry().action == action) {
+            return binding.keys.to_string();
+        }
+        let entry = ACTIONS.iter().find(|entry| entry.action == action);
+        let palette = self
+            .bindings
+            .iter()
+            .find(|b| b.entry().action == Action::Palette);
+        match (entry, palette) {
+            (Some(entry), Some(palette)) => format!("{} {}", palette.keys, entry.id),
+            (Some(entry), None) => entry.id.to_string(),
+            (None, _) => String::new(),
+        }
+    }
+}
+
+/// A key of the table, which may have the one that no file may have.
+fn table_key(names: &str) -> Option<Chord> {
+    let keys = names
+        .split(' ')
+        .map(Key::parse)
+        .collect::<Option<Vec<Key>>>()?;
+    (!keys.is_empty()).then_some(Chord(keys))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn keys(names: &str) -> Vec<Key> {
+        names
+            .split(' ')
+            .map(|name| Key::parse(name).unwrap())
+            .collect()
+    }
+
+    #[test]
+    fn every_key_of_the_table_has_a_meaning() {
+        let map = Keymap::of(Preset::Default);
+        for entry in ACTIONS {
+            assert_eq!(map.keys(entry).count(), entry.keys.len(), "{}", entry.id);
+            for chord in map.keys(entry) {
+                let meaning = map.meaning(&chord.0, entry.scope);
+                assert_eq!(meaning, Meaning::Action(entry.action), "{chord}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_preset_gives_a_key_two_meanings() {
+        for (name, preset) in Preset::ALL {
+            let map = Keymap::of(preset);
+            let found = file::collisions(&map);
+            assert!(found.is_empty(), "{name}: {found:#?}");
+            // What one cannot do without.
+            for action in [Action::Quit, Action::Help, Action::Palette, Action::Cancel] {
+                assert!(map.bindings.iter().any(|b| b.entry().action == action));
+            }
+        }
+    }
+
+    #[test]
+    fn prefixes_are_told_from_keys() {
+        let map = Keymap::of(Preset::Vim);
+        let g = keys("g");
+        assert_eq!(map.meaning(&g, Scope::Scenarios), Meaning::Prefix);
+        assert_eq!(
+            map.meaning(&keys("g g"), Scope::Scenarios),
+            Meaning::Action(Action::Top)
+        );
+        assert_eq!(map.meaning(&keys("g g"), Scope::Map), Meaning::Nothing);
+        assert_eq!(
+            map.meaning(&keys("g x"), Scope::Scenarios),
+            Meaning::Nothing
+        );
+        let after = map.following(&g, Scope::Scenarios);
+        assert!(
+            after
+                .iter()
+                .any(|f| f.key == g[0] && f.doc == Some("The first scenario."))
+        );
+        let texts = map.following(&g, Scope::Text);
+        assert!(texts.iter().all(|f| f.doc != Some("The first scenario.")));
+        let next = map.following(&keys("ctrl-w"), Scope::Map);
+        assert!(next.iter().any(|f| f.key.name() == "w"), "{next:?}");
+    }
+
+    #[test]
+    fn what_has_no_key_is_in_the_palette() {
+        let map = Keymap::of(Preset::Default);
+        assert_eq!(map.key_of(Action::Help), "?");
+        assert_eq!(map.key_of(Action::ReadThresholds), ": read-thresholds");
+    }
+}

@@ -1,0 +1,187 @@
+//! How the workbench looks and which keys it takes: what can be changed while it runs.
+
+use super::{Model, Overlay, Picker};
+use crate::tui::action::Action;
+use crate::tui::keymap::{Key, Keymap, Preset};
+use crate::tui::theme::{AUTO, Depth, Named, Theme};
+
+/// Which signs the terminal can show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Glyphs {
+    /// All of Unicode that the views use.
+    Unicode,
+    /// ASCII only.
+    Ascii,
+}
+
+/// How it looks, and the keys.
+#[derive(Debug)]
+pub struct Look {
+    /// The live keymap.
+    pub keymap: Keymap,
+    /// Keys of a chord that were pressed so far.
+    pub pending: Vec<Key>,
+    /// The name of the theme that is chosen; `auto` for dark or light.
+    pub chosen: String,
+    /// The themes that can be chosen, in all colours.
+    pub themes: Vec<Named>,
+    /// How many colours the terminal has.
+    pub depth: Depth,
+    /// Whether its background is dark.
+    pub dark: bool,
+    /// Which signs it can show.
+    pub glyphs: Glyphs,
+    /// The same for `glyphs = "auto"`, as the environment has it.
+    pub glyphs_here: Glyphs,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self {
+            keymap: Keymap::of(Preset::Default),
+            pending: Vec::new(),
+            chosen: AUTO.into(),
+            themes: Vec::new(),
+            depth: Depth::True,
+            dark: true,
+            glyphs: Glyphs::Unicode,
+            glyphs_here: Glyphs::Unicode,
+        }
+    }
+}
+
+impl Glyphs {
+    /// What the environment says: ASCII where the locale is not UTF-8 or the screen is the Linux console, whose fonts
+    /// have neither Braille nor thick borders. An environment without a locale is taken for UTF-8.
+    #[must_use]
+    pub fn of_environment(env: impl Fn(&str) -> Option<String>) -> Self {
+        let says = |name: &str| env(name).filter(|value| !value.is_empty());
+        let locale = ["LC_ALL", "LC_CTYPE", "LANG"]
+            .iter()
+            .find_map(|name| says(name));
+        let utf8 = locale.is_none_or(|l| {
+            let l = l.to_lowercase();
+            l.contains("utf-8") || l.contains("utf8")
+        });
+        if utf8 && says("TERM").as_deref() != Some("linux") {
+            Self::Unicode
+        } else {
+            Self::Ascii
+        }
+    }
+
+    /// What the configuration says; `here` where it leaves that to the environment.
+    #[must_use]
+    pub fn of_config(said: Option<&str>, here: Self) -> Self {
+        match said {
+            Some("ascii") => Self::Ascii,
+            Some("unicode") => Self::Unicode,
+            _ => here,
+        }
+    }
+}
+
+impl Look {
+    /// The theme of this name as the terminal can show it.
+    ///
+    /// # Errors
+    /// There is none, or its file is wrong: in words.
+    pub fn theme(&self, name: &str) -> Result<Theme, String> {
+        let wanted = match name {
+            AUTO if self.dark => "dark",
+            AUTO => "light",
+            name => name,
+        };
+        let named = self.themes.iter().find(|named| named.name == wanted);
+        match named.map(|named| &named.theme) {
+            Some(Ok(theme)) => Ok(theme.clone().at_depth(self.depth)),
+            Some(Err(mistakes)) => Err(crate::tui::user_file::first(mistakes)),
+            None => Err(format!("there is no theme `{name}` any more")),
+        }
+    }
+
+    /// The key of an action, for a sentence.
+    #[must_use]
+    pub fn key(&self, action: Action) -> String {
+        self.keymap.key_of(action)
+    }
+}
+
+/// The names of the themes that the list shows, the best match first; those that cannot be used are in it too.
+#[must_use]
+pub fn themes_shown(model: &Model, picker: &Picker) -> Vec<String> {
+    let mut names = vec![AUTO.to_string()];
+    names.extend(model.look.themes.iter().map(|named| named.name.clone()));
+    let order = super::picker::matching(&picker.text, names.iter().cloned());
+    order.into_iter().map(|i| names[i].clone()).collect()
+}
+
+impl Model {
+    /// Why there is nothing to judge or plot, and what to do.
+    #[must_use]
+    pub fn without_ego(&self) -> String {
+        let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
+        match why {
+            None => "no scenario is open".into(),
+            Some(why) => format!(
+                "{}: {} picks an obstacle, {} makes it the ego",
+                why.unwrap_or("there is no ego"),
+                self.look.key(Action::NextObstacle),
+                self.look.key(Action::TakeAsEgo)
+            ),
+        }
+    }
+
+    /// Shows the theme that is selected in the list of themes, or the chosen one where the list is not open.
+    ///
+    /// # Errors
+    /// It cannot be used; what was shown stays.
+    pub fn show_theme(&mut self) -> Result<(), String> {
+        let name = match self.overlays.last() {
+            Some(Overlay::Themes(picker)) => {
+                let shown = themes_shown(self, picker);
+                shown.get(picker.selected).cloned()
+            }
+            _ => None,
+        };
+        let name = name.unwrap_or_else(|| self.look.chosen.clone());
+        self.theme = self.look.theme(&name)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_environment_says_which_signs() {
+        let of = |pairs: &[(&str, &str)]| {
+            Glyphs::of_environment(|name| {
+                let pair = pairs.iter().find(|(n, _)| *n == name);
+                pair.map(|(_, value)| (*value).to_string())
+            })
+        };
+        assert_eq!(of(&[]), Glyphs::Unicode);
+        assert_eq!(of(&[("LANG", "de_DE.UTF-8")]), Glyphs::Unicode);
+        assert_eq!(of(&[("LANG", "C.utf8")]), Glyphs::Unicode);
+        assert_eq!(of(&[("LANG", "C")]), Glyphs::Ascii);
+        assert_eq!(
+            of(&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")]),
+            Glyphs::Ascii
+        );
+        assert_eq!(
+            of(&[("LC_ALL", ""), ("LANG", "de_DE.UTF-8")]),
+            Glyphs::Unicode
+        );
+        assert_eq!(
+            of(&[("TERM", "linux"), ("LANG", "de_DE.UTF-8")]),
+            Glyphs::Ascii
+        );
+        assert_eq!(
+            Glyphs::of_config(Some("unicode"), Glyphs::Ascii),
+            Glyphs::Unicode
+        );
+        assert_eq!(Glyphs::of_config(None, Glyphs::Ascii), Glyphs::Ascii);
+    }
+}

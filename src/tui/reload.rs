@@ -1,0 +1,172 @@
+//! The files that say how the workbench looks, read again when they change.
+//!
+//! Once a second their times and sizes are looked at: three or four system calls, which is less than what a watching
+//! thread costs, and works on every file system, also on those of the network.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::keymap::Keymap;
+use super::message::{Msg, Reloaded};
+use super::theme::Theme;
+use super::user_file::first;
+use crate::config::{Config, Folders};
+
+/// Time between two looks.
+const PAUSE: Duration = Duration::from_secs(1);
+
+/// How long a file has to stay as it is before it is read: editors write in several steps.
+const SETTLED: Duration = Duration::from_millis(50);
+
+/// Looks that a file that does not settle is waited for.
+const PATIENCE: usize = 20;
+
+/// When a file was changed, and how long it is; nothing for a file that is not there.
+type Stamp = Option<(SystemTime, u64)>;
+
+/// What the files were like when they were read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stamps {
+    config: Stamp,
+    keymap: Stamp,
+    themes: Vec<(PathBuf, Stamp)>,
+}
+
+impl Stamps {
+    /// Takes them. To be done before the files are read, so that no change is missed.
+    #[must_use]
+    pub fn of(folders: &Folders) -> Self {
+        let files = std::fs::read_dir(folders.themes());
+        let files = files
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path());
+        let themes = files.filter(|path| path.extension().is_some_and(|x| x == "toml"));
+        let mut themes: Vec<_> = themes.map(|path| (path.clone(), stamp(&path))).collect();
+        themes.sort();
+        Self {
+            config: stamp(&folders.config_file()),
+            keymap: stamp(&folders.keymap()),
+            themes,
+        }
+    }
+}
+
+fn stamp(path: &Path) -> Stamp {
+    let data = std::fs::metadata(path).ok()?;
+    Some((data.modified().ok()?, data.len()))
+}
+
+/// Sends what changed, until nobody listens any more.
+pub async fn watch(folders: Folders, mut before: Stamps, sender: UnboundedSender<Msg>) {
+    loop {
+        tokio::time::sleep(PAUSE).await;
+        let mut now = Stamps::of(&folders);
+        if now == before {
+            if sender.is_closed() {
+                return;
+            }
+            continue;
+        }
+        for _ in 0..PATIENCE {
+            tokio::time::sleep(SETTLED).await;
+            let after = Stamps::of(&folders);
+            if after == now {
+                break;
+            }
+            now = after;
+        }
+        for what in changed(&folders, &before, &now) {
+            if sender.send(Msg::Reloaded(what)).is_err() {
+                return;
+            }
+        }
+        before = now;
+    }
+}
+
+/// What is in the files that changed; themes first, since the configuration may name a new one.
+fn changed(folders: &Folders, before: &Stamps, now: &Stamps) -> Vec<Reloaded> {
+    let mut found = Vec::new();
+    if before.themes != now.themes {
+        found.push(Reloaded::Themes(Theme::all(&folders.themes())));
+    }
+    if before.config != now.config {
+        let read = Config::read(&folders.config_file()).map(Box::new);
+        found.push(Reloaded::Config(
+            read.map_err(|error| error.mistake_in_words()),
+        ));
+    }
+    if before.keymap != now.keymap {
+        let read = Keymap::load(&folders.keymap());
+        found.push(Reloaded::Keymap(read.map_err(|mistakes| first(&mistakes))));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn write(path: &Path, text: &str) {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+
+    #[test]
+    fn only_what_changed_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let folders = Folders {
+            config: folder.path().to_path_buf(),
+            data: folder.path().to_path_buf(),
+        };
+        let start = Stamps::of(&folders);
+        assert!(changed(&folders, &start, &Stamps::of(&folders)).is_empty());
+        write(&folders.keymap(), "[global]\nplay = \"hyper\"\n");
+        let broken = Stamps::of(&folders);
+        match &changed(&folders, &start, &broken)[..] {
+            [Reloaded::Keymap(Err(error))] => {
+                assert!(error.contains("keymap.toml:2: global.play"), "{error}")
+            }
+            other => panic!("{other:?}"),
+        }
+        write(&folders.themes().join("mine.toml"), "dark = true\n");
+        write(&folders.config_file(), "theme = \"mine\"\nmouse = 3\n");
+        match &changed(&folders, &broken, &Stamps::of(&folders))[..] {
+            [Reloaded::Themes(themes), Reloaded::Config(Err(error))] => {
+                assert!(themes.iter().any(|named| named.name == "mine"));
+                assert!(error.contains("config.toml:2: "), "{error}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[tokio::test]
+    async fn a_change_is_told_and_no_change_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let folders = Folders {
+            config: folder.path().to_path_buf(),
+            data: folder.path().to_path_buf(),
+        };
+        let (sender, mut receiver) = tokio::sync::mpsc::unbounded_channel();
+        let stamps = Stamps::of(&folders);
+        tokio::spawn(watch(folders.clone(), stamps, sender));
+        let quiet = PAUSE * 3 / 2;
+        tokio::time::sleep(quiet).await;
+        assert!(receiver.try_recv().is_err());
+        write(&folders.keymap(), "preset = \"vim\"\n");
+        let told = tokio::time::timeout(Duration::from_secs(30), receiver.recv());
+        match told.await {
+            Ok(Some(Msg::Reloaded(Reloaded::Keymap(Ok(map))))) => {
+                assert_eq!(map.preset.name(), "vim")
+            }
+            other => panic!("{other:?}"),
+        }
+        tokio::time::sleep(quiet).await;
+        assert!(receiver.try_recv().is_err());
+    }
+}
