@@ -42,6 +42,11 @@ pub enum Action {
     Follow,
     EgoUp,
     FitMap,
+    TakeTape,
+    SwapTape,
+    NextPaths,
+    Layers,
+    Details,
     PlotMeasure,
     Values,
     ReadThresholds,
@@ -165,6 +170,10 @@ table! {
     FitMap, Global, "fit", ["a"], 0, "fit all", "Show the whole map.";
     ZoomIn, Global, "zoom-in", ["+", "="], 0, "zoom in", "Zoom the map in.";
     ZoomOut, Global, "zoom-out", ["-"], 0, "zoom out", "Zoom the map out.";
+    Details, Global, "details", ["shift-i"], 0, "details", "Everything about the picked obstacle at this step: state, signals, relation to the ego.";
+    NextPaths, Global, "paths", ["shift-p"], 0, "paths", "Show predicted and constant-velocity paths on the map: of nobody, the picked obstacle, all near the ego.";
+    Layers, Global, "layers", ["shift-l"], 0, "layers", "Switch layers of the map on and off.";
+    TakeTape, Global, "tape", ["shift-t"], 0, "tape", "Measure distances on the map, from the ego to the picked obstacle at first; again puts the tape away.";
     Copy, Global, "copy", ["y"], 0, "copy", "Copy the pane's text to the clipboard of the terminal (OSC 52).";
     Mouse, Global, "mouse", [], 0, "mouse", "Use the mouse, or leave it to the terminal.";
     Suspend, Global, "suspend", ["ctrl-z"], 0, "suspend", "Go back to the shell; `fg` returns.";
@@ -175,10 +184,11 @@ table! {
     PageDown, Scenarios, "page-down", ["pagedown"], 0, "page down", "A page down.";
     Top, Scenarios, "top", ["g"], 0, "top", "The first scenario.";
     Bottom, Scenarios, "bottom", ["shift-g"], 0, "bottom", "The last scenario.";
-    PanLeft, Map, "pan-left", ["h"], 0, "left", "Move the map's view to the left.";
-    PanDown, Map, "pan-down", ["j", "down"], 0, "down", "Move the map's view down.";
-    PanUp, Map, "pan-up", ["k", "up"], 0, "up", "Move the map's view up.";
-    PanRight, Map, "pan-right", ["l"], 0, "right", "Move the map's view to the right.";
+    PanLeft, Map, "pan-left", ["h"], 0, "left", "Move the map's view, or the end of the tape, to the left.";
+    PanDown, Map, "pan-down", ["j", "down"], 0, "down", "Move the map's view, or the end of the tape, down.";
+    PanUp, Map, "pan-up", ["k", "up"], 0, "up", "Move the map's view, or the end of the tape, up.";
+    PanRight, Map, "pan-right", ["l"], 0, "right", "Move the map's view, or the end of the tape, to the right.";
+    SwapTape, Map, "swap-tape", ["enter"], 0, "other end", "Move the other end of the measuring tape.";
     Up, Text, "up", ["up", "k"], 0, "up", "A line up.";
     Down, Text, "down", ["down", "j"], 0, "down", "A line down.";
     PageUp, Text, "page-up", ["pageup", "ctrl-u"], 0, "page up", "A page up.";

@@ -4,6 +4,7 @@ mod answers;
 mod camera;
 mod drawn;
 mod list;
+mod map;
 mod notices;
 mod picker;
 mod plot;
@@ -17,6 +18,7 @@ pub use answers::{Answers, Column, Progress, Shown};
 pub use camera::Camera;
 pub use drawn::{Drawn, Extent, MapDrawn};
 pub use list::List;
+pub use map::{Detail, End, Foreseen, Foresight, Layers, Measurement, On, Tape, Tools, as_text};
 pub use notices::{Notice, Toast};
 pub use picker::{Picker, measures_shown, models_shown, palette_shown};
 pub use plot::Plot;
@@ -98,6 +100,10 @@ pub enum Overlay {
         /// Lines scrolled.
         scroll: usize,
     },
+    /// Everything about the picked obstacle; scrolled by so many lines.
+    Details(usize),
+    /// The layers of the map; the row that is switched.
+    Layers(usize),
     /// Actions by name.
     Palette(Picker),
     /// Models; the chosen one is asked at once if `ask`.
@@ -123,7 +129,8 @@ impl Overlay {
             Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
-            Self::Palette(_) | Self::Models { .. } | Self::Measures { .. } => None,
+            Self::Details(scroll) => Some(scroll),
+            _ => None,
         }
     }
 }
@@ -153,6 +160,8 @@ pub struct Model {
     pub zoomed: bool,
     /// How the map is seen.
     pub camera: Camera,
+    /// Layers, paths and tape of the map.
+    pub map: Tools,
     /// The picked obstacle.
     pub picked: Option<i64>,
     /// What is plotted over time.
@@ -216,6 +225,7 @@ impl Model {
             focus: Pane::Scenarios,
             zoomed: false,
             camera: Camera::default(),
+            map: Tools::default(),
             picked: None,
             plot: Plot::default(),
             values: Values::default(),

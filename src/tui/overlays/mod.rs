@@ -1,7 +1,9 @@
 //! What lies over the main screen: help, what is in the scenario, values, palette, list of models.
 
 mod about;
+mod details;
 mod help;
+mod layers;
 mod picker;
 mod thresholds;
 mod values;
@@ -21,6 +23,8 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Help { scroll } => help::draw(frame, screen, model, *scroll),
             Overlay::About { scroll } => about::draw(frame, screen, model, *scroll),
             Overlay::Values { scroll } => values::draw(frame, screen, model, *scroll),
+            Overlay::Details(scroll) => details::draw(frame, screen, model, *scroll),
+            Overlay::Layers(selected) => layers::draw(frame, screen, model, *selected),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
             Overlay::Models { picker: typed, ask } => {
                 picker::models(frame, screen, model, typed, *ask);
@@ -73,6 +77,11 @@ fn scrolled_in(
     (columns, scroll): (u16, usize),
 ) {
     let inner = window(frame, screen, model, title, (columns, 60));
+    text_in(frame, inner, text, scroll);
+}
+
+/// Text in a window, no further scrolled than to its end.
+fn text_in(frame: &mut Frame<'_>, inner: Rect, text: Text<'static>, scroll: usize) {
     let paragraph = Paragraph::new(text).wrap(Wrap { trim: false });
     let last = paragraph
         .line_count(inner.width)
@@ -97,6 +106,11 @@ fn window(
         width,
         height,
     };
+    window_at(frame, area, model, title)
+}
+
+/// A window somewhere; gives the area inside.
+fn window_at(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Rect {
     let block = Block::bordered()
         .border_type(BorderType::Thick)
         .border_style(Style::new().fg(model.theme.border_focused))

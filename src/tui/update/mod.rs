@@ -4,6 +4,7 @@ mod actions;
 mod answers;
 mod clock;
 mod editing;
+mod map;
 mod overlays;
 mod plot;
 mod pointer;
@@ -28,6 +29,7 @@ pub fn start(model: &Model) -> Vec<Effect> {
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     let mut effects = take(model, msg);
     effects.extend(values::follow(model));
+    map::follow(model);
     effects
 }
 
@@ -279,6 +281,7 @@ fn leave(model: &mut Model) {
     model.picked = None;
     model.plot.marked.clear();
     model.plot.series = None;
+    model.map.tape = None;
     model.values = super::model::Values::default();
     model.prompt.scroll = 0;
 }
@@ -290,6 +293,7 @@ const NEIGHBOURHOOD: f64 = 45.0;
 fn frame_map(model: &mut Model, opened: &Opened) {
     if opened.scene.is_some() {
         model.camera.follow = true;
+        model.camera.shift = crate::geometry::Vector::zeros();
         let (columns, _) = model.drawn.map_size();
         model.camera.show_at_least(NEIGHBOURHOOD, columns);
         return;

@@ -3,7 +3,7 @@
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
 use super::super::model::{Model, Overlay, Picker, measures_shown, models_shown, palette_shown};
-use super::{actions, answers, plot, values};
+use super::{actions, answers, map, plot, values};
 
 /// A key while an overlay is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -13,6 +13,15 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     if matches!(model.overlays.last(), Some(Overlay::Values { .. }))
         && let Some(effects) = values::on_key(model, key)
+    {
+        return effects;
+    }
+    if matches!(model.overlays.last(), Some(Overlay::Layers(_))) {
+        map::layers_key(model, key);
+        return Vec::new();
+    }
+    if matches!(model.overlays.last(), Some(Overlay::Details(_)))
+        && let Some(effects) = map::details_key(model, key)
     {
         return effects;
     }
@@ -67,7 +76,7 @@ pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
         Overlay::Palette(picker)
         | Overlay::Models { picker, .. }
         | Overlay::Measures { picker, .. } => Some(picker),
-        Overlay::Help { .. } | Overlay::About { .. } | Overlay::Values { .. } => None,
+        _ => None,
     }
 }
 

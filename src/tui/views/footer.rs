@@ -63,6 +63,19 @@ fn hints(model: &Model) -> Vec<(String, String)> {
                 ("n", "nearest"),
             ]);
         }
+        Some(Overlay::Details(_)) => {
+            return fixed(&[
+                ("←→", "step"),
+                ("↑↓", "scroll"),
+                ("y", "copy"),
+                ("Esc", "close"),
+                ("space", "play"),
+                ("PgUp PgDn", "a page"),
+            ]);
+        }
+        Some(Overlay::Layers(_)) => {
+            return fixed(&[("↑↓", "select"), ("Enter", "switch"), ("Esc", "close")]);
+        }
         Some(Overlay::Palette(_) | Overlay::Models { .. } | Overlay::Measures { .. }) => {
             return fixed(&[
                 ("type", "to search"),
