@@ -6,6 +6,7 @@ mod bench;
 mod comparing;
 mod frames;
 mod looking;
+mod map;
 mod opening;
 mod plotting;
 mod prompt;

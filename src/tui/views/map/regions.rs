@@ -74,7 +74,7 @@ pub fn goal_labels(board: &mut Board<'_>, model: &Model, opened: &Opened, view: 
         .fg(model.theme.goal)
         .add_modifier(Modifier::BOLD);
     for goal in goals(opened) {
-        let Some(at) = middle(opened, goal).filter(|at| view.sees_point(at)) else {
+        let Some(at) = place(opened, goal, view) else {
             continue;
         };
         let Some(body) = Body::around([view.at(&at)]) else {
@@ -87,24 +87,32 @@ pub fn goal_labels(board: &mut Board<'_>, model: &Model, opened: &Opened, view: 
     }
 }
 
-/// The middle of the first of a goal's positions that has one.
-fn middle(opened: &Opened, goal: &Goal) -> Option<Point> {
+/// The place of a goal that is seen nearest to the middle of the map.
+fn place(opened: &Opened, goal: &Goal, view: &Projection) -> Option<Point> {
     let network = &opened.scenario.network;
-    goal.positions.iter().find_map(|position| match position {
-        Position::Point(p) => Some(*p),
-        Position::Region(region) => {
-            let outlines = region.outlines();
-            Some(Bounds::of(outlines.iter().flatten())?.center())
+    let mut places = Vec::new();
+    for position in &goal.positions {
+        match position {
+            Position::Point(p) => places.push(*p),
+            Position::Region(region) => {
+                let outlines = region.outlines();
+                places.extend(Bounds::of(outlines.iter().flatten()).map(|b| b.center()));
+            }
+            Position::Lanelets(ids) => {
+                for lanelet in ids.iter().filter_map(|id| network.lanelet(*id)) {
+                    let (left, right) = (&lanelet.left.points, &lanelet.right.points);
+                    let middles = left.iter().zip(right);
+                    places.extend(middles.map(|(l, r)| nalgebra::center(l, r)));
+                }
+            }
         }
-        Position::Lanelets(ids) => {
-            let lanelet = network.lanelet(*ids.first()?)?;
-            let half = |points: &[Point]| points.get(points.len() / 2).copied();
-            Some(nalgebra::center(
-                &half(&lanelet.left.points)?,
-                &half(&lanelet.right.points)?,
-            ))
-        }
-    })
+    }
+    let away = |p: &Point| {
+        let (x, y) = view.at(p);
+        x.hypot(y)
+    };
+    let seen = places.into_iter().filter(|p| view.sees_point(p));
+    seen.min_by(|a, b| away(a).total_cmp(&away(b)))
 }
 
 /// A goal in words.
