@@ -14,6 +14,8 @@ const COLUMNS: u16 = 62;
 
 /// Columns before what is said about a word.
 const INDENT: usize = 17;
+/// The same in a narrow window.
+const NARROW: usize = 13;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
     // On a narrow screen the map has the left half.
@@ -37,7 +39,8 @@ fn text(model: &Model, width: usize) -> Text<'static> {
     };
     let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
     let word = Style::new().fg(theme.accent);
-    let indent = INDENT.min(width / 2);
+    // The longest word keeps a blank behind it.
+    let indent = if width < 50 { NARROW } else { INDENT };
     let mut text = Text::default();
     for detail in details {
         match detail {

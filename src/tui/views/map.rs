@@ -174,6 +174,8 @@ fn write(
     let lights = signs::lights(&mut board, model, opened, view, step);
     tape::ends(&mut board, model, view);
     labels::draw(&mut board, model, opened, view, step);
+    tape::label(&mut board, model, view);
+    vehicles::keep_clear(&mut board, model, opened, view, step);
     paths::ends(&mut board, model, view);
     regions::goal_labels(&mut board, model, opened, view);
     let posts = signs::signs(&mut board, model, opened, view);

@@ -182,9 +182,9 @@ fn seen(lines: &mut Lines, opened: &Opened, scene: &Scene, obstacle: &Obstacle, 
         ),
     );
     lines.say(
-        "relative speed",
+        "velocity",
         format!(
-            "{} m/s along, {} m/s across",
+            "{} m/s along, {} m/s across, minus the ego's",
             hundredths(relation.velocity.x),
             hundredths(relation.velocity.y)
         ),

@@ -32,7 +32,7 @@ fn entries(model: &Model, shown: Placed) -> Vec<String> {
     let predicted = |whose: &str| {
         [
             format!("-- predicted {horizon:.0} s{whose}"),
-            ".. x constant velocity".into(),
+            "xx constant velocity".into(),
         ]
     };
     match model.map.layers.paths {
@@ -51,7 +51,7 @@ fn entries(model: &Model, shown: Placed) -> Vec<String> {
         entries.push("▫ sign".into());
     }
     if model.map.layers.trails {
-        entries.push("─ past · recorded".into());
+        entries.push("── past, .. recorded future".into());
     }
     entries
 }

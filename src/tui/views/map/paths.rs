@@ -15,8 +15,8 @@ use crate::tui::model::{Foreseen, Model, On};
 const TRAIL: f64 = 2.0;
 /// Dots of a dash and of the gap behind it.
 const DASH: (f64, f64) = (5.0, 4.0);
-/// Dots from one dot to the next where somebody goes straight on.
-const APART: f64 = 5.0;
+/// Dots from one cross to the next where somebody goes straight on.
+const APART: f64 = 9.0;
 /// What marks the end of the way straight on.
 pub const STRAIGHT: &str = "x";
 
@@ -89,7 +89,7 @@ fn recorded(
     });
 }
 
-/// Predicted courses dashed, the way straight on dotted.
+/// Predicted courses dashed, the way straight on as crosses: recorded futures are dots.
 pub fn futures(ctx: &mut Context<'_>, model: &Model, view: &Projection) {
     for future in &model.map.foresight.futures {
         let color = color(model, future.who);
@@ -101,14 +101,18 @@ pub fn futures(ctx: &mut Context<'_>, model: &Model, view: &Projection) {
                 ));
             });
         }
-        let mut coords = Vec::new();
         walk(view, &future.straight, 0.0, APART * view.dot, |at, _| {
-            coords.push(at);
+            cross(ctx, view, at, model.theme.text);
         });
-        ctx.draw(&Points {
-            coords: &coords,
-            color: model.theme.text,
-        });
+    }
+}
+
+/// A cross of three dots by three.
+fn cross(ctx: &mut Context<'_>, view: &Projection, (x, y): (f64, f64), color: Color) {
+    let d = view.dot;
+    for side in [d, -d] {
+        let line = ratatui::widgets::canvas::Line::new(x - d, y - side, x + d, y + side, color);
+        ctx.draw(&line);
     }
 }
 

@@ -15,35 +15,49 @@ pub fn line(ctx: &mut Context<'_>, model: &Model, view: &Projection) {
     }
 }
 
+/// The two ends, where they are.
 pub fn ends(board: &mut Board<'_>, model: &Model, view: &Projection) {
+    let Some((_, measured)) = model.measured() else {
+        return;
+    };
+    let (from, to) = measured.gap.ends;
+    board.put(view.at(&from), "+", style(model));
+    // The end that keys move.
+    board.put(view.at(&to), "#", style(model));
+}
+
+fn style(model: &Model) -> Style {
+    Style::new()
+        .fg(model.theme.accent)
+        .add_modifier(Modifier::BOLD)
+}
+
+/// What it says, as much as there is room for beside its middle, or beside its end.
+pub fn label(board: &mut Board<'_>, model: &Model, view: &Projection) {
     let Some((tape, measured)) = model.measured() else {
         return;
     };
-    let style = Style::new()
-        .fg(model.theme.accent)
-        .add_modifier(Modifier::BOLD);
     let (from, to) = measured.gap.ends;
-    board.put(view.at(&from), "+", style);
-    // The end that keys move.
-    board.put(view.at(&to), "#", style);
-    let middle = view.at(&nalgebra::center(&from, &to));
-    let words = words(&tape, &measured);
-    let body = Body::around([middle]).map(|body| board.cells(&body));
-    let placed = body.is_some_and(|cells| board.beside(&cells, &words, style));
-    if !placed {
-        // Where the middle is out of sight, the pointer's end may be in it.
-        if let Some(end) = Body::around([view.at(&to)]) {
-            let cells = board.cells(&end);
-            board.beside(&cells, &words, style);
+    let places = [view.at(&nalgebra::center(&from, &to)), view.at(&to)];
+    let all = words(&tape, &measured);
+    for count in (1..=all.len()).rev() {
+        let words = all[..count].join(" · ");
+        for place in places {
+            if let Some(body) = Body::around([place]) {
+                let cells = board.cells(&body);
+                if board.beside(&cells, &words, style(model)) {
+                    return;
+                }
+            }
         }
     }
 }
 
-/// The length, what it was taken between, and the time that the ego needs for it.
-pub fn words(tape: &Tape, measured: &Measurement) -> String {
-    let mut words = format!("{} m", hundredths(measured.gap.metres));
+/// The length, what it was taken between, and the time that the ego needs for it; the most telling first.
+fn words(tape: &Tape, measured: &Measurement) -> Vec<String> {
+    let mut words = vec![format!("{} m", hundredths(measured.gap.metres))];
     if let (Some(seconds), Some(speed)) = (measured.seconds, measured.speed) {
-        words += &format!(" · {seconds:.1} s at {speed:.1} m/s");
+        words.push(format!("{seconds:.1} s at {speed:.1} m/s"));
     }
     if measured.bodies > 0 {
         let name = |on: Option<On>| match on {
@@ -51,7 +65,7 @@ pub fn words(tape: &Tape, measured: &Measurement) -> String {
             Some(On::Obstacle(id)) => id.to_string(),
             None => "point".to_string(),
         };
-        words += &format!(" · {} to {}", name(tape.from.on), name(tape.to.on));
+        words.push(format!("{} to {}", name(tape.from.on), name(tape.to.on)));
     }
     words
 }

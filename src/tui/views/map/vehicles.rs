@@ -3,7 +3,7 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::Context;
 
-use super::board::Board;
+use super::board::{Board, Body};
 use super::{Projection, stroke};
 use crate::geometry::{Footprint, Point, Vector};
 use crate::scenario::{Motion, Obstacle, ObstacleRole};
@@ -15,10 +15,14 @@ use crate::tui::widgets::fill::Fill;
 const AHEAD: f64 = 0.5;
 /// Slower than this, m/s, there is no velocity line.
 const STANDING: f64 = 0.3;
-/// A body of fewer dots than this has no windscreen, and is no outline: it would be a blot.
+/// A body of fewer dots than this is not hollow: its outline would be a blot.
 const OUTLINE: f64 = 9.0;
+/// A body of fewer dots than this has no windscreen, but a pointed front.
+const SCREENED: f64 = 14.0;
 /// A body of fewer dots than this is an arrow: its heading does not show otherwise.
 const ARROW: f64 = 5.0;
+/// Where a front begins to be pointed, in parts of the length from the rear.
+const POINTED: f64 = 0.6;
 /// The windscreen, in parts of the length from the rear.
 const SCREEN: (f64, f64) = (0.64, 0.78);
 
@@ -75,6 +79,27 @@ pub fn arrows(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Proj
             arrow(&view.turned(&pose.forward()))
         };
         board.put(view.at(&pose.position), glyph, style);
+    }
+}
+
+/// Keeps words off the bodies that have no name.
+pub fn keep_clear(
+    board: &mut Board<'_>,
+    model: &Model,
+    opened: &Opened,
+    view: &Projection,
+    step: i64,
+) {
+    for drawn in seen(model, opened, view, step) {
+        let (x, y) = view.at(&drawn.motion.pose.position);
+        let (_, width) = drawn.body.shape().size();
+        let half = width.min(2.0 * drawn.body.reach()) / 2.0;
+        let body = Body {
+            x: (x - half, x + half),
+            y: (y - half, y + half),
+        };
+        let cells = board.cells(&body);
+        board.reserve(cells);
     }
 }
 
@@ -175,30 +200,43 @@ pub fn velocity(
 fn draw_body(ctx: &mut Context<'_>, view: &Projection, drawn: &Drawn<'_>) {
     let (body, motion, color) = (drawn.body, drawn.motion, drawn.color);
     let placed = body.at(motion.pose);
-    let forward = motion.pose.forward();
-    let (rear, front) = placed.extent(&motion.pose.position, &forward);
-    let large = (front - rear) / view.dot >= OUTLINE;
+    let (here, forward) = (motion.pose.position, motion.pose.forward());
+    let (rear, front) = placed.extent(&here, &forward);
+    let part = |part: f64| rear + (front - rear) * part;
+    let dots = (front - rear) / view.dot;
     let rings = placed.outlines();
-    for ring in &rings {
+    let mut fill = |ring: &[Point]| {
+        let corners: Vec<(f64, f64)> = ring.iter().map(|p| view.at(p)).collect();
+        ctx.draw(&Fill::solid(&corners, color));
+    };
+    if drawn.stands {
         // What stands for ever is hollow, what moves is filled.
-        if !(large && drawn.stands) {
-            let part = |part: f64| rear + (front - rear) * part;
-            let whole = [(f64::MIN, f64::MAX)];
-            let halves = [(f64::MIN, part(SCREEN.0)), (part(SCREEN.1), f64::MAX)];
-            let stretches: &[(f64, f64)] = if large { &halves } else { &whole };
-            for &stretch in stretches {
-                let cut = cut(ring, &motion.pose.position, &forward, stretch);
-                let corners: Vec<(f64, f64)> = cut.iter().map(|p| view.at(p)).collect();
-                ctx.draw(&Fill::solid(&corners, color));
+        if dots < OUTLINE {
+            rings.iter().for_each(|ring| fill(ring));
+        }
+    } else if dots >= SCREENED {
+        for ring in &rings {
+            for stretch in [(f64::MIN, part(SCREEN.0)), (part(SCREEN.1), f64::MAX)] {
+                fill(&cut(ring, &here, &forward, stretch));
             }
         }
-        let mut closed = ring.clone();
-        closed.extend(ring.first());
+    } else if let [ring] = rings.as_slice() {
+        fill(&cut(ring, &here, &forward, (f64::MIN, part(POINTED))));
+        let aside = motion.pose.left();
+        let (right, left) = placed.extent(&here, &aside);
+        let base = here + forward * part(POINTED);
+        let nose = here + forward * front + aside * f64::midpoint(left, right);
+        fill(&[base + aside * left, nose, base + aside * right]);
+        return;
+    } else {
+        rings.iter().for_each(|ring| fill(ring));
+    }
+    for mut closed in rings {
+        closed.extend(closed.first().copied());
         stroke(ctx, view, &closed, color);
     }
-    if large && drawn.stands {
-        let nose = motion.pose.position + forward * front;
-        stroke(ctx, view, &[motion.pose.position, nose], color);
+    if drawn.stands && dots >= OUTLINE {
+        stroke(ctx, view, &[here, here + forward * front], color);
     }
 }
 
