@@ -136,7 +136,8 @@ pub fn ends(board: &mut Board<'_>, model: &Model, view: &Projection) {
             continue;
         }
         for (weight, course) in &future.courses {
-            let Some(end) = course.last().filter(|p| view.sees_point(p)) else {
+            // Its end, or where it leaves the map.
+            let Some(end) = course.iter().rfind(|p| view.sees_point(p)) else {
                 continue;
             };
             let Some(body) = Body::around([view.at(end)]) else {

@@ -14,7 +14,7 @@ use crate::tui::model::Model;
 const SEEN: f64 = 1.6;
 
 /// Where a cell is at most this wide, signs are read, metres.
-const READ: f64 = 0.7;
+const READ: f64 = 0.9;
 
 /// A sign that cannot be read, or whose number is not known.
 const POST: &str = "▫";
