@@ -49,6 +49,11 @@ pub enum Action {
     Follow,
     EgoUp,
     FitMap,
+    TakeTape,
+    SwapTape,
+    NextPaths,
+    Layers,
+    Details,
     PlotMeasure,
     Values,
     ReadThresholds,
@@ -255,6 +260,10 @@ table! {
     MarkScenario, Global, "mark-scenario", ["*"], 0, "mark scenario", "Mark the selected scenario, or take its mark away.";
     UnmarkScenarios, Global, "unmark-scenarios", [], 0, "unmark all", "Take the marks of all scenarios away.";
     AskMarked, Global, "ask-marked", ["shift-a"], 0, "ask many", "Ask the chosen model about the marked scenarios, or about all that are listed where none is marked.";
+    Details, Global, "details", ["shift-i"], 0, "details", "Everything about the picked obstacle at this step: state, signals, relation to the ego.";
+    NextPaths, Global, "paths", ["shift-p"], 0, "paths", "Show predicted and constant-velocity paths on the map: of nobody, the picked obstacle, all near the ego.";
+    Layers, Global, "layers", ["shift-l"], 0, "layers", "Switch layers of the map on and off.";
+    TakeTape, Global, "tape", ["shift-t"], 0, "tape", "Measure distances on the map, from the ego to the picked obstacle at first; again puts the tape away.";
     Copy, Global, "copy", ["y"], 0, "copy", "Copy the pane's text to the clipboard of the terminal (OSC 52).";
     Mouse, Global, "mouse", [], 0, "mouse", "Use the mouse, or leave it to the terminal.";
     PickTheme, Global, "theme", ["ctrl-t"], 0, "theme", "Choose the colours, and see them at once.";
@@ -266,10 +275,11 @@ table! {
     PageDown, Scenarios, "page-down", ["pagedown"], 0, "page down", "A page down.";
     Top, Scenarios, "top", ["g"], 0, "top", "The first scenario.";
     Bottom, Scenarios, "bottom", ["shift-g"], 0, "bottom", "The last scenario.";
-    PanLeft, Map, "pan-left", ["h"], 0, "left", "Move the map's view to the left.";
-    PanDown, Map, "pan-down", ["j", "down"], 0, "down", "Move the map's view down.";
-    PanUp, Map, "pan-up", ["k", "up"], 0, "up", "Move the map's view up.";
-    PanRight, Map, "pan-right", ["l"], 0, "right", "Move the map's view to the right.";
+    PanLeft, Map, "pan-left", ["h"], 0, "left", "Move the map's view, or the end of the tape, to the left.";
+    PanDown, Map, "pan-down", ["j", "down"], 0, "down", "Move the map's view, or the end of the tape, down.";
+    PanUp, Map, "pan-up", ["k", "up"], 0, "up", "Move the map's view, or the end of the tape, up.";
+    PanRight, Map, "pan-right", ["l"], 0, "right", "Move the map's view, or the end of the tape, to the right.";
+    SwapTape, Map, "swap-tape", ["enter"], 0, "other end", "Move the other end of the measuring tape.";
     Up, Text, "up", ["up", "k"], 0, "up", "A line up.";
     Down, Text, "down", ["down", "j"], 0, "down", "A line down.";
     PageUp, Text, "page-up", ["pageup", "ctrl-u"], 0, "page up", "A page up.";

@@ -121,6 +121,8 @@ pub enum Mouse {
     Press(Position),
     /// It moved with the left button down.
     Drag(Position),
+    /// The left button went up.
+    Release(Position),
     /// The wheel turned up.
     WheelUp(Position),
     /// The wheel turned down.

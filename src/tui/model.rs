@@ -8,6 +8,7 @@ mod history;
 mod jobs;
 mod list;
 mod look;
+mod map;
 mod notices;
 mod pane;
 mod picker;
@@ -28,6 +29,7 @@ pub use history::{COUNTED, History, PAGE, Typing};
 pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS};
 pub use look::{Glyphs, Look, themes_shown};
+pub use map::{Detail, End, Foreseen, Foresight, Layers, Measurement, On, Tape, Tools, as_text};
 pub use notices::{Notice, Toast};
 pub use pane::Pane;
 pub use picker::{Picker, measures_shown, models_shown, orders_shown, palette_shown};
@@ -77,6 +79,10 @@ pub enum Overlay {
     Jobs,
     /// What a batch of questions would take, before it is asked.
     Batch,
+    /// Everything about the picked obstacle; scrolled by so many lines.
+    Details(usize),
+    /// The layers of the map; the row that is switched.
+    Layers(usize),
     /// Actions by name.
     Palette(Picker),
     /// Themes; the selected one is seen at once.
@@ -111,7 +117,9 @@ impl Overlay {
             Self::Help { scroll, .. } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
+            Self::Details(scroll) => Some(scroll),
             Self::Palette(_)
+            | Self::Layers(_)
             | Self::Themes(_)
             | Self::Models { .. }
             | Self::Measures { .. }
@@ -148,6 +156,8 @@ pub struct Model {
     pub zoomed: bool,
     /// How the map is seen.
     pub camera: Camera,
+    /// Layers, paths and tape of the map.
+    pub map: Tools,
     /// The picked obstacle.
     pub picked: Option<i64>,
     /// What is plotted over time.
@@ -231,6 +241,7 @@ impl Model {
             focus: Pane::Scenarios,
             zoomed: false,
             camera: Camera::default(),
+            map: Tools::default(),
             picked: None,
             plot: Plot::default(),
             heat: Heat::default(),

@@ -65,6 +65,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     let (mut model, models, background) = prepare(paths, &folders);
     let mut screen = Screen::take(model.mouse).map_err(|e| the_terminal(&e))?;
     model.size = screen.size().map_err(|e| the_terminal(&e))?;
+    model.camera.shape_cells(screen.cell_aspect());
     screen
         .draw(|frame| views::draw(frame, &model))
         .map_err(|e| the_terminal(&e))?;
@@ -253,6 +254,10 @@ impl Loop {
     fn apply(&mut self, msg: Msg) -> std::io::Result<Step> {
         #[cfg(debug_assertions)]
         panic_if_asked(&msg);
+        if matches!(msg, Msg::Resize(..)) {
+            // Another font has other cells.
+            self.model.camera.shape_cells(self.screen.cell_aspect());
+        }
         let effects = update(&mut self.model, msg);
         let mut step = Step::On;
         for effect in effects {

@@ -13,7 +13,7 @@ use crossterm::execute;
 use crossterm::style::force_color_output;
 use crossterm::terminal::{
     BeginSynchronizedUpdate, Clear, ClearType, EndSynchronizedUpdate, EnterAlternateScreen,
-    LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
+    LeaveAlternateScreen, disable_raw_mode, enable_raw_mode, window_size,
 };
 use futures_util::StreamExt;
 use ratatui::Terminal;
@@ -64,6 +64,16 @@ impl Screen {
     /// The terminal is gone.
     pub fn size(&self) -> io::Result<(u16, u16)> {
         self.terminal.size().map(|s| (s.width, s.height))
+    }
+
+    /// How much higher than wide a cell is, where the terminal tells its size in pixels.
+    #[must_use]
+    pub fn cell_aspect(&self) -> Option<f64> {
+        let size = window_size().ok()?;
+        let all = [size.width, size.height, size.columns, size.rows];
+        let [width, height, columns, rows] = all.map(f64::from);
+        let known = all.iter().all(|&n| n > 0);
+        known.then(|| (height / rows) / (width / columns))
     }
 
     /// Uses the mouse, or leaves it to the terminal.
@@ -238,6 +248,7 @@ fn message(event: Event) -> Option<Msg> {
             Some(Msg::Mouse(match mouse.kind {
                 MouseEventKind::Down(MouseButton::Left) => Mouse::Press(at),
                 MouseEventKind::Drag(MouseButton::Left) => Mouse::Drag(at),
+                MouseEventKind::Up(MouseButton::Left) => Mouse::Release(at),
                 MouseEventKind::ScrollUp => Mouse::WheelUp(at),
                 MouseEventKind::ScrollDown => Mouse::WheelDown(at),
                 _ => return None,

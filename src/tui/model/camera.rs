@@ -5,10 +5,14 @@ use crate::geometry::{Bounds, Point, Pose, Vector};
 /// The view of the map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
-    /// Metres a cell of the terminal is wide; it is twice as high.
+    /// Metres a cell of the terminal is wide.
     pub cell: f64,
+    /// How much higher than wide a cell is; 2 where the terminal does not say.
+    pub aspect: f64,
     /// The middle, where it is not the ego.
     pub center: Point,
+    /// Where the middle is, seen from the ego that is followed, metres: up the screen, and to its left.
+    pub shift: Vector,
     /// Whether the ego stays in the middle.
     pub follow: bool,
     /// Whether the ego drives upwards.
@@ -18,11 +22,22 @@ pub struct Camera {
 const NEAREST: f64 = 0.1;
 const FARTHEST: f64 = 200.0;
 
+/// How much higher than wide cells usually are.
+const ASPECT: f64 = 2.0;
+
+/// No terminal has cells of other shapes than these: what says so is wrong.
+const SHAPES: std::ops::RangeInclusive<f64> = 1.0..=4.0;
+
+/// The ego that is followed stays within this part of the view.
+const IN_VIEW: f64 = 0.85;
+
 impl Default for Camera {
     fn default() -> Self {
         Self {
             cell: 0.6,
+            aspect: ASPECT,
             center: Point::origin(),
+            shift: Vector::zeros(),
             follow: true,
             ego_up: false,
         }
@@ -30,9 +45,46 @@ impl Default for Camera {
 }
 
 impl Camera {
-    /// Zooms by a factor; below 1 is in.
+    /// Takes the shape of the terminal's cells: how much higher than wide they are, where it is known.
+    pub fn shape_cells(&mut self, aspect: Option<f64>) {
+        self.aspect = aspect.filter(|a| SHAPES.contains(a)).unwrap_or(ASPECT);
+    }
+
+    /// Metres a cell is high.
+    #[must_use]
+    pub fn row(&self) -> f64 {
+        self.cell * self.aspect
+    }
+
+    /// Zooms by a factor; below 1 is in. The middle stays where it is, or the ego that is followed.
     pub fn zoom(&mut self, factor: f64) {
+        let before = self.cell;
         self.cell = (self.cell * factor).clamp(NEAREST, FARTHEST);
+        self.shift *= self.cell / before;
+    }
+
+    /// Zooms by a factor about a point, which stays where it is on the screen of so many columns and rows, as long as
+    /// an ego that is followed stays in view.
+    pub fn zoom_about(
+        &mut self,
+        point: &Point,
+        factor: f64,
+        ego: Option<Pose>,
+        (columns, rows): (u16, u16),
+    ) {
+        let frame = self.frame(ego);
+        let before = self.cell;
+        self.cell = (self.cell * factor).clamp(NEAREST, FARTHEST);
+        let moved = frame.to_local(point).coords * (1.0 - self.cell / before);
+        if self.follow && ego.is_some() {
+            let most = |cells: u16, size: f64| IN_VIEW * f64::from(cells) * size / 2.0;
+            let (up, left) = (most(rows, self.row()), most(columns, self.cell));
+            self.shift += moved;
+            self.shift.x = self.shift.x.clamp(-up, up);
+            self.shift.y = self.shift.y.clamp(-left, left);
+        } else {
+            self.center = frame.to_world(&Point::from(moved));
+        }
     }
 
     /// Zooms out until so many metres fit into the width of the pane.
@@ -43,17 +95,22 @@ impl Camera {
     /// Moves the view by cells, to the right and up; the ego is not followed any longer.
     pub fn pan(&mut self, right: f64, up: f64, ego: Option<Pose>) {
         let frame = self.frame(ego);
-        self.center = frame.to_world(&Point::new(2.0 * up * self.cell, -right * self.cell));
+        self.center = frame.to_world(&Point::new(up * self.row(), -right * self.cell));
         self.follow = false;
+        self.shift = Vector::zeros();
     }
 
     /// Shows all of `bounds` in so many columns and rows.
     pub fn fit(&mut self, bounds: &Bounds, (columns, rows): (u16, u16)) {
         let size: Vector = bounds.max - bounds.min;
-        let (across, down) = (f64::from(columns.max(1)), 2.0 * f64::from(rows.max(1)));
+        let (across, down) = (
+            f64::from(columns.max(1)),
+            self.aspect * f64::from(rows.max(1)),
+        );
         self.cell = ((size.x / across).max(size.y / down) * 1.05).clamp(NEAREST, FARTHEST);
         self.center = bounds.center();
         self.follow = false;
+        self.shift = Vector::zeros();
         self.ego_up = false;
     }
 
@@ -64,13 +121,83 @@ impl Camera {
             Some(ego) if self.ego_up => ego.heading,
             _ => std::f64::consts::FRAC_PI_2,
         };
-        let center = match ego {
-            Some(ego) if self.follow => ego.position,
-            _ => self.center,
-        };
-        Pose {
-            position: center,
+        let around = |position| Pose {
+            position,
             heading: up,
+        };
+        match ego {
+            Some(ego) if self.follow => {
+                around(around(ego.position).to_world(&Point::from(self.shift)))
+            }
+            _ => around(self.center),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: (u16, u16) = (100, 40);
+
+    /// Where a point is on the screen, in cells from the middle: right and up.
+    fn seen(camera: &Camera, point: &Point, ego: Option<Pose>) -> (f64, f64) {
+        let local = camera.frame(ego).to_local(point);
+        (-local.y / camera.cell, local.x / camera.row())
+    }
+
+    #[test]
+    fn the_point_under_the_pointer_stays_there() {
+        let ego = Some(Pose::new(30.0, -4.0, 0.7));
+        let point = Point::new(36.0, 2.0);
+        for (follow, ego_up, aspect) in [
+            (true, false, 2.0),
+            (true, true, 2.2),
+            (false, true, 2.0),
+            (false, false, 1.8),
+        ] {
+            let mut camera = Camera {
+                follow,
+                ego_up,
+                center: Point::new(33.0, 0.0),
+                ..Camera::default()
+            };
+            camera.shape_cells(Some(aspect));
+            let before = seen(&camera, &point, ego);
+            for factor in [0.85, 0.85, 1.3] {
+                camera.zoom_about(&point, factor, ego, SIZE);
+            }
+            let after = seen(&camera, &point, ego);
+            let off = (after.0 - before.0).hypot(after.1 - before.1);
+            assert!(off < 1e-9, "{follow} {ego_up}: {before:?} {after:?}");
+        }
+    }
+
+    #[test]
+    fn the_ego_that_is_followed_stays_in_view() {
+        let ego = Some(Pose::new(0.0, 0.0, 0.0));
+        let mut camera = Camera::default();
+        for _ in 0..20 {
+            camera.zoom_about(&Point::new(29.0, 0.0), 0.85, ego, SIZE);
+        }
+        let (right, up) = seen(&camera, &Point::origin(), ego);
+        assert!(right.abs() <= 50.0 && up.abs() <= 20.0, "{right} {up}");
+        camera.zoom(4.0);
+        let wider = seen(&camera, &Point::origin(), ego);
+        assert!((wider.0 - right).abs() < 1e-9, "it stays where it is");
+    }
+
+    #[test]
+    fn impossible_cells_are_not_believed() {
+        let mut camera = Camera::default();
+        for (said, taken) in [
+            (None, 2.0),
+            (Some(f64::NAN), 2.0),
+            (Some(0.0), 2.0),
+            (Some(2.25), 2.25),
+        ] {
+            camera.shape_cells(said);
+            assert!((camera.aspect - taken).abs() < 1e-12);
         }
     }
 }

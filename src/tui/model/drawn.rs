@@ -49,8 +49,10 @@ pub struct MapDrawn {
     pub area: Rect,
     /// The view's frame: forward is up.
     pub frame: crate::geometry::Pose,
-    /// Metres a cell is wide; it is twice as high.
+    /// Metres a cell is wide.
     pub cell: f64,
+    /// Metres a cell is high.
+    pub row: f64,
 }
 
 impl Drawn {
@@ -142,7 +144,7 @@ impl Drawn {
         let map = (*self.map.borrow()).filter(|m| m.area.contains(at))?;
         let right = f64::from(at.x - map.area.x) + 0.5 - f64::from(map.area.width) / 2.0;
         let down = f64::from(at.y - map.area.y) + 0.5 - f64::from(map.area.height) / 2.0;
-        let local = Point::new(-down * 2.0 * map.cell, -right * map.cell);
+        let local = Point::new(-down * map.row, -right * map.cell);
         Some((map.frame.to_world(&local), map.cell))
     }
 

@@ -2,9 +2,11 @@
 
 mod about;
 mod batch;
+mod details;
 mod help;
 mod history;
 mod jobs;
+mod layers;
 mod picker;
 mod run;
 mod tags;
@@ -31,6 +33,8 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Jobs => jobs::draw(frame, screen, model),
             Overlay::Batch => batch::draw(frame, screen, model),
             Overlay::Themes(typed) => picker::themes(frame, screen, model, typed),
+            Overlay::Details(scroll) => details::draw(frame, screen, model, *scroll),
+            Overlay::Layers(selected) => layers::draw(frame, screen, model, *selected),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
             Overlay::Tags {
                 picker: typed,
@@ -88,6 +92,11 @@ fn scrolled_in(
     (columns, scroll): (u16, usize),
 ) {
     let inner = window(frame, screen, model, title, (columns, 60));
+    text_in(frame, inner, text, scroll);
+}
+
+/// Text in a window, no further scrolled than to its end.
+fn text_in(frame: &mut Frame<'_>, inner: Rect, text: Text<'static>, scroll: usize) {
     let paragraph = Paragraph::new(text).wrap(Wrap { trim: false });
     let last = paragraph
         .line_count(inner.width)
@@ -112,6 +121,11 @@ fn window(
         width,
         height,
     };
+    window_at(frame, area, model, title)
+}
+
+/// A window somewhere; gives the area inside.
+fn window_at(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Rect {
     let block = Block::bordered()
         .border_type(BorderType::Thick)
         .border_style(Style::new().fg(model.theme.border_focused))

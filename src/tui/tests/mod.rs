@@ -12,6 +12,7 @@ mod kept;
 mod listing;
 mod look;
 mod looking;
+mod map;
 mod opening;
 mod plotting;
 mod prompt;

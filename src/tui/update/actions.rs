@@ -5,9 +5,9 @@ use super::super::keymap::{Code, Key};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
 use super::{
-    answers, batch, clock, editing, history, jobs, list, look, open, open_current, plot, timeline,
+    answers, batch, clock, editing, history, jobs, list, look, map, open, open_current, plot,
+    timeline,
 };
-use crate::geometry::Pose;
 use crate::scenario::EgoSource;
 use crate::text::Frame;
 use crate::verdict::Task;
@@ -60,8 +60,13 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         StepForward | StepBack | JumpForward | JumpBack | FirstStep | LastStep | Play | Faster
         | Slower | MinimumStep | CollisionStep | Loop => clock::clock(model, action),
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
-            map(model, action);
+            move_map(model, action);
         }
+        Details => map::details(model),
+        NextPaths => map::next_paths(model),
+        Layers => model.overlays.push(Overlay::Layers(0)),
+        TakeTape => map::tape(model),
+        SwapTape => map::swap_tape(model),
         NextObstacle => pick(model, 1),
         PreviousObstacle => pick(model, -1),
         TakeAsEgo => return take_as_ego(model),
@@ -152,6 +157,9 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
         model.list.filtering = false;
         return Vec::new();
     }
+    if model.map.tape.take().is_some() {
+        return Vec::new();
+    }
     if model.zoomed {
         model.zoomed = false;
         return Vec::new();
@@ -234,17 +242,11 @@ pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
     }
 }
 
-fn ego_pose(model: &Model) -> Option<Pose> {
-    model
-        .scene()?
-        .ego
-        .track
-        .at(model.clock.step())
-        .map(|m| m.pose)
-}
-
-fn map(model: &mut Model, action: Action) {
-    let ego = ego_pose(model);
+fn move_map(model: &mut Model, action: Action) {
+    if map::move_tape(model, action) {
+        return;
+    }
+    let ego = map::ego_pose(model);
     let part = 6.0;
     match action {
         Action::ZoomIn => model.camera.zoom(0.8),
@@ -257,6 +259,7 @@ fn map(model: &mut Model, action: Action) {
             // Letting go keeps the view where it is.
             model.camera.center = model.camera.frame(ego).position;
             model.camera.follow = !model.camera.follow;
+            model.camera.shift = crate::geometry::Vector::zeros();
         }
         Action::EgoUp => model.camera.ego_up = !model.camera.ego_up,
         _ => {
@@ -292,6 +295,7 @@ fn pick(model: &mut Model, by: isize) {
         None => 0,
     };
     model.picked = Some(order[next]);
+    map::picked(model);
     if model.frame == Frame::Trajectory {
         model.refresh();
     }

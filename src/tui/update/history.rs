@@ -220,7 +220,7 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
             model.history.on_details = drawn.details.contains(at);
             Vec::new()
         }
-        Mouse::Drag(_) => Vec::new(),
+        Mouse::Drag(_) | Mouse::Release(_) => Vec::new(),
     }
 }
 

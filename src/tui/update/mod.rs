@@ -10,6 +10,7 @@ mod jobs;
 mod keys;
 mod list;
 mod look;
+mod map;
 mod overlays;
 mod plot;
 mod pointer;
@@ -41,6 +42,7 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     jobs::hear(model, &msg);
     let mut effects = take(model, msg);
     effects.extend(values::follow(model));
+    map::follow(model);
     jobs::follow(model, &effects);
     effects
 }
@@ -295,6 +297,7 @@ fn leave(model: &mut Model) {
     model.picked = None;
     model.plot.marked.clear();
     model.plot.series = None;
+    model.map.tape = None;
     model.values = super::model::Values::default();
     model.prompt.scroll = 0;
 }
@@ -306,6 +309,7 @@ const NEIGHBOURHOOD: f64 = 45.0;
 fn frame_map(model: &mut Model, opened: &Opened) {
     if opened.scene.is_some() {
         model.camera.follow = true;
+        model.camera.shift = crate::geometry::Vector::zeros();
         let (columns, _) = model.drawn.map_size();
         model.camera.show_at_least(NEIGHBOURHOOD, columns);
         return;

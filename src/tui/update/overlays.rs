@@ -6,7 +6,7 @@ use super::super::message::Effect;
 use super::super::model::{
     Model, Overlay, Picker, measures_shown, models_shown, orders_shown, palette_shown, themes_shown,
 };
-use super::{actions, answers, batch, history, jobs, list, look, plot, values};
+use super::{actions, answers, batch, history, jobs, list, look, map, plot, values};
 
 /// A key while an overlay is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -21,6 +21,15 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     if matches!(model.overlays.last(), Some(Overlay::Values { .. }))
         && let Some(effects) = values::on_key(model, key)
+    {
+        return effects;
+    }
+    if matches!(model.overlays.last(), Some(Overlay::Layers(_))) {
+        map::layers_key(model, key);
+        return Vec::new();
+    }
+    if matches!(model.overlays.last(), Some(Overlay::Details(_)))
+        && let Some(effects) = map::details_key(model, key)
     {
         return effects;
     }
@@ -106,6 +115,8 @@ pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
         Overlay::Help { .. }
         | Overlay::About { .. }
         | Overlay::Values { .. }
+        | Overlay::Details(_)
+        | Overlay::Layers(_)
         | Overlay::History
         | Overlay::Jobs
         | Overlay::Batch => None,

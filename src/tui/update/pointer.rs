@@ -4,8 +4,8 @@ use ratatui::layout::{Position, Rect};
 
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
-use super::super::model::{Model, Notice, Overlay, Pane};
-use super::{actions, clock, history, list, open_current};
+use super::super::model::{Model, Notice, On, Overlay, Pane};
+use super::{actions, clock, history, list, map, open_current};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
@@ -13,8 +13,18 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
         return on_overlay(model, mouse);
     }
     let at = match mouse {
-        Mouse::Press(at) | Mouse::Drag(at) | Mouse::WheelUp(at) | Mouse::WheelDown(at) => at,
+        Mouse::Press(at)
+        | Mouse::Drag(at)
+        | Mouse::Release(at)
+        | Mouse::WheelUp(at)
+        | Mouse::WheelDown(at) => at,
     };
+    if let Some(held) = model.map.held
+        && matches!(mouse, Mouse::Drag(_) | Mouse::Release(_))
+    {
+        hold(model, held, mouse, at);
+        return Vec::new();
+    }
     let Some((pane, area)) = model.drawn.pane_at(at) else {
         return Vec::new();
     };
@@ -30,6 +40,26 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
             Pane::Timeline | Pane::Plot => seek(model, area, at),
             _ => Vec::new(),
         },
+        Mouse::Release(_) => Vec::new(),
+    }
+}
+
+/// The map is in hand: dragging moves it, or measures; letting go where it was taken picks.
+fn hold(model: &mut Model, (from, moved): (Position, bool), mouse: Mouse, at: Position) {
+    if matches!(mouse, Mouse::Release(_)) {
+        model.map.held = None;
+        if !moved && model.map.tape.is_none() {
+            pick(model, at);
+        }
+    } else if model.map.tape.is_some() {
+        map::point_tape(model, at, false);
+        model.map.held = Some((at, true));
+    } else if at != from {
+        let by = |from: u16, to: u16| f64::from(from) - f64::from(to);
+        let (right, up) = (by(from.x, at.x), by(at.y, from.y));
+        let ego = map::ego_pose(model);
+        model.camera.pan(right, up, ego);
+        model.map.held = Some((at, true));
     }
 }
 
@@ -56,13 +86,10 @@ fn wheel(model: &mut Model, pane: Pane, at: Position, direction: Action) -> Vec<
                 1.0 / 0.85
             };
             // The point under the pointer stays where it is.
-            if let (false, Some((point, _))) = (model.camera.follow, model.drawn.point_at(at)) {
-                let before = model.camera.cell;
-                model.camera.zoom(factor);
-                let kept = model.camera.cell / before;
-                model.camera.center = point + (model.camera.center - point) * kept;
-            } else {
-                model.camera.zoom(factor);
+            let (ego, size) = (map::ego_pose(model), model.drawn.map_size());
+            match model.drawn.point_at(at) {
+                Some((point, _)) => model.camera.zoom_about(&point, factor, ego, size),
+                None => model.camera.zoom(factor),
             }
             Vec::new()
         }
@@ -106,7 +133,8 @@ fn press(model: &mut Model, pane: Pane, area: Rect, at: Position) -> Vec<Effect>
             Vec::new()
         }
         Pane::Map => {
-            pick(model, at);
+            model.map.held = Some((at, false));
+            map::point_tape(model, at, true);
             Vec::new()
         }
         Pane::Timeline | Pane::Plot => seek(model, area, at),
@@ -132,16 +160,13 @@ fn pick(model: &mut Model, at: Position) {
         return;
     };
     let Some(opened) = &model.opened else { return };
-    let step = model.clock.step();
-    let distances = opened.scenario.obstacles.iter().filter_map(|o| {
-        let track = o.track();
-        let motion = track.at(step).or_else(|| {
-            let stands = o.role == crate::scenario::ObstacleRole::Static;
-            track.iter().next().map(|(_, m)| m).filter(|_| stands)
-        })?;
-        let reach = o.footprint.as_ref().map_or(0.0, |f| f.reach());
-        Some((o.id, (motion.pose.position - point).norm() - reach))
+    let nearest = opened.nearest_body(&point, model.clock.step(), false);
+    let within = nearest.filter(|(_, d)| *d < REACH * cell);
+    model.picked = within.and_then(|(on, _)| match on {
+        On::Obstacle(id) => Some(id),
+        On::Ego => None,
     });
-    let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1));
-    model.picked = nearest.filter(|(_, d)| *d < 2.0 * cell).map(|(id, _)| id);
 }
+
+/// Cells that a click may be beside a body.
+const REACH: f64 = 2.0;

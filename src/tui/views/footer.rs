@@ -110,6 +110,19 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         Some(Overlay::Tags { .. }) => {
             return fixed(&[("type", "tags"), ("Enter", "keep"), ("Esc", "as before")]);
         }
+        Some(Overlay::Details(_)) => {
+            return fixed(&[
+                ("←→", "step"),
+                ("↑↓", "scroll"),
+                ("y", "copy"),
+                ("Esc", "close"),
+                ("space", "play"),
+                ("PgUp PgDn", "a page"),
+            ]);
+        }
+        Some(Overlay::Layers(_)) => {
+            return fixed(&[("↑↓", "select"), ("Enter", "switch"), ("Esc", "close")]);
+        }
         Some(Overlay::Palette(_) | Overlay::Models { .. } | Overlay::Measures { .. }) => {
             return fixed(&[
                 ("type", "to search"),

@@ -1,8 +1,13 @@
-//! The map from above: lanes, then trails, then obstacles, then the ego, labels on top.
+//! The map from above: lanes, then trails and paths, then obstacles, then the ego, signs and labels on top.
 
+mod board;
 mod labels;
+mod legend;
+mod paths;
 mod regions;
 mod road;
+mod signs;
+mod tape;
 mod vehicles;
 
 use ratatui::Frame;
@@ -15,37 +20,60 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use unicode_width::UnicodeWidthStr;
 
-use crate::geometry::{Bounds, Point, Pose};
+use self::board::Board;
+use crate::geometry::{Bounds, Point, Pose, Vector};
 use crate::tui::loaded::Opened;
-use crate::tui::model::{MapDrawn, Model, Pane};
+use crate::tui::model::{MapDrawn, Model, On, Pane};
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::hundredths;
 
 /// From the world to the canvas: x to the right, y up, in metres from the middle.
 struct Projection {
     frame: Pose,
+    /// Up and left on the screen, as directions of the world.
+    axes: (Vector, Vector),
     /// Half of what is seen, metres.
     half: (f64, f64),
-    /// Metres from one dot to the next.
+    /// Metres of a column and of a row.
+    cell: (f64, f64),
+    /// Metres from one dot to the next, where they are farther apart.
     dot: f64,
 }
 
 impl Projection {
+    fn new(frame: Pose, half: (f64, f64), cell: (f64, f64)) -> Self {
+        Self {
+            frame,
+            axes: (frame.forward(), frame.left()),
+            half,
+            cell,
+            dot: (cell.0 / 2.0).max(cell.1 / 4.0),
+        }
+    }
+
     fn at(&self, p: &Point) -> (f64, f64) {
-        let local = self.frame.to_local(p);
-        (-local.y, local.x)
+        let turned = self.turned(&(p - self.frame.position));
+        (turned.x, turned.y)
+    }
+
+    /// A direction of the world on the canvas.
+    fn turned(&self, v: &Vector) -> Vector {
+        Vector::new(-v.dot(&self.axes.1), v.dot(&self.axes.0))
     }
 
     /// Whether something within `bounds` may be seen.
     fn sees(&self, bounds: &Bounds) -> bool {
-        let (x, y) = self.at(&bounds.center());
-        let reach = (bounds.max - bounds.min).norm() / 2.0;
+        self.sees_around(&bounds.center(), (bounds.max - bounds.min).norm() / 2.0)
+    }
+
+    /// Whether something within `reach` metres of a point may be seen.
+    fn sees_around(&self, p: &Point, reach: f64) -> bool {
+        let (x, y) = self.at(p);
         x.abs() <= self.half.0 + reach && y.abs() <= self.half.1 + reach
     }
 
     fn sees_point(&self, p: &Point) -> bool {
-        let (x, y) = self.at(p);
-        x.abs() <= self.half.0 && y.abs() <= self.half.1
+        self.sees_around(p, 0.0)
     }
 }
 
@@ -82,11 +110,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let inner = frame::pane(f, area, model, Pane::Map, title);
     let Some(opened) = &model.opened else {
         let frame = camera.frame(None);
-        let cell = camera.cell;
         model.drawn.map(MapDrawn {
             area: inner,
             frame,
-            cell,
+            cell: camera.cell,
+            row: camera.row(),
         });
         return nothing(f, inner, model);
     };
@@ -94,25 +122,18 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         return;
     }
     let step = model.clock.step();
-    let ego = opened
-        .scene
-        .as_ref()
-        .and_then(|s| s.ego.track.at(step))
-        .map(|m| m.pose);
-    let cell = camera.cell;
+    let ego = opened.motion_of(On::Ego, step).map(|m| m.pose);
+    let (cell, row) = (camera.cell, camera.row());
     let half = (
         cell * f64::from(inner.width) / 2.0,
-        cell * f64::from(inner.height),
+        row * f64::from(inner.height) / 2.0,
     );
-    let view = Projection {
-        frame: camera.frame(ego),
-        half,
-        dot: cell / 2.0,
-    };
+    let view = Projection::new(camera.frame(ego), half, (cell, row));
     model.drawn.map(MapDrawn {
         area: inner,
         frame: view.frame,
         cell,
+        row,
     });
     let canvas = Canvas::default()
         .marker(Marker::Braille)
@@ -120,7 +141,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         .y_bounds([-half.1, half.1])
         .paint(|ctx| paint(ctx, model, opened, &view, step));
     f.render_widget(canvas, inner);
+    let shown = write(f, inner, model, opened, &view, step);
     bottom_line(f, inner, model, opened, step, cell);
+    legend::draw(f, area, model, shown);
 }
 
 fn paint(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projection, step: i64) {
@@ -128,12 +151,35 @@ fn paint(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projectio
     regions::fixed(ctx, model, opened, view);
     ctx.layer();
     regions::occupancies(ctx, model, opened, view, step);
-    vehicles::trails(ctx, model, opened, view, step);
+    paths::trails(ctx, model, opened, view, step);
+    paths::futures(ctx, model, view);
     ctx.layer();
     vehicles::obstacles(ctx, model, opened, view, step);
     ctx.layer();
     vehicles::ego(ctx, model, opened, view, step);
-    labels::draw(ctx, model, opened, view, step);
+    tape::line(ctx, model, view);
+}
+
+/// Signs and words on top; what has to be where it is comes first.
+fn write(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    opened: &Opened,
+    view: &Projection,
+    step: i64,
+) -> signs::Placed {
+    let mut board = Board::new(f.buffer_mut(), area, view);
+    vehicles::arrows(&mut board, model, opened, view, step);
+    let lights = signs::lights(&mut board, model, opened, view, step);
+    tape::ends(&mut board, model, view);
+    labels::draw(&mut board, model, opened, view, step);
+    tape::label(&mut board, model, view);
+    vehicles::keep_clear(&mut board, model, opened, view, step);
+    paths::ends(&mut board, model, view);
+    regions::goal_labels(&mut board, model, opened, view);
+    let posts = signs::signs(&mut board, model, opened, view);
+    signs::Placed { lights, posts }
 }
 
 fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {

@@ -1,19 +1,27 @@
-//! Lane borders by their marking, crosswalks, goals, stop lines and lights.
+//! Lane borders by their marking, crosswalks, driving directions, goal lanelets and stop lines.
 
 use ratatui::style::Color;
 use ratatui::widgets::canvas::{Context, Points};
 
 use super::{Projection, stroke};
-use crate::geometry::{Point, Polyline};
-use crate::scenario::{Bound, LaneletType, LineMarking};
+use crate::geometry::{Point, Polyline, Vector};
+use crate::scenario::{Bound, Lanelet, LaneletType, LineMarking};
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
 
 /// Dash and gap of a dashed line, metres.
 const DASH: f64 = 3.0;
 
+/// Where a dot is at most this large, metres, there is room for a second line and for driving directions.
+const CLOSE: f64 = 0.4;
+
+/// Metres from one sign of the driving direction to the next, and the size of such a sign.
+const APART: f64 = 18.0;
+const CHEVRON: f64 = 0.8;
+
 pub fn draw(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projection) {
     let theme = &model.theme;
+    let layers = &model.map.layers;
     let network = &opened.scenario.network;
     let goals: Vec<i64> = opened
         .scenario
@@ -30,16 +38,18 @@ pub fn draw(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projec
     let mut later = Vec::new();
     for (_, lanelet) in seen {
         if lanelet.types.contains(&LaneletType::Crosswalk) {
-            hatch(
-                ctx,
-                view,
-                &lanelet.left.points,
-                &lanelet.right.points,
-                theme.crosswalk,
-            );
+            if layers.lanes {
+                hatch(
+                    ctx,
+                    view,
+                    &lanelet.left.points,
+                    &lanelet.right.points,
+                    theme.crosswalk,
+                );
+            }
             continue;
         }
-        if goals.contains(&lanelet.id) {
+        if layers.goal && goals.contains(&lanelet.id) {
             dots(
                 ctx,
                 view,
@@ -51,47 +61,146 @@ pub fn draw(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projec
         later.push(lanelet);
     }
     for lanelet in &later {
+        if view.dot <= CLOSE && layers.lanes {
+            direction(ctx, view, lanelet, theme.lane_dashed);
+        }
         for border in [&lanelet.left, &lanelet.right] {
-            bound(ctx, view, border, theme.lane, theme.lane_dashed);
+            if layers.lanes {
+                bound(ctx, view, border, theme.lane, theme.lane_dashed);
+            } else {
+                stroke(ctx, view, &border.points, theme.lane_dashed);
+            }
         }
     }
-    let lines = later.iter().filter_map(|l| l.stop_line.as_ref()?.points);
-    for (from, to) in lines {
-        stroke(ctx, view, &[from, to], theme.text);
+    if layers.lights {
+        for (from, to) in later.iter().filter_map(|l| l.stop_line_ends()) {
+            stroke(ctx, view, &[from, to], theme.text);
+            beside(ctx, view, &[from, to], 1.0, theme.text);
+        }
     }
 }
 
-fn bound(ctx: &mut Context<'_>, view: &Projection, bound: &Bound, solid: Color, dashed: Color) {
-    match bound.marking {
-        LineMarking::Dashed | LineMarking::BroadDashed | LineMarking::DashedDashed
-            if view.dot < DASH / 2.0 =>
-        {
-            let Some(line) = Polyline::new(bound.points.iter().copied()) else {
-                return;
-            };
-            let mut s = 0.0;
-            while s < line.length() {
-                let end = (s + DASH).min(line.length());
-                stroke(
-                    ctx,
-                    view,
-                    &[line.pose_at(s).position, line.pose_at(end).position],
-                    dashed,
-                );
-                s += 2.0 * DASH;
-            }
-        }
-        LineMarking::Dashed
-        | LineMarking::BroadDashed
-        | LineMarking::DashedDashed
-        | LineMarking::NoMarking => stroke(ctx, view, &bound.points, dashed),
-        _ => stroke(ctx, view, &bound.points, solid),
+/// How a marking is drawn: the line itself, and the second one beside it.
+fn kinds(marking: LineMarking) -> (Kind, Option<Kind>) {
+    use Kind::{Dashed, Plain, Solid};
+    use LineMarking as M;
+    match marking {
+        M::Dashed => (Dashed, None),
+        M::BroadDashed | M::DashedDashed => (Dashed, Some(Dashed)),
+        M::BroadSolid | M::SolidSolid => (Solid, Some(Solid)),
+        // The first is on the left.
+        M::SolidDashed => (Solid, Some(Dashed)),
+        M::DashedSolid => (Dashed, Some(Solid)),
+        M::NoMarking => (Plain, None),
+        M::Solid | M::Curb | M::LoweredCurb | M::Unknown => (Solid, None),
     }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Solid,
+    Dashed,
+    /// Where nothing is painted.
+    Plain,
+}
+
+fn bound(ctx: &mut Context<'_>, view: &Projection, bound: &Bound, solid: Color, dashed: Color) {
+    let (first, second) = kinds(bound.marking);
+    line(ctx, view, &bound.points, first, (solid, dashed));
+    let Some(second) = second.filter(|_| view.dot <= CLOSE) else {
+        return;
+    };
+    // Two dots to the right: broad lines grow together, double ones leave one free.
+    let double = matches!(
+        bound.marking,
+        LineMarking::SolidSolid
+            | LineMarking::DashedDashed
+            | LineMarking::SolidDashed
+            | LineMarking::DashedSolid
+    );
+    let aside = if double { 2.0 } else { 1.0 };
+    let points = shifted(&bound.points, aside * view.dot);
+    line(ctx, view, &points, second, (solid, dashed));
+}
+
+fn line(
+    ctx: &mut Context<'_>,
+    view: &Projection,
+    points: &[Point],
+    kind: Kind,
+    (solid, dashed): (Color, Color),
+) {
+    match kind {
+        Kind::Solid => stroke(ctx, view, points, solid),
+        Kind::Dashed if view.dot < DASH / 2.0 => dashes(ctx, view, points, dashed),
+        Kind::Dashed | Kind::Plain => stroke(ctx, view, points, dashed),
+    }
+}
+
+fn dashes(ctx: &mut Context<'_>, view: &Projection, points: &[Point], color: Color) {
+    let Some(line) = Polyline::new(points.iter().copied()) else {
+        return;
+    };
+    let mut s = 0.0;
+    while s < line.length() {
+        let end = (s + DASH).min(line.length());
+        let ends = [line.pose_at(s).position, line.pose_at(end).position];
+        if view.sees_around(&ends[0], DASH) {
+            stroke(ctx, view, &ends, color);
+        }
+        s += 2.0 * DASH;
+    }
+}
+
+/// A second line so many dots to the right of a line.
+fn beside(ctx: &mut Context<'_>, view: &Projection, points: &[Point], aside: f64, color: Color) {
+    stroke(ctx, view, &shifted(points, aside * view.dot), color);
+}
+
+/// The points, moved to the right of the line.
+fn shifted(points: &[Point], aside: f64) -> Vec<Point> {
+    let right = |from: &Point, to: &Point| {
+        let along = to - from;
+        let norm = along.norm();
+        let scale = if norm > 0.0 { aside / norm } else { 0.0 };
+        Vector::new(along.y, -along.x) * scale
+    };
+    let mut last = Vector::zeros();
+    let place = |i: usize| {
+        if let Some(next) = points.get(i + 1) {
+            last = right(&points[i], next);
+        }
+        points[i] + last
+    };
+    (0..points.len()).map(place).collect()
+}
+
+/// Chevrons along a lanelet that is driven in one direction.
+fn direction(ctx: &mut Context<'_>, view: &Projection, lanelet: &Lanelet, color: Color) {
+    let walked = [LaneletType::Sidewalk, LaneletType::Border];
+    let driven = lanelet.users_bidirectional.is_empty();
+    if !driven || lanelet.types.iter().any(|t| walked.contains(t)) {
+        return;
+    }
+    let (left, right) = (&lanelet.left.points, &lanelet.right.points);
+    across(view, left, right, APART, 0.5, |from, to| {
+        let width = (to - from).norm();
+        if width < 2.0 * CHEVRON {
+            return;
+        }
+        let aside = (to - from) / width;
+        let forward = Vector::new(-aside.y, aside.x);
+        let tip = nalgebra::center(&from, &to) + forward * CHEVRON;
+        for side in [1.0, -1.0] {
+            let tail = tip - forward * CHEVRON + aside * (side * CHEVRON);
+            stroke(ctx, view, &[tail, tip], color);
+        }
+    });
 }
 
 /// Stripes across, as painted on a crossing.
 fn hatch(ctx: &mut Context<'_>, view: &Projection, left: &[Point], right: &[Point], color: Color) {
-    across(view, left, right, 1.0, |from, to| {
+    across(view, left, right, 1.0, 0.0, |from, to| {
         stroke(ctx, view, &[from, to], color)
     });
 }
@@ -99,7 +208,7 @@ fn hatch(ctx: &mut Context<'_>, view: &Projection, left: &[Point], right: &[Poin
 /// Scattered dots, so that what is above stays readable.
 fn dots(ctx: &mut Context<'_>, view: &Projection, left: &[Point], right: &[Point], color: Color) {
     let mut coords = Vec::new();
-    across(view, left, right, 2.0, |from, to| {
+    across(view, left, right, 2.0, 0.0, |from, to| {
         for t in [0.25, 0.5, 0.75] {
             coords.push(view.at(&(from + (to - from) * t)));
         }
@@ -110,26 +219,43 @@ fn dots(ctx: &mut Context<'_>, view: &Projection, left: &[Point], right: &[Point
     });
 }
 
-/// Calls `with` for lines from border to border, about `every` metres, at least three dots apart.
+/// Calls `with` for lines from border to border, about `every` metres, at least three dots apart; the first one after
+/// a part of that.
 fn across(
     view: &Projection,
     left: &[Point],
     right: &[Point],
     every: f64,
+    first: f64,
     mut with: impl FnMut(Point, Point),
 ) {
     let lines = Polyline::new(left.iter().copied()).zip(Polyline::new(right.iter().copied()));
     let Some((left, right)) = lines else { return };
     let every = every.max(3.0 * view.dot);
-    let count = (left.length().max(right.length()) / every)
-        .ceil()
-        .clamp(1.0, 2000.0) as usize;
-    for i in 0..=count {
-        let part = i as f64 / count as f64;
+    let length = left.length().max(right.length());
+    let count = (length / every).ceil().clamp(1.0, 2000.0);
+    for i in 0..=count as usize {
+        let part = (i as f64 + first) / count;
+        if part > 1.0 {
+            break;
+        }
         let from = left.pose_at(part * left.length()).position;
         let to = right.pose_at(part * right.length()).position;
         if view.sees_point(&from) || view.sees_point(&to) {
             with(from, to);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_line_lies_to_the_right() {
+        let line = [(0.0, 0.0), (10.0, 0.0), (10.0, -5.0)].map(|(x, y)| Point::new(x, y));
+        let moved = shifted(&line, 0.5);
+        assert_eq!(moved[0], Point::new(0.0, -0.5));
+        assert_eq!(moved[2], Point::new(9.5, -5.0));
     }
 }

@@ -1,0 +1,28 @@
+//! What belongs to the map alone: its layers, paths into the future, the tape, and what the mouse holds.
+
+mod details;
+mod foresight;
+mod layers;
+mod tape;
+
+use ratatui::layout::Position;
+
+pub use details::{Detail, as_text};
+pub use foresight::Foresight;
+pub use layers::{Foreseen, Layers};
+pub use tape::{End, Measurement, On, Tape};
+
+use super::Model;
+
+/// The tools of the map.
+#[derive(Debug, Default)]
+pub struct Tools {
+    /// What is shown; saved with the session.
+    pub layers: Layers,
+    /// Paths into the future, as far as they are shown.
+    pub foresight: Foresight,
+    /// The measuring tape, if it is out.
+    pub tape: Option<Tape>,
+    /// Where the mouse took hold of the map, and whether it moved since.
+    pub held: Option<(Position, bool)>,
+}

@@ -1,0 +1,147 @@
+//! Where somebody may be going: what the built-in judge predicts, and the way straight on.
+
+use std::sync::Arc;
+
+use super::{Foreseen, On};
+use crate::geometry::Point;
+use crate::judge::Criterion;
+use crate::scenario::prediction::{Observed, Past, Prediction, Predictor};
+use crate::scenario::{Scene, Window};
+
+/// Whose paths are "near": within this distance of the ego, metres, centre to centre, and no more than so many.
+const NEAR: f64 = 40.0;
+const MOST: usize = 12;
+
+/// Seconds between two points of a path.
+const TICK: f64 = 0.2;
+
+/// What is less likely is not drawn, 0 to 1.
+const LEAST: f64 = 0.05;
+
+/// The paths of one participant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Future {
+    /// Whose.
+    pub who: On,
+    /// The predicted courses at the middle speed, each with its probability, the likeliest first.
+    pub courses: Vec<(f64, Vec<Point>)>,
+    /// Straight on with the recorded velocity: what would be if nobody did anything.
+    pub straight: Vec<Point>,
+}
+
+/// What was asked for: everything else follows from it.
+#[derive(Debug, Clone)]
+struct Asked {
+    scene: Arc<Scene>,
+    step: i64,
+    history: usize,
+    whose: Foreseen,
+    picked: Option<i64>,
+}
+
+impl Asked {
+    fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.scene, &other.scene)
+            && (self.step, self.history, self.whose) == (other.step, other.history, other.whose)
+            && (self.picked == other.picked || self.whose == Foreseen::Near)
+    }
+}
+
+/// The paths into the future at one step.
+#[derive(Debug, Default)]
+pub struct Foresight {
+    asked: Option<Asked>,
+    /// Whose paths are drawn, with them.
+    pub futures: Vec<Future>,
+}
+
+impl Foresight {
+    /// How far ahead the paths go, seconds: as far as the built-in judge looks.
+    pub const HORIZON: f64 = Criterion::REFERENCE.horizon;
+
+    /// Works the paths out, unless they are known.
+    pub fn look(
+        &mut self,
+        scene: Option<&Arc<Scene>>,
+        step: i64,
+        history: usize,
+        (whose, picked): (Foreseen, Option<i64>),
+    ) {
+        let Some(scene) = scene.filter(|_| whose != Foreseen::Off) else {
+            *self = Self::default();
+            return;
+        };
+        let asked = Asked {
+            scene: scene.clone(),
+            step,
+            history,
+            whose,
+            picked,
+        };
+        if self.asked.as_ref().is_some_and(|known| known.is(&asked)) {
+            return;
+        }
+        self.futures = futures(&asked);
+        self.asked = Some(asked);
+    }
+}
+
+fn futures(asked: &Asked) -> Vec<Future> {
+    let window = Window::ending_at(&asked.scene, asked.step, asked.history);
+    let past = Past::of(&asked.scene, &window);
+    let mut predictor = Predictor::new(&past, Criterion::REFERENCE.model);
+    let mut future = |who, seen: &Observed<'_>| Future {
+        who,
+        courses: courses(&predictor.predict(seen, Foresight::HORIZON)),
+        straight: straight(seen),
+    };
+    let obstacle = |o: &Observed<'_>| On::Obstacle(o.who.id);
+    if asked.whose == Foreseen::Picked {
+        let picked = past
+            .others()
+            .iter()
+            .filter(|o| Some(o.who.id) == asked.picked);
+        return picked.map(|o| future(obstacle(o), o)).collect();
+    }
+    let Some(ego) = past.ego() else {
+        return Vec::new();
+    };
+    let away = |o: &Observed<'_>| (o.motion.pose.position - ego.motion.pose.position).norm();
+    let moving = past.others().iter().filter(|o| !o.who.parked);
+    let mut near: Vec<_> = moving
+        .map(|o| (away(o), o))
+        .filter(|(d, _)| *d <= NEAR)
+        .collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    near.truncate(MOST);
+    let mut found = vec![future(On::Ego, ego)];
+    found.extend(near.into_iter().map(|(_, o)| future(obstacle(o), o)));
+    found
+}
+
+fn moments() -> impl Iterator<Item = f64> {
+    let count = (Foresight::HORIZON / TICK).round() as usize;
+    (0..=count).map(|k| k as f64 * TICK)
+}
+
+fn courses(prediction: &Prediction) -> Vec<(f64, Vec<Point>)> {
+    // The speeds are equally likely and in order.
+    let Some(speeds) = prediction.speeds.get(prediction.speeds.len() / 2) else {
+        return Vec::new();
+    };
+    let likely = prediction.courses.iter().filter(|c| c.weight >= LEAST);
+    let mut found: Vec<(f64, Vec<Point>)> = likely
+        .map(|course| {
+            let at = |t| course.path.pose_at(speeds.distance(t)).position;
+            (course.weight, moments().map(at).collect())
+        })
+        .collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found
+}
+
+fn straight(seen: &Observed<'_>) -> Vec<Point> {
+    let (from, velocity) = (seen.motion.pose.position, seen.motion.velocity_vector());
+    let moving = if seen.who.parked { 0.0 } else { 1.0 };
+    moments().map(|t| from + velocity * (t * moving)).collect()
+}

@@ -1,0 +1,136 @@
+//! What the map shows: layers that are switched on and off, in one struct that can be saved.
+
+use serde::{Deserialize, Serialize};
+
+/// Whose paths into the future are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Foreseen {
+    /// Nobody's.
+    #[default]
+    Off,
+    /// The picked obstacle's.
+    Picked,
+    /// Those of everyone near the ego, and the ego's own.
+    Near,
+}
+
+impl Foreseen {
+    /// The one after it.
+    #[must_use]
+    pub fn next(self) -> Self {
+        match self {
+            Self::Off => Self::Picked,
+            Self::Picked => Self::Near,
+            Self::Near => Self::Off,
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Picked => "of the picked one",
+            Self::Near => "of all near the ego",
+        }
+    }
+}
+
+/// The layers of the map.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Layers {
+    /// Markings of lanes, crossings and driving directions.
+    pub lanes: bool,
+    /// Traffic signs.
+    pub signs: bool,
+    /// Traffic lights and stop lines.
+    pub lights: bool,
+    /// Where everyone was, and where they are recorded to go.
+    pub trails: bool,
+    /// Predicted and counterfactual paths.
+    pub paths: Foreseen,
+    /// Regions that somebody may cover.
+    pub occupancy: bool,
+    /// Names beside vehicles.
+    pub labels: bool,
+    /// Goals of the planning problems.
+    pub goal: bool,
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self {
+            lanes: true,
+            signs: true,
+            lights: true,
+            trails: true,
+            paths: Foreseen::Off,
+            occupancy: true,
+            labels: true,
+            goal: true,
+        }
+    }
+}
+
+impl Layers {
+    /// How many layers there are.
+    pub const COUNT: usize = 8;
+
+    /// Every layer: what it is, and how it is switched.
+    #[must_use]
+    pub fn rows(&self) -> [(&'static str, &'static str); Self::COUNT] {
+        let on = |on: bool| if on { "on" } else { "off" };
+        [
+            ("lane markings and directions", on(self.lanes)),
+            ("signs", on(self.signs)),
+            ("lights and stop lines", on(self.lights)),
+            ("trails and recorded futures", on(self.trails)),
+            ("predicted paths", self.paths.name()),
+            ("occupancy sets", on(self.occupancy)),
+            ("labels", on(self.labels)),
+            ("goals", on(self.goal)),
+        ]
+    }
+
+    /// Switches the layer in this row of [`Layers::rows`].
+    pub fn switch(&mut self, row: usize) {
+        let layer = match row {
+            0 => &mut self.lanes,
+            1 => &mut self.signs,
+            2 => &mut self.lights,
+            3 => &mut self.trails,
+            4 => {
+                self.paths = self.paths.next();
+                return;
+            }
+            5 => &mut self.occupancy,
+            6 => &mut self.labels,
+            7 => &mut self.goal,
+            _ => return,
+        };
+        *layer = !*layer;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn every_row_switches_what_it_names_and_is_kept() {
+        for row in 0..Layers::COUNT {
+            let mut layers = Layers::default();
+            layers.switch(row);
+            let changed =
+                (0..Layers::COUNT).filter(|&r| layers.rows()[r] != Layers::default().rows()[r]);
+            assert_eq!(changed.collect::<Vec<_>>(), [row]);
+            let saved = toml::to_string(&layers).unwrap();
+            assert_eq!(toml::from_str::<Layers>(&saved).unwrap(), layers);
+        }
+        let old: Layers = toml::from_str("signs = false").unwrap();
+        assert!(!old.signs && old.lanes, "what is not said is as usual");
+    }
+}

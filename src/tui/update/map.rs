@@ -1,0 +1,190 @@
+//! The map's tools: layers, paths into the future, the tape, details of the picked obstacle.
+
+use ratatui::layout::Position;
+
+use super::super::action::{Action, Scope};
+use super::super::keymap::{Code, Key};
+use super::super::message::Effect;
+use super::super::model::{
+    End, Foreseen, Foresight, Layers, Model, On, Overlay, Pane, Tape, as_text,
+};
+use super::actions;
+use crate::geometry::{Point, Pose};
+
+/// Cells that a key moves the end of the tape.
+const STRIDE: f64 = 2.0;
+
+/// An end of the tape sticks to a body that is within this many cells.
+const STICKS: f64 = 1.0;
+
+/// Works out what is drawn into the future, if it changed.
+pub fn follow(model: &mut Model) {
+    let whose = model.map.layers.paths;
+    if whose == Foreseen::Off {
+        model.map.foresight = Foresight::default();
+        return;
+    }
+    let history = model.decided().history;
+    let scene = model.opened.as_ref().and_then(|o| o.scene.as_ref());
+    let step = model.clock.step();
+    let wanted = (whose, model.picked);
+    model.map.foresight.look(scene, step, history, wanted);
+}
+
+/// Shows the paths of nobody, of the picked obstacle, of all near the ego.
+pub fn next_paths(model: &mut Model) {
+    model.map.layers.paths = model.map.layers.paths.next();
+    let words = match model.map.layers.paths {
+        Foreseen::Off => "no predicted paths",
+        _ if model.scene().is_none() => return model.say(model.without_ego()),
+        Foreseen::Picked if model.picked.is_none() => {
+            "predicted paths of the picked obstacle: pick one first"
+        }
+        Foreseen::Picked => "predicted paths of the picked obstacle",
+        Foreseen::Near => "predicted paths of all near the ego",
+    };
+    model.say(words);
+}
+
+/// Shows the details of the picked obstacle.
+pub fn details(model: &mut Model) {
+    if model.picked.is_none() {
+        return model.say("pick an obstacle first");
+    }
+    model.overlays.push(Overlay::Details(0));
+}
+
+/// A key while the details are open: what moves the clock or picks goes through, `y` copies.
+pub fn details_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
+    match model.look.keymap.action(key, Scope::Global)? {
+        Action::Copy => {
+            let text = as_text(&model.details()?);
+            model.say(format!("{} characters copied", text.chars().count()));
+            Some(vec![Effect::Copy(text)])
+        }
+        action @ (Action::Play | Action::NextPaths | Action::TakeTape) => {
+            Some(actions::perform(model, action))
+        }
+        Action::Details => {
+            model.overlays.pop();
+            Some(Vec::new())
+        }
+        _ => super::values::on_key(model, key),
+    }
+}
+
+/// A key while the layers are open.
+pub fn layers_key(model: &mut Model, key: Key) {
+    let Some(Overlay::Layers(selected)) = model.overlays.last_mut() else {
+        return;
+    };
+    match key.code {
+        Code::Up | Code::Char('k') => *selected = selected.saturating_sub(1),
+        Code::Down | Code::Char('j') => *selected = (*selected + 1).min(Layers::COUNT - 1),
+        Code::Enter | Code::Char(' ') => {
+            let row = *selected;
+            model.map.layers.switch(row);
+        }
+        _ => {
+            model.overlays.pop();
+        }
+    }
+}
+
+/// Takes the tape out, from the ego to the picked obstacle, or puts it away.
+pub fn tape(model: &mut Model) {
+    if model.map.tape.take().is_some() {
+        return;
+    }
+    let step = model.clock.step();
+    let Some(opened) = model.opened.as_deref() else {
+        return model.say("no scenario is open");
+    };
+    let at = |on| End::on(opened, on, step);
+    let ego = at(On::Ego);
+    let picked = model.picked.and_then(|id| at(On::Obstacle(id)));
+    let frame = model.camera.frame(ego_pose(model));
+    let ahead = |end: End| End {
+        point: end.point + frame.forward() * (STRIDE * 4.0 * model.camera.cell),
+        on: None,
+    };
+    let middle = End {
+        point: frame.position,
+        on: None,
+    };
+    let (from, to) = match (ego, picked) {
+        (Some(ego), Some(picked)) => (ego, picked),
+        (Some(end), None) | (None, Some(end)) => (end, ahead(end)),
+        (None, None) => (middle, ahead(middle)),
+    };
+    model.map.tape = Some(Tape { from, to });
+    model.focus = Pane::Map;
+    model.say("h j k l or dragging measures, Enter takes the other end, T puts it away");
+}
+
+/// Moves the free end of the tape by a key; says whether there is a tape.
+pub fn move_tape(model: &mut Model, action: Action) -> bool {
+    let (right, up) = match action {
+        Action::PanLeft => (-STRIDE, 0.0),
+        Action::PanRight => (STRIDE, 0.0),
+        Action::PanUp => (0.0, STRIDE / 2.0),
+        Action::PanDown => (0.0, -STRIDE / 2.0),
+        _ => return false,
+    };
+    let Some(tape) = model.map.tape else {
+        return false;
+    };
+    let frame = model.camera.frame(ego_pose(model));
+    let (cell, row) = (model.camera.cell, model.camera.row());
+    let by = frame.forward() * (up * row) - frame.left() * (right * cell);
+    let point = tape.to.point + by;
+    let to = end_at(model, point);
+    model.map.tape = to.map(|to| Tape { to, ..tape });
+    true
+}
+
+/// The other end is the free one from now on.
+pub fn swap_tape(model: &mut Model) {
+    match &mut model.map.tape {
+        Some(tape) => std::mem::swap(&mut tape.from, &mut tape.to),
+        None => model.say("T takes the tape out first"),
+    }
+}
+
+/// The free end of the tape goes to the obstacle that was picked.
+pub fn picked(model: &mut Model) {
+    let Some((tape, id)) = model.map.tape.zip(model.picked) else {
+        return;
+    };
+    let opened = model.opened.as_deref();
+    let to = opened.and_then(|o| End::on(o, On::Obstacle(id), model.clock.step()));
+    if let Some(to) = to {
+        model.map.tape = Some(Tape { to, ..tape });
+    }
+}
+
+/// The mouse puts both ends of the tape at a point, or moves the free one there.
+pub fn point_tape(model: &mut Model, at: Position, press: bool) {
+    let Some((point, _)) = model.drawn.point_at(at) else {
+        return;
+    };
+    let (Some(tape), Some(end)) = (model.map.tape, end_at(model, point)) else {
+        return;
+    };
+    let from = if press { end } else { tape.from };
+    model.map.tape = Some(Tape { from, to: end });
+}
+
+fn end_at(model: &Model, point: Point) -> Option<End> {
+    let reach = STICKS * model.camera.cell;
+    let opened = model.opened.as_deref()?;
+    Some(End::near(opened, point, model.clock.step(), reach))
+}
+
+/// Where the ego is now.
+pub fn ego_pose(model: &Model) -> Option<Pose> {
+    let opened = model.opened.as_deref()?;
+    opened
+        .motion_of(On::Ego, model.clock.step())
+        .map(|motion| motion.pose)
+}
