@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::Keys;
 use super::text_file::text_if_there;
 
 /// The configuration.
@@ -14,6 +15,8 @@ pub struct Config {
     pub theme: Option<String>,
     /// Whether the mouse is used.
     pub mouse: bool,
+    /// Keys of the template editor: `plain`, `vim` or `emacs`.
+    pub editor: Keys,
     /// The model asked first, as `provider/model`.
     pub model: Option<String>,
     /// Steps of history in a window; the template's default where it is not set.
@@ -36,6 +39,7 @@ impl Default for Config {
         Self {
             theme: None,
             mouse: true,
+            editor: Keys::Plain,
             model: None,
             history: None,
             radius: None,
@@ -165,6 +169,7 @@ mod tests {
             ("theme = 3", "theme"),
             ("history = -1", "history"),
             ("effort = \"max\"", "effort"),
+            ("editor = \"ed\"", "editor"),
             ("model = \"x\"", "model"),
         ] {
             std::fs::write(&path, format!("mouse = false\n{wrong}\n")).unwrap();

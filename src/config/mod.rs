@@ -2,8 +2,10 @@
 
 mod file;
 mod folders;
+mod keys;
 mod text_file;
 
 pub use file::{Config, ConfigError};
 pub use folders::Folders;
+pub use keys::Keys;
 pub use text_file::TextFile;

@@ -70,6 +70,21 @@ pub enum Action {
     Copy,
     Mouse,
     Suspend,
+    OutsideEditor,
+    ChooseTemplate,
+    Source,
+    EditDone,
+    SaveTemplate,
+    SaveTemplateAs,
+    Find,
+    GoToLine,
+    Turn,
+    Undo,
+    Redo,
+    Cut,
+    CopySelection,
+    PasteCopied,
+    SelectAll,
 }
 
 /// Where an action holds.
@@ -83,6 +98,8 @@ pub enum Scope {
     Map,
     /// In panes with text.
     Text,
+    /// In the template editor, where keys write and nothing else holds.
+    Editor,
 }
 
 /// A line of the table.
@@ -167,6 +184,9 @@ table! {
     ZoomOut, Global, "zoom-out", ["-"], 0, "zoom out", "Zoom the map out.";
     Copy, Global, "copy", ["y"], 0, "copy", "Copy the pane's text to the clipboard of the terminal (OSC 52).";
     Mouse, Global, "mouse", [], 0, "mouse", "Use the mouse, or leave it to the terminal.";
+    OutsideEditor, Global, "external-editor", ["ctrl-e"], 0, "$EDITOR", "Edit the template in $VISUAL or $EDITOR, or look at a copy of the prompt there.";
+    ChooseTemplate, Global, "templates", [], 0, "templates", "Choose among the templates for the task and frame.";
+    Source, Global, "source", ["shift-x"], 0, "source", "The scenario's XML, at the picked obstacle.";
     Suspend, Global, "suspend", ["ctrl-z"], 0, "suspend", "Go back to the shell; `fg` returns.";
     Up, Scenarios, "up", ["up", "k"], 0, "up", "Select the scenario above.";
     Down, Scenarios, "down", ["down", "j"], 0, "down", "Select the scenario below.";
@@ -185,6 +205,19 @@ table! {
     PageDown, Text, "page-down", ["pagedown", "ctrl-d"], 0, "page down", "A page down.";
     Top, Text, "top", ["g"], 0, "top", "To the beginning.";
     Bottom, Text, "bottom", ["shift-g"], 0, "bottom", "To the end; new text is followed from there.";
+    EditDone, Editor, "edit-done", ["esc"], 1, "done", "Give the keys back; the draft stays in use. In vim's modes, first back to normal.";
+    SaveTemplate, Editor, "save-template", ["ctrl-s"], 2, "save as yours", "Save the template in your prompts folder.";
+    SaveTemplateAs, Editor, "save-as", ["ctrl-a", "alt-s"], 3, "save as", "Save it under a new name, and use that for the task and frame.";
+    Find, Editor, "find", ["ctrl-f", "alt-/"], 4, "find", "Find a word; again for the next one, up for the one before.";
+    Undo, Editor, "undo", ["ctrl-z", "alt-z"], 5, "undo", "Take the last change back.";
+    Redo, Editor, "redo", ["ctrl-y", "alt-y"], 6, "redo", "Make it again.";
+    Turn, Editor, "beside", ["ctrl-o", "alt-o"], 7, "beside", "What stands beside the editor: rendered prompt, description, diff; in a narrow terminal in its place.";
+    OutsideEditor, Editor, "external-editor", ["ctrl-e", "alt-e"], 8, "$EDITOR", "Go on in $VISUAL or $EDITOR.";
+    GoToLine, Editor, "go-to-line", ["ctrl-g", "alt-g"], 9, "line", "Go to a line by its number.";
+    Cut, Editor, "cut", ["ctrl-x"], 0, "cut", "Cut the selection, also to the terminal's clipboard (OSC 52).";
+    CopySelection, Editor, "copy-selection", ["alt-w"], 0, "copy", "Copy the selection; Ctrl-C does it too while something is selected.";
+    PasteCopied, Editor, "paste", ["ctrl-v"], 0, "paste", "Paste what was cut or copied here.";
+    SelectAll, Editor, "select-all", ["alt-a"], 0, "all", "Select everything; Shift with a motion selects on the way.";
 }
 
 #[cfg(test)]
@@ -195,8 +228,10 @@ mod tests {
     fn no_key_means_two_things_in_one_place() {
         for (i, a) in ACTIONS.iter().enumerate() {
             for b in &ACTIONS[i + 1..] {
-                let meet =
-                    a.scope == b.scope || a.scope == Scope::Global || b.scope == Scope::Global;
+                // In the editor nothing else holds.
+                let editor = a.scope == Scope::Editor || b.scope == Scope::Editor;
+                let global = a.scope == Scope::Global || b.scope == Scope::Global;
+                let meet = a.scope == b.scope || global && !editor;
                 let shared = a.keys.iter().find(|key| b.keys.contains(key));
                 assert!(
                     !meet || shared.is_none(),

@@ -1,6 +1,10 @@
 //! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
 
+mod source;
+
 use std::sync::Arc;
+
+pub use source::Source;
 
 use crate::judge::{Judgement, judge_under};
 use crate::metrics::{

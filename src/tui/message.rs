@@ -7,7 +7,7 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::keymap::Key;
-use super::loaded::{Facts, Measured, Opened};
+use super::loaded::{Facts, Measured, Opened, Source};
 use crate::evaluation::{Answer, Event, Question};
 use crate::llm::Discovered;
 use crate::metrics::Thresholds;
@@ -52,6 +52,10 @@ pub enum Msg {
     Saved(String, Result<(Library, String), String>),
     /// The templates were read again.
     Reread(Library),
+    /// A text was edited in the user's editor: which, and how it is now or why it is as before.
+    EditedOutside(Outside, Result<String, String>),
+    /// The source of a scenario was read: of which place in the list.
+    Source(usize, Result<Box<Source>, String>),
     /// Something went wrong outside.
     Complaint(String),
     /// The program is asked to end.
@@ -98,6 +102,17 @@ pub enum Mouse {
     WheelDown(Position),
 }
 
+/// A text for the user's own editor.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Outside {
+    /// Name of its file.
+    pub file: String,
+    /// The text.
+    pub text: String,
+    /// Whether it is only looked at: a copy, whose changes are nobody's.
+    pub copy: bool,
+}
+
 /// Something to be done outside the model.
 #[derive(Debug)]
 pub enum Effect {
@@ -138,6 +153,14 @@ pub enum Effect {
     SaveTemplate(String, String),
     /// Remove a template of the user's.
     RemoveTemplate(String),
+    /// Write a template of the user's under a new name, and use it for its task and frame.
+    SaveTemplateAs(String, String),
+    /// Use this template, of all those for its task and frame.
+    UseTemplate(String),
+    /// Let the user edit a text in an editor of theirs.
+    EditOutside(Outside),
+    /// Read the source of a scenario, by its place in the list.
+    ReadSource(usize, Entry),
     /// Read all templates again.
     RereadTemplates,
     /// Put text into the clipboard.

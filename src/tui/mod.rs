@@ -8,6 +8,7 @@ mod loaded;
 mod message;
 mod model;
 mod overlays;
+mod outside;
 mod run;
 mod tasks;
 mod terminal;

@@ -3,11 +3,14 @@
 mod answers;
 mod camera;
 mod drawn;
+mod editor;
 mod list;
 mod notices;
 mod picker;
 mod plot;
+mod prices;
 mod prompt;
+mod question;
 mod values;
 
 use std::path::PathBuf;
@@ -16,21 +19,23 @@ use std::sync::Arc;
 pub use answers::{Answers, Column, Progress, Shown};
 pub use camera::Camera;
 pub use drawn::{Drawn, Extent, MapDrawn};
+pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
 pub use list::List;
 pub use notices::{Notice, Toast};
-pub use picker::{Picker, measures_shown, models_shown, palette_shown};
+pub use picker::{Picker, measures_shown, models_shown, palette_shown, templates_shown};
 pub use plot::Plot;
-pub use prompt::{PromptPane, PromptView};
+pub use prices::Prices;
+pub use prompt::{EntryLine, PromptPane, PromptView};
 pub use values::Values;
 
 use super::action::Scope;
 use super::clock::Clock;
-use super::loaded::Opened;
+use super::loaded::{Opened, Source};
 use super::message::{AskId, OpenId};
 use super::theme::Theme;
 use crate::config::Config;
-use crate::evaluation::{Case, Decided, Settings, prepare};
-use crate::judge::{self, judge_under};
+use crate::evaluation::{Decided, Settings};
+use crate::judge;
 use crate::llm::Offer;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
@@ -107,6 +112,16 @@ pub enum Overlay {
         /// Whether the chosen one is asked at once.
         ask: bool,
     },
+    /// Templates for the task and frame.
+    Templates {
+        /// What is typed and selected.
+        picker: Picker,
+    },
+    /// The source of the scenario.
+    Source {
+        /// The first line shown.
+        scroll: usize,
+    },
     /// Measures, to plot one or to sort the list by it.
     Measures {
         /// What is typed and selected.
@@ -120,10 +135,14 @@ impl Overlay {
     /// How far it is scrolled, if it is text.
     pub fn scroll_mut(&mut self) -> Option<&mut usize> {
         match self {
-            Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
-                Some(scroll)
-            }
-            Self::Palette(_) | Self::Models { .. } | Self::Measures { .. } => None,
+            Self::Help { scroll }
+            | Self::About { scroll }
+            | Self::Values { scroll }
+            | Self::Source { scroll } => Some(scroll),
+            Self::Palette(_)
+            | Self::Models { .. }
+            | Self::Measures { .. }
+            | Self::Templates { .. } => None,
         }
     }
 }
@@ -143,6 +162,8 @@ pub struct Model {
     pub opening: Option<(OpenId, Option<i64>)>,
     /// The obstacle that was taken as the ego of the opened scenario.
     pub taken: Option<i64>,
+    /// The source of a scenario, by its place in the list.
+    pub source: Option<(usize, Box<Source>)>,
     /// Why the selected scenario is not open.
     pub open_error: Option<String>,
     /// The current time step.
@@ -211,6 +232,7 @@ impl Model {
             opened: None,
             opening: None,
             taken: None,
+            source: None,
             open_error: None,
             clock: Clock::new(0..1, 0.1),
             focus: Pane::Scenarios,
@@ -224,7 +246,7 @@ impl Model {
             frame: Frame::Ego,
             techniques: Techniques::ALL,
             techniques_chosen: false,
-            prompt: PromptPane::default(),
+            prompt: PromptPane::new(config.editor),
             library,
             answers: Answers::default(),
             model: config
@@ -317,67 +339,13 @@ impl Model {
         after.find(fits).unwrap_or(self.frame)
     }
 
-    /// Works out again what depends on the scene, the window, the template and the switches:
-    /// the prompt and the built-in judge's verdict.
-    pub fn refresh(&mut self) {
-        let (Some(opened), Some(window)) = (&self.opened, self.window()) else {
-            self.prompt.question = None;
-            self.answers.reference = None;
-            return;
-        };
-        let Some(scene) = opened.scene.clone() else {
-            return;
-        };
-        self.answers.reference = match self.task {
-            Task::Collision => opened.collision.clone(),
-            Task::Safety => Some(judge_under(&scene, Task::Safety, &window, &self.thresholds)),
-            Task::Attacker | Task::Trajectory => None,
-        };
-        let decided = self.decided();
-        self.techniques = decided.techniques;
-        let case = Case {
-            name: opened.name.clone(),
-            scene,
-            task: self.task,
-            frame: self.frame,
-            techniques: self.techniques,
-            window,
-            options: decided.options,
-            thresholds: self.thresholds.clone(),
-        };
-        self.prompt.load(&self.library, self.task, self.frame);
-        let draft = self.prompt.draft();
-        let prepared = prepare(
-            case.clone(),
-            &self.library,
-            draft.as_ref().map(|(f, s)| (f.as_str(), s.as_str())),
-        );
-        match prepared {
-            Ok(question) => {
-                self.prompt.error = None;
-                self.prompt.accept(draft);
-                self.prompt.question = Some(question);
-            }
-            Err(error) => {
-                self.prompt.error = Some(error.to_string());
-                // The last template that could be filled stays in use.
-                let good = self.prompt.good();
-                let again = prepare(
-                    case,
-                    &self.library,
-                    good.as_ref().map(|(f, s)| (f.as_str(), s.as_str())),
-                );
-                self.prompt.question = again.ok();
-            }
-        }
-    }
-
     /// Whether time has to pass: something plays, or a message fades.
     #[must_use]
     pub fn moves(&self) -> bool {
         self.clock.playing
             || self.toasts.iter().any(|t| t.left.is_finite())
             || self.answers.is_running()
+            || self.prompt.waits()
     }
 
     /// The question with this number, if it is still shown.

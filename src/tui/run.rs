@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use super::message::{Effect, Msg};
-use super::model::Model;
+use super::message::{Effect, Msg, Outside};
+use super::model::{Model, Prices};
+use super::outside;
 use super::tasks::{Remaining, Tasks, thresholds};
 use super::terminal::{Events, Screen, give_back_on_panic};
 use super::theme::{Depth, Theme};
@@ -127,13 +128,31 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environ
         Ok(thresholds) => model.thresholds = Arc::new(thresholds),
         Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),
     }
-    for (file, draft) in drafts(&folders.drafts()) {
-        model.prompt.take_up(file, draft);
-    }
+    model.prompt.prices = Prices::new(registry.clone(), jiff::Zoned::now().date());
+    take_up_drafts(&mut model, folders);
     for complaint in complaints {
         model.complain(complaint);
     }
     (model, (registry, environment))
+}
+
+/// Takes up what an earlier session left in the editor, and says so.
+fn take_up_drafts(model: &mut Model, folders: &Folders) {
+    let mut files = Vec::new();
+    for (file, draft) in drafts(&folders.drafts()) {
+        let same = model.library.source(&file).is_some_and(|(text, _)| text.trim_end() == draft.trim_end());
+        if !same {
+            files.push(file.clone());
+            model.prompt.take_up(file, draft);
+        }
+    }
+    if !files.is_empty() {
+        files.sort();
+        model.tell(format!(
+            "drafts that were not saved are in use again: {}; e goes on with them, reset-template discards them",
+            files.join(", ")
+        ));
+    }
 }
 
 /// What an earlier session left in the editor.
@@ -202,6 +221,17 @@ impl Loop {
                         self.model.size = self.screen.size()?;
                         changed = true;
                     }
+                    Step::EditOutside(outside) => {
+                        drop(events);
+                        let msg = self.edit_outside(outside)?;
+                        events = Events::listen();
+                        self.model.size = self.screen.size()?;
+                        // What it asks for needs no terminal.
+                        for effect in update(&mut self.model, msg) {
+                            self.tasks.perform(effect);
+                        }
+                        changed = true;
+                    }
                     Step::On => {}
                 }
             }
@@ -224,10 +254,22 @@ impl Loop {
                 Some(Remaining::Copy(text)) => self.screen.copy(&text)?,
                 Some(Remaining::UseMouse(on)) => self.screen.use_mouse(on)?,
                 Some(Remaining::Suspend) => step = Step::Suspend,
+                Some(Remaining::EditOutside(outside)) => step = Step::EditOutside(outside),
                 Some(Remaining::Quit) => return Ok(Step::Quit),
             }
         }
         Ok(step)
+    }
+
+    /// Lends the terminal to the user's editor.
+    fn edit_outside(&mut self, sent: Outside) -> std::io::Result<Msg> {
+        let result = match outside::command(|name| std::env::var(name).ok()) {
+            Ok(command) => self
+                .screen
+                .lend(|| outside::edit(&command, &sent.file, &sent.text))?,
+            Err(why) => Err(why),
+        };
+        Ok(Msg::EditedOutside(sent, result))
     }
 
     /// Performs the effects of the start; says whether the program ends at once.
@@ -243,6 +285,7 @@ impl Loop {
 enum Step {
     On,
     Suspend,
+    EditOutside(Outside),
     Quit,
 }
 

@@ -3,6 +3,7 @@
 mod about;
 mod help;
 mod picker;
+mod source;
 mod thresholds;
 mod values;
 
@@ -21,6 +22,8 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Help { scroll } => help::draw(frame, screen, model, *scroll),
             Overlay::About { scroll } => about::draw(frame, screen, model, *scroll),
             Overlay::Values { scroll } => values::draw(frame, screen, model, *scroll),
+            Overlay::Source { scroll } => source::draw(frame, screen, model, *scroll),
+            Overlay::Templates { picker: typed } => picker::templates(frame, screen, model, typed),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
             Overlay::Models { picker: typed, ask } => {
                 picker::models(frame, screen, model, typed, *ask);

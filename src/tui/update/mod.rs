@@ -7,6 +7,8 @@ mod editing;
 mod overlays;
 mod plot;
 mod pointer;
+mod source;
+mod task;
 mod values;
 
 use super::action::Action;
@@ -73,6 +75,14 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         Msg::Saved(file, result) => editing::saved(model, &file, result),
         Msg::Reread(library) => {
             editing::reread(model, library);
+            Vec::new()
+        }
+        Msg::EditedOutside(sent, result) => {
+            editing::edited_outside(model, sent, result);
+            Vec::new()
+        }
+        Msg::Source(place, read) => {
+            source::read(model, place, read);
             Vec::new()
         }
         Msg::Complaint(text) => {
@@ -142,7 +152,7 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
     if model.clock.pass(elapsed) {
         clock::stepped(model);
     }
-    Vec::new()
+    editing::pass(model, seconds)
 }
 
 fn found_scenarios(

@@ -2,8 +2,10 @@
 
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
-use super::super::model::{Model, Overlay, Picker, measures_shown, models_shown, palette_shown};
-use super::{actions, answers, plot, values};
+use super::super::model::{
+    Model, Overlay, Picker, measures_shown, models_shown, palette_shown, templates_shown,
+};
+use super::{actions, answers, editing, plot, source, values};
 
 /// A key while an overlay is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -13,6 +15,11 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     if matches!(model.overlays.last(), Some(Overlay::Values { .. }))
         && let Some(effects) = values::on_key(model, key)
+    {
+        return effects;
+    }
+    if matches!(model.overlays.last(), Some(Overlay::Source { .. }))
+        && let Some(effects) = source::on_key(model, key)
     {
         return effects;
     }
@@ -53,6 +60,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         Some(Overlay::Palette(picker)) => palette_shown(picker).len(),
         Some(Overlay::Models { picker, .. }) => models_shown(model, picker).len(),
         Some(Overlay::Measures { picker, sort }) => measures_shown(picker, *sort).len(),
+        Some(Overlay::Templates { picker }) => templates_shown(model, picker).len(),
         _ => 0,
     };
     if let Some(picker) = picker_mut(model) {
@@ -66,8 +74,12 @@ pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
     match model.overlays.last_mut()? {
         Overlay::Palette(picker)
         | Overlay::Models { picker, .. }
-        | Overlay::Measures { picker, .. } => Some(picker),
-        Overlay::Help { .. } | Overlay::About { .. } | Overlay::Values { .. } => None,
+        | Overlay::Measures { picker, .. }
+        | Overlay::Templates { picker } => Some(picker),
+        Overlay::Help { .. }
+        | Overlay::About { .. }
+        | Overlay::Values { .. }
+        | Overlay::Source { .. } => None,
     }
 }
 
@@ -91,6 +103,7 @@ fn choose(model: &mut Model) -> Vec<Effect> {
                 _ => Vec::new(),
             }
         }
+        Some(Overlay::Templates { picker }) => editing::use_template(model, &picker),
         Some(Overlay::Models { picker, ask }) => {
             let Some(id) = models_shown(model, &picker)
                 .into_iter()

@@ -5,9 +5,10 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
-use crate::tui::action::{ACTIONS, Action};
+use crate::config::Keys;
+use crate::tui::action::{ACTIONS, Action, Entry, Scope};
 use crate::tui::keymap;
-use crate::tui::model::{Model, Overlay};
+use crate::tui::model::{EntryLine, Model, Overlay};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut left = usize::from(area.width);
@@ -37,6 +38,42 @@ fn hint_of(action: Action) -> Option<(String, String)> {
     Some((key.to_string(), entry.short.to_string()))
 }
 
+/// The keys of the editor, or of the line below it.
+fn editing(model: &Model) -> Vec<(String, String)> {
+    let fixed = |pairs: &[(&str, &str)]| {
+        let owned = pairs.iter().map(|(k, w)| (k.to_string(), w.to_string()));
+        owned.collect()
+    };
+    match &model.prompt.entry {
+        Some(EntryLine::Find(_)) => {
+            return fixed(&[
+                ("type", "to find"),
+                ("↓ Ctrl-f", "next"),
+                ("↑", "the one before"),
+                ("Enter", "stay there"),
+                ("Esc", "go back"),
+            ]);
+        }
+        Some(EntryLine::Line(_) | EntryLine::SaveAs(_)) => {
+            return fixed(&[("Enter", "do it"), ("Esc", "leave it")]);
+        }
+        None => {}
+    }
+    let mut shown: Vec<_> = ACTIONS
+        .iter()
+        .filter(|e| e.scope == Scope::Editor && e.footer > 0)
+        .collect();
+    shown.sort_by_key(|e| e.footer);
+    let emacs = model.prompt.editor.keys() == Keys::Emacs;
+    let hint = |entry: &&Entry| {
+        let mut keys = keymap::keys(entry);
+        // Its own keys are not taken away from Emacs.
+        let key = if emacs { keys.last() } else { keys.next() };
+        Some((key?.to_string(), entry.short.to_string()))
+    };
+    shown.iter().filter_map(hint).collect()
+}
+
 fn hints(model: &Model) -> Vec<(String, String)> {
     let fixed = |pairs: &[(&str, &str)]| {
         pairs
@@ -63,7 +100,17 @@ fn hints(model: &Model) -> Vec<(String, String)> {
                 ("n", "nearest"),
             ]);
         }
-        Some(Overlay::Palette(_) | Overlay::Models { .. } | Overlay::Measures { .. }) => {
+        Some(Overlay::Source { .. }) => {
+            let next = hint_of(Action::NextObstacle);
+            let keys = [("↑↓", "scroll"), ("PgUp PgDn", "a page"), ("g G", "begin, end")];
+            return [fixed(&keys), next.into_iter().collect(), fixed(&[("Esc", "close")])].concat();
+        }
+        Some(
+            Overlay::Palette(_)
+            | Overlay::Models { .. }
+            | Overlay::Measures { .. }
+            | Overlay::Templates { .. },
+        ) => {
             return fixed(&[
                 ("type", "to search"),
                 ("↑↓", "select"),
@@ -74,11 +121,7 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         None => {}
     }
     if model.prompt.editing {
-        return fixed(&[
-            ("Esc", "done"),
-            ("Ctrl-s", "save as yours"),
-            ("Ctrl-c", "done"),
-        ]);
+        return editing(model);
     }
     if model.list.filtering {
         return fixed(&[
@@ -88,7 +131,8 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             ("Esc", "clear"),
         ]);
     }
-    let mut shown: Vec<_> = ACTIONS.iter().filter(|e| e.footer > 0).collect();
+    let here = |e: &&Entry| e.footer > 0 && e.scope != Scope::Editor;
+    let mut shown: Vec<_> = ACTIONS.iter().filter(here).collect();
     shown.sort_by_key(|e| e.footer);
     let mut hints: Vec<(String, String)> = Vec::new();
     if model.answers.is_running() {
