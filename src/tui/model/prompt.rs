@@ -86,6 +86,8 @@ pub struct PromptPane {
     pub sought: Find,
     /// The question as it would be asked now, from the last template that could be filled.
     pub question: Option<Question>,
+    /// How many tokens it is, roughly.
+    pub tokens: usize,
     /// What is wrong with the template.
     pub error: Option<String>,
     /// The line of the template that it is in, from 1.

@@ -50,6 +50,7 @@ impl Model {
                 self.prompt.question = self.prepared(case, good.as_ref()).ok();
             }
         }
+        self.prompt.tokens = self.prompt.question.as_ref().map_or(0, |q| q.tokens());
         self.compare();
     }
 

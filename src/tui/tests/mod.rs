@@ -4,6 +4,7 @@
 mod answers;
 mod bench;
 mod comparing;
+mod editing;
 mod frames;
 mod looking;
 mod opening;

@@ -11,7 +11,7 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use crate::text::visible;
-use crate::tui::model::{Extent, Model, Pane, PromptView};
+use crate::tui::model::{Extent, HEAVY, Model, Pane, PromptView};
 use crate::tui::widgets::highlight::markdown;
 use crate::tui::widgets::words::thousands;
 use crate::tui::widgets::{frame, scroll};
@@ -43,10 +43,10 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
                 )
             };
             let mut text = Text::from(label("system"));
-            text.extend(markdown(&question.prompt.system, &model.theme));
+            text.extend(message(&question.prompt.system, model));
             text.push_line("");
             text.push_line(label("user"));
-            text.extend(markdown(&question.prompt.user, &model.theme));
+            text.extend(message(&question.prompt.user, model));
             text
         }
         _ => {
@@ -58,10 +58,28 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
     scroll::text(f, area, model, Pane::Prompt, text, Some(prompt.scroll));
 }
 
+/// A message; of a heavy one the beginning, which is plain: all of it would take too long in every frame.
+fn message(text: &str, model: &Model) -> Text<'static> {
+    if text.len() <= HEAVY {
+        return markdown(text, &model.theme);
+    }
+    let begin = text.lines().take(BEGINNING).map(|line| visible(line).into_owned());
+    let mut shown = Text::from(begin.map(Line::from).collect::<Vec<_>>());
+    let left = text.lines().count().saturating_sub(BEGINNING);
+    if left > 0 {
+        let words = format!("… {} more lines", thousands(left as u64));
+        shown.push_line(Line::styled(words, Style::new().fg(model.theme.dim)));
+    }
+    shown
+}
+
+/// Lines of a heavy message that are shown.
+const BEGINNING: usize = 500;
+
 /// Tokens, how many more than by the shipped template, and the price.
 fn numbers(model: &Model) -> Option<String> {
     let prompt = &model.prompt;
-    let tokens = prompt.question.as_ref()?.tokens();
+    let tokens = prompt.question.as_ref().map(|_| prompt.tokens)?;
     let mut words = format!("~{} tokens", thousands(tokens as u64));
     if let Some(shipped) = prompt.shipped_tokens.filter(|&shipped| shipped != tokens) {
         let sign = if tokens > shipped { '+' } else { '−' };
@@ -84,8 +102,8 @@ fn title(model: &Model) -> Line<'static> {
         line.push_span(Span::raw(" · "));
         line.push_span(Span::styled(view.name(), style));
     }
-    if let Some(question) = &prompt.question {
-        let tokens = thousands(question.tokens() as u64);
+    if prompt.question.is_some() {
+        let tokens = thousands(prompt.tokens as u64);
         line.push_span(Span::styled(
             format!(" · ~{tokens} tokens"),
             Style::new().fg(model.theme.dim),

@@ -76,7 +76,10 @@ pub fn typed(editor: &mut Editor, key: Key) -> Typed {
             editor.selecting(key.shift);
             return input(editor, key);
         }
-        _ => return input(editor, key),
+        _ => {
+            editor.selecting(false);
+            return input(editor, key);
+        }
     }
     Typed::Same
 }
