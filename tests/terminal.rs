@@ -302,7 +302,10 @@ fn the_users_editor_has_the_terminal_and_gives_the_template_back() {
     session.press("\x05");
     session.see("taken over as a draft");
     assert!(session.screen.screen().alternate_screen());
-    assert!(session.screen.screen().bracketed_paste(), "all modes are back");
+    assert!(
+        session.screen.screen().bracketed_paste(),
+        "all modes are back"
+    );
     let mouse = session.screen.screen().mouse_protocol_mode();
     assert!(!matches!(mouse, vt100::MouseProtocolMode::None));
     let raw = String::from_utf8_lossy(&session.raw).into_owned();
@@ -359,7 +362,9 @@ fn a_draft_survives_a_kill() {
         session.receive(Duration::from_millis(20));
     }
     let id = session.child.process_id().unwrap().to_string();
-    let killed = std::process::Command::new("kill").args(["-KILL", &id]).status();
+    let killed = std::process::Command::new("kill")
+        .args(["-KILL", &id])
+        .status();
     assert!(killed.unwrap().success());
     session.end();
     let mut session = Session::start(120, 40, &environment);

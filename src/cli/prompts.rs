@@ -9,9 +9,7 @@ use similar::TextDiff;
 use super::open::configuration;
 use super::{Failure, Outcome, output};
 use crate::evaluation::trial;
-use crate::prompts::{
-    Library, Origin, Template, choose_template, renamed, template_file,
-};
+use crate::prompts::{Library, Origin, Template, choose_template, renamed, template_file};
 use crate::system;
 
 /// Arguments of `prompts`.
@@ -190,7 +188,15 @@ fn list(library: &Library, as_json: bool) -> Outcome {
         rows.extend(fragments.filter_map(|file| {
             let (_, origin) = library.source(file)?;
             let dash = || "-".to_string();
-            Some([file.clone(), dash(), dash(), dash(), dash(), dash(), place(origin)])
+            Some([
+                file.clone(),
+                dash(),
+                dash(),
+                dash(),
+                dash(),
+                dash(),
+                place(origin),
+            ])
         }));
         output::text(&aligned(&rows))?;
         for problem in &problems {

@@ -45,7 +45,8 @@ impl Chosen {
     #[must_use]
     pub fn all(&self) -> Vec<(String, String, String)> {
         let all = self.0.iter().flat_map(|(task, files)| {
-            let of = |(frame, file): (&String, &String)| (task.clone(), frame.clone(), file.clone());
+            let of =
+                |(frame, file): (&String, &String)| (task.clone(), frame.clone(), file.clone());
             files.iter().map(of)
         });
         all.collect()

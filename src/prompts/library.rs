@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::render::syntax;
 use super::chosen::{self, Chosen};
+use super::render::syntax;
 use super::{Template, TemplateError, includes};
 use crate::system;
 
@@ -338,7 +338,11 @@ impl Library {
         task: &str,
         frame: &str,
     ) -> Option<(&'static str, &'static str)> {
-        let names = [file.to_string(), format!("{task}-{frame}.md"), format!("{task}.md")];
+        let names = [
+            file.to_string(),
+            format!("{task}-{frame}.md"),
+            format!("{task}.md"),
+        ];
         let find = |name: &String| SHIPPED.iter().find(|s| s.file == name);
         names.iter().find_map(find).map(|s| (s.file, s.source))
     }

@@ -14,9 +14,16 @@ const LARGEST: u64 = 1 << 20;
 /// # Errors
 /// Neither is set, or its quotes do not match.
 pub fn command(env: impl Fn(&str) -> Option<String>) -> Result<Vec<String>, String> {
-    let set = |name: &str| env(name).filter(|v| !v.trim().is_empty()).map(|v| (name.to_string(), v));
+    let set = |name: &str| {
+        env(name)
+            .filter(|v| !v.trim().is_empty())
+            .map(|v| (name.to_string(), v))
+    };
     let Some((name, value)) = set("VISUAL").or_else(|| set("EDITOR")) else {
-        return Err("neither VISUAL nor EDITOR is set; set one to your editor, such as `vim` or `code -w`".into());
+        return Err(
+            "neither VISUAL nor EDITOR is set; set one to your editor, such as `vim` or `code -w`"
+                .into(),
+        );
     };
     match words(&value) {
         Some(words) if !words.is_empty() => Ok(words),
@@ -56,7 +63,11 @@ pub fn edit(command: &[String], name: &str, text: &str) -> Result<String, String
     let write = std::fs::File::create_new(&path).and_then(|mut f| f.write_all(text.as_bytes()));
     write.map_err(|e| format!("{}: {}", path.display(), system::words(&e)))?;
     let shown = command.join(" ");
-    let result = match Command::new(&command[0]).args(&command[1..]).arg(&path).status() {
+    let result = match Command::new(&command[0])
+        .args(&command[1..])
+        .arg(&path)
+        .status()
+    {
         Err(error) => Err(format!(
             "`{shown}` cannot be started: {}; set VISUAL or EDITOR to your editor",
             system::words(&error)
@@ -72,7 +83,10 @@ pub fn edit(command: &[String], name: &str, text: &str) -> Result<String, String
         let differs = std::fs::read(&path).is_ok_and(|bytes| bytes != text.as_bytes());
         if differs {
             let kept = folder.keep().join(name);
-            return format!("{why}; nothing was taken over, what was written is in {}", kept.display());
+            return format!(
+                "{why}; nothing was taken over, what was written is in {}",
+                kept.display()
+            );
         }
         format!("{why}; the template is as it was")
     })
@@ -104,7 +118,10 @@ mod tests {
 
     #[test]
     fn the_command_and_its_arguments() {
-        assert_eq!(of(&[("EDITOR", "vi"), ("VISUAL", "code -w")]).unwrap(), ["code", "-w"]);
+        assert_eq!(
+            of(&[("EDITOR", "vi"), ("VISUAL", "code -w")]).unwrap(),
+            ["code", "-w"]
+        );
         assert_eq!(of(&[("EDITOR", "vi"), ("VISUAL", " ")]).unwrap(), ["vi"]);
         assert_eq!(
             of(&[("EDITOR", "'/my apps/ed' --title \"a b\" ''")]).unwrap(),
@@ -122,9 +139,15 @@ mod tests {
             edit(&command, "t.md", "old")
         };
         assert_eq!(sh("cat \"$1\" > /dev/null").unwrap(), "old");
-        assert_eq!(sh("case \"$1\" in */t.md) echo new > \"$1\";; esac").unwrap(), "new\n");
+        assert_eq!(
+            sh("case \"$1\" in */t.md) echo new > \"$1\";; esac").unwrap(),
+            "new\n"
+        );
         let error = sh("exit 3").unwrap_err();
-        assert!(error.contains("status 3") && error.contains("as it was"), "{error}");
+        assert!(
+            error.contains("status 3") && error.contains("as it was"),
+            "{error}"
+        );
         let error = sh("printf mine > \"$1\"; exit 1").unwrap_err();
         let (_, path) = error.rsplit_once(" is in ").unwrap();
         assert_eq!(std::fs::read_to_string(path).unwrap(), "mine");
@@ -132,6 +155,9 @@ mod tests {
         let error = sh("printf '\\377' > \"$1\"").unwrap_err();
         assert!(error.contains("UTF-8"), "{error}");
         let error = edit(&["no-such-editor".into()], "t.md", "old").unwrap_err();
-        assert!(error.contains("no-such-editor` cannot be started"), "{error}");
+        assert!(
+            error.contains("no-such-editor` cannot be started"),
+            "{error}"
+        );
     }
 }

@@ -140,7 +140,10 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environ
 fn take_up_drafts(model: &mut Model, folders: &Folders) {
     let mut files = Vec::new();
     for (file, draft) in drafts(&folders.drafts()) {
-        let same = model.library.source(&file).is_some_and(|(text, _)| text.trim_end() == draft.trim_end());
+        let same = model
+            .library
+            .source(&file)
+            .is_some_and(|(text, _)| text.trim_end() == draft.trim_end());
         if !same {
             files.push(file.clone());
             model.prompt.take_up(file, draft);

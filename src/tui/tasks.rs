@@ -161,9 +161,9 @@ impl Tasks {
                 self.change_template(file.clone(), move || templates::choose(&folder, &file));
             }
             Effect::EditOutside(outside) => return Some(Remaining::EditOutside(outside)),
-            Effect::ReadSource(place, entry) => self.background(move || {
-                Msg::Source(place, Source::read(&entry).map(Box::new))
-            }),
+            Effect::ReadSource(place, entry) => {
+                self.background(move || Msg::Source(place, Source::read(&entry).map(Box::new)))
+            }
             Effect::RereadTemplates => {
                 let folder = self.folders.prompts();
                 self.background(move || Msg::Reread(Library::load(Some(&folder))));

@@ -366,9 +366,18 @@ fn several_templates_for_the_same_live_side_by_side() {
     for (arguments, said) in [
         (&["prompts", "use", "_risk"][..], "fragment"),
         (&["prompts", "use", "gone"], "no such template"),
-        (&["prompts", "copy", "safety-ego", "--as", "../x"], "no name"),
-        (&["prompts", "copy", "safety-ego", "--as", "collision-ego"], "comes with the program"),
-        (&["prompts", "copy", "safety-ego", "--as", "short"], "is there already"),
+        (
+            &["prompts", "copy", "safety-ego", "--as", "../x"],
+            "no name",
+        ),
+        (
+            &["prompts", "copy", "safety-ego", "--as", "collision-ego"],
+            "comes with the program",
+        ),
+        (
+            &["prompts", "copy", "safety-ego", "--as", "short"],
+            "is there already",
+        ),
     ] {
         home.run(arguments).status(2).says(&[said]);
     }

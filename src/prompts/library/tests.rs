@@ -100,7 +100,10 @@ fn of_several_templates_the_chosen_one_is_used() {
     let library = load();
     assert_eq!(used(&library), "long.md");
     assert!(library.in_use("long.md") && !library.in_use("short.md"));
-    let all: Vec<_> = library.candidates("collision", "ego").map(|c| c.0).collect();
+    let all: Vec<_> = library
+        .candidates("collision", "ego")
+        .map(|c| c.0)
+        .collect();
     assert_eq!(all, ["collision-ego.md", "long.md", "short.md"]);
     crate::prompts::choose_template(folder.path(), "collision", "ego", "collision-ego.md").unwrap();
     assert_eq!(used(&load()), "collision-ego.md");
@@ -109,7 +112,10 @@ fn of_several_templates_the_chosen_one_is_used() {
     std::fs::remove_file(folder.path().join("chosen.toml")).unwrap();
     std::fs::write(folder.path().join("collision-ego.md"), shipped).unwrap();
     assert_eq!(used(&load()), "collision-ego.md");
-    assert_eq!(load().overridden().collect::<Vec<_>>(), ["collision-ego.md"]);
+    assert_eq!(
+        load().overridden().collect::<Vec<_>>(),
+        ["collision-ego.md"]
+    );
 }
 
 #[test]
@@ -123,8 +129,14 @@ fn a_choice_that_cannot_be_kept_is_a_problem() {
     ] {
         std::fs::write(&path, text).unwrap();
         let library = Library::load(Some(folder.path()));
-        assert_eq!(library.find("collision", "ego").unwrap().0, "collision-ego.md");
+        assert_eq!(
+            library.find("collision", "ego").unwrap().0,
+            "collision-ego.md"
+        );
         let said = library.problems[0].to_string();
-        assert!(said.contains(word) && said.contains("usual template"), "{said}");
+        assert!(
+            said.contains(word) && said.contains("usual template"),
+            "{said}"
+        );
     }
 }

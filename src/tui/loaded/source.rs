@@ -115,8 +115,14 @@ mod tests {
     fn obstacles_are_found_by_line() {
         let text = "<commonRoad>\n<lanelet id=\"7\"/>\n <dynamicObstacle id=\"301\">\n<staticObstacle  id='4'/>\n</commonRoad>\n";
         let source = Source::of("a.xml".into(), text.into());
-        assert_eq!((source.row_of(301), source.row_of(4), source.row_of(7)), (Some(2), Some(3), None));
-        assert_eq!(source.rows(2..3).collect::<Vec<_>>(), [(3, " <dynamicObstacle id=\"301\">")]);
+        assert_eq!(
+            (source.row_of(301), source.row_of(4), source.row_of(7)),
+            (Some(2), Some(3), None)
+        );
+        assert_eq!(
+            source.rows(2..3).collect::<Vec<_>>(),
+            [(3, " <dynamicObstacle id=\"301\">")]
+        );
         assert_eq!(source.rows(90..99).count(), 0);
     }
 
@@ -128,10 +134,18 @@ mod tests {
         let begun = std::time::Instant::now();
         let source = Source::of("a.xml".into(), text);
         let row = source.row_of(8).unwrap();
-        assert_eq!(source.rows(row..row + 1).next(), Some((1, "<dynamicObstacle id=\"8\">")));
+        assert_eq!(
+            source.rows(row..row + 1).next(),
+            Some((1, "<dynamicObstacle id=\"8\">"))
+        );
         assert!(begun.elapsed().as_secs() < 5, "{:?}", begun.elapsed());
         let plain = Source::of("b.xml".into(), "ä".repeat(5_000));
-        assert!(plain.row_count() > 1 && plain.rows(0..9).all(|(n, row)| n == 1 && row.len() <= LONGEST));
+        assert!(
+            plain.row_count() > 1
+                && plain
+                    .rows(0..9)
+                    .all(|(n, row)| n == 1 && row.len() <= LONGEST)
+        );
     }
 
     #[test]
@@ -139,7 +153,12 @@ mod tests {
         for entry in crate::scenario::bundled() {
             let source = Source::read(&entry).unwrap();
             for obstacle in &entry.read().unwrap().obstacles {
-                assert!(source.row_of(obstacle.id).is_some(), "{} {}", entry.name, obstacle.id);
+                assert!(
+                    source.row_of(obstacle.id).is_some(),
+                    "{} {}",
+                    entry.name,
+                    obstacle.id
+                );
             }
         }
     }

@@ -62,11 +62,15 @@ pub fn measures_shown(picker: &Picker, sort: bool) -> Vec<Option<&'static Measur
 /// The templates for the task and frame that the list shows, by file.
 #[must_use]
 pub fn templates_shown(model: &Model, picker: &Picker) -> Vec<String> {
-    let all = model.library.candidates(model.task.name(), model.frame.name());
+    let all = model
+        .library
+        .candidates(model.task.name(), model.frame.name());
     let all: Vec<(String, String)> = all
         .map(|(file, template, _)| (file.to_string(), template.front.summary.clone()))
         .collect();
-    let texts = all.iter().map(|(file, summary)| format!("{file} {summary}"));
+    let texts = all
+        .iter()
+        .map(|(file, summary)| format!("{file} {summary}"));
     let order = matching(&picker.text, texts);
     order.into_iter().map(|i| all[i].0.clone()).collect()
 }

@@ -8,9 +8,9 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::judge;
+use crate::prompts::{Library, Origin};
 use crate::text::visible;
 use crate::tui::keymap;
-use crate::prompts::{Library, Origin};
 use crate::tui::model::{
     Model, Picker, measures_shown, models_shown, palette_shown, templates_shown,
 };
@@ -60,8 +60,16 @@ pub fn templates(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Pi
     let inner = super::window(frame, screen, model, &title, (92, 18));
     let drafts = model.prompt.drafted();
     let rows = templates_shown(model, picker).into_iter().map(|file| {
-        let sign = if model.library.in_use(&file) { "* " } else { "  " };
-        let draft = if drafts.contains(&file) { ", with a draft" } else { "" };
+        let sign = if model.library.in_use(&file) {
+            "* "
+        } else {
+            "  "
+        };
+        let draft = if drafts.contains(&file) {
+            ", with a draft"
+        } else {
+            ""
+        };
         let from = match model.library.file(&file) {
             Some((_, Origin::Shipped)) => "shipped",
             _ if Library::shipped(&file).is_some() => "yours, overrides the shipped one",

@@ -22,7 +22,10 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
     let keys = "↑↓ PgUp PgDn scroll · Esc closes";
     let room = usize::from(screen.width).saturating_sub(keys.width() + 24);
     let file = fit_end(&visible(&source.file), room);
-    let title = format!("{file} · {} rows · {keys}", thousands(source.row_count() as u64));
+    let title = format!(
+        "{file} · {} rows · {keys}",
+        thousands(source.row_count() as u64)
+    );
     let inner = super::window(frame, screen, model, &title, (screen.width, screen.height));
     let rows = usize::from(inner.height);
     let top = scroll.min(source.row_count().saturating_sub(rows));
@@ -38,7 +41,9 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
         let here = picked == Some(from + row);
         let sign = if here { "▸" } else { " " };
         let style = match here {
-            true => Style::new().fg(model.theme.picked).add_modifier(Modifier::BOLD),
+            true => Style::new()
+                .fg(model.theme.picked)
+                .add_modifier(Modifier::BOLD),
             false => dim,
         };
         let mut whole = Line::from(Span::styled(format!("{sign}{number:>digits$} "), style));

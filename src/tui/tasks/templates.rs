@@ -36,5 +36,8 @@ pub fn choose(folder: &Path, file: &str) -> Result<String, String> {
     };
     let front = &template.front;
     choose_template(folder, &front.task, &front.frame, file)?;
-    Ok(format!("{file} is used for {} in frame {}", front.task, front.frame))
+    Ok(format!(
+        "{file} is used for {} in frame {}",
+        front.task, front.frame
+    ))
 }

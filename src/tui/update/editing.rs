@@ -126,7 +126,11 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             if editor.undo(back) {
                 edited(model);
             } else {
-                model.say(if back { "nothing to undo" } else { "nothing to redo" });
+                model.say(if back {
+                    "nothing to undo"
+                } else {
+                    "nothing to redo"
+                });
             }
         }
         Action::Cut | Action::CopySelection => {

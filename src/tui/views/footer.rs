@@ -102,8 +102,17 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         }
         Some(Overlay::Source { .. }) => {
             let next = hint_of(Action::NextObstacle);
-            let keys = [("↑↓", "scroll"), ("PgUp PgDn", "a page"), ("g G", "begin, end")];
-            return [fixed(&keys), next.into_iter().collect(), fixed(&[("Esc", "close")])].concat();
+            let keys = [
+                ("↑↓", "scroll"),
+                ("PgUp PgDn", "a page"),
+                ("g G", "begin, end"),
+            ];
+            return [
+                fixed(&keys),
+                next.into_iter().collect(),
+                fixed(&[("Esc", "close")]),
+            ]
+            .concat();
         }
         Some(
             Overlay::Palette(_)

@@ -63,7 +63,10 @@ fn message(text: &str, model: &Model) -> Text<'static> {
     if text.len() <= HEAVY {
         return markdown(text, &model.theme);
     }
-    let begin = text.lines().take(BEGINNING).map(|line| visible(line).into_owned());
+    let begin = text
+        .lines()
+        .take(BEGINNING)
+        .map(|line| visible(line).into_owned());
     let mut shown = Text::from(begin.map(Line::from).collect::<Vec<_>>());
     let left = text.lines().count().saturating_sub(BEGINNING);
     if left > 0 {
@@ -86,7 +89,9 @@ fn numbers(model: &Model) -> Option<String> {
         let by = thousands(tokens.abs_diff(shipped) as u64);
         words.push_str(&format!(" ({sign}{by} to shipped)"));
     }
-    let price = prompt.prices.words(&model.model, tokens, model.config.max_tokens);
+    let price = prompt
+        .prices
+        .words(&model.model, tokens, model.config.max_tokens);
     Some(format!("{words} · {price}"))
 }
 

@@ -75,7 +75,9 @@ pub fn lines<'t>(
 ) -> Vec<Line<'static>> {
     let lines = lines.map(visible);
     let Some(set) = SYNTAXES.get() else {
-        return lines.map(|l| Line::styled(l.into_owned(), theme.base())).collect();
+        return lines
+            .map(|l| Line::styled(l.into_owned(), theme.base()))
+            .collect();
     };
     let colors = Colors::of(theme);
     let scopes = scopes(&|i| Rgba {

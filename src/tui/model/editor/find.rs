@@ -20,9 +20,8 @@ impl Find {
             return Vec::new();
         }
         let exact = pattern.iter().any(|c| c.is_uppercase());
-        let same = |(a, b): (&char, &char)| {
-            a == b || !exact && a.to_lowercase().eq(std::iter::once(*b))
-        };
+        let same =
+            |(a, b): (&char, &char)| a == b || !exact && a.to_lowercase().eq(std::iter::once(*b));
         let windows = line.windows(pattern.len()).enumerate();
         windows
             .filter(|(_, window)| window.iter().zip(&pattern).all(same))

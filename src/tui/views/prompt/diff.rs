@@ -14,7 +14,10 @@ pub fn text(model: &Model) -> Text<'static> {
     let overridden: Vec<&str> = model.library.overridden().collect();
     let yours = match overridden.is_empty() {
         true => "no shipped file is overridden by one of yours".to_string(),
-        false => format!("yours in the place of shipped ones: {}", overridden.join(", ")),
+        false => format!(
+            "yours in the place of shipped ones: {}",
+            overridden.join(", ")
+        ),
     };
     text.push_line(Line::styled(visible(&yours).into_owned(), dim));
     let drafts = prompt.drafted();
@@ -24,7 +27,9 @@ pub fn text(model: &Model) -> Text<'static> {
     }
     let Some((shipped, _)) = prompt.shipped() else {
         text.push_line("");
-        text.push_line("no shipped template is for this task and frame: there is nothing to compare with");
+        text.push_line(
+            "no shipped template is for this task and frame: there is nothing to compare with",
+        );
         return text;
     };
     let Some(difference) = prompt.difference() else {
@@ -36,7 +41,11 @@ pub fn text(model: &Model) -> Text<'static> {
         let lines = difference.lines().skip(2);
         lines.filter(|l| l.starts_with(sign)).count()
     };
-    let words = format!("+{} −{} lines to the shipped {shipped}", count('+'), count('-'));
+    let words = format!(
+        "+{} −{} lines to the shipped {shipped}",
+        count('+'),
+        count('-')
+    );
     text.push_line(Line::styled(words, Style::new().fg(theme.title)));
     text.push_line("");
     for line in difference.lines() {

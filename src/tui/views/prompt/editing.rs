@@ -35,7 +35,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 
 fn template(f: &mut Frame<'_>, area: Rect, model: &Model, wide: bool) {
     let prompt = &model.prompt;
-    let mark = if prompt.is_draft() { " · modified" } else { "" };
+    let mark = if prompt.is_draft() {
+        " · modified"
+    } else {
+        ""
+    };
     let room = usize::from(area.width).saturating_sub(26);
     let file = fit_end(&visible(prompt.file()), room);
     let title = Line::from(format!("template · {file}{mark}"));
@@ -46,7 +50,9 @@ fn template(f: &mut Frame<'_>, area: Rect, model: &Model, wide: bool) {
         words.style(Style::new().fg(model.theme.danger))
     });
     let lines = error.as_ref().map_or(0, |e| e.line_count(inner.width));
-    let lines = u16::try_from(lines).unwrap_or(u16::MAX).min(inner.height / 3);
+    let lines = u16::try_from(lines)
+        .unwrap_or(u16::MAX)
+        .min(inner.height / 3);
     let [text, wrong, below] = Layout::vertical([
         Constraint::Min(1),
         Constraint::Length(lines),

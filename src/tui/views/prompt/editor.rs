@@ -19,7 +19,9 @@ const BEFORE: usize = 30;
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, top: Option<usize>) {
     let editor = &model.prompt.editor;
     let digits = editor.line_count().to_string().len().max(2);
-    let gutter = u16::try_from(digits + 2).unwrap_or(u16::MAX).min(area.width / 2);
+    let gutter = u16::try_from(digits + 2)
+        .unwrap_or(u16::MAX)
+        .min(area.width / 2);
     let text = Rect {
         x: area.x + gutter,
         width: area.width - gutter,
@@ -27,7 +29,12 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, top: Option<usize>) {
     };
     let wrapped = wrapped(editor, text, top);
     let last = wrapped.last().map_or(0, |(row, _)| row + 1);
-    highlighted(editor, model, wrapped.first().map_or(0, |(row, _)| *row), last);
+    highlighted(
+        editor,
+        model,
+        wrapped.first().map_or(0, |(row, _)| *row),
+        last,
+    );
     let styles = editor.styles.borrow();
     let shown: Vec<(usize, &Vec<char>)> = lines_of(editor, &wrapped);
     let mut lines = Vec::with_capacity(wrapped.len());
@@ -36,7 +43,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, top: Option<usize>) {
             continue;
         };
         let mut spans = vec![number(model, *row, part.start == 0, digits)];
-        let line_styles = row.checked_sub(styles.from).and_then(|at| styles.lines.get(at));
+        let line_styles = row
+            .checked_sub(styles.from)
+            .and_then(|at| styles.lines.get(at));
         let marks = Marks::of(model, *row, line, top.is_none());
         let end = part.end.min(line.len());
         for (col, &c) in line.iter().enumerate().take(end).skip(part.start) {
@@ -143,13 +152,25 @@ fn highlighted(editor: &Editor, model: &Model, first: usize, last: usize) {
         false => (0, editor.line_count()),
     };
     let mut hasher = DefaultHasher::new();
-    (editor.text(), &model.theme.name, from, to, highlight::is_loaded()).hash(&mut hasher);
+    (
+        editor.text(),
+        &model.theme.name,
+        from,
+        to,
+        highlight::is_loaded(),
+    )
+        .hash(&mut hasher);
     let of = hasher.finish();
     let mut styles = editor.styles.borrow_mut();
     if styles.of == of && !styles.lines.is_empty() {
         return;
     }
-    let text: Vec<&str> = editor.text().split('\n').skip(from).take(to - from).collect();
+    let text: Vec<&str> = editor
+        .text()
+        .split('\n')
+        .skip(from)
+        .take(to - from)
+        .collect();
     styles.lines = template(&text, from, &model.theme);
     styles.from = from;
     styles.of = of;
@@ -167,14 +188,17 @@ struct Marks {
 impl Marks {
     fn of(model: &Model, row: usize, line: &[char], edited: bool) -> Self {
         let editor = &model.prompt.editor;
-        let selected = editor.selection().filter(|_| edited).map_or(0..0, |(a, b)| {
-            let from = if a.row < row { 0 } else { a.col };
-            let to = if b.row > row { line.len() + 1 } else { b.col };
-            match a.row <= row && row <= b.row {
-                true => from..to,
-                false => 0..0,
-            }
-        });
+        let selected = editor
+            .selection()
+            .filter(|_| edited)
+            .map_or(0..0, |(a, b)| {
+                let from = if a.row < row { 0 } else { a.col };
+                let to = if b.row > row { line.len() + 1 } else { b.col };
+                match a.row <= row && row <= b.row {
+                    true => from..to,
+                    false => 0..0,
+                }
+            });
         let found = match &model.prompt.entry {
             Some(EntryLine::Find(find)) => {
                 let length = find.text.chars().count();

@@ -41,7 +41,10 @@ pub fn cells(said: &Said) -> [String; 3] {
                 Motion::Waypoints(points) => {
                     let ends = points.first().zip(points.last());
                     let when = ends.map(|(a, b)| format!("{}–{}", moment(a.at), moment(b.at)));
-                    (format!("{} points", points.len()), when.unwrap_or_else(dash))
+                    (
+                        format!("{} points", points.len()),
+                        when.unwrap_or_else(dash),
+                    )
                 }
             };
             [new.obstacle.to_string(), motion, when]
@@ -66,7 +69,11 @@ pub fn text(model: &Model, said: &Said) -> Text<'static> {
         Said::Verdict(_) => {}
         Said::Attacker(choice) => {
             for o in &choice.obstacles {
-                let sign = if choice.attacker == Some(o.id) { "▸" } else { " " };
+                let sign = if choice.attacker == Some(o.id) {
+                    "▸"
+                } else {
+                    " "
+                };
                 let line = format!("{sign} {} risk {}: {}", o.id, o.risk_score, o.reason);
                 let style = Style::new().fg(theme.risk(f64::from(o.risk_score)));
                 text.push_line(Line::styled(visible(&line).into_owned(), style));

@@ -319,7 +319,11 @@ impl Table<'_> {
         };
         let base = self.model.theme.base();
         let [says, who, risk] = super::other::cells(&reading.said);
-        let repaired = if answer.repairs().is_empty() { "" } else { " *" };
+        let repaired = if answer.repairs().is_empty() {
+            ""
+        } else {
+            " *"
+        };
         let bold = base.add_modifier(Modifier::BOLD);
         self.cell(Row::Says, &format!("{says}{repaired}"), bold);
         self.cell(Row::Who, &who, base);

@@ -9,7 +9,10 @@ use crate::tui::theme::Theme;
 /// is seen only from the beginning on.
 #[must_use]
 pub fn template(text: &[&str], from: usize, theme: &Theme) -> Vec<Vec<Style>> {
-    let fences = text.iter().enumerate().filter(|(_, l)| l.trim_end() == "+++");
+    let fences = text
+        .iter()
+        .enumerate()
+        .filter(|(_, l)| l.trim_end() == "+++");
     let mut fences = fences.map(|(at, _)| at);
     let front = match (from, fences.next(), fences.next()) {
         (0, Some(0), Some(end)) => end + 1,
@@ -17,7 +20,10 @@ pub fn template(text: &[&str], from: usize, theme: &Theme) -> Vec<Vec<Style>> {
     };
     let mut styles: Vec<Vec<Style>> = text[..front].iter().map(|l| toml(l, theme)).collect();
     let body = text[front..].iter().copied();
-    for (line, source) in lines(Language::Markdown, body.clone(), theme).into_iter().zip(body) {
+    for (line, source) in lines(Language::Markdown, body.clone(), theme)
+        .into_iter()
+        .zip(body)
+    {
         let of_span = |span: &ratatui::text::Span<'_>| {
             let style = span.style;
             span.content.chars().map(|_| style).collect::<Vec<_>>()
@@ -41,15 +47,18 @@ fn toml(line: &str, theme: &Theme) -> Vec<Style> {
     let key = line.find('=').map_or(0, |at| line[..at].chars().count());
     let key_style = Style::new().fg(theme.ego);
     let value = Style::new().fg(theme.safe);
-    (0..all).map(|at| if at < key { key_style } else { value }).collect()
+    (0..all)
+        .map(|at| if at < key { key_style } else { value })
+        .collect()
 }
 
 /// Marks of the template language: where they begin, where they end, and whether they are comments.
-const TAGS: [(&str, &str, bool); 3] = [("{%", "%}", false), ("{{", "}}", false), ("{#", "#}", true)];
+const TAGS: [(&str, &str, bool); 3] =
+    [("{%", "%}", false), ("{{", "}}", false), ("{#", "#}", true)];
 
 /// Colours tags and comments, which may go over lines.
 fn tags(text: &[&str], styles: &mut [Vec<Style>], theme: &Theme) {
-    let tag = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    let tag = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
     let comment = Style::new().fg(theme.dim).add_modifier(Modifier::ITALIC);
     let mut open: Option<(&str, bool)> = None;
     for (line, styles) in text.iter().zip(styles) {
@@ -94,10 +103,13 @@ mod tests {
         let color = |line: usize, at: usize| styles[line][at].fg;
         assert_eq!(color(1, 0), Some(theme.ego));
         assert_eq!(color(1, 8), Some(theme.safe));
-        assert_eq!(color(3, 8), Some(theme.accent));
-        assert_eq!(color(3, 14), Some(theme.accent));
-        assert_ne!(styles[3][8], styles[3][16]);
-        assert_eq!((color(4, 3), color(5, 0)), (Some(theme.dim), Some(theme.dim)));
-        assert_ne!(color(5, 5), Some(theme.dim));
+        assert_eq!(color(3, 8), Some(theme.picked));
+        assert_eq!(color(3, 14), Some(theme.picked));
+        assert_eq!(color(3, 16), Some(theme.accent));
+        assert_eq!(
+            (color(4, 3), color(5, 0)),
+            (Some(theme.dim), Some(theme.dim))
+        );
+        assert_ne!(color(5, 6), Some(theme.dim));
     }
 }
