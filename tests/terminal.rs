@@ -310,7 +310,7 @@ fn the_users_editor_has_the_terminal_and_gives_the_template_back() {
     assert!(!matches!(mouse, vt100::MouseProtocolMode::None));
     let raw = String::from_utf8_lossy(&session.raw).into_owned();
     assert_eq!(raw.matches("\x1b[?1049h").count(), 2);
-    session.see("You are a poet");
+    session.see("You are an poet in the");
     // Keys reach the workbench again.
     session.press("x");
     session.see("X 301 contact");
@@ -369,6 +369,7 @@ fn a_draft_survives_a_kill() {
     session.end();
     let mut session = Session::start(120, 40, &environment);
     session.see("drafts that were not saved are in use again: collision-ego.md");
+    session.see("The body of car 301 overlaps");
     session.press("e");
     session.see("before the end. name =");
     session.press("\x03");

@@ -224,13 +224,19 @@ impl Loop {
                         self.model.size = self.screen.size()?;
                         changed = true;
                     }
-                    Step::EditOutside(outside) => {
-                        drop(events);
-                        let msg = self.edit_outside(outside)?;
-                        events = Events::listen();
-                        self.model.size = self.screen.size()?;
+                    Step::EditOutside(sent) => {
+                        let result = match outside::command(|name| std::env::var(name).ok()) {
+                            Ok(command) => {
+                                drop(events);
+                                let result = self.lend(&command, &sent)?;
+                                events = Events::listen();
+                                self.model.size = self.screen.size()?;
+                                result
+                            }
+                            Err(why) => Err(why),
+                        };
                         // What it asks for needs no terminal.
-                        for effect in update(&mut self.model, msg) {
+                        for effect in update(&mut self.model, Msg::EditedOutside(sent, result)) {
                             self.tasks.perform(effect);
                         }
                         changed = true;
@@ -265,14 +271,13 @@ impl Loop {
     }
 
     /// Lends the terminal to the user's editor.
-    fn edit_outside(&mut self, sent: Outside) -> std::io::Result<Msg> {
-        let result = match outside::command(|name| std::env::var(name).ok()) {
-            Ok(command) => self
-                .screen
-                .lend(|| outside::edit(&command, &sent.file, &sent.text))?,
-            Err(why) => Err(why),
-        };
-        Ok(Msg::EditedOutside(sent, result))
+    fn lend(
+        &mut self,
+        command: &[String],
+        sent: &Outside,
+    ) -> std::io::Result<Result<String, String>> {
+        self.screen
+            .lend(|| outside::edit(command, &sent.file, &sent.text))
     }
 
     /// Performs the effects of the start; says whether the program ends at once.

@@ -67,10 +67,12 @@ fn tags(text: &[&str], styles: &mut [Vec<Style>], theme: &Theme) {
         let mut at = 0;
         while at < chars.len() {
             let mut taken = 1;
-            if open.is_none() {
-                let found = TAGS.iter().find(|(begin, ..)| is(at, begin));
-                open = found.map(|(_, end, comment)| (*end, *comment));
-                taken = if open.is_some() { 2 } else { 1 };
+            // One that begins in another shows that the other was not closed.
+            if !matches!(open, Some((_, true)))
+                && let Some((_, end, comment)) = TAGS.iter().find(|(begin, ..)| is(at, begin))
+            {
+                open = Some((end, *comment));
+                taken = 2;
             }
             if let Some((end, is_comment)) = open {
                 if taken == 1 && is(at, end) {
