@@ -3,6 +3,7 @@
 mod find;
 mod history;
 mod moving;
+mod parts;
 mod wrap;
 
 use std::cell::{Cell, RefCell};
@@ -15,6 +16,8 @@ use edtui::{EditorEventHandler, EditorMode, EditorState, Index2, Lines};
 
 pub use find::{Find, next};
 use history::History;
+use parts::{Clip, Shared};
+pub use parts::{EditorDrawn, Styles};
 pub use wrap::{rows, width_of};
 
 use crate::config::Keys;
@@ -43,47 +46,6 @@ pub struct Editor {
     pub drawn: RefCell<EditorDrawn>,
     /// The styles of its characters, as they were worked out last.
     pub styles: RefCell<Styles>,
-}
-
-/// Where the text was drawn last.
-#[derive(Debug, Default, Clone)]
-pub struct EditorDrawn {
-    /// Cells of the text, without line numbers: column, row, columns, rows.
-    pub area: (u16, u16, u16, u16),
-    /// What each row shows: a line, and which of its characters.
-    pub rows: Vec<(usize, std::ops::Range<usize>)>,
-}
-
-/// Styles of characters, by line from one on, and for which text and colours they hold.
-#[derive(Debug, Default)]
-pub struct Styles {
-    /// Stands for the text and the colours.
-    pub of: u64,
-    /// The first line.
-    pub from: usize,
-    /// A style for each character.
-    pub lines: Vec<Vec<ratatui::style::Style>>,
-}
-
-/// The clipboard inside the program, and whether something was put into it since it was last asked.
-#[derive(Default)]
-struct Clip {
-    text: String,
-    fresh: bool,
-}
-
-struct Shared(Rc<RefCell<Clip>>);
-
-impl ClipboardTrait for Shared {
-    fn set_text(&mut self, text: String) {
-        let mut clip = self.0.borrow_mut();
-        clip.text = text;
-        clip.fresh = true;
-    }
-
-    fn get_text(&mut self) -> String {
-        self.0.borrow().text.clone()
-    }
 }
 
 impl Default for Editor {

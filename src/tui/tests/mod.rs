@@ -6,6 +6,7 @@ mod bench;
 mod comparing;
 mod editing;
 mod frames;
+mod keeping;
 mod looking;
 mod opening;
 mod plotting;

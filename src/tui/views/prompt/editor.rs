@@ -106,9 +106,8 @@ fn wrapped(
         None => editor.top.get().min(row),
     };
     let mut seen = Vec::new();
-    let mut at = from;
     let mut cursor = None;
-    for line in editor.lines().skip(from) {
+    for (at, line) in (from..).zip(editor.lines().skip(from)) {
         let follows = top.is_none() && at <= row;
         if seen.len() >= height && !follows {
             break;
@@ -119,7 +118,6 @@ fn wrapped(
             }
             seen.push((at, part));
         }
-        at += 1;
     }
     if top.is_none() {
         // As many rows are left out at the top as the cursor is below the last one.
