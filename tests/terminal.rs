@@ -292,3 +292,87 @@ fn ctrl_z_gives_the_terminal_back_until_it_is_continued() {
     session.press("q");
     assert_eq!(session.end(), 0);
 }
+
+#[test]
+fn the_users_editor_has_the_terminal_and_gives_the_template_back() {
+    // It looks at its terminal before it writes: cooked, and on the main screen.
+    let script = "sh -c 'stty -a | grep -q \" icanon\" && sed -i s/expert/poet/ \"$0\"'";
+    let mut session = Session::start(120, 40, &[("EDITOR", "false"), ("VISUAL", script)]);
+    session.see("The body of car 301 overlaps");
+    session.press("\x05");
+    session.see("taken over as a draft");
+    assert!(session.screen.screen().alternate_screen());
+    assert!(
+        session.screen.screen().bracketed_paste(),
+        "all modes are back"
+    );
+    let mouse = session.screen.screen().mouse_protocol_mode();
+    assert!(!matches!(mouse, vt100::MouseProtocolMode::None));
+    let raw = String::from_utf8_lossy(&session.raw).into_owned();
+    assert_eq!(raw.matches("\x1b[?1049h").count(), 2);
+    session.see("You are an poet in the");
+    // Keys reach the workbench again.
+    session.press("x");
+    session.see("X 301 contact");
+    session.press("q");
+    assert_eq!(session.end(), 0);
+    session.is_restored();
+}
+
+#[test]
+fn an_editor_that_is_missing_or_fails_is_named_and_nothing_is_lost() {
+    for (editor, said) in [
+        ("no-such-editor -w", "`no-such-editor -w` cannot be started"),
+        ("sh -c 'exit 3'", "ended with status 3"),
+        ("", "neither VISUAL nor EDITOR is set"),
+    ] {
+        let mut session = Session::start(120, 40, &[("EDITOR", ""), ("VISUAL", editor)]);
+        session.see("The body of car 301 overlaps");
+        session.press("\x05");
+        session.see(said);
+        session.press("e");
+        session.see("template · collision-ego.md ");
+        session.press("\x03");
+        session.press("q");
+        assert_eq!(session.end(), 0, "{editor}");
+        session.is_restored();
+    }
+}
+
+#[test]
+fn a_draft_survives_a_kill() {
+    let folders = tempfile::tempdir().unwrap();
+    let path = |name: &str| folders.path().join(name).to_str().unwrap().to_string();
+    let (config, data) = (path("config"), path("data"));
+    let environment = [
+        ("NEARMISS_CONFIG", config.as_str()),
+        ("NEARMISS_DATA", data.as_str()),
+    ];
+    let mut session = Session::start(120, 40, &environment);
+    session.see("The body of car 301 overlaps");
+    session.press("e");
+    session.see("template · collision-ego.md");
+    session.press("\x1b[BWritten before the end. ");
+    session.see("before the end. name =");
+    let draft = folders.path().join("data/drafts/collision-ego.md");
+    let begun = Instant::now();
+    let kept = || std::fs::read_to_string(&draft).is_ok_and(|t| t.contains("before the end. name"));
+    while !kept() {
+        assert!(begun.elapsed() < PATIENCE, "the draft is not kept");
+        session.receive(Duration::from_millis(20));
+    }
+    let id = session.child.process_id().unwrap().to_string();
+    let killed = std::process::Command::new("kill")
+        .args(["-KILL", &id])
+        .status();
+    assert!(killed.unwrap().success());
+    session.end();
+    let mut session = Session::start(120, 40, &environment);
+    session.see("drafts that were not saved are in use again: collision-ego.md");
+    session.see("The body of car 301 overlaps");
+    session.press("e");
+    session.see("before the end. name =");
+    session.press("\x03");
+    session.press("q");
+    assert_eq!(session.end(), 0);
+}

@@ -9,7 +9,7 @@ use similar::TextDiff;
 use super::open::configuration;
 use super::{Failure, Outcome, output};
 use crate::evaluation::trial;
-use crate::prompts::{Library, Origin};
+use crate::prompts::{Library, Origin, Template, choose_template, renamed, template_file};
 use crate::system;
 
 /// Arguments of `prompts`.
@@ -44,6 +44,14 @@ enum What {
     Copy {
         /// Its file name; `.md` may be left out.
         name: String,
+        /// Under another name, so that both can be used, and not in its place.
+        #[arg(long = "as", value_name = "NEW")]
+        new: Option<String>,
+    },
+    /// Uses a template for its task and frame, of all those that there are for them; also in the workbench.
+    Use {
+        /// Its file name; `.md` may be left out.
+        name: String,
     },
 }
 
@@ -61,13 +69,38 @@ pub fn run(arguments: &Prompts) -> Outcome {
         What::Show { name } => output::text(&output::visible(known(&library, name)?.1)),
         What::Path => output::text(&format!("{}\n", folder.display())),
         What::Diff { name } => diff(&library, name),
-        What::Copy { name } => {
+        What::Copy { name, new: None } => {
             let (file, _) = known(&library, name)?;
             let shipped = Library::shipped(&file)
                 .ok_or_else(|| Failure::input(format!("{file} does not come with the program")))?;
             let path = folder.join(&file);
             write_new(&path, shipped)?;
             output::text(&format!("{}\n", path.display()))
+        }
+        What::Copy {
+            name,
+            new: Some(new),
+        } => {
+            let (template, _) = template(&library, name)?;
+            let file = template_file(new).map_err(Failure::input)?;
+            if Library::shipped(&file).is_some() {
+                return Err(Failure::input(format!(
+                    "{file} comes with the program, and yours would be used in its place; choose another name"
+                )));
+            }
+            let path = folder.join(&file);
+            write_new(&path, &renamed(&template.source, &file))?;
+            output::text(&format!("{}\n", path.display()))
+        }
+        What::Use { name } => {
+            let (template, file) = template(&library, name)?;
+            let front = &template.front;
+            choose_template(&folder, &front.task, &front.frame, &file).map_err(Failure::input)?;
+            output::say(&format!(
+                "{file} is used for the task {} in frame {}",
+                front.task, front.frame
+            ));
+            Ok(())
         }
     }
 }
@@ -88,6 +121,17 @@ fn known<'l>(library: &'l Library, name: &str) -> Result<(String, &'l str), Fail
                 all.join(", ")
             )))
         }
+    }
+}
+
+/// The template that a name means, with its file.
+fn template<'l>(library: &'l Library, name: &str) -> Result<(&'l Template, String), Failure> {
+    let (file, _) = known(library, name)?;
+    match library.file(&file) {
+        Some((template, _)) => Ok((template, file)),
+        None => Err(Failure::input(format!(
+            "{file} is a fragment that templates include, not a template"
+        ))),
     }
 }
 
@@ -119,13 +163,14 @@ fn list(library: &Library, as_json: bool) -> Outcome {
             let front = &template.front;
             json!({
                 "file": file, "task": front.task, "frame": front.frame, "version": front.version,
-                "hash": library.hash(&template.source), "origin": place(origin), "summary": front.summary,
+                "hash": library.hash(&template.source), "origin": place(origin), "in_use": library.in_use(file),
+                "summary": front.summary,
             })
         });
         let rows: Vec<_> = rows.collect();
         output::json(&json!({ "templates": rows, "problems": problems }))?;
     } else {
-        let titles = ["file", "task", "frame", "version", "hash", "origin"];
+        let titles = ["file", "task", "frame", "used", "version", "hash", "origin"];
         let mut rows = vec![titles.map(String::from)];
         rows.extend(templates.map(|(file, template, origin)| {
             let front = &template.front;
@@ -133,6 +178,7 @@ fn list(library: &Library, as_json: bool) -> Outcome {
                 file.to_string(),
                 front.task.clone(),
                 front.frame.clone(),
+                if library.in_use(file) { "yes" } else { "no" }.to_string(),
                 front.version.clone(),
                 library.hash(&template.source)[..12].to_string(),
                 place(origin),
@@ -142,7 +188,15 @@ fn list(library: &Library, as_json: bool) -> Outcome {
         rows.extend(fragments.filter_map(|file| {
             let (_, origin) = library.source(file)?;
             let dash = || "-".to_string();
-            Some([file.clone(), dash(), dash(), dash(), dash(), place(origin)])
+            Some([
+                file.clone(),
+                dash(),
+                dash(),
+                dash(),
+                dash(),
+                dash(),
+                place(origin),
+            ])
         }));
         output::text(&aligned(&rows))?;
         for problem in &problems {
@@ -158,7 +212,7 @@ fn list(library: &Library, as_json: bool) -> Outcome {
     }
 }
 
-fn aligned(rows: &[[String; 6]]) -> String {
+fn aligned(rows: &[[String; 7]]) -> String {
     let rows: Vec<_> = rows
         .iter()
         .map(|row| row.each_ref().map(|cell| output::visible(cell)))
@@ -167,7 +221,7 @@ fn aligned(rows: &[[String; 6]]) -> String {
         let widths = rows.iter().map(|row| row[column].chars().count());
         widths.max().unwrap_or(0)
     };
-    let widths: [usize; 6] = std::array::from_fn(width);
+    let widths: [usize; 7] = std::array::from_fn(width);
     let mut text = String::new();
     for row in &rows {
         let cells = row.iter().zip(widths);

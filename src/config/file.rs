@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::Keys;
 use super::text_file::text_if_there;
 
 /// The configuration.
@@ -16,6 +17,8 @@ pub struct Config {
     pub glyphs: Option<String>,
     /// Whether the mouse is used.
     pub mouse: bool,
+    /// Keys of the template editor: `plain`, `vim` or `emacs`.
+    pub editor: Keys,
     /// The model asked first, as `provider/model`.
     pub model: Option<String>,
     /// Steps of history in a window; the template's default where it is not set.
@@ -43,6 +46,7 @@ impl Default for Config {
             theme: None,
             glyphs: None,
             mouse: true,
+            editor: Keys::Plain,
             model: None,
             history: None,
             radius: None,
@@ -193,6 +197,7 @@ mod tests {
             ("effort = \"max\"", "effort"),
             ("concurrency = 0", "concurrency"),
             ("budget = -1.0", "budget"),
+            ("editor = \"ed\"", "editor"),
             ("model = \"x\"", "model"),
             ("glyphs = \"emoji\"", "glyphs"),
         ] {

@@ -2,10 +2,12 @@
 
 mod file;
 mod folders;
+mod keys;
 mod tags;
 mod text_file;
 
 pub use file::{Config, ConfigError};
 pub use folders::Folders;
+pub use keys::Keys;
 pub use tags::Tags;
 pub use text_file::TextFile;

@@ -122,6 +122,13 @@ impl Provider {
 }
 
 impl Registry {
+    /// What a model, `provider/model`, costs on a day, if that is known.
+    #[must_use]
+    pub fn pricing(&self, id: &str, day: Date) -> Option<Pricing> {
+        let (name, model) = id.split_once('/')?;
+        self.providers.get(name)?.prices().of(model, day)
+    }
+
     /// Every model that is offered, with what is known of it on a day; a provider that offers none by name has one line.
     #[must_use]
     pub fn models(&self, environment: &Environment, today: Date) -> Vec<Listed> {

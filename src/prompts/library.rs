@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::chosen::{self, Chosen};
 use super::render::syntax;
 use super::{Template, TemplateError, includes};
 use crate::system;
@@ -82,6 +83,8 @@ pub enum Instead {
     LastGood,
     /// Nothing: there is no other file of that name.
     Nothing,
+    /// The template that is used where none is chosen.
+    Usual,
 }
 
 impl std::fmt::Display for Problem {
@@ -90,6 +93,7 @@ impl std::fmt::Display for Problem {
             Instead::Shipped => "the shipped template is used instead",
             Instead::LastGood => "its last good version stays in use",
             Instead::Nothing => "it is not used",
+            Instead::Usual => "the usual template is used",
         };
         write!(f, "{}: {}; {instead}", self.path.display(), self.message)
     }
@@ -101,6 +105,8 @@ pub struct Library {
     templates: BTreeMap<String, (Template, Origin)>,
     fragments: BTreeMap<String, String>,
     fragment_origins: BTreeMap<String, Origin>,
+    /// Which of several templates for the same is used.
+    chosen: Chosen,
     /// Files of the user that could not be used.
     pub problems: Vec<Problem>,
 }
@@ -116,6 +122,7 @@ impl Library {
         }
         if let Some(folder) = folder {
             library.overlay(folder);
+            library.choose(folder);
         }
         library
     }
@@ -217,14 +224,76 @@ impl Library {
         Ok(())
     }
 
-    /// The template for a task and a frame; a user's before a shipped one.
+    /// Takes over what the user chose; a choice that cannot be kept is a problem.
+    fn choose(&mut self, folder: &Path) {
+        let path = folder.join(chosen::FILE);
+        let mut problem = |message: String| {
+            self.problems.push(Problem {
+                path: path.clone(),
+                message,
+                instead: Instead::Usual,
+            });
+        };
+        let mut chosen = Chosen::read(folder).unwrap_or_else(|message| {
+            problem(message);
+            Chosen::default()
+        });
+        for (task, frame, file) in chosen.all() {
+            let front = self.templates.get(&file).map(|(t, _)| &t.front);
+            let why = match front {
+                None => format!("{task}.{frame}: there is no template {file}"),
+                Some(front) if front.task != task || front.frame != frame => {
+                    let (of, at) = (&front.task, &front.frame);
+                    format!("{task}.{frame}: {file} is for {of} in frame {at}")
+                }
+                Some(_) => continue,
+            };
+            chosen.set(&task, &frame, None);
+            problem(why);
+        }
+        self.chosen = chosen;
+    }
+
+    /// The template for a task and a frame: the chosen one, else a user's before a shipped one, of a user's the one
+    /// that overrides the shipped one.
     #[must_use]
     pub fn find(&self, task: &str, frame: &str) -> Option<(&str, &Template)> {
+        let chosen = self.chosen.of(task, frame);
+        let rank = |file: &str, origin: &Origin| {
+            let user = matches!(origin, Origin::User(_));
+            (chosen == Some(file), user, Self::shipped(file).is_some())
+        };
         let fits = |t: &Template| t.front.task == task && t.front.frame == frame;
-        let found = self.templates.iter().filter(|(_, (t, _))| fits(t));
-        found
-            .max_by_key(|(_, (_, origin))| matches!(origin, Origin::User(_)))
+        let all = self.templates.iter().filter(|(_, (t, _))| fits(t));
+        all.max_by_key(|(file, (_, origin))| rank(file, origin))
             .map(|(file, (template, _))| (file.as_str(), template))
+    }
+
+    /// The templates for a task and a frame, of which [`Self::find`] takes one.
+    pub fn candidates<'l>(
+        &'l self,
+        task: &'l str,
+        frame: &'l str,
+    ) -> impl Iterator<Item = (&'l str, &'l Template, &'l Origin)> {
+        self.templates()
+            .filter(move |(_, t, _)| t.front.task == task && t.front.frame == frame)
+    }
+
+    /// Whether a template is the one that is used for its task and frame.
+    #[must_use]
+    pub fn in_use(&self, file: &str) -> bool {
+        self.file(file).is_some_and(|(template, _)| {
+            let front = &template.front;
+            self.find(&front.task, &front.frame).map(|f| f.0) == Some(file)
+        })
+    }
+
+    /// Files of the user that stand in the place of shipped ones, or change what they include.
+    pub fn overridden(&self) -> impl Iterator<Item = &str> {
+        let templates = self.templates.iter().map(|(file, (_, o))| (file, o));
+        let all = templates.chain(&self.fragment_origins);
+        all.filter(|(file, origin)| origin.path().is_some() && Self::shipped(file).is_some())
+            .map(|(file, _)| file.as_str())
     }
 
     /// The template in a file.
@@ -259,6 +328,22 @@ impl Library {
         SHIPPED.iter().find(|s| s.file == file).map(|s| s.source)
     }
 
+    /// The shipped template that a file overrides, or that is for the same task and frame: its name and text.
+    #[must_use]
+    pub fn shipped_like(
+        file: &str,
+        task: &str,
+        frame: &str,
+    ) -> Option<(&'static str, &'static str)> {
+        let names = [
+            file.to_string(),
+            format!("{task}-{frame}.md"),
+            format!("{task}.md"),
+        ];
+        let find = |name: &String| SHIPPED.iter().find(|s| s.file == name);
+        names.iter().find_map(find).map(|s| (s.file, s.source))
+    }
+
     /// Files and templates, by file name.
     pub fn templates(&self) -> impl Iterator<Item = (&str, &Template, &Origin)> {
         self.templates
@@ -278,91 +363,4 @@ fn read(path: &Path) -> Result<String, String> {
 }
 
 #[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    #[test]
-    fn every_shipped_file_is_read_and_every_file_is_shipped() {
-        let library = Library::load(None);
-        assert_eq!(
-            library.templates().count() + library.fragments().len(),
-            SHIPPED.len()
-        );
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("prompts");
-        let mut files: Vec<String> = std::fs::read_dir(folder)
-            .unwrap()
-            .map(|e| e.unwrap().file_name().into_string().unwrap())
-            .collect();
-        files.sort();
-        assert_eq!(files, SHIPPED.iter().map(|s| s.file).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn the_users_file_overrides_and_a_broken_one_does_not() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = |name: &str| folder.path().join(name);
-        let mine = Library::shipped("collision-ego.md").unwrap().replacen(
-            "version = ",
-            "version = \"mine\" #",
-            1,
-        );
-        std::fs::write(file("collision-ego.md"), &mine).unwrap();
-        std::fs::write(file("safety-ego.md"), "no front matter").unwrap();
-        std::fs::write(file("_risk.md"), "a\n{% if %}").unwrap();
-        std::fs::write(file("_new.md"), "{{").unwrap();
-        let library = Library::load(Some(folder.path()));
-        let (_, template) = library.find("collision", "ego").unwrap();
-        assert_eq!(template.front.version, "mine");
-        let kept = &library.find("safety", "ego").unwrap().1.source;
-        assert_eq!(Some(kept.as_str()), Library::shipped("safety-ego.md"));
-        let problems: Vec<_> = library
-            .problems
-            .iter()
-            .map(|p| (p.path.clone(), p.instead))
-            .collect();
-        assert_eq!(
-            problems,
-            [
-                (file("_new.md"), Instead::Nothing),
-                (file("_risk.md"), Instead::Shipped),
-                (file("safety-ego.md"), Instead::Shipped)
-            ]
-        );
-        assert!(library.problems[1].message.starts_with("line 2:"));
-    }
-
-    #[test]
-    fn a_file_that_breaks_stays_in_use_as_it_was() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = |name: &str| folder.path().join(name);
-        let mine = Library::shipped("collision-ego.md").unwrap().to_string() + "\n{# mine #}";
-        std::fs::write(file("collision-ego.md"), &mine).unwrap();
-        std::fs::write(file("_risk.md"), "my risk").unwrap();
-        let good = Library::load(Some(folder.path()));
-        assert!(good.problems.is_empty());
-        std::fs::write(file("collision-ego.md"), "broken").unwrap();
-        std::fs::write(file("_risk.md"), "{{").unwrap();
-        std::fs::write(file("safety-ego.md"), "never was good").unwrap();
-        let mut library = Library::load(Some(folder.path())).or_last_good(&good);
-        // A second reading keeps what the first kept.
-        for _ in 0..2 {
-            let (source, origin) = library.source("collision-ego.md").unwrap();
-            assert_eq!(source, mine);
-            assert_eq!(origin, &Origin::User(file("collision-ego.md")));
-            assert_eq!(library.source("_risk.md").unwrap().0, "my risk");
-            let instead: Vec<_> = library.problems.iter().map(|p| p.instead).collect();
-            assert_eq!(
-                instead,
-                [Instead::LastGood, Instead::LastGood, Instead::Shipped]
-            );
-            library = Library::load(Some(folder.path())).or_last_good(&library);
-        }
-        std::fs::remove_file(file("collision-ego.md")).unwrap();
-        let library = Library::load(Some(folder.path())).or_last_good(&library);
-        assert_eq!(
-            library.source("collision-ego.md").unwrap().1,
-            &Origin::Shipped
-        );
-    }
-}
+mod tests;

@@ -1,18 +1,22 @@
 //! Prompt templates: those that come with the program, those of the user, and how they are filled.
 
 mod answer_form;
+mod chosen;
 mod defaults;
 mod includes;
 mod library;
+mod rename;
 mod render;
 mod techniques;
 mod template;
 mod tokens;
 
 pub use answer_form::{answer_form, answer_keys};
+pub use chosen::choose_template;
 pub use defaults::{Defaults, MOST_DECIMALS, Wording};
 pub use includes::hash;
 pub use library::{Instead, Library, Origin, Problem, Shipped};
+pub use rename::{renamed, template_file};
 pub use render::{Prompt, RenderError, render};
 pub use techniques::Techniques;
 pub use template::{FrontMatter, Template, TemplateError};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::commonroad::{self, ReadError};
 use super::{Ego, EgoError, Scenario, find_recording, read_ego, read_ego_file};
+use crate::system;
 
 /// Where a scenario lies.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -105,6 +106,23 @@ impl Entry {
             Place::Bundled(i) => commonroad::read(BUNDLED[*i].1, &self.display()),
         }
         .map(Arc::new)
+    }
+
+    /// The text of its file.
+    ///
+    /// # Errors
+    /// It cannot be read, or is not XML in UTF-8: with the file.
+    pub fn source(&self) -> Result<String, String> {
+        let named = |words: &str| format!("{}: {words}", self.display());
+        let bytes = match &self.place {
+            Place::Bundled(i) => BUNDLED[*i].1.to_vec(),
+            Place::File(path) if commonroad::is_protobuf_name(path) => {
+                return Err(named("this is protobuf, which has no text to show"));
+            }
+            Place::File(path) => system::read_file(path, system::LARGEST)
+                .map_err(|error| named(&system::words(&error)))?,
+        };
+        String::from_utf8(bytes).map_err(|_| named("the file is not UTF-8 text"))
     }
 
     /// Reads the ego that lies with the scenario, see [`find_recording`]; nothing if there is none.

@@ -99,6 +99,21 @@ pub enum Action {
     CancelJob,
     CancelAllJobs,
     ShowJob,
+    OutsideEditor,
+    ChooseTemplate,
+    Source,
+    EditDone,
+    SaveTemplate,
+    SaveTemplateAs,
+    Find,
+    GoToLine,
+    Turn,
+    Undo,
+    Redo,
+    Cut,
+    CopySelection,
+    PasteCopied,
+    SelectAll,
 }
 
 /// Where an action holds.
@@ -116,17 +131,20 @@ pub enum Scope {
     History,
     /// In the list of tasks.
     Jobs,
+    /// In the template editor, where keys write and nothing else holds.
+    Editor,
 }
 
 impl Scope {
     /// Every place with its name in keymap files, and in words.
-    pub const ALL: [(Self, &'static str, &'static str); 6] = [
+    pub const ALL: [(Self, &'static str, &'static str); 7] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
         (Self::Map, "map", "on the map"),
         (Self::Text, "text", "in prompt, verdict and reasoning"),
         (Self::History, "history", "in the history of runs"),
         (Self::Jobs, "tasks", "in the list of tasks"),
+        (Self::Editor, "editor", "in the template editor"),
     ];
 
     /// Its name in keymap files.
@@ -139,7 +157,7 @@ impl Scope {
     /// Whether it is a screen of its own, where of the keys that hold everywhere only [`EVEN_THERE`] do.
     #[must_use]
     pub fn is_own(self) -> bool {
-        matches!(self, Self::History | Self::Jobs)
+        matches!(self, Self::History | Self::Jobs | Self::Editor)
     }
 }
 
@@ -177,7 +195,11 @@ impl Entry {
     /// Whether its keys do it where `scope` holds.
     #[must_use]
     pub fn holds_in(&self, scope: Scope) -> bool {
-        let everywhere = !scope.is_own() || EVEN_THERE.contains(&self.action);
+        let everywhere = match scope {
+            // What is no key of the editor's writes.
+            Scope::Editor => false,
+            scope => !scope.is_own() || EVEN_THERE.contains(&self.action),
+        };
         self.scope == scope || (self.scope == Scope::Global && everywhere)
     }
 
@@ -267,6 +289,9 @@ table! {
     Copy, Global, "copy", ["y"], 0, "copy", "Copy the pane's text to the clipboard of the terminal (OSC 52).";
     Mouse, Global, "mouse", [], 0, "mouse", "Use the mouse, or leave it to the terminal.";
     PickTheme, Global, "theme", ["ctrl-t"], 0, "theme", "Choose the colours, and see them at once.";
+    OutsideEditor, Global, "external-editor", ["ctrl-e"], 0, "$EDITOR", "Edit the template in $VISUAL or $EDITOR, or look at a copy of the prompt there.";
+    ChooseTemplate, Global, "templates", [], 0, "templates", "Choose among the templates for the task and frame.";
+    Source, Global, "source", ["shift-x"], 0, "source", "The scenario's XML, at the picked obstacle.";
     Suspend, Global, "suspend", ["ctrl-z"], 0, "suspend", "Go back to the shell; `fg` returns.";
     Up, Scenarios, "up", ["up", "k"], 0, "up", "Select the scenario above.";
     Down, Scenarios, "down", ["down", "j"], 0, "down", "Select the scenario below.";
@@ -306,6 +331,19 @@ table! {
     CancelJob, Jobs, "cancel-task", ["x", "delete"], 1, "cancel", "Cancel the selected task; a batch begins nothing more, and a second time what it began is cancelled too.";
     CancelAllJobs, Jobs, "cancel-tasks", ["shift-x"], 2, "cancel all", "Cancel everything that runs.";
     ShowJob, Jobs, "show-task", ["enter"], 3, "its runs", "Show the runs of the selected batch in the history.";
+    EditDone, Editor, "edit-done", ["esc"], 1, "done", "Give the keys back; the draft stays in use. In vim's modes, first back to normal.";
+    SaveTemplate, Editor, "save-template", ["ctrl-s"], 2, "save as yours", "Save the template in your prompts folder.";
+    SaveTemplateAs, Editor, "save-as", ["ctrl-a", "alt-s"], 3, "save as", "Save it under a new name, and use that for the task and frame.";
+    Find, Editor, "find", ["ctrl-f", "alt-/"], 4, "find", "Find a word; again for the next one, up for the one before.";
+    Undo, Editor, "undo", ["ctrl-z", "alt-z"], 5, "undo", "Take the last change back.";
+    Redo, Editor, "redo", ["ctrl-y", "alt-y"], 6, "redo", "Make it again.";
+    Turn, Editor, "beside", ["ctrl-o", "alt-o"], 7, "beside", "What stands beside the editor: rendered prompt, description, diff; in a narrow terminal in its place.";
+    OutsideEditor, Editor, "external-editor", ["ctrl-e", "alt-e"], 8, "$EDITOR", "Go on in $VISUAL or $EDITOR.";
+    GoToLine, Editor, "go-to-line", ["ctrl-g", "alt-g"], 9, "line", "Go to a line by its number.";
+    Cut, Editor, "cut", ["ctrl-x"], 0, "cut", "Cut the selection, also to the terminal's clipboard (OSC 52).";
+    CopySelection, Editor, "copy-selection", ["alt-w"], 0, "copy", "Copy the selection; Ctrl-C does it too while something is selected.";
+    PasteCopied, Editor, "paste", ["ctrl-v"], 0, "paste", "Paste what was cut or copied here.";
+    SelectAll, Editor, "select-all", ["alt-a"], 0, "all", "Select everything; Shift with a motion selects on the way.";
 }
 
 #[cfg(test)]

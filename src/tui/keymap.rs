@@ -241,11 +241,15 @@ pub fn editor_input(key: Key) -> Option<edtui::events::KeyInput> {
         Code::Tab => KeyCode::Tab,
         Code::Backspace => KeyCode::Backspace,
         Code::Delete => KeyCode::Delete,
-        Code::Esc | Code::BackTab | Code::Function(_) => return None,
+        Code::Esc => KeyCode::Esc,
+        Code::BackTab | Code::Function(_) => return None,
     };
     let mut modifiers = KeyModifiers::NONE;
     modifiers.set(KeyModifiers::CONTROL, key.ctrl);
     modifiers.set(KeyModifiers::ALT, key.alt);
+    // Its tables of keys have capitals with Shift.
+    let capital = matches!(key.code, Code::Char(c) if c.is_uppercase());
+    modifiers.set(KeyModifiers::SHIFT, capital);
     Some(edtui::events::KeyInput::with_modifiers(code, modifiers))
 }
 

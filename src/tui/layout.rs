@@ -30,7 +30,9 @@ pub fn split(screen: Rect, model: &Model) -> Option<Parts> {
         Constraint::Length(1),
     ])
     .areas(screen);
-    let panes = if model.zoomed {
+    let panes = if model.prompt.editing {
+        vec![(Pane::Prompt, body)]
+    } else if model.zoomed {
         alone(body, model.focus)
     } else if screen.width >= 110 && screen.height >= 32 {
         wide(body)

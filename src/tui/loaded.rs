@@ -1,10 +1,12 @@
 //! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
 
 mod facts;
+mod source;
 
 use std::sync::Arc;
 
 pub use facts::{Facts, Tally, Verdicts, country_of};
+pub use source::Source;
 
 use crate::judge::{Judgement, judge_under};
 use crate::metrics::{

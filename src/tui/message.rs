@@ -9,7 +9,7 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::keymap::{Key, Keymap};
-use super::loaded::{Facts, Measured, Opened};
+use super::loaded::{Facts, Measured, Opened, Source};
 use super::theme::Named;
 use crate::config::{Config, Tags};
 use crate::evaluation::{Answer, Event, Question};
@@ -70,6 +70,10 @@ pub enum Msg {
     Reread(Library),
     /// A file that says how the workbench looks was changed.
     Reloaded(Reloaded),
+    /// A text was edited in the user's editor: which, and how it is now or why it is as before.
+    EditedOutside(Outside, Result<String, String>),
+    /// The source of a scenario was read: of which place in the list.
+    Source(usize, Result<Box<Source>, String>),
     /// Something went wrong outside.
     Complaint(String),
     /// The program is asked to end.
@@ -127,6 +131,17 @@ pub enum Mouse {
     WheelUp(Position),
     /// The wheel turned down.
     WheelDown(Position),
+}
+
+/// A text for the user's own editor.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Outside {
+    /// Name of its file.
+    pub file: String,
+    /// The text.
+    pub text: String,
+    /// Whether it is only looked at: a copy, whose changes are nobody's.
+    pub copy: bool,
 }
 
 /// Something to be done outside the model.
@@ -187,6 +202,14 @@ pub enum Effect {
     SaveTemplate(String, String),
     /// Remove a template of the user's.
     RemoveTemplate(String),
+    /// Write a template of the user's under a new name, and use it for its task and frame.
+    SaveTemplateAs(String, String),
+    /// Use this template, of all those for its task and frame.
+    UseTemplate(String),
+    /// Let the user edit a text in an editor of theirs.
+    EditOutside(Outside),
+    /// Read the source of a scenario, by its place in the list.
+    ReadSource(usize, Entry),
     /// Read all templates again.
     RereadTemplates,
     /// Put text into the clipboard.

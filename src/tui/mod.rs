@@ -8,6 +8,7 @@ mod layout;
 mod loaded;
 mod message;
 mod model;
+mod outside;
 mod overlays;
 mod reload;
 mod run;

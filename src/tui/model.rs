@@ -4,6 +4,7 @@ mod answers;
 mod batch;
 mod camera;
 mod drawn;
+mod editor;
 mod history;
 mod jobs;
 mod list;
@@ -13,7 +14,9 @@ mod notices;
 mod pane;
 mod picker;
 mod plot;
+mod prices;
 mod prompt;
+mod question;
 mod timeline;
 mod values;
 
@@ -25,6 +28,7 @@ pub use answers::{Answers, Column, Progress, Shown};
 pub use batch::{Card, Marks};
 pub use camera::Camera;
 pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn};
+pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
 pub use history::{COUNTED, History, PAGE, Typing};
 pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS};
@@ -32,19 +36,22 @@ pub use look::{Glyphs, Look, themes_shown};
 pub use map::{Detail, End, Foreseen, Foresight, Layers, Measurement, On, Tape, Tools, as_text};
 pub use notices::{Notice, Toast};
 pub use pane::Pane;
-pub use picker::{Picker, measures_shown, models_shown, orders_shown, palette_shown};
+pub use picker::{
+    Picker, measures_shown, models_shown, orders_shown, palette_shown, templates_shown,
+};
 pub use plot::Plot;
-pub use prompt::{PromptPane, PromptView};
+pub use prices::Prices;
+pub use prompt::{EntryLine, PromptPane, PromptView};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
 
 use super::clock::Clock;
-use super::loaded::Opened;
+use super::loaded::{Opened, Source};
 use super::message::{AskId, OpenId};
 use super::theme::Theme;
 use crate::config::Config;
-use crate::evaluation::{Case, Decided, Settings, prepare};
-use crate::judge::{self, judge_under};
+use crate::evaluation::{Decided, Settings};
+use crate::judge;
 use crate::llm::Offer;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
@@ -94,6 +101,16 @@ pub enum Overlay {
         /// Whether the chosen one is asked at once.
         ask: bool,
     },
+    /// Templates for the task and frame.
+    Templates {
+        /// What is typed and selected.
+        picker: Picker,
+    },
+    /// The source of the scenario.
+    Source {
+        /// The first line shown.
+        scroll: usize,
+    },
     /// Measures, to plot one or to sort the list by it.
     Measures {
         /// What is typed and selected.
@@ -114,15 +131,17 @@ impl Overlay {
     /// How far it is scrolled, if it is text.
     pub fn scroll_mut(&mut self) -> Option<&mut usize> {
         match self {
-            Self::Help { scroll, .. } | Self::About { scroll } | Self::Values { scroll } => {
-                Some(scroll)
-            }
-            Self::Details(scroll) => Some(scroll),
+            Self::Help { scroll, .. }
+            | Self::About { scroll }
+            | Self::Values { scroll }
+            | Self::Details(scroll)
+            | Self::Source { scroll } => Some(scroll),
             Self::Palette(_)
             | Self::Layers(_)
             | Self::Themes(_)
             | Self::Models { .. }
             | Self::Measures { .. }
+            | Self::Templates { .. }
             | Self::Tags { .. }
             | Self::History
             | Self::Jobs
@@ -146,6 +165,8 @@ pub struct Model {
     pub opening: Option<(OpenId, Option<i64>)>,
     /// The obstacle that was taken as the ego of the opened scenario.
     pub taken: Option<i64>,
+    /// The source of a scenario, by its place in the list.
+    pub source: Option<(usize, Box<Source>)>,
     /// Why the selected scenario is not open.
     pub open_error: Option<String>,
     /// The current time step.
@@ -236,6 +257,7 @@ impl Model {
             opened: None,
             opening: None,
             taken: None,
+            source: None,
             open_error: None,
             clock: Clock::new(0..1, 0.1),
             focus: Pane::Scenarios,
@@ -252,7 +274,7 @@ impl Model {
             frame: Frame::Ego,
             techniques: Techniques::ALL,
             techniques_chosen: false,
-            prompt: PromptPane::default(),
+            prompt: PromptPane::new(config.editor),
             library,
             answers: Answers::default(),
             model: config
@@ -342,61 +364,6 @@ impl Model {
         after.find(fits).unwrap_or(self.frame)
     }
 
-    /// Works out again what depends on the scene, the window, the template and the switches:
-    /// the prompt and the built-in judge's verdict.
-    pub fn refresh(&mut self) {
-        let (Some(opened), Some(window)) = (&self.opened, self.window()) else {
-            self.prompt.question = None;
-            self.answers.reference = None;
-            return;
-        };
-        let Some(scene) = opened.scene.clone() else {
-            return;
-        };
-        self.answers.reference = match self.task {
-            Task::Collision => opened.collision.clone(),
-            Task::Safety => Some(judge_under(&scene, Task::Safety, &window, &self.thresholds)),
-            Task::Attacker | Task::Trajectory => None,
-        };
-        let decided = self.decided();
-        self.techniques = decided.techniques;
-        let case = Case {
-            name: opened.name.clone(),
-            scene,
-            task: self.task,
-            frame: self.frame,
-            techniques: self.techniques,
-            window,
-            options: decided.options,
-            thresholds: self.thresholds.clone(),
-        };
-        self.prompt.load(&self.library, self.task, self.frame);
-        let draft = self.prompt.draft();
-        let prepared = prepare(
-            case.clone(),
-            &self.library,
-            draft.as_ref().map(|(f, s)| (f.as_str(), s.as_str())),
-        );
-        match prepared {
-            Ok(question) => {
-                self.prompt.error = None;
-                self.prompt.accept(draft);
-                self.prompt.question = Some(question);
-            }
-            Err(error) => {
-                self.prompt.error = Some(error.to_string());
-                // The last template that could be filled stays in use.
-                let good = self.prompt.good();
-                let again = prepare(
-                    case,
-                    &self.library,
-                    good.as_ref().map(|(f, s)| (f.as_str(), s.as_str())),
-                );
-                self.prompt.question = again.ok();
-            }
-        }
-    }
-
     /// Whether time has to pass: something plays, or a message fades.
     #[must_use]
     pub fn moves(&self) -> bool {
@@ -405,6 +372,7 @@ impl Model {
             || self.answers.is_running()
             || self.jobs.has_batch()
             || (self.overlays.contains(&Overlay::Jobs) && self.jobs.all.iter().any(Job::is_running))
+            || self.prompt.waits()
     }
 
     /// The question with this number, if it is still shown.

@@ -8,8 +8,9 @@ use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::background::{self, Background};
 use super::keymap::{Keymap, Preset};
-use super::message::{Effect, Msg};
-use super::model::{Glyphs, Look, Model};
+use super::message::{Effect, Msg, Outside};
+use super::model::{Glyphs, Look, Model, Prices};
+use super::outside;
 use super::reload::{self, Stamps};
 use super::tasks::{Remaining, Tasks, thresholds};
 use super::terminal::{Events, Screen, give_back_on_panic};
@@ -155,16 +156,43 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environ
         Ok(thresholds) => model.thresholds = Arc::new(thresholds),
         Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),
     }
-    for (file, draft) in drafts(&folders.drafts()) {
-        match draft {
-            Ok(text) => model.prompt.take_up(file, text),
-            Err(error) => complaints.push(format!("{error}; this draft is not taken up")),
-        }
-    }
+    model.prompt.prices = Prices::new(registry.clone(), jiff::Zoned::now().date());
+    complaints.extend(take_up_drafts(&mut model, folders));
     for complaint in complaints {
         model.complain(complaint);
     }
     (model, (registry, environment), background)
+}
+
+/// Takes up what an earlier session left in the editor, and says so; gives back what cannot be read.
+fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
+    let mut files = Vec::new();
+    let mut complaints = Vec::new();
+    for (file, draft) in drafts(&folders.drafts()) {
+        let draft = match draft {
+            Ok(text) => text,
+            Err(error) => {
+                complaints.push(format!("{error}; this draft is not taken up"));
+                continue;
+            }
+        };
+        let same = model
+            .library
+            .source(&file)
+            .is_some_and(|(text, _)| text.trim_end() == draft.trim_end());
+        if !same {
+            files.push(file.clone());
+            model.prompt.take_up(file, draft);
+        }
+    }
+    if !files.is_empty() {
+        files.sort();
+        model.tell(format!(
+            "drafts that were not saved are in use again: {}; e goes on with them, reset-template discards them",
+            files.join(", ")
+        ));
+    }
+    complaints
 }
 
 /// What an earlier session left in the editor, by file; or why it cannot be read.
@@ -239,6 +267,23 @@ impl Loop {
                         self.model.size = self.screen.size()?;
                         changed = true;
                     }
+                    Step::EditOutside(sent) => {
+                        let result = match outside::command(|name| std::env::var(name).ok()) {
+                            Ok(command) => {
+                                drop(events);
+                                let result = self.lend(&command, &sent)?;
+                                events = Events::listen(false);
+                                self.model.size = self.screen.size()?;
+                                result
+                            }
+                            Err(why) => Err(why),
+                        };
+                        // What it asks for needs no terminal.
+                        for effect in update(&mut self.model, Msg::EditedOutside(sent, result)) {
+                            self.tasks.perform(effect);
+                        }
+                        changed = true;
+                    }
                     Step::On => {}
                 }
             }
@@ -266,10 +311,21 @@ impl Loop {
                 Some(Remaining::Copy(text)) => self.screen.copy(&text)?,
                 Some(Remaining::UseMouse(on)) => self.screen.use_mouse(on)?,
                 Some(Remaining::Suspend) => step = Step::Suspend,
+                Some(Remaining::EditOutside(outside)) => step = Step::EditOutside(outside),
                 Some(Remaining::Quit) => return Ok(Step::Quit),
             }
         }
         Ok(step)
+    }
+
+    /// Lends the terminal to the user's editor.
+    fn lend(
+        &mut self,
+        command: &[String],
+        sent: &Outside,
+    ) -> std::io::Result<Result<String, String>> {
+        self.screen
+            .lend(|| outside::edit(command, &sent.file, &sent.text))
     }
 
     /// Performs the effects of the start; says whether the program ends at once.
@@ -285,6 +341,7 @@ impl Loop {
 enum Step {
     On,
     Suspend,
+    EditOutside(Outside),
     Quit,
 }
 

@@ -4,6 +4,7 @@ mod batch;
 pub mod history;
 mod queue;
 mod scenarios;
+mod templates;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -14,8 +15,8 @@ use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
 use self::queue::Queue;
-use super::loaded::{Measured, Opened};
-use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
+use super::loaded::{Measured, Opened, Source};
+use super::message::{AskId, Effect, Msg, OpenId, Outside, StoredOf};
 use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::{self, Answer, AskError, Judge, Question, Wanted};
 use crate::llm::{Budget, Client, Effort, Environment, Parameters, Registry, probe};
@@ -67,6 +68,8 @@ pub enum Remaining {
     Copy(String),
     /// Use the mouse, or not.
     UseMouse(bool),
+    /// Let the user edit a text in an editor of theirs.
+    EditOutside(Outside),
     /// Go back to the shell for a while.
     Suspend,
     /// End the program.
@@ -159,13 +162,30 @@ impl Tasks {
             Effect::SaveTemplate(file, text) => {
                 let path = self.folders.prompts().join(&file);
                 self.change_template(file, move || {
-                    Folders::write(&path, &text)?;
+                    let written = Folders::write(&path, &text);
+                    written.map_err(|e| templates::named(&path, &e))?;
                     Ok(format!("saved as {}", path.display()))
                 });
             }
             Effect::RemoveTemplate(file) => {
                 let path = self.folders.prompts().join(&file);
-                self.change_template(file, move || set_aside(&path));
+                self.change_template(file, move || {
+                    set_aside(&path).map_err(|e| templates::named(&path, &e))
+                });
+            }
+            Effect::SaveTemplateAs(file, text) => {
+                let folder = self.folders.prompts();
+                self.change_template(file.clone(), move || {
+                    templates::save_as(&folder, &file, &text)
+                });
+            }
+            Effect::UseTemplate(file) => {
+                let folder = self.folders.prompts();
+                self.change_template(file.clone(), move || templates::choose(&folder, &file));
+            }
+            Effect::EditOutside(outside) => return Some(Remaining::EditOutside(outside)),
+            Effect::ReadSource(place, entry) => {
+                self.background(move || Msg::Source(place, Source::read(&entry).map(Box::new)))
             }
             Effect::RereadTemplates => {
                 let folder = self.folders.prompts();
@@ -286,13 +306,11 @@ impl Tasks {
     fn change_template(
         &self,
         file: String,
-        change: impl FnOnce() -> std::io::Result<String> + Send + 'static,
+        change: impl FnOnce() -> Result<String, String> + Send + 'static,
     ) {
         let folder = self.folders.prompts();
         self.background(move || {
-            let result = change()
-                .map(|words| (Library::load(Some(&folder)), words))
-                .map_err(|e| format!("{}: {}", folder.join(&file).display(), system::words(&e)));
+            let result = change().map(|words| (Library::load(Some(&folder)), words));
             Msg::Saved(file, result)
         });
     }

@@ -99,6 +99,24 @@ impl Screen {
         out.flush()
     }
 
+    /// Gives the terminal to another program until that ends. Its Ctrl-C does not end this one.
+    ///
+    /// # Errors
+    /// The terminal is gone.
+    pub fn lend<T>(&mut self, to: impl FnOnce() -> T) -> io::Result<T> {
+        #[cfg(unix)]
+        let default = interrupts()?;
+        give_back();
+        #[cfg(unix)]
+        default.store(false, Ordering::SeqCst);
+        let result = to();
+        #[cfg(unix)]
+        default.store(true, Ordering::SeqCst);
+        enter(self.mouse)?;
+        self.terminal = Terminal::new(CrosstermBackend::new(stdout()))?;
+        Ok(result)
+    }
+
     /// Gives the terminal back to the shell until the program is continued.
     ///
     /// # Errors
@@ -112,6 +130,20 @@ impl Screen {
         self.terminal = Terminal::new(CrosstermBackend::new(stdout()))?;
         Ok(())
     }
+}
+
+/// Whether an interrupt ends the program, as it does unless somebody else has the terminal.
+#[cfg(unix)]
+fn interrupts() -> io::Result<&'static std::sync::Arc<AtomicBool>> {
+    use std::sync::{Arc, OnceLock};
+    static DEFAULT: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+    if let Some(default) = DEFAULT.get() {
+        return Ok(default);
+    }
+    let default = Arc::new(AtomicBool::new(true));
+    let signal = signal_hook::consts::SIGINT;
+    signal_hook::flag::register_conditional_default(signal, default.clone())?;
+    Ok(DEFAULT.get_or_init(|| default))
 }
 
 impl Drop for Screen {

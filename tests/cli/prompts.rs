@@ -336,3 +336,59 @@ fn what_is_wrong_with_a_users_template_is_listed() {
         .stdout;
     assert!(diff.contains("+no front matter"), "{diff}");
 }
+
+#[test]
+fn several_templates_for_the_same_live_side_by_side() {
+    let home = Home::new();
+    let used = |file: &str| {
+        let all = home.run(&["prompts", "list", "--json"]).json();
+        let rows = all["templates"].as_array().unwrap().clone();
+        let row = rows.into_iter().find(|r| r["file"] == file).unwrap();
+        row["in_use"].as_bool().unwrap()
+    };
+    let copied = home
+        .run(&["prompts", "copy", "collision-ego", "--as", "short"])
+        .status(0)
+        .stdout;
+    let path = home.config().join("prompts/short.md");
+    assert_eq!(std::path::Path::new(copied.trim()), path);
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains("name = \"short\""));
+    std::fs::write(&path, text.replace("You are an expert", "You are brief")).unwrap();
+    home.run(&["prompts", "use", "collision-ego"])
+        .status(0)
+        .says(&["collision-ego.md is used for the task collision"]);
+    assert!(used("collision-ego.md") && !used("short.md"));
+    home.run(&["prompts", "use", "short"]).status(0);
+    assert!(used("short.md"));
+    let prompt = home.run(&["prompt", CUT_IN]).status(0).stdout;
+    assert!(prompt.contains("You are brief"));
+    for (arguments, said) in [
+        (&["prompts", "use", "_risk"][..], "fragment"),
+        (&["prompts", "use", "gone"], "no such template"),
+        (
+            &["prompts", "copy", "safety-ego", "--as", "../x"],
+            "no name",
+        ),
+        (
+            &["prompts", "copy", "safety-ego", "--as", "collision-ego"],
+            "comes with the program",
+        ),
+        (
+            &["prompts", "copy", "safety-ego", "--as", "short"],
+            "is there already",
+        ),
+    ] {
+        home.run(arguments).status(2).says(&[said]);
+    }
+    std::fs::remove_file(&path).unwrap();
+    let listed = home.run(&["prompts"]).status(1);
+    listed.says(&["chosen.toml", "no template short.md", "usual template"]);
+    assert!(used_after(&home));
+}
+
+/// Whether the shipped template is used again.
+fn used_after(home: &Home) -> bool {
+    let prompt = home.run(&["prompt", CUT_IN]).status(0).stdout;
+    prompt.contains("You are an expert")
+}

@@ -66,6 +66,22 @@ pub fn orders_shown(picker: &Picker) -> Vec<Order> {
     shown.into_iter().map(|i| all[i]).collect()
 }
 
+/// The templates for the task and frame that the list shows, by file.
+#[must_use]
+pub fn templates_shown(model: &Model, picker: &Picker) -> Vec<String> {
+    let all = model
+        .library
+        .candidates(model.task.name(), model.frame.name());
+    let all: Vec<(String, String)> = all
+        .map(|(file, template, _)| (file.to_string(), template.front.summary.clone()))
+        .collect();
+    let texts = all
+        .iter()
+        .map(|(file, summary)| format!("{file} {summary}"));
+    let order = matching(&picker.text, texts);
+    order.into_iter().map(|i| all[i].0.clone()).collect()
+}
+
 /// Places of the texts that match, the best first; all of them for an empty pattern.
 pub(super) fn matching(pattern: &str, texts: impl Iterator<Item = String>) -> Vec<usize> {
     let mut matcher = Matcher::new(Config::DEFAULT);

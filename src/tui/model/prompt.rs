@@ -1,10 +1,10 @@
 //! The prompt pane: which template is in use, its draft in the editor, and what comes of it.
 
-use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
-use edtui::{EditorState, Lines};
-
+use super::editor::{Editor, Find};
+use super::prices::Prices;
+use crate::config::Keys;
 use crate::evaluation::Question;
 use crate::prompts::{Library, Template};
 use crate::text::Frame;
@@ -20,16 +20,27 @@ pub enum PromptView {
     Template,
     /// The scene in words.
     Description,
+    /// What the template changes in the shipped one.
+    Diff,
 }
 
 impl PromptView {
+    /// Every view, in the order of `v`.
+    pub const ALL: [Self; 4] = [
+        Self::Rendered,
+        Self::Template,
+        Self::Description,
+        Self::Diff,
+    ];
+
     /// The next one.
     #[must_use]
     pub fn next(self) -> Self {
         match self {
             Self::Rendered => Self::Template,
             Self::Template => Self::Description,
-            Self::Description => Self::Rendered,
+            Self::Description => Self::Diff,
+            Self::Diff => Self::Rendered,
         }
     }
 
@@ -40,8 +51,20 @@ impl PromptView {
             Self::Rendered => "rendered",
             Self::Template => "template",
             Self::Description => "description",
+            Self::Diff => "diff",
         }
     }
+}
+
+/// A line below the editor that is typed into.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum EntryLine {
+    /// A word to find.
+    Find(Find),
+    /// The number of a line to go to.
+    Line(String),
+    /// The name of a new template.
+    SaveAs(String),
 }
 
 /// The prompt pane.
@@ -53,21 +76,53 @@ pub struct PromptPane {
     pub scroll: usize,
     /// Whether keys go to the editor.
     pub editing: bool,
+    /// What stands beside the editor, or in its place where there is no room beside it.
+    pub beside: PromptView,
+    /// Whether it stands in the editor's place.
+    pub turned: bool,
+    /// The line below the editor, while it is typed into.
+    pub entry: Option<EntryLine>,
+    /// What was looked for last.
+    pub sought: Find,
     /// The question as it would be asked now, from the last template that could be filled.
     pub question: Option<Question>,
+    /// How many tokens it is, roughly.
+    pub tokens: usize,
     /// What is wrong with the template.
     pub error: Option<String>,
+    /// The line of the template that it is in, from 1.
+    pub error_line: Option<usize>,
+    /// Tokens of the same question by the shipped template, while somebody compares them.
+    pub shipped_tokens: Option<usize>,
+    /// What tokens cost.
+    pub prices: Prices,
     /// The file in the editor.
     file: String,
+    /// The shipped template for the same: its name and text.
+    shipped: Option<(&'static str, &'static str)>,
     /// Its text when it was loaded or saved.
     saved: String,
     /// Drafts of other files that are not saved, by file.
     drafts: HashMap<String, String>,
+    /// Files whose drafts changed since they were last kept.
+    unkept: BTreeSet<String>,
+    /// Seconds until they are kept.
+    keep_in: f64,
+    /// Seconds until a heavy text is filled again; nothing where nothing is due.
+    pub fill_in: Option<f64>,
+    /// The name and text under which a template is being saved.
+    pub saving_as: Option<(String, String)>,
     /// The last draft that could be filled, with its file.
     good: Option<(String, String)>,
-    /// The editor. Its view moves while it is drawn, hence the cell.
-    pub editor: RefCell<EditorState>,
+    /// The editor.
+    pub editor: Editor,
 }
+
+/// Columns from which on something fits beside the editor.
+const BESIDE: u16 = 110;
+
+/// A draft is kept so many seconds after it began to differ from what was kept before.
+const KEEP_AFTER: f64 = 0.8;
 
 impl std::fmt::Debug for PromptPane {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -79,6 +134,15 @@ impl std::fmt::Debug for PromptPane {
 }
 
 impl PromptPane {
+    /// A pane whose editor understands these keys.
+    #[must_use]
+    pub fn new(keys: Keys) -> Self {
+        Self {
+            editor: Editor::new(keys, ""),
+            ..Self::default()
+        }
+    }
+
     /// Takes up the draft of a template that an earlier session left.
     pub fn take_up(&mut self, file: String, draft: String) {
         self.drafts.insert(file, draft);
@@ -92,9 +156,7 @@ impl PromptPane {
         if file == self.file {
             return;
         }
-        if let Some((file, draft)) = self.draft() {
-            self.drafts.insert(file, draft);
-        }
+        self.lay_aside();
         let (file, template) = (file.to_string(), template.clone());
         let draft = self.drafts.remove(&file);
         self.put(file, &template, draft);
@@ -110,8 +172,104 @@ impl PromptPane {
     fn put(&mut self, file: String, template: &Template, draft: Option<String>) {
         self.saved.clone_from(&template.source);
         let text = draft.unwrap_or_else(|| template.source.clone());
-        self.editor = RefCell::new(EditorState::new(Lines::from(text.as_str())));
+        let front = &template.front;
+        self.shipped = Library::shipped_like(&file, &front.task, &front.frame);
+        self.editor.load(&text);
         self.good = None;
+        self.file = file;
+    }
+
+    /// Remembers the draft in the editor while another template is there.
+    fn lay_aside(&mut self) {
+        if let Some((file, draft)) = self.draft() {
+            self.drafts.insert(file, draft);
+        }
+    }
+
+    /// Files with drafts, the one in the editor included.
+    #[must_use]
+    pub fn drafted(&self) -> Vec<String> {
+        let mut files: Vec<String> = self.drafts.keys().cloned().collect();
+        files.extend(self.draft().map(|(file, _)| file));
+        files.sort();
+        files
+    }
+
+    /// The text in the editor changed: its draft is due to be kept.
+    pub fn note_change(&mut self) {
+        if self.unkept.is_empty() {
+            self.keep_in = KEEP_AFTER;
+        }
+        self.unkept.insert(self.file.clone());
+    }
+
+    /// The shipped template for the same task and frame: its name and text.
+    #[must_use]
+    pub fn shipped(&self) -> Option<(&'static str, &'static str)> {
+        self.shipped
+    }
+
+    /// What the text in the editor changes in the shipped template, as a unified diff; nothing where it is the same.
+    #[must_use]
+    pub fn difference(&self) -> Option<String> {
+        let (name, shipped) = self.shipped?;
+        let text = self.editor.text();
+        if text.trim_end() == shipped.trim_end() {
+            return None;
+        }
+        let mut ended = text.trim_end().to_string();
+        ended.push('\n');
+        let difference = similar::TextDiff::configure()
+            .timeout(std::time::Duration::from_millis(200))
+            .diff_lines(shipped, &ended);
+        let mut unified = difference.unified_diff();
+        let header = (format!("shipped/{name}"), self.file.clone());
+        Some(unified.header(&header.0, &header.1).to_string())
+    }
+
+    /// Whether something fits beside the editor in so many columns.
+    #[must_use]
+    pub fn fits_beside(&self, columns: u16) -> bool {
+        columns >= BESIDE
+    }
+
+    /// Whether something is due.
+    #[must_use]
+    pub fn waits(&self) -> bool {
+        self.fill_in.is_some() || !self.unkept.is_empty()
+    }
+
+    /// Time passes; gives the drafts that are due: files and texts, no text where the file has no draft any longer.
+    pub fn due(&mut self, seconds: f64) -> Vec<(String, Option<String>)> {
+        self.keep_in -= seconds;
+        if self.unkept.is_empty() || self.keep_in > 0.0 {
+            return Vec::new();
+        }
+        self.unkept_drafts()
+    }
+
+    /// The drafts that are not kept yet.
+    pub fn unkept_drafts(&mut self) -> Vec<(String, Option<String>)> {
+        let files = std::mem::take(&mut self.unkept);
+        let draft = |file: String| {
+            let text = match file == self.file {
+                true => self.draft().map(|(_, text)| text),
+                false => self.drafts.get(&file).cloned(),
+            };
+            (file, text)
+        };
+        files.into_iter().map(draft).collect()
+    }
+
+    /// The text in the editor is that of another file now, and saved as it was sent there.
+    pub fn become_file(&mut self, file: String, sent: String) {
+        self.drafts.remove(&file);
+        self.good = None;
+        // A name in the front matter may have changed on the way.
+        if self.text() != sent {
+            self.editor.replace_all(&sent);
+        }
+        self.saved = sent;
         self.file = file;
     }
 
@@ -124,13 +282,13 @@ impl PromptPane {
     /// The text in the editor.
     #[must_use]
     pub fn text(&self) -> String {
-        self.editor.borrow().lines.to_string()
+        self.editor.text().to_string()
     }
 
     /// Whether the text differs from the saved one.
     #[must_use]
     pub fn is_draft(&self) -> bool {
-        !self.file.is_empty() && self.text().trim_end() != self.saved.trim_end()
+        !self.file.is_empty() && self.editor.text().trim_end() != self.saved.trim_end()
     }
 
     /// The file and text in the editor, if they differ from the saved ones.
@@ -150,7 +308,7 @@ impl PromptPane {
     }
 
     /// The text was saved.
-    pub fn mark_saved(&mut self) {
-        self.saved = self.text();
+    pub fn mark_saved(&mut self, text: &str) {
+        self.saved = text.to_string();
     }
 }

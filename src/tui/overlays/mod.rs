@@ -9,6 +9,7 @@ mod jobs;
 mod layers;
 mod picker;
 mod run;
+mod source;
 mod tags;
 mod thresholds;
 mod values;
@@ -35,6 +36,8 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Themes(typed) => picker::themes(frame, screen, model, typed),
             Overlay::Details(scroll) => details::draw(frame, screen, model, *scroll),
             Overlay::Layers(selected) => layers::draw(frame, screen, model, *selected),
+            Overlay::Source { scroll } => source::draw(frame, screen, model, *scroll),
+            Overlay::Templates { picker: typed } => picker::templates(frame, screen, model, typed),
             Overlay::Palette(typed) => picker::palette(frame, screen, model, typed),
             Overlay::Tags {
                 picker: typed,

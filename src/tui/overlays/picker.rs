@@ -9,9 +9,11 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::judge;
 use crate::metrics::Measure;
+use crate::prompts::{Library, Origin};
 use crate::text::visible;
 use crate::tui::model::{
-    Model, Order, Picker, measures_shown, models_shown, orders_shown, palette_shown, themes_shown,
+    Model, Order, Picker, measures_shown, models_shown, orders_shown, palette_shown,
+    templates_shown, themes_shown,
 };
 use crate::tui::widgets::words::{fit, pad};
 
@@ -78,6 +80,39 @@ pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
     let rows: Vec<_> = rows.collect();
     draw(frame, inner, model, picker, &rows);
     let hint = "any provider/model can be typed; providers are set in config.toml";
+    let row = Rect {
+        y: inner.bottom().saturating_sub(1),
+        height: 1,
+        ..inner
+    };
+    frame.render_widget(Line::styled(hint, Style::new().fg(model.theme.dim)), row);
+}
+
+pub fn templates(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
+    let title = format!("templates · {} · {}", model.task.name(), model.frame.name());
+    let inner = super::window(frame, screen, model, &title, (92, 18));
+    let drafts = model.prompt.drafted();
+    let rows = templates_shown(model, picker).into_iter().map(|file| {
+        let sign = if model.library.in_use(&file) {
+            "* "
+        } else {
+            "  "
+        };
+        let draft = if drafts.contains(&file) {
+            ", with a draft"
+        } else {
+            ""
+        };
+        let from = match model.library.file(&file) {
+            Some((_, Origin::Shipped)) => "shipped",
+            _ if Library::shipped(&file).is_some() => "yours, overrides the shipped one",
+            _ => "yours",
+        };
+        (format!("{sign}{file}"), format!("{from}{draft}"))
+    });
+    let rows: Vec<_> = rows.collect();
+    draw(frame, inner, model, picker, &rows);
+    let hint = "* in use; Ctrl-A in the editor makes a new one";
     let row = Rect {
         y: inner.bottom().saturating_sub(1),
         height: 1,

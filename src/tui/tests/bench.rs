@@ -66,6 +66,10 @@ impl Bench {
                     let measured = Measured::of(&scene, obstacle, &thresholds);
                     self.send(Msg::Measured(id, Box::new(measured)));
                 }
+                Effect::ReadSource(place, entry) => {
+                    let source = crate::tui::loaded::Source::read(&entry);
+                    self.send(Msg::Source(place, source.map(Box::new)));
+                }
                 other => self.effects.push(other),
             }
         }

@@ -204,3 +204,101 @@ fn what_may_have_been_sent_is_not_called_unsent() {
         "{frame}"
     );
 }
+
+#[test]
+fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
+    use crate::verdict::{
+        AttackerChoice, How, Manoeuvre, ManoeuvreKind, Motion, NewMotion, ObstacleRisk, Reading,
+        Said, Task,
+    };
+    let mut bench = Bench::bundled();
+    let mut tasks = Vec::new();
+    for _ in 0..4 {
+        bench.press("t");
+        tasks.push(bench.model.task);
+        assert!(
+            bench.model.prompt.question.is_some(),
+            "{:?}",
+            bench.model.task
+        );
+        assert_eq!(
+            bench.model.prompt.question.as_ref().unwrap().case.task,
+            bench.model.task
+        );
+    }
+    assert_eq!(
+        tasks,
+        [
+            Task::Safety,
+            Task::Attacker,
+            Task::Trajectory,
+            Task::Collision
+        ]
+    );
+    bench.press("t t r");
+    assert!(
+        bench
+            .model
+            .toasts
+            .iter()
+            .any(|t| t.text.contains("collision and safety only"))
+    );
+    bench.frame(120, 40);
+    bench.model.model = "lab/small".into();
+    let give = |bench: &mut Bench, said: Said| {
+        bench.press("r");
+        let (id, _) = bench.asked();
+        let mut given = answer("lab/small", true, 301);
+        given.judged = Judged::Other(Reading {
+            said,
+            how: How::Strict,
+        });
+        bench.send(Msg::Answered(id, Ok(Box::new(given))));
+    };
+    let risk = |id, risk_score| ObstacleRisk {
+        id,
+        risk_score,
+        reason: "the lane beside".into(),
+    };
+    give(
+        &mut bench,
+        Said::Attacker(AttackerChoice {
+            attacker: Some(302),
+            obstacles: vec![risk(302, 1), risk(303, 4)],
+            justification: "It can cut in.".into(),
+        }),
+    );
+    let frame = bench.frame(200, 60);
+    for words in [
+        "attacker  302",
+        "others    1",
+        "▸ 302 risk 1: the lane beside",
+        "It can cut in.",
+    ] {
+        assert!(frame.contains(words), "{words}\n{frame}");
+    }
+    bench.press("t");
+    give(
+        &mut bench,
+        Said::Trajectory(NewMotion {
+            obstacle: 302,
+            motion: Motion::Manoeuvre(Manoeuvre {
+                kind: ManoeuvreKind::CutIn,
+                start: 1.0,
+                duration: 2.0,
+                gap: Some(4.0),
+                speed: None,
+            }),
+            justification: "Close in front.".into(),
+        }),
+    );
+    let frame = bench.frame(200, 60);
+    for words in [
+        "obstacle  302",
+        "motion    cut-in",
+        "when      1.0 s +2.0 s",
+        "gap 4.0 m, speed any",
+    ] {
+        assert!(frame.contains(words), "{words}\n{frame}");
+    }
+}

@@ -6,11 +6,10 @@ use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
 use super::{
     answers, batch, clock, editing, history, jobs, list, look, map, open, open_current, plot,
-    timeline,
+    source, task, timeline,
 };
 use crate::scenario::EgoSource;
 use crate::text::Frame;
-use crate::verdict::Task;
 
 /// Does it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
@@ -77,8 +76,14 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         PromptView => {
             model.prompt.view = model.prompt.view.next();
             model.prompt.scroll = 0;
+            model.compare();
         }
         Edit => editing::begin(model),
+        OutsideEditor => return editing::open_outside(model),
+        ChooseTemplate => editing::choose_template(model),
+        Source => return source::open(model),
+        EditDone | SaveTemplate | SaveTemplateAs | Find | GoToLine | Turn | Undo | Redo | Cut
+        | CopySelection | PasteCopied | SelectAll => return editing::perform(model, action),
         ResetTemplate => return editing::reset(model),
         RereadTemplates => return vec![Effect::RereadTemplates],
         Run => return answers::ask(model, false),
@@ -101,6 +106,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
 
 /// Ctrl-C: what runs is cancelled first, then what is open is closed, then the program ends.
 pub fn interrupt(model: &mut Model) -> Vec<Effect> {
+    if model.prompt.editing && model.prompt.editor.selection().is_some() {
+        return editing::perform(model, Action::CopySelection);
+    }
     let aborted = answers::abort_all(model);
     if !aborted.is_empty() {
         return aborted;
@@ -112,8 +120,8 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
 }
 
 /// Leaves; the draft is kept for the next start.
-pub fn quit(model: &Model) -> Vec<Effect> {
-    let mut effects: Vec<Effect> = editing::keep(model).into_iter().collect();
+pub fn quit(model: &mut Model) -> Vec<Effect> {
+    let mut effects = editing::keep(model);
     effects.push(Effect::Quit);
     effects
 }
@@ -335,17 +343,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
     let mut effects = Vec::new();
     match action {
         Action::ToggleTask => {
-            model.task = match model.task {
-                Task::Collision => Task::Safety,
-                Task::Safety | Task::Attacker | Task::Trajectory => Task::Collision,
-            };
-            if model
-                .library
-                .find(model.task.name(), model.frame.name())
-                .is_none()
-            {
-                model.frame = model.next_frame();
-            }
+            task::next(model);
             clock::to_window(model);
             // Answers to another question do not compare.
             let name = model
@@ -381,6 +379,7 @@ fn copy(model: &mut Model) -> Vec<Effect> {
         Pane::Prompt => match model.prompt.view {
             PromptView::Template => Some(model.prompt.text()),
             PromptView::Description => question.map(|q| q.description.clone()),
+            PromptView::Diff => model.prompt.difference(),
             PromptView::Rendered => {
                 question.map(|q| format!("{}\n\n{}", q.prompt.system, q.prompt.user))
             }

@@ -7,10 +7,15 @@ use super::batch;
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
 use crate::llm::{Discovered, Offer};
+use crate::verdict::Task;
 
 /// Asks the chosen model the question as it stands; `fresh` even where the store has its answer.
 pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
     let asked = model.model.clone();
+    if asked == judge::MODEL && matches!(model.task, Task::Attacker | Task::Trajectory) {
+        model.say("the built-in judge answers collision and safety only; m chooses a model");
+        return Vec::new();
+    }
     // The built-in judge reads the scene, not the prompt.
     if let Some(error) = model
         .prompt

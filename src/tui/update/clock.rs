@@ -64,20 +64,25 @@ fn go_to_worst(model: &mut Model) {
     }
 }
 
-/// Goes to the end of the usual window of the safety task, unless somebody went to another step.
+/// Goes to the end of the task's usual window, unless somebody went to another step.
 pub fn to_window(model: &mut Model) {
     let (first, _) = model.clock.range();
-    if model.task != Task::Safety || model.clock.step() != first || model.clock.playing {
+    if model.task == Task::Collision || model.clock.step() != first || model.clock.playing {
         return;
     }
     if let Some(last) = model.scene().map(crate::scenario::Scene::last_step) {
-        model.clock.go(last - crate::scenario::Window::AFTER_SAFETY);
+        let back = match model.task {
+            Task::Safety => crate::scenario::Window::AFTER_SAFETY,
+            Task::Collision | Task::Attacker | Task::Trajectory => 0,
+        };
+        model.clock.go(last - back);
     }
 }
 
 /// The clock moved: what depends on the step is worked out again.
 pub fn stepped(model: &mut Model) {
-    if model.task == Task::Safety {
+    // The collision task is about the whole recording, every other one about a window that ends here.
+    if model.task != Task::Collision {
         model.refresh();
     }
 }

@@ -1,14 +1,19 @@
-//! Editing the template: keys go to the editor, the prompt follows every change.
+//! Editing the template: keys go to the editor, the prompt follows every change, drafts are kept.
 
-use edtui::actions::{Execute, SwitchMode};
-use edtui::events::KeyEventHandler;
-use edtui::{EditorEventHandler, EditorMode};
+mod entry;
+mod keys;
+mod outside;
+mod saving;
 
-use super::super::keymap::{Code, Key, editor_input};
-use super::super::message::Effect;
-use super::super::model::{Model, Overlay, Pane, PromptView};
+use super::super::action::Action;
+use super::super::keymap::Key;
+use super::super::message::{Effect, Mouse};
+use super::super::model::{HEAVY, Model, Overlay, Pane, PromptView};
 use super::history;
-use crate::prompts::{Library, Template};
+use crate::text::visible;
+
+pub use outside::{edited_outside, open_outside};
+pub use saving::{choose_template, reread, reset, saved, use_template};
 
 /// Gives the keys to the editor.
 pub fn begin(model: &mut Model) {
@@ -18,13 +23,22 @@ pub fn begin(model: &mut Model) {
     }
     model.focus = Pane::Prompt;
     model.prompt.view = PromptView::Template;
+    model.prompt.beside = PromptView::Rendered;
+    model.prompt.turned = false;
+    model.prompt.scroll = 0;
     model.prompt.editing = true;
-    SwitchMode(EditorMode::Insert).execute(&mut model.prompt.editor.borrow_mut());
+    model.compare();
 }
 
 /// Takes the keys back; the draft stays, also for the next start.
 pub fn end(model: &mut Model) -> Vec<Effect> {
     model.prompt.editing = false;
+    model.prompt.entry = None;
+    model.prompt.scroll = 0;
+    model.prompt.editor.unselect();
+    if model.prompt.fill_in.is_some() {
+        model.refill();
+    }
     if model.prompt.error.is_some() {
         model.say("the draft cannot be filled yet; the last version that could be is in use");
     } else if model.prompt.is_draft() {
@@ -32,35 +46,129 @@ pub fn end(model: &mut Model) -> Vec<Effect> {
             "the draft is in use; e and Ctrl-S save it, the palette's reset-template discards it",
         );
     }
-    keep(model).into_iter().collect()
+    keep(model)
 }
 
-/// Keeps the draft for the next start, or forgets the one that was kept.
-pub fn keep(model: &Model) -> Option<Effect> {
-    let file = model.prompt.file();
-    let draft = model.prompt.draft().map(|(_, text)| text);
-    (!file.is_empty()).then(|| Effect::KeepDraft(file.to_string(), draft))
+/// Keeps the drafts for the next start, or forgets those that were kept.
+pub fn keep(model: &mut Model) -> Vec<Effect> {
+    let mut drafts = model.prompt.unkept_drafts();
+    let file = model.prompt.file().to_string();
+    if !file.is_empty() && drafts.iter().all(|(kept, _)| *kept != file) {
+        drafts.push((file, model.prompt.draft().map(|(_, text)| text)));
+    }
+    let keep = |(file, draft)| Effect::KeepDraft(file, draft);
+    drafts.into_iter().map(keep).collect()
+}
+
+/// Time passes: drafts are kept, and heavy texts filled.
+pub fn pass(model: &mut Model, seconds: f64) -> Vec<Effect> {
+    if let Some(left) = &mut model.prompt.fill_in {
+        *left -= seconds;
+        if *left <= 0.0 {
+            model.refill();
+        }
+    }
+    let due = model.prompt.due(seconds);
+    let keep = |(file, draft)| Effect::KeepDraft(file, draft);
+    due.into_iter().map(keep).collect()
+}
+
+/// Heavy texts are filled after so many seconds without a change.
+const REST: f64 = 0.3;
+
+/// The text in the editor changed.
+fn edited(model: &mut Model) {
+    model.prompt.note_change();
+    if model.prompt.editor.text().len() > HEAVY {
+        model.prompt.fill_in = Some(REST);
+    } else {
+        model.refill();
+    }
 }
 
 /// A key while editing.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
-    match key {
-        Key {
-            code: Code::Esc, ..
-        } => return end(model),
-        Key {
-            code: Code::Char('s'),
-            ctrl: true,
-            ..
-        } => return save(model),
+    if model.prompt.entry.is_some() {
+        return entry::on_key(model, key);
+    }
+    if let Some(action) = keys::command(&model.look.keymap, &model.prompt.editor, key) {
+        return super::actions::perform(model, action);
+    }
+    match keys::typed(&mut model.prompt.editor, key) {
+        keys::Typed::Changed => edited(model),
+        keys::Typed::Full => model.say("the template is as large as one may be, 1 MiB"),
+        keys::Typed::Same => {}
+    }
+    copied(model)
+}
+
+/// What was copied in the editor goes to the terminal's clipboard too.
+fn copied(model: &mut Model) -> Vec<Effect> {
+    let text = model.prompt.editor.newly_copied();
+    text.map(Effect::Copy).into_iter().collect()
+}
+
+/// What a command of the editor does.
+pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
+    if !model.prompt.editing {
+        model.say("e edits the template first");
+        return Vec::new();
+    }
+    let editor = &mut model.prompt.editor;
+    match action {
+        Action::EditDone => return end(model),
+        Action::SaveTemplate => return saving::save(model),
+        Action::SaveTemplateAs => entry::save_as(model),
+        Action::Find => entry::find(model),
+        Action::GoToLine => entry::go_to_line(model),
+        Action::Turn => turn(model),
+        Action::Undo | Action::Redo => {
+            let back = action == Action::Undo;
+            if editor.undo(back) {
+                edited(model);
+            } else {
+                model.say(if back {
+                    "nothing to undo"
+                } else {
+                    "nothing to redo"
+                });
+            }
+        }
+        Action::Cut | Action::CopySelection => {
+            let cut = action == Action::Cut;
+            if !editor.copy(cut) {
+                model.say("nothing is selected: Shift with a motion selects");
+            } else if cut {
+                edited(model);
+            }
+        }
+        Action::PasteCopied => {
+            let text = editor.clipboard();
+            insert(model, &text);
+        }
+        Action::SelectAll => editor.select_all(),
         _ => {}
     }
-    if let Some(input) = editor_input(key) {
-        let mut handler = EditorEventHandler::new(KeyEventHandler::emacs_mode());
-        handler.on_key_event(input, &mut model.prompt.editor.borrow_mut());
-        model.refresh();
+    copied(model)
+}
+
+/// Goes on to what stands beside the editor; where there is no room beside it, the editor is one of them.
+fn turn(model: &mut Model) {
+    let prompt = &mut model.prompt;
+    prompt.scroll = 0;
+    let narrow = !prompt.fits_beside(model.size.0);
+    if narrow && !prompt.turned {
+        prompt.turned = true;
+        return;
     }
-    Vec::new()
+    prompt.beside = match prompt.beside {
+        PromptView::Rendered => PromptView::Description,
+        PromptView::Description => PromptView::Diff,
+        _ => {
+            prompt.turned = false;
+            PromptView::Rendered
+        }
+    };
 }
 
 /// Text from the terminal's clipboard.
@@ -69,11 +177,18 @@ pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
         return history::paste(model, text);
     }
     if model.prompt.editing {
-        // A whole text at once: every character through the editor would be slow.
+        if let Some(entry) = &mut model.prompt.entry {
+            entry::paste(entry, text);
+            return Vec::new();
+        }
         let plain = text.replace("\r\n", "\n").replace('\r', "\n");
-        let handler = EditorEventHandler::new(KeyEventHandler::emacs_mode());
-        handler.on_paste_event(plain, &mut model.prompt.editor.borrow_mut());
-        model.refresh();
+        let shown = visible(&plain);
+        let signs = shown.chars().zip(plain.chars()).filter(|(a, b)| a != b);
+        let signs = signs.count();
+        insert(model, &shown);
+        if signs > 0 {
+            model.say(format!("{signs} control characters were pasted as signs"));
+        }
     } else if model.list.filtering {
         let filter = format!(
             "{}{}",
@@ -90,69 +205,30 @@ pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
     Vec::new()
 }
 
-fn save(model: &mut Model) -> Vec<Effect> {
-    if !model.prompt.is_draft() {
-        model.say("nothing to save");
-        return Vec::new();
+fn insert(model: &mut Model, text: &str) {
+    match model.prompt.editor.insert(text) {
+        Ok(()) => edited(model),
+        Err(why) => model.complain(why),
     }
-    let text = model.prompt.text();
-    if let Err(error) = Template::read(&text) {
-        model.complain(format!("not saved: {error}"));
-        return Vec::new();
-    }
-    if let Some(error) = model.prompt.error.clone() {
-        model.complain(format!("not saved: {error}"));
-        return Vec::new();
-    }
-    vec![Effect::SaveTemplate(model.prompt.file().to_string(), text)]
 }
 
-/// A template was written or removed.
-pub fn saved(
-    model: &mut Model,
-    file: &str,
-    result: Result<(Library, String), String>,
-) -> Vec<Effect> {
-    match result {
-        Ok((library, words)) => {
-            model.library = library.or_last_good(&model.library);
-            if file == model.prompt.file() {
-                if model.prompt.editing {
-                    model.prompt.mark_saved();
-                } else {
-                    model.prompt.reload(&model.library);
-                }
-            }
-            model.tell(words);
-            model.refresh();
-            return keep(model).into_iter().collect();
+/// The mouse in the editor; nothing where it is elsewhere.
+pub fn on_mouse(model: &mut Model, mouse: Mouse) -> bool {
+    let editor = &mut model.prompt.editor;
+    match mouse {
+        Mouse::Press(at) => {
+            editor.unselect();
+            editor.go_to_cell(at.x, at.y, false)
         }
-        Err(error) => model.complain(error),
+        Mouse::Drag(at) => editor.go_to_cell(at.x, at.y, true),
+        Mouse::WheelUp(at) | Mouse::WheelDown(at) => {
+            let inside = editor.is_at(at.x, at.y);
+            if inside {
+                let up = matches!(mouse, Mouse::WheelUp(_));
+                editor.go_rows(if up { -3 } else { 3 }, false);
+            }
+            inside
+        }
+        Mouse::Release(_) => false,
     }
-    Vec::new()
-}
-
-/// All templates were read again: broken ones are said, and stay as they were when they were good.
-pub fn reread(model: &mut Model, library: Library) {
-    model.library = library.or_last_good(&model.library);
-    for problem in model.library.problems.clone() {
-        model.complain(problem.to_string());
-    }
-    if !model.prompt.is_draft() {
-        model.prompt.reload(&model.library);
-    }
-    model.say("the templates are read again");
-    model.refresh();
-}
-
-/// Discards the draft and the user's copy.
-pub fn reset(model: &mut Model) -> Vec<Effect> {
-    let file = model.prompt.file().to_string();
-    if file.is_empty() {
-        return Vec::new();
-    }
-    model.prompt.editing = false;
-    model.prompt.reload(&model.library);
-    model.refresh();
-    vec![Effect::RemoveTemplate(file)]
 }

@@ -15,6 +15,8 @@ mod overlays;
 mod plot;
 mod pointer;
 mod reopen;
+mod source;
+mod task;
 mod timeline;
 mod values;
 
@@ -112,6 +114,14 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             look::reloaded(model, what);
             Vec::new()
         }
+        Msg::EditedOutside(sent, result) => {
+            editing::edited_outside(model, sent, result);
+            Vec::new()
+        }
+        Msg::Source(place, read) => {
+            source::read(model, place, read);
+            Vec::new()
+        }
         Msg::Complaint(text) => {
             model.complain(text);
             Vec::new()
@@ -179,7 +189,7 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
     if model.clock.pass(elapsed) {
         clock::stepped(model);
     }
-    Vec::new()
+    editing::pass(model, seconds)
 }
 
 /// Opens the selected scenario, if another one is open.

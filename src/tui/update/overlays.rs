@@ -4,9 +4,12 @@ use super::super::action::{Action, Scope};
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
 use super::super::model::{
-    Model, Overlay, Picker, measures_shown, models_shown, orders_shown, palette_shown, themes_shown,
+    Model, Overlay, Picker, measures_shown, models_shown, orders_shown, palette_shown,
+    templates_shown, themes_shown,
 };
-use super::{actions, answers, batch, history, jobs, list, look, map, plot, values};
+use super::{
+    actions, answers, batch, editing, history, jobs, list, look, map, plot, source, values,
+};
 
 /// A key while an overlay is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -21,6 +24,11 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     if matches!(model.overlays.last(), Some(Overlay::Values { .. }))
         && let Some(effects) = values::on_key(model, key)
+    {
+        return effects;
+    }
+    if matches!(model.overlays.last(), Some(Overlay::Source { .. }))
+        && let Some(effects) = source::on_key(model, key)
     {
         return effects;
     }
@@ -93,6 +101,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         Some(Overlay::Models { picker, .. }) => models_shown(model, picker).len(),
         Some(Overlay::Measures { picker, sort: true }) => orders_shown(picker).len(),
         Some(Overlay::Measures { picker, .. }) => measures_shown(picker).len(),
+        Some(Overlay::Templates { picker }) => templates_shown(model, picker).len(),
         _ => 0,
     };
     if let Some(picker) = picker_mut(model) {
@@ -111,10 +120,12 @@ pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
         | Overlay::Themes(picker)
         | Overlay::Models { picker, .. }
         | Overlay::Measures { picker, .. }
+        | Overlay::Templates { picker }
         | Overlay::Tags { picker, .. } => Some(picker),
         Overlay::Help { .. }
         | Overlay::About { .. }
         | Overlay::Values { .. }
+        | Overlay::Source { .. }
         | Overlay::Details(_)
         | Overlay::Layers(_)
         | Overlay::History
@@ -146,6 +157,7 @@ fn choose(model: &mut Model) -> Vec<Effect> {
             Vec::new()
         }
         Some(Overlay::Tags { picker, scenario }) => list::tag(model, scenario, &picker.text),
+        Some(Overlay::Templates { picker }) => editing::use_template(model, &picker),
         Some(Overlay::Models { picker, ask }) => {
             let Some(id) = models_shown(model, &picker)
                 .into_iter()

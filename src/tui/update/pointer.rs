@@ -12,6 +12,9 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
     if !model.overlays.is_empty() {
         return on_overlay(model, mouse);
     }
+    if model.prompt.editing && super::editing::on_mouse(model, mouse) {
+        return Vec::new();
+    }
     let at = match mouse {
         Mouse::Press(at)
         | Mouse::Drag(at)

@@ -6,9 +6,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use crate::tui::action::{ACTIONS, Action, Scope};
+use crate::config::Keys;
+use crate::tui::action::{ACTIONS, Action, Entry, Scope};
 use crate::tui::keymap::Chord;
-use crate::tui::model::{Model, Overlay};
+use crate::tui::model::{EntryLine, Model, Overlay};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut left = usize::from(area.width);
@@ -53,6 +54,42 @@ fn own(model: &Model, scope: Scope) -> Vec<(String, String)> {
     hints.extend(hint_of(model, Action::Help));
     hints.push(("Esc".into(), "close".into()));
     hints
+}
+
+/// The keys of the editor, or of the line below it.
+fn editing(model: &Model) -> Vec<(String, String)> {
+    let fixed = |pairs: &[(&str, &str)]| {
+        let owned = pairs.iter().map(|(k, w)| (k.to_string(), w.to_string()));
+        owned.collect()
+    };
+    match &model.prompt.entry {
+        Some(EntryLine::Find(_)) => {
+            return fixed(&[
+                ("type", "to find"),
+                ("↓ Ctrl-f", "next"),
+                ("↑", "the one before"),
+                ("Enter", "stay there"),
+                ("Esc", "go back"),
+            ]);
+        }
+        Some(EntryLine::Line(_) | EntryLine::SaveAs(_)) => {
+            return fixed(&[("Enter", "do it"), ("Esc", "leave it")]);
+        }
+        None => {}
+    }
+    let mut shown: Vec<_> = ACTIONS
+        .iter()
+        .filter(|e| e.scope == Scope::Editor && e.footer > 0)
+        .collect();
+    shown.sort_by_key(|e| e.footer);
+    let emacs = model.prompt.editor.keys() == Keys::Emacs;
+    let hint = |entry: &&Entry| {
+        let mut keys = model.look.keymap.keys(entry);
+        // Its own keys are not taken away from Emacs.
+        let key = if emacs { keys.last() } else { keys.next() };
+        Some((key?.to_string(), entry.short.to_string()))
+    };
+    shown.iter().filter_map(hint).collect()
 }
 
 fn hints(model: &Model) -> Vec<(String, String)> {
@@ -123,7 +160,26 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         Some(Overlay::Layers(_)) => {
             return fixed(&[("↑↓", "select"), ("Enter", "switch"), ("Esc", "close")]);
         }
-        Some(Overlay::Palette(_) | Overlay::Models { .. } | Overlay::Measures { .. }) => {
+        Some(Overlay::Source { .. }) => {
+            let next = hint_of(model, Action::NextObstacle);
+            let keys = [
+                ("↑↓", "scroll"),
+                ("PgUp PgDn", "a page"),
+                ("g G", "begin, end"),
+            ];
+            return [
+                fixed(&keys),
+                next.into_iter().collect(),
+                fixed(&[("Esc", "close")]),
+            ]
+            .concat();
+        }
+        Some(
+            Overlay::Palette(_)
+            | Overlay::Models { .. }
+            | Overlay::Measures { .. }
+            | Overlay::Templates { .. },
+        ) => {
             return fixed(&[
                 ("type", "to search"),
                 ("↑↓", "select"),
@@ -134,11 +190,7 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         None => {}
     }
     if model.prompt.editing {
-        return fixed(&[
-            ("Esc", "done"),
-            ("Ctrl-s", "save as yours"),
-            ("Ctrl-c", "done"),
-        ]);
+        return editing(model);
     }
     if model.list.filtering {
         return fixed(&[

@@ -1,6 +1,9 @@
-//! The prompt: the messages as they would be sent, the template in an editor, or the description.
+//! The prompt: the messages as they would be sent, the template, the description, or what was changed.
 
-use edtui::{EditorTheme, EditorView, LineNumbers};
+mod diff;
+mod editing;
+mod editor;
+
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
@@ -8,28 +11,29 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use crate::text::visible;
-use crate::tui::model::{Model, Pane, PromptView};
-use crate::tui::widgets::highlight::{self, markdown};
+use crate::tui::model::{Extent, HEAVY, Model, Pane, PromptView};
+use crate::tui::widgets::highlight::markdown;
 use crate::tui::widgets::words::thousands;
 use crate::tui::widgets::{frame, scroll};
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    if model.prompt.editing {
+        return editing::draw(f, area, model);
+    }
     let inner = frame::pane(f, area, model, Pane::Prompt, title(model));
     let inner = error(f, inner, model);
+    body(f, inner, model, model.prompt.view);
+}
+
+/// A view of the prompt, or why there is none.
+fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
     let prompt = &model.prompt;
-    let Some(question) = &prompt.question else {
-        if prompt.view != PromptView::Template || prompt.file().is_empty() {
-            let words = model.without_ego();
-            let words = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
-            f.render_widget(words.style(Style::new().fg(model.theme.dim)), inner);
-            return;
-        }
-        return template(f, inner, model);
-    };
-    let text = match prompt.view {
-        PromptView::Template => return template(f, inner, model),
-        PromptView::Description => markdown(&question.description, &model.theme),
-        PromptView::Rendered => {
+    let there = !prompt.file().is_empty();
+    let text = match (view, &prompt.question) {
+        (PromptView::Template, _) if there => return template(f, area, model),
+        (PromptView::Diff, _) if there => diff::text(model),
+        (PromptView::Description, Some(question)) => markdown(&question.description, &model.theme),
+        (PromptView::Rendered, Some(question)) => {
             let label = |word: &'static str| {
                 Line::styled(
                     word,
@@ -39,24 +43,62 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
                 )
             };
             let mut text = Text::from(label("system"));
-            text.extend(markdown(&question.prompt.system, &model.theme));
+            text.extend(message(&question.prompt.system, model));
             text.push_line("");
             text.push_line(label("user"));
-            text.extend(markdown(&question.prompt.user, &model.theme));
+            text.extend(message(&question.prompt.user, model));
             text
         }
+        _ => {
+            let words = model.without_ego();
+            let words = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
+            return f.render_widget(words.style(Style::new().fg(model.theme.dim)), area);
+        }
     };
-    scroll::text(f, inner, model, Pane::Prompt, text, Some(prompt.scroll));
+    scroll::text(f, area, model, Pane::Prompt, text, Some(prompt.scroll));
+}
+
+/// A message; of a heavy one the beginning, which is plain: all of it would take too long in every frame.
+fn message(text: &str, model: &Model) -> Text<'static> {
+    if text.len() <= HEAVY {
+        return markdown(text, &model.theme);
+    }
+    let begin = text
+        .lines()
+        .take(BEGINNING)
+        .map(|line| visible(line).into_owned());
+    let mut shown = Text::from(begin.map(Line::from).collect::<Vec<_>>());
+    let left = text.lines().count().saturating_sub(BEGINNING);
+    if left > 0 {
+        let words = format!("… {} more lines", thousands(left as u64));
+        shown.push_line(Line::styled(words, Style::new().fg(model.theme.dim)));
+    }
+    shown
+}
+
+/// Lines of a heavy message that are shown.
+const BEGINNING: usize = 500;
+
+/// Tokens, how many more than by the shipped template, and the price.
+fn numbers(model: &Model) -> Option<String> {
+    let prompt = &model.prompt;
+    let tokens = prompt.question.as_ref().map(|_| prompt.tokens)?;
+    let mut words = format!("~{} tokens", thousands(tokens as u64));
+    if let Some(shipped) = prompt.shipped_tokens.filter(|&shipped| shipped != tokens) {
+        let sign = if tokens > shipped { '+' } else { '−' };
+        let by = thousands(tokens.abs_diff(shipped) as u64);
+        words.push_str(&format!(" ({sign}{by} to shipped)"));
+    }
+    let price = prompt
+        .prices
+        .words(&model.model, tokens, model.config.max_tokens);
+    Some(format!("{words} · {price}"))
 }
 
 fn title(model: &Model) -> Line<'static> {
     let prompt = &model.prompt;
     let mut line = Line::from("prompt");
-    for view in [
-        PromptView::Rendered,
-        PromptView::Template,
-        PromptView::Description,
-    ] {
+    for view in PromptView::ALL {
         let style = if view == prompt.view {
             Style::new().add_modifier(Modifier::BOLD | Modifier::UNDERLINED)
         } else {
@@ -65,8 +107,8 @@ fn title(model: &Model) -> Line<'static> {
         line.push_span(Span::raw(" · "));
         line.push_span(Span::styled(view.name(), style));
     }
-    if let Some(question) = &prompt.question {
-        let tokens = thousands(question.tokens() as u64);
+    if prompt.question.is_some() {
+        let tokens = thousands(prompt.tokens as u64);
         line.push_span(Span::styled(
             format!(" · ~{tokens} tokens"),
             Style::new().fg(model.theme.dim),
@@ -74,7 +116,7 @@ fn title(model: &Model) -> Line<'static> {
     }
     if !prompt.file().is_empty() {
         let mark = if prompt.is_draft() { " (draft)" } else { "" };
-        line.push_span(Span::raw(format!(" · {}{mark}", prompt.file())));
+        line.push_span(Span::raw(format!(" · {}{mark}", visible(prompt.file()))));
     }
     line
 }
@@ -105,22 +147,15 @@ fn error(f: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
     }
 }
 
+/// The template, to be read; it is scrolled line by line.
 fn template(f: &mut Frame<'_>, area: Rect, model: &Model) {
-    let theme = &model.theme;
-    let mut colors = EditorTheme::default()
-        .base(theme.base())
-        .selection_style(theme.selected())
-        .line_numbers_style(Style::new().fg(theme.dim))
-        .cursor_style(Style::new().add_modifier(Modifier::REVERSED))
-        .hide_status_line();
-    if !model.prompt.editing {
-        colors = colors.hide_cursor();
-    }
-    let mut editor = model.prompt.editor.borrow_mut();
-    let view = EditorView::new(&mut editor)
-        .theme(colors)
-        .wrap(true)
-        .line_numbers(LineNumbers::Absolute)
-        .syntax_highlighter(highlight::editor(theme));
-    f.render_widget(view, area);
+    let lines = model.prompt.editor.line_count();
+    let top = model.prompt.scroll.min(lines - 1);
+    editor::draw(f, area, model, Some(top));
+    let extent = Extent {
+        lines: lines + usize::from(area.height) - 1,
+        rows: usize::from(area.height),
+        top,
+    };
+    model.drawn.text(Pane::Prompt, extent);
 }

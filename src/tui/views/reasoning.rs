@@ -7,7 +7,7 @@ use ratatui::text::{Line, Text};
 
 use crate::evaluation::{Judged, Missing};
 use crate::tui::model::{Column, Model, Pane, Progress};
-use crate::tui::widgets::highlight::markdown;
+use crate::tui::widgets::highlight::{self, markdown};
 use crate::tui::widgets::words::fit_end;
 use crate::tui::widgets::{frame, scroll};
 
@@ -88,7 +88,7 @@ fn answer(model: &Model, column: &Column) -> Text<'static> {
         text.push_line(Line::styled("── answer ──", dim));
     }
     if !column.text.is_empty() {
-        text.extend(markdown(&column.text, theme));
+        text.extend(highlight::answer(&column.text, theme));
     }
     if let Some(why) = why_missing(column) {
         if said {

@@ -1,6 +1,7 @@
 //! Verdicts side by side, the built-in judge's last; what differs from it is marked.
 
 mod heads;
+mod other;
 mod table;
 
 use ratatui::Frame;
@@ -37,6 +38,12 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
     let inner = frame::pane(f, area, model, Pane::Verdict, title);
     let answers = &model.answers;
+    let other = matches!(model.task, Task::Attacker | Task::Trajectory);
+    if other && model.scene().is_some() {
+        let text = without_reference(model, seen_now, usize::from(inner.width));
+        scroll::text(f, inner, model, Pane::Verdict, text, Some(0));
+        return;
+    }
     let Some(reference) = &answers.reference else {
         let dim = Style::new().fg(model.theme.dim);
         let error = model.open_error.clone();
@@ -63,13 +70,38 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     for (i, head) in seen.zip(&heads) {
         let column = &answers.columns[i];
         let truth = column.truth.as_ref().unwrap_or(&reference.verdict);
-        table.column(column, head, truth, answers.shown == Shown::Column(i));
+        table.column(column, head, Some(truth), answers.shown == Shown::Column(i));
     }
     table.reference(answers, &reference.verdict);
     let mut text = Text::from(table.lines());
     text.push_line("");
     text.extend(comment(model, reference));
     scroll::text(f, inner, model, Pane::Verdict, text, Some(0));
+}
+
+/// Answers to a task about which the built-in judge says nothing.
+fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -> Text<'static> {
+    let answers = &model.answers;
+    let dim = Style::new().fg(model.theme.dim);
+    if seen.is_empty() {
+        let hint = "who could endanger the ego, and how, is a question for language models: m chooses one, r asks it";
+        return Text::styled(hint, dim);
+    }
+    let width = room.saturating_sub(LABEL + 1) / seen.len();
+    let mut table = Table::new(model, width, Row::of(differ(&answers.columns), false));
+    let ids: Vec<&str> = answers.columns[seen.clone()]
+        .iter()
+        .map(|c| c.model.as_str())
+        .collect();
+    let heads = heads::heads(&ids, width.saturating_sub(1));
+    for (i, head) in seen.zip(&heads) {
+        let shown = answers.shown == Shown::Column(i);
+        table.column(&answers.columns[i], head, None, shown);
+    }
+    let mut text = Text::from(table.lines());
+    text.push_line("");
+    text.extend(of_column(model));
+    text
 }
 
 /// The answers that fit beside the built-in judge, the shown one among them.
@@ -109,14 +141,13 @@ fn stored(past: &Past, run: Option<RunId>) -> String {
     }
 }
 
-/// What the shown answer says, and what is to be known about it.
+/// What the built-in judge or the shown answer says.
 fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
     let theme = &model.theme;
-    let warning = Style::new().fg(theme.warning);
     let words = |s: &str| crate::text::visible(s).into_owned();
-    let mut text = Text::default();
     match model.answers.column() {
         None => {
+            let mut text = Text::default();
             text.extend(Text::styled(
                 words(&reference.verdict.justification),
                 theme.base(),
@@ -132,7 +163,20 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
                 text.push_line("");
                 text.push_line(Line::styled(hint, Style::new().fg(theme.dim)));
             }
+            text
         }
+        Some(_) => of_column(model),
+    }
+}
+
+/// What the shown answer says, and what is to be known about it.
+fn of_column(model: &Model) -> Text<'static> {
+    let theme = &model.theme;
+    let warning = Style::new().fg(theme.warning);
+    let words = |s: &str| crate::text::visible(s).into_owned();
+    let mut text = Text::default();
+    match model.answers.column() {
+        None => {}
         Some(column) => match column.answer() {
             Some(answer) => {
                 if let Some(past) = &answer.past {
@@ -164,10 +208,7 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
                         ));
                     }
                     Judged::Other(reading) => {
-                        text.extend(Text::styled(
-                            words(reading.said.justification()),
-                            theme.base(),
-                        ));
+                        text.extend(other::text(model, &reading.said));
                     }
                     Judged::Missing(missing) => {
                         text.push_line(Line::styled(words(&missing.to_string()), warning));

@@ -63,9 +63,10 @@ impl Row {
             Self::Frame => "frame",
             Self::How => "how",
             Self::Says => return task.key().replace("safety_critical", "critical"),
-            Self::Who => "who",
+            Self::Who => return super::other::second_label(task).into(),
             Self::Truth => "truth",
             Self::Steps => "steps",
+            Self::Risk if task == Task::Trajectory => "when",
             Self::Risk => "risk",
             Self::Tokens => "tokens",
             Self::Time => "time",
@@ -166,8 +167,8 @@ impl<'a> Table<'a> {
         );
     }
 
-    /// An answer, held against `truth`, under a short name of its model.
-    pub fn column(&mut self, column: &Column, name: &str, truth: &Verdict, shown: bool) {
+    /// An answer, held against `truth` where there is one, under a short name of its model.
+    pub fn column(&mut self, column: &Column, name: &str, truth: Option<&Verdict>, shown: bool) {
         let theme = &self.model.theme;
         let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
         self.head(name, shown);
@@ -235,7 +236,7 @@ impl<'a> Table<'a> {
         self.cell(Row::Truth, words.as_deref().unwrap_or("unknown"), style);
     }
 
-    fn answer(&mut self, answer: &Answer, told: Option<(i64, i64)>, truth: &Verdict) {
+    fn answer(&mut self, answer: &Answer, told: Option<(i64, i64)>, truth: Option<&Verdict>) {
         let theme = &self.model.theme;
         let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
         let mark = |text: String, same: bool| {
@@ -246,9 +247,10 @@ impl<'a> Table<'a> {
                 Style::new().fg(color).add_modifier(Modifier::BOLD),
             )
         };
-        match answer.verdict() {
-            // The truth of the safety task is that of a window.
-            Some(verdict) if told.is_none() && verdict.task == Task::Safety => {
+        // The truth of the safety task is that of a window.
+        let known = truth.filter(|truth| told.is_some() || truth.task != Task::Safety);
+        match (answer.verdict(), known) {
+            (Some(verdict), None) => {
                 let worst = verdict.worst();
                 self.cell(Row::Says, yes(verdict.dangerous), base);
                 self.cell(
@@ -263,7 +265,7 @@ impl<'a> Table<'a> {
                     base,
                 );
             }
-            Some(verdict) => {
+            (Some(verdict), Some(truth)) => {
                 let repaired = if answer.repairs().is_empty() { "" } else { "*" };
                 let (text, style) = mark(
                     format!("{}{repaired}", yes(verdict.dangerous)),
@@ -285,7 +287,8 @@ impl<'a> Table<'a> {
                     base,
                 );
             }
-            None => {
+            (None, _) if matches!(answer.judged, Judged::Other(_)) => self.other(answer),
+            (None, _) => {
                 let warning = Style::new().fg(theme.warning).add_modifier(Modifier::BOLD);
                 let words = match &answer.judged {
                     Judged::Missing(Missing::NoAnswer(_)) => "no answer",
@@ -312,6 +315,26 @@ impl<'a> Table<'a> {
             &consumed.duration_ms.map_or("–".into(), duration),
             dim,
         );
+    }
+}
+
+impl Table<'_> {
+    /// An answer that is no yes or no.
+    fn other(&mut self, answer: &Answer) {
+        let Judged::Other(reading) = &answer.judged else {
+            return;
+        };
+        let base = self.model.theme.base();
+        let [says, who, risk] = super::other::cells(&reading.said);
+        let repaired = if answer.repairs().is_empty() {
+            ""
+        } else {
+            " *"
+        };
+        let bold = base.add_modifier(Modifier::BOLD);
+        self.cell(Row::Says, &format!("{says}{repaired}"), bold);
+        self.cell(Row::Who, &who, base);
+        self.cell(Row::Risk, &risk, base);
     }
 }
 

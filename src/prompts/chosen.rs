@@ -1,0 +1,87 @@
+//! Which of several templates for the same task and frame is used: `chosen.toml` in the user's folder.
+
+use std::collections::BTreeMap;
+use std::io::{ErrorKind, Result as IoResult, Write};
+use std::path::Path;
+
+use crate::system;
+
+/// Its name.
+pub const FILE: &str = "chosen.toml";
+
+/// Larger files are not read, bytes.
+const LARGEST: u64 = 1 << 16;
+
+/// Files of templates, by task and frame.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Chosen(BTreeMap<String, BTreeMap<String, String>>);
+
+impl Chosen {
+    /// What was chosen; nothing where there is no file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not tables of tasks with files by frame: with the line.
+    pub fn read(folder: &Path) -> Result<Self, String> {
+        let bytes = match system::read_file(&folder.join(FILE), LARGEST) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
+            Err(error) => return Err(system::words(&error)),
+        };
+        let text = String::from_utf8(bytes).map_err(|_| "the file is not UTF-8 text")?;
+        toml::from_str(&text).map(Self).map_err(|error| {
+            let before = &text[..error.span().map_or(0, |s| s.start.min(text.len()))];
+            let line = 1 + before.matches('\n').count();
+            format!("line {line}: {}", error.message().trim())
+        })
+    }
+
+    /// The file for a task and a frame.
+    #[must_use]
+    pub fn of(&self, task: &str, frame: &str) -> Option<&str> {
+        Some(self.0.get(task)?.get(frame)?.as_str())
+    }
+
+    /// Every choice: task, frame, file.
+    #[must_use]
+    pub fn all(&self) -> Vec<(String, String, String)> {
+        let all = self.0.iter().flat_map(|(task, files)| {
+            let of =
+                |(frame, file): (&String, &String)| (task.clone(), frame.clone(), file.clone());
+            files.iter().map(of)
+        });
+        all.collect()
+    }
+
+    /// Chooses a file, or the usual one.
+    pub fn set(&mut self, task: &str, frame: &str, file: Option<&str>) {
+        let files = self.0.entry(task.to_string()).or_default();
+        match file {
+            Some(file) => drop(files.insert(frame.to_string(), file.to_string())),
+            None => drop(files.remove(frame)),
+        }
+        self.0.retain(|_, files| !files.is_empty());
+    }
+
+    fn write(&self, folder: &Path) -> IoResult<()> {
+        let text = toml::to_string(&self.0).map_err(std::io::Error::other)?;
+        std::fs::create_dir_all(folder)?;
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        file.write_all(text.as_bytes())?;
+        file.persist(folder.join(FILE)).map_err(|e| e.error)?;
+        Ok(())
+    }
+}
+
+/// Chooses a template in the user's folder, for good.
+///
+/// # Errors
+/// What was chosen before cannot be read, or the file not written; nothing changes then.
+pub fn choose_template(folder: &Path, task: &str, frame: &str, file: &str) -> Result<(), String> {
+    let path = folder.join(FILE);
+    let named = |words: String| format!("{}: {words}", path.display());
+    let mut chosen = Chosen::read(folder).map_err(named)?;
+    chosen.set(task, frame, Some(file));
+    chosen
+        .write(folder)
+        .map_err(|error| named(system::words(&error)))
+}

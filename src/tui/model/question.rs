@@ -1,0 +1,106 @@
+//! The question as it would be asked now: worked out anew whenever something that it depends on changes.
+
+use super::{Model, PromptView};
+use crate::evaluation::{Case, CaseError, prepare};
+use crate::judge::judge_under;
+use crate::prompts::TemplateError;
+use crate::verdict::Task;
+
+impl Model {
+    /// Works out again what depends on the scene, the window, the template and the switches:
+    /// the prompt and the built-in judge's verdict.
+    pub fn refresh(&mut self) {
+        let (Some(opened), Some(window)) = (&self.opened, self.window()) else {
+            self.prompt.question = None;
+            self.answers.reference = None;
+            return;
+        };
+        let Some(scene) = opened.scene.clone() else {
+            return;
+        };
+        self.answers.reference = match self.task {
+            Task::Collision => opened.collision.clone(),
+            Task::Safety => Some(judge_under(&scene, Task::Safety, &window, &self.thresholds)),
+            Task::Attacker | Task::Trajectory => None,
+        };
+        self.prompt.shipped_tokens = None;
+        self.refill();
+    }
+
+    /// Fills the template again, which alone has changed.
+    pub fn refill(&mut self) {
+        let Some(case) = self.case() else { return };
+        self.techniques = case.techniques;
+        self.prompt.fill_in = None;
+        self.prompt.load(&self.library, self.task, self.frame);
+        let draft = self.prompt.draft();
+        let prepared = self.prepared(case.clone(), draft.as_ref());
+        match prepared {
+            Ok(question) => {
+                self.prompt.error = None;
+                self.prompt.error_line = None;
+                self.prompt.accept(draft);
+                self.prompt.question = Some(question);
+            }
+            Err(error) => {
+                self.prompt.error_line = line_of(&error, self.prompt.file());
+                self.prompt.error = Some(error.to_string());
+                // The last template that could be filled stays in use.
+                let good = self.prompt.good();
+                self.prompt.question = self.prepared(case, good.as_ref()).ok();
+            }
+        }
+        self.prompt.tokens = self.prompt.question.as_ref().map_or(0, |q| q.tokens());
+        self.compare();
+    }
+
+    /// Counts the tokens of the shipped template, while somebody compares them.
+    pub fn compare(&mut self) {
+        let compared = self.prompt.editing || self.prompt.view == PromptView::Diff;
+        let Some((file, shipped)) = self.prompt.shipped().filter(|_| compared) else {
+            return;
+        };
+        if self.prompt.shipped_tokens.is_some() {
+            return;
+        }
+        let Some(case) = self.case() else { return };
+        let question = self.prepared(case, Some(&(file.into(), shipped.into())));
+        self.prompt.shipped_tokens = question.ok().map(|q| q.tokens());
+    }
+
+    fn prepared(
+        &self,
+        case: Case,
+        draft: Option<&(String, String)>,
+    ) -> Result<crate::evaluation::Question, CaseError> {
+        let draft = draft.map(|(file, text)| (file.as_str(), text.as_str()));
+        prepare(case, &self.library, draft)
+    }
+
+    fn case(&self) -> Option<Case> {
+        let opened = self.opened.as_ref()?;
+        let decided = self.decided();
+        Some(Case {
+            name: opened.name.clone(),
+            scene: opened.scene.clone()?,
+            task: self.task,
+            frame: self.frame,
+            techniques: decided.techniques,
+            window: self.window()?,
+            options: decided.options,
+            thresholds: self.thresholds.clone(),
+        })
+    }
+}
+
+/// The line of the template that an error is in.
+fn line_of(error: &CaseError, file: &str) -> Option<usize> {
+    match error {
+        CaseError::Draft { error, .. } => Some(match error {
+            TemplateError::NoFrontMatter => 1,
+            TemplateError::Wrong { line, .. } => *line,
+        }),
+        CaseError::Render(error) if error.file == file => error.line,
+        _ => None,
+    }
+}

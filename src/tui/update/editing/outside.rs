@@ -1,0 +1,60 @@
+//! The user's own editor: the template goes there and comes back.
+
+use super::super::super::message::{Effect, Outside};
+use super::super::super::model::{Model, Pane, PromptView};
+
+/// Opens the template in the user's editor; a copy of the prompt, where that is what has the keys.
+pub fn open_outside(model: &mut Model) -> Vec<Effect> {
+    let prompt = &model.prompt;
+    if prompt.file().is_empty() {
+        model.say("open a scenario with an ego first");
+        return Vec::new();
+    }
+    let file = prompt.file().to_string();
+    let looks = !prompt.editing && model.focus == Pane::Prompt;
+    let copy = match (&prompt.question, prompt.view) {
+        (Some(question), PromptView::Rendered) if looks => Some((
+            "prompt.md",
+            format!("{}\n\n{}\n", question.prompt.system, question.prompt.user),
+        )),
+        (Some(question), PromptView::Description) if looks => {
+            Some(("description.md", question.description.clone()))
+        }
+        _ => None,
+    };
+    vec![Effect::EditOutside(match copy {
+        Some((name, text)) => Outside {
+            file: name.into(),
+            text,
+            copy: true,
+        },
+        None => Outside {
+            file,
+            text: prompt.text(),
+            copy: false,
+        },
+    })]
+}
+
+/// Takes over what came back; what went wrong changes nothing.
+pub fn edited_outside(model: &mut Model, sent: Outside, result: Result<String, String>) {
+    let text = match result {
+        Ok(text) => text.replace("\r\n", "\n"),
+        Err(why) => return model.complain(why),
+    };
+    if sent.copy {
+        if text != sent.text {
+            model.say("that was a copy: what was changed in it is not kept");
+        }
+        return;
+    }
+    if sent.file != model.prompt.file() {
+        return model.complain(format!("{} is not in the editor any longer", sent.file));
+    }
+    if text == sent.text {
+        return model.say("nothing was changed");
+    }
+    model.prompt.editor.replace_all(&text);
+    super::edited(model);
+    model.say("taken over as a draft; Ctrl-Z in the editor takes it back, Ctrl-S saves it");
+}

@@ -1,0 +1,122 @@
+//! Answers that are no yes or no: who could attack the ego, and how an attacker is to move.
+
+use ratatui::style::Style;
+use ratatui::text::{Line, Text};
+
+use crate::text::visible;
+use crate::tui::model::Model;
+use crate::verdict::{Moment, Motion, Said, Task, Waypoint};
+
+/// What the second row of the table is called.
+pub fn second_label(task: Task) -> &'static str {
+    match task {
+        Task::Collision | Task::Safety => "who",
+        Task::Attacker => "others",
+        Task::Trajectory => "motion",
+    }
+}
+
+/// The cells of an answer: what it says, the row below, and the risk or the time.
+pub fn cells(said: &Said) -> [String; 3] {
+    let dash = || "–".to_string();
+    match said {
+        Said::Verdict(_) => [dash(), dash(), dash()],
+        Said::Attacker(choice) => {
+            let of = |id: i64| choice.obstacles.iter().find(|o| o.id == id);
+            let risk = choice.attacker.and_then(of).map(|o| o.risk_score);
+            let others = choice.obstacles.iter().map(|o| o.id);
+            let others = others.filter(|id| Some(*id) != choice.attacker).count();
+            [
+                choice.attacker.map_or("nobody".into(), |id| id.to_string()),
+                others.to_string(),
+                risk.map_or_else(dash, |risk| risk.to_string()),
+            ]
+        }
+        Said::Trajectory(new) => {
+            let (motion, when) = match &new.motion {
+                Motion::Manoeuvre(m) => (
+                    m.kind.name().to_string(),
+                    format!("{:.1} s +{:.1} s", m.start, m.duration),
+                ),
+                Motion::Waypoints(points) => {
+                    let ends = points.first().zip(points.last());
+                    let when = ends.map(|(a, b)| format!("{}–{}", moment(a.at), moment(b.at)));
+                    (
+                        format!("{} points", points.len()),
+                        when.unwrap_or_else(dash),
+                    )
+                }
+            };
+            [new.obstacle.to_string(), motion, when]
+        }
+    }
+}
+
+fn moment(at: Moment) -> String {
+    match at {
+        Moment::Step(step) => step.to_string(),
+        Moment::Seconds(seconds) => format!("{seconds:.1} s"),
+    }
+}
+
+/// Everything that an answer says.
+pub fn text(model: &Model, said: &Said) -> Text<'static> {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let justification = visible(said.justification()).into_owned();
+    let mut text = Text::styled(justification, theme.base());
+    match said {
+        Said::Verdict(_) => {}
+        Said::Attacker(choice) => {
+            for o in &choice.obstacles {
+                let sign = if choice.attacker == Some(o.id) {
+                    "▸"
+                } else {
+                    " "
+                };
+                let line = format!("{sign} {} risk {}: {}", o.id, o.risk_score, o.reason);
+                let style = Style::new().fg(theme.risk(f64::from(o.risk_score)));
+                text.push_line(Line::styled(visible(&line).into_owned(), style));
+            }
+        }
+        Said::Trajectory(new) => match &new.motion {
+            Motion::Manoeuvre(m) => {
+                let number = |value: Option<f64>, unit: &str| {
+                    value.map_or("any".into(), |v| format!("{v:.1} {unit}"))
+                };
+                text.push_line(Line::styled(
+                    format!(
+                        "{} from {:.1} s, for {:.1} s; gap {}, speed {}",
+                        m.kind.name(),
+                        m.start,
+                        m.duration,
+                        number(m.gap, "m"),
+                        number(m.speed, "m/s")
+                    ),
+                    dim,
+                ));
+            }
+            Motion::Waypoints(points) => {
+                for point in points {
+                    text.push_line(Line::styled(waypoint(point), dim));
+                }
+            }
+        },
+    }
+    text
+}
+
+fn waypoint(point: &Waypoint) -> String {
+    let mut words = match point.at {
+        Moment::Step(step) => format!("step {step}"),
+        Moment::Seconds(seconds) => format!("{seconds:.1} s"),
+    };
+    words.push_str(&format!(": ({:.2}, {:.2}) m", point.x, point.y));
+    if let Some(heading) = point.heading {
+        words.push_str(&format!(", {heading:.2} rad"));
+    }
+    if let Some(velocity) = point.velocity {
+        words.push_str(&format!(", {velocity:.1} m/s"));
+    }
+    words
+}
