@@ -2,7 +2,10 @@
 //! built-in judge is.
 
 mod answer;
+mod bradley_terry;
 mod case;
+/// Claims about obstacles in the text of an answer.
+pub mod claims;
 mod confusion;
 mod judges;
 mod keeper;
@@ -19,6 +22,7 @@ mod trial;
 mod values;
 
 pub use answer::{Answer, Judged, Missing, Past};
+pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use case::{AskError, Event, Wanted, run};
 pub use confusion::Confusion;
 pub use judges::{Judge, ModelJudge};
