@@ -26,6 +26,8 @@ pub struct Config {
     pub max_tokens: Option<u32>,
     /// How much models are to reason: `off`, `low`, `medium` or `high`; the server's default where it is not set.
     pub effort: Option<String>,
+    /// Who rates answers; the user's name where it is not set.
+    pub person: Option<String>,
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]
     pub providers: toml::Table,
@@ -42,6 +44,7 @@ impl Default for Config {
             temperature: None,
             max_tokens: None,
             effort: None,
+            person: None,
             providers: toml::Table::new(),
         }
     }
@@ -95,6 +98,18 @@ impl Config {
                 message: format!("{key} {message}"),
             }),
         }
+    }
+
+    /// Who rates answers: as configured, else the user's name of the system, else `unknown`.
+    #[must_use]
+    pub fn person(&self) -> String {
+        let system = || {
+            let names = ["USER", "LOGNAME", "USERNAME"].into_iter();
+            let mut found = names.filter_map(|name| std::env::var(name).ok());
+            found.find(|name| !name.trim().is_empty())
+        };
+        let person = self.person.clone().filter(|p| !p.trim().is_empty());
+        person.or_else(system).unwrap_or_else(|| "unknown".into())
     }
 
     /// A value that cannot be meant, by its key.

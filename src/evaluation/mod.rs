@@ -18,6 +18,7 @@ mod question;
 pub mod recorded;
 mod request;
 mod settings;
+mod standings;
 mod trial;
 mod values;
 
@@ -30,4 +31,5 @@ pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
 pub use question::{Case, CaseError, Question, prepare, template};
 pub use settings::{Decided, Settings};
+pub use standings::{By, Standing, Standings};
 pub use trial::trial;

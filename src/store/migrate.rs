@@ -5,9 +5,10 @@ use rusqlite::{Connection, TransactionBehavior};
 use super::StoreError;
 
 /// What brings a file from one version to the next; the first one makes it.
-const MIGRATIONS: [&str; 2] = [
+const MIGRATIONS: [&str; 3] = [
     include_str!("migrations/1.sql"),
     include_str!("migrations/2.sql"),
+    include_str!("migrations/3.sql"),
 ];
 
 /// The version of a file that this program writes.
@@ -108,5 +109,26 @@ mod tests {
         );
         drop(store);
         assert!(Store::open(&path).is_ok(), "and once is enough");
+    }
+
+    #[test]
+    fn a_store_of_version_2_takes_ratings_and_keeps_its_runs() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        connection.execute_batch(super::MIGRATIONS[1]).unwrap();
+        connection.pragma_update(None, "user_version", 2).unwrap();
+        let missing = connection.prepare("SELECT * FROM ratings").is_err();
+        assert!(missing, "version 2 has none");
+        drop(connection);
+        let store = Store::open(&path).unwrap();
+        assert_eq!(store.run(RunId(1)).unwrap().unwrap().answer, "whole");
+        assert_eq!(store.ratings().unwrap(), []);
+        let rating = crate::store::ratings::tests::rating(Some(RunId(1)), None);
+        store.rate(&rating).unwrap();
+        drop(store);
+        let again = Store::open(&path).unwrap().ratings().unwrap();
+        assert_eq!(again[0].answers, rating.answers);
     }
 }

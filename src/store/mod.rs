@@ -5,6 +5,7 @@ mod database;
 mod key;
 mod list;
 mod migrate;
+mod ratings;
 mod record;
 mod rows;
 mod run;
@@ -14,6 +15,7 @@ pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
 pub use key::Key;
 pub use list::{Decision, Filter, Summary};
+pub use ratings::{Choice, NewRating, RatedAnswer, Rating};
 pub use record::RecordError;
 pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};
 

@@ -189,7 +189,7 @@ pub fn action(key: Key, scope: Scope) -> Option<Action> {
             .find(|e| keys(e).any(|k| k == key))
             .map(|e| e.action)
     };
-    bound(scope).or_else(|| bound(Scope::Global))
+    bound(scope).or_else(|| bound(Scope::Global).filter(|_| scope.inherits()))
 }
 
 /// The key as the template editor takes it; nothing for keys it does not know.

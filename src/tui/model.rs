@@ -2,6 +2,8 @@
 
 mod answers;
 mod camera;
+mod claims;
+mod compare;
 mod drawn;
 mod list;
 mod notices;
@@ -15,6 +17,11 @@ use std::sync::Arc;
 
 pub use answers::{Answers, Column, Progress, Shown};
 pub use camera::Camera;
+pub use claims::{Claims, counted};
+pub use compare::{
+    Blind, Compare, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED, REASONS,
+    shuffle,
+};
 pub use drawn::{Drawn, Extent, MapDrawn};
 pub use list::List;
 pub use notices::{Notice, Toast};
@@ -175,6 +182,10 @@ pub struct Model {
     pub library: Library,
     /// The answers.
     pub answers: Answers,
+    /// What answers claim about obstacles.
+    pub claims: Claims,
+    /// Answers side by side on the whole screen.
+    pub compare: Compare,
     /// The model that is asked.
     pub model: String,
     /// Models that can be chosen.
@@ -227,6 +238,8 @@ impl Model {
             prompt: PromptPane::default(),
             library,
             answers: Answers::default(),
+            claims: Claims::default(),
+            compare: Compare::default(),
             model: config
                 .model
                 .clone()

@@ -293,6 +293,18 @@ fn ids(lower: &str, all: &[Number], world: &World<'_>) -> Vec<Option<i64>> {
             .iter()
             .any(|word| before.ends_with(word));
         let known = world.ids.contains(&id);
+        // "Further away than 30301" is about somebody else.
+        let compared = [
+            "than",
+            "than obstacle",
+            "unlike",
+            "unlike obstacle",
+            "like obstacle",
+        ];
+        if compared.iter().any(|words| ends_with_word(before, words)) {
+            found.push(None);
+            continue;
+        }
         if id == world.ego && !known || other {
             continue;
         }

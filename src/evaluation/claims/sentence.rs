@@ -72,7 +72,6 @@ const BOUNDS: &[&str] = &[
     "by",
     "past",
     "last",
-    "in",
 ];
 
 /// What makes metres something else than a distance to the ego.
@@ -165,7 +164,12 @@ impl Sentence<'_> {
             return None;
         }
         let near_or_above = format!("{} {near}", self.above);
-        let axis = axis(near).or_else(|| axis(self.above));
+        let axis = axis_of(near, after).or_else(|| {
+            // A time may stand behind its calculation: "longitudinal: 12.8 m / 2.5 m/s = 5 s".
+            let calculated = number.unit == Unit::Second && near.contains(['=', '≈']);
+            let before = if calculated { only_axis(before) } else { None };
+            before.or_else(|| axis(self.above))
+        });
         let time = |text: &str| {
             text.contains("ttc")
                 || text.contains("time-to-collision")
@@ -215,7 +219,8 @@ impl Sentence<'_> {
                 match axis {
                     Some(true) => Some((GapLong, false)),
                     Some(false) => Some((GapLat, false)),
-                    None if distance => Some((Distance, false)),
+                    // With a sign it is one of the two gaps, and which is not said.
+                    None if distance && number.value >= 0.0 => Some((Distance, false)),
                     None => None,
                 }
             }
@@ -299,6 +304,24 @@ impl Sentence<'_> {
         let shown = &self.lower[number.span.clone()];
         !shown.starts_with(['-', '−', '–', '+'])
     }
+}
+
+/// The axis of a number: named before it, or right behind it, as in "2.4 m longitudinal, 9.4 m lateral".
+fn axis_of(near: &str, after: &str) -> Option<bool> {
+    let behind = ["longitudinal", "lateral"].map(|word| after.starts_with(word));
+    let words = near.trim_end_matches(['*', ' ', '`', ':', '=', '(', '≈', '~', '-', '−']);
+    let before = words.ends_with("longitudinal") || words.ends_with("lateral");
+    match behind {
+        [true, _] if !before => Some(true),
+        [_, true] if !before => Some(false),
+        _ => axis(near),
+    }
+}
+
+/// The axis that is named, if it is the only one.
+fn only_axis(text: &str) -> Option<bool> {
+    let other = |long| if long { "lateral" } else { "longitudinal" };
+    axis(text).filter(|long| !text.contains(other(*long)))
 }
 
 /// The last axis that is named: along (true) or across the ego's heading.

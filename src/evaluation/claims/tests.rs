@@ -106,6 +106,21 @@ fn markdown_lists_under_headings() {
 }
 
 #[test]
+fn an_axis_may_stand_behind_its_number() {
+    let (a, _) = ids();
+    assert_eq!(
+        brief(&format!(
+            "- **Obstacle {a}:** Front-left, 1.07m longitudinal, 16.82m lateral distance."
+        )),
+        [
+            format!("{a} direction: Front-left"),
+            format!("{a} gap longitudinal: 1.07m"),
+            format!("{a} gap lateral: 16.82m"),
+        ]
+    );
+}
+
+#[test]
 fn tables_and_json() {
     let (a, b) = ids();
     let table = format!(
@@ -142,6 +157,8 @@ fn what_is_not_plain_is_left_alone() {
         format!("Obstacle {a} has a distance of 2-3 m."),
         format!("Obstacle {a}: MDC is 3.1 m."),
         format!("Obstacle {a} is 4.5 m long."),
+        format!("Further laterally (-19.79 m) than {a}, it closes in."),
+        format!("Obstacle {a} is at a distance of -5 m."),
         "Obstacle 99999 has a distance of 3 m.".to_string(),
         format!("Obstacle {a} is in lanelet 120.0, risk score 3."),
         format!("The ego drives at a velocity of 5 m/s toward obstacle {a}."),

@@ -14,6 +14,7 @@ pub struct Drawn {
     texts: RefCell<Vec<(Pane, Extent)>>,
     map: RefCell<Option<MapDrawn>>,
     scales: RefCell<Vec<Rect>>,
+    columns: RefCell<Vec<(Extent, Vec<usize>)>>,
 }
 
 /// Lines of a text, and how many of them the pane shows.
@@ -45,6 +46,7 @@ impl Drawn {
         self.texts.borrow_mut().clear();
         *self.map.borrow_mut() = None;
         self.scales.borrow_mut().clear();
+        self.columns.borrow_mut().clear();
     }
 
     /// A pane is here.
@@ -55,6 +57,28 @@ impl Drawn {
     /// A pane's text has this extent.
     pub fn text(&self, pane: Pane, extent: Extent) {
         self.texts.borrow_mut().push((pane, extent));
+    }
+
+    /// The next answer side by side has this extent, and its claims stand in these lines.
+    pub fn next_column(&self, extent: Extent, claims: Vec<usize>) {
+        self.columns.borrow_mut().push((extent, claims));
+    }
+
+    /// The extent of an answer side by side, by its place.
+    #[must_use]
+    pub fn column(&self, place: usize) -> Extent {
+        let columns = self.columns.borrow();
+        columns
+            .get(place)
+            .map(|(extent, _)| *extent)
+            .unwrap_or_default()
+    }
+
+    /// The line in which a claim of an answer side by side stands.
+    #[must_use]
+    pub fn claim_row(&self, place: usize, claim: usize) -> Option<usize> {
+        let columns = self.columns.borrow();
+        columns.get(place)?.1.get(claim).copied()
     }
 
     /// The map is here.

@@ -24,6 +24,7 @@ fn text(model: &Model) -> Text<'static> {
         (Scope::Scenarios, "in the list of scenarios"),
         (Scope::Map, "on the map"),
         (Scope::Text, "in prompt, verdict and reasoning"),
+        (Scope::Compare, "on the screen of answers side by side"),
     ];
     for (scope, name) in places {
         text.push_line(Line::styled(name, title));

@@ -3,7 +3,7 @@
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
-use super::{answers, clock, editing, open, open_current, plot};
+use super::{answers, claims, clock, compare, editing, open, open_current, plot};
 use crate::geometry::Pose;
 use crate::scenario::EgoSource;
 use crate::text::Frame;
@@ -69,6 +69,14 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         NextAnswer => model.answers.cycle(true),
         PreviousAnswer => model.answers.cycle(false),
         CloseAnswer => return answers::close(model),
+        NextClaim | PreviousClaim => {
+            claims::go(model, model.answers.shown, action == NextClaim);
+        }
+        CompareScreen => compare::open(model),
+        BlindMode => compare::toggle_blind(model),
+        CompareLeft | CompareRight | LinkScrolling | MoreColumns | FewerColumns | BestFirst
+        | BestSecond | BestThird | BestFourth | RateTie | RateAllWrong | MarkWrong | NextRound
+        | Ratings => return compare::perform(model, action),
         Copy => return copy(model),
     }
     Vec::new()
@@ -76,6 +84,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
 
 /// Ctrl-C: what runs is cancelled first, then what is open is closed, then the program ends.
 pub fn interrupt(model: &mut Model) -> Vec<Effect> {
+    if model.compare.open && model.overlays.is_empty() {
+        return compare::interrupt(model);
+    }
     let aborted = answers::abort_all(model);
     if !aborted.is_empty() {
         return aborted;

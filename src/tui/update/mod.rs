@@ -2,7 +2,9 @@
 
 mod actions;
 mod answers;
+mod claims;
 mod clock;
+mod compare;
 mod editing;
 mod overlays;
 mod plot;
@@ -27,6 +29,8 @@ pub fn start(model: &Model) -> Vec<Effect> {
 /// Takes one message.
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     let mut effects = take(model, msg);
+    compare::follow(model);
+    claims::follow(model);
     effects.extend(values::follow(model));
     effects
 }
@@ -70,6 +74,14 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             }
             Vec::new()
         }
+        Msg::Rated(result) => {
+            compare::kept(model, result);
+            Vec::new()
+        }
+        Msg::Ratings(result) => {
+            compare::read(model, result);
+            Vec::new()
+        }
         Msg::Saved(file, result) => editing::saved(model, &file, result),
         Msg::Reread(library) => {
             editing::reread(model, library);
@@ -96,6 +108,9 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     if !model.overlays.is_empty() {
         return overlays::on_key(model, key);
+    }
+    if model.compare.open {
+        return compare::on_key(model, key);
     }
     if model.prompt.editing {
         return editing::on_key(model, key);

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
-use crate::tui::action::{ACTIONS, Action};
+use crate::tui::action::{ACTIONS, Action, Scope};
 use crate::tui::keymap;
 use crate::tui::model::{Model, Overlay};
 
@@ -88,13 +88,21 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             ("Esc", "clear"),
         ]);
     }
-    let mut shown: Vec<_> = ACTIONS.iter().filter(|e| e.footer > 0).collect();
+    let here = if model.compare.open {
+        Scope::Compare
+    } else {
+        Scope::Global
+    };
+    let mut shown: Vec<_> = ACTIONS
+        .iter()
+        .filter(|e| e.footer > 0 && e.scope == here)
+        .collect();
     shown.sort_by_key(|e| e.footer);
     let mut hints: Vec<(String, String)> = Vec::new();
     if model.answers.is_running() {
         hints.push(("Esc".into(), "cancel request".into()));
     }
-    if model.taken.is_some() {
+    if model.taken.is_some() && !model.compare.open {
         // The way back is needed only here.
         hints.extend(hint_of(Action::RecordedEgo));
     }

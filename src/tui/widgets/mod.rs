@@ -1,5 +1,6 @@
 //! Pieces that several views are made of.
 
+pub mod claimed;
 pub mod fill;
 pub mod frame;
 pub mod highlight;
