@@ -195,11 +195,13 @@ impl Sentence<'_> {
                 false,
             )),
             Unit::Metre => {
+                let first_word = after
+                    .split(|c: char| !c.is_alphanumeric())
+                    .next()
+                    .unwrap_or_default();
                 if OTHER_LENGTHS.iter().any(|word| has_word(near, word))
                     || has_word(self.above, "mdc")
-                    || ["long", "wide", "high", "lane", "off"]
-                        .iter()
-                        .any(|word| after.starts_with(word))
+                    || ["long", "wide", "high", "lane", "off"].contains(&first_word)
                     || time(near)
                 {
                     return None;

@@ -9,5 +9,6 @@ mod looking;
 mod opening;
 mod plotting;
 mod prompt;
+mod side_by_side;
 mod stored;
 mod values;
