@@ -92,7 +92,7 @@ impl Model {
                     (true, _) => column.text.clone(),
                     (false, true) => column.reasoning.clone(),
                     (false, false) => {
-                        format!("{}\n\n{ANSWER}\n\n{}", column.reasoning, column.text)
+                        format!("{}\n\n{ANSWER}\n{}", column.reasoning, column.text)
                     }
                 };
                 (

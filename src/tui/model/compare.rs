@@ -33,14 +33,27 @@ pub struct Compare {
 }
 
 /// Blind mode.
-#[derive(Debug, Default, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Blind {
     /// Groups of answers that are still to be rated on this scenario, the next one last.
     pub left: Vec<Vec<Shown>>,
+    /// Answers side by side.
+    pub size: usize,
     /// Seed of the order of the present ones.
     pub seed: i64,
     /// The answers on the next scenario are waited for.
     pub waiting: bool,
+}
+
+impl Default for Blind {
+    fn default() -> Self {
+        Self {
+            left: Vec::new(),
+            size: 2,
+            seed: 0,
+            waiting: false,
+        }
+    }
 }
 
 /// A reason why an answer is wrong, while it is given.

@@ -7,6 +7,9 @@ use super::super::model::{Blind, MOST_COMPARED, Marking, Model, Overlay, REASONS
 use super::{actions, answers, claims, clock, open_current};
 use crate::store::{Choice, NewRating, RatedAnswer, Rating};
 
+/// How the built-in judge is asked: it is not.
+const BUILT_IN: &str = "built in";
+
 /// Opens the screen on the answers that are shown in the verdict pane, the built-in judge's last.
 pub fn open(model: &mut Model) {
     let fit = model.fit_side_by_side().max(2);
@@ -46,16 +49,13 @@ pub fn toggle_blind(model: &mut Model) {
 
 /// Makes the groups of answers to be rated on this scenario, and shows the first.
 fn begin(model: &mut Model) {
-    let size = match model.compare.shown.len() {
-        n @ 2..=MOST_COMPARED if model.compare.blind.as_ref().is_some_and(|b| b.waiting) => n,
-        _ => 2,
-    };
+    let size = model.compare.blind.as_ref().map_or(2, |b| b.size);
     let whole = |place: &usize| {
         let column = &model.answers.columns[*place];
         column.answer().is_some() && !column.failed()
     };
     let all: Vec<usize> = (0..model.answers.columns.len()).filter(whole).collect();
-    let mut groups = groups(&all, size.min(all.len()).max(2));
+    let mut groups = groups(&all, size);
     let seed = model.compare.next_seed();
     shuffle(&mut groups, seed);
     if let Some(blind) = &mut model.compare.blind {
@@ -255,8 +255,10 @@ fn other(model: &mut Model, forward: bool) {
 
 /// One answer more, or one fewer.
 fn resize(model: &mut Model, more: bool) {
-    if model.compare.choice.is_some() || model.compare.blind.is_some() {
-        return model.say("blind mode shows two answers at a time");
+    if let Some(blind) = &mut model.compare.blind {
+        let size = if more { blind.size + 1 } else { blind.size - 1 };
+        blind.size = size.clamp(2, MOST_COMPARED);
+        return begin(model);
     }
     if !more {
         if model.compare.shown.len() > 1 {
@@ -398,7 +400,7 @@ fn rated(model: &Model, shown: Shown, mark: Option<String>) -> RatedAnswer {
                 column.how.clone(),
             )
         }
-        Shown::Reference => (None, crate::judge::MODEL.to_string(), String::new()),
+        Shown::Reference => (None, crate::judge::MODEL.to_string(), BUILT_IN.to_string()),
     };
     RatedAnswer {
         run,
@@ -438,7 +440,9 @@ pub fn follow(model: &mut Model) {
     if !model.compare.open {
         return;
     }
-    if model.compare.blind.as_ref().is_some_and(|b| b.waiting) && !model.answers.columns.is_empty()
+    if model.compare.blind.as_ref().is_some_and(|b| b.waiting)
+        && model.opening.is_none()
+        && !model.answers.columns.is_empty()
     {
         begin(model);
     }

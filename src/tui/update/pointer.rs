@@ -5,12 +5,15 @@ use ratatui::layout::{Position, Rect};
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
 use super::super::model::{Model, Notice, Overlay, Pane};
-use super::{actions, clock, open_current};
+use super::{actions, clock, compare, open_current};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
     if !model.overlays.is_empty() {
         return on_overlay(model, mouse);
+    }
+    if model.compare.open {
+        return on_compare(model, mouse);
     }
     let at = match mouse {
         Mouse::Press(at) | Mouse::Drag(at) | Mouse::WheelUp(at) | Mouse::WheelDown(at) => at,
@@ -30,6 +33,16 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
             _ => Vec::new(),
         },
     }
+}
+
+/// The wheel scrolls the answers side by side, over the map too: it follows the picked claim.
+fn on_compare(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
+    let action = match mouse {
+        Mouse::WheelUp(_) => Action::Up,
+        Mouse::WheelDown(_) => Action::Down,
+        Mouse::Press(_) | Mouse::Drag(_) => return Vec::new(),
+    };
+    compare::perform(model, action)
 }
 
 fn on_overlay(model: &mut Model, mouse: Mouse) -> Vec<Effect> {

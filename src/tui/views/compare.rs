@@ -92,14 +92,20 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
-    let words = match &model.compare.blind {
-        Some(blind) if blind.waiting => "looking for answers on this scenario …".to_string(),
-        Some(_) => format!(
-            "there are not two whole answers of models on this scenario ({} at hand); Enter goes to the next scenario, \
-             B and C go back",
+    let words = match (&model.compare.blind, &model.open_error) {
+        (Some(_), Some(error)) => {
+            format!("{}; Enter goes to the next scenario", crate::text::visible(error))
+        }
+        (Some(blind), None) if blind.waiting => {
+            "no answers at hand on this scenario; Enter goes to the next one".to_string()
+        }
+        (Some(blind), None) => format!(
+            "blind mode needs {} whole answers of models on this scenario, and there are {} at hand; Enter goes to \
+             the next scenario, B shows what there is",
+            blind.size,
             model.answers.columns.len()
         ),
-        None => "nothing is shown; + takes an answer".to_string(),
+        (None, _) => "nothing is shown; + takes an answer".to_string(),
     };
     let text = Paragraph::new(Text::styled(words, Style::new().fg(model.theme.dim)));
     f.render_widget(text.wrap(Wrap { trim: true }), area);

@@ -134,14 +134,9 @@ pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
                 (Some(s), Some(low), Some(high)) => format!("{s:+.2} ({low:+.2} to {high:+.2})"),
                 _ => "-".into(),
             };
-            let name = if row.name.is_empty() {
-                "built in"
-            } else {
-                &row.name
-            };
             text.push_line(format!(
                 "{} {:>5} {:>3} {:>4} {:>4} {:>5}  {strength}",
-                pad(name, 30),
+                pad(&row.name, 30),
                 row.games,
                 row.wins,
                 row.ties,

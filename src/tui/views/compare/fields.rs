@@ -81,7 +81,7 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
     };
     add("verdict", word.0, word.1, true);
     add("who", who(verdict), None, true);
-    add("lowest risk", risk(verdict), None, true);
+    add("risk", risk(verdict), None, true);
     add(
         "steps",
         steps.map_or("unknown".into(), |(a, b)| format!("{a}–{b}")),
