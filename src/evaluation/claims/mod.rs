@@ -8,6 +8,7 @@ mod find;
 mod number;
 mod place;
 mod sentence;
+mod times;
 
 use std::collections::BTreeSet;
 use std::ops::Range;

@@ -48,6 +48,9 @@ const SUPPOSED: &[&str] = &[
     "previously",
     "earlier",
     "after",
+    "was",
+    "were",
+    "seen",
     "next",
 ];
 
@@ -161,6 +164,11 @@ impl Sentence<'_> {
         let before = &self.lower[..number.span.start];
         let after = self.lower[number.span.end..].trim_start_matches(['*', ' ', '`']);
         if self.counted(near, after) || BOUNDS.iter().any(|word| has_word(near, word)) {
+            return None;
+        }
+        // "Longitudinal & lateral distance: 0.45 m & -2.04 m": which is which is not said beside the number.
+        let both = near.contains("longitudinal") && near.contains("lateral");
+        if both && (after.starts_with(['&', ',', '/']) || after.starts_with("and ")) {
             return None;
         }
         let near_or_above = format!("{} {near}", self.above);
@@ -310,6 +318,7 @@ impl Sentence<'_> {
 
 /// The axis of a number: named before it, or right behind it, as in "2.4 m longitudinal, 9.4 m lateral".
 fn axis_of(near: &str, after: &str) -> Option<bool> {
+    let after = after.trim_start_matches('(');
     let behind = ["longitudinal", "lateral"].map(|word| after.starts_with(word));
     let words = near.trim_end_matches(['*', ' ', '`', ':', '=', '(', '≈', '~', '-', '−']);
     let before = words.ends_with("longitudinal") || words.ends_with("lateral");

@@ -118,6 +118,15 @@ fn an_axis_may_stand_behind_its_number() {
             format!("{a} gap lateral: 16.82m"),
         ]
     );
+    assert_eq!(
+        brief(&format!(
+            "Obstacle {a}: distance ~1.5m (longitudinal), ~15.1m (lateral)"
+        )),
+        [
+            format!("{a} gap longitudinal: 1.5m"),
+            format!("{a} gap lateral: 15.1m"),
+        ]
+    );
 }
 
 #[test]
@@ -159,6 +168,8 @@ fn what_is_not_plain_is_left_alone() {
         format!("Obstacle {a} is 4.5 m long."),
         format!("Further laterally (-19.79 m) than {a}, it closes in."),
         format!("Obstacle {a} is at a distance of -5 m."),
+        format!("Obstacle {a}: longitudinal & lateral distance: 0.45m & -2.04m"),
+        format!("Obstacle {a}: At that time the longitudinal distance was 3 m."),
         "Obstacle 99999 has a distance of 3 m.".to_string(),
         format!("Obstacle {a} is in lanelet 120.0, risk score 3."),
         format!("The ego drives at a velocity of 5 m/s toward obstacle {a}."),

@@ -3,7 +3,7 @@
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
-use super::{answers, claims, clock, compare, editing, open, open_current, plot};
+use super::{answers, claims, clock, compare, editing, open, open_current, plot, rating};
 use crate::geometry::Pose;
 use crate::scenario::EgoSource;
 use crate::text::Frame;
@@ -73,7 +73,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             claims::go(model, model.answers.shown, action == NextClaim);
         }
         CompareScreen => compare::open(model),
-        BlindMode => compare::toggle_blind(model),
+        BlindMode => rating::toggle_blind(model),
         CompareLeft | CompareRight | LinkScrolling | MoreColumns | FewerColumns | BestFirst
         | BestSecond | BestThird | BestFourth | RateTie | RateAllWrong | MarkWrong | NextRound
         | Ratings => return compare::perform(model, action),

@@ -9,6 +9,7 @@ mod editing;
 mod overlays;
 mod plot;
 mod pointer;
+mod rating;
 mod values;
 
 use super::action::Action;
@@ -75,11 +76,11 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Rated(result) => {
-            compare::kept(model, result);
+            rating::kept(model, result);
             Vec::new()
         }
         Msg::Ratings(result) => {
-            compare::read(model, result);
+            rating::read(model, result);
             Vec::new()
         }
         Msg::Saved(file, result) => editing::saved(model, &file, result),

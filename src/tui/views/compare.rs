@@ -94,7 +94,10 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
 fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let words = match (&model.compare.blind, &model.open_error) {
         (Some(_), Some(error)) => {
-            format!("{}; Enter goes to the next scenario", crate::text::visible(error))
+            format!(
+                "{}; Enter goes to the next scenario",
+                crate::text::visible(error)
+            )
         }
         (Some(blind), None) if blind.waiting => {
             "no answers at hand on this scenario; Enter goes to the next one".to_string()
