@@ -17,7 +17,7 @@ pub enum By {
 }
 
 /// What one model, or way of asking, got.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Standing {
     /// Which.
     pub name: String,
@@ -111,23 +111,6 @@ impl Standings {
             key(b).total_cmp(&key(a)).then_with(|| a.name.cmp(&b.name))
         });
         Self { rows, without }
-    }
-}
-
-impl Default for Standing {
-    fn default() -> Self {
-        Self {
-            name: String::new(),
-            shown: 0,
-            games: 0,
-            wins: 0,
-            ties: 0,
-            losses: 0,
-            wrong: 0,
-            strength: None,
-            low: None,
-            high: None,
-        }
     }
 }
 

@@ -132,10 +132,10 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let differ = fields::differing(&all);
     let areas =
         Layout::horizontal(vec![Constraint::Ratio(1, seen.len() as u32); seen.len()]).split(area);
-    for place in 0..count {
+    for (place, fields) in all.iter().enumerate() {
         match place.checked_sub(first).and_then(|i| areas.get(i)) {
             Some(area) if seen.contains(&place) => {
-                column(f, *area, model, place, (&all[place], &differ))
+                column(f, *area, model, place, (fields, &differ))
             }
             // Those beside the screen keep their places.
             _ => model.drawn.next_column(Extent::default(), Vec::new()),
