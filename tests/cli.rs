@@ -31,6 +31,8 @@ mod models;
 mod prompts;
 #[path = "cli/protobuf.rs"]
 mod protobuf;
+#[path = "cli/ratings.rs"]
+mod ratings;
 #[path = "cli/reading.rs"]
 mod reading;
 #[path = "cli/refused.rs"]

@@ -21,6 +21,7 @@ mod parted;
 mod progress;
 mod prompt;
 mod prompts;
+mod ratings;
 mod routes;
 mod runs;
 mod span;
@@ -73,6 +74,8 @@ pub enum Command {
     Evaluate(evaluate::Evaluate),
     /// What was asked and answered: the store of runs.
     Runs(runs::Runs),
+    /// What people made of answers side by side: wins and strengths of models and prompts.
+    Ratings(ratings::Ratings),
     /// Runs of the store as a file.
     Export(export::Export),
     /// Runs of another store, or the recorded answers of a published repository, into the store.
@@ -135,6 +138,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Runs(arguments) => runs::run(arguments),
+        Command::Ratings(arguments) => ratings::run(arguments),
         Command::Export(arguments) => export::run(arguments),
         Command::Import(arguments) => import::run(arguments),
         Command::Themes(arguments) => look::themes(arguments, workbench),

@@ -35,6 +35,8 @@ pub struct Config {
     pub concurrency: std::num::NonZeroU32,
     /// Most US dollars that one session of the workbench may cost; without it there is no bound.
     pub budget: Option<f64>,
+    /// Who rates answers; the user's name where it is not set.
+    pub person: Option<String>,
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]
     pub providers: toml::Table,
@@ -55,6 +57,7 @@ impl Default for Config {
             effort: None,
             concurrency: std::num::NonZeroU32::new(4).unwrap_or(std::num::NonZeroU32::MIN),
             budget: None,
+            person: None,
             providers: toml::Table::new(),
         }
     }
@@ -117,6 +120,18 @@ impl Config {
                 message: format!("{key} {message}"),
             }),
         }
+    }
+
+    /// Who rates answers: as configured, else the user's name of the system, else `unknown`.
+    #[must_use]
+    pub fn person(&self) -> String {
+        let system = || {
+            let names = ["USER", "LOGNAME", "USERNAME"].into_iter();
+            let mut found = names.filter_map(|name| std::env::var(name).ok());
+            found.find(|name| !name.trim().is_empty())
+        };
+        let person = self.person.clone().filter(|p| !p.trim().is_empty());
+        person.or_else(system).unwrap_or_else(|| "unknown".into())
     }
 
     /// A value that cannot be meant, by its key.

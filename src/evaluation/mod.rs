@@ -2,7 +2,10 @@
 //! built-in judge is.
 
 mod answer;
+mod bradley_terry;
 mod case;
+/// Claims about obstacles in the text of an answer.
+pub mod claims;
 mod confusion;
 mod judges;
 mod keeper;
@@ -16,10 +19,12 @@ mod question;
 pub mod recorded;
 mod request;
 mod settings;
+mod standings;
 mod trial;
 mod values;
 
 pub use answer::{Answer, Judged, Missing, Past};
+pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use case::{AskError, Event, Wanted, can_ask, run, stored};
 pub use confusion::Confusion;
 pub use judges::{Judge, ModelJudge};
@@ -28,4 +33,5 @@ pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
 pub use plan::{Plan, PlanError};
 pub use question::{Case, CaseError, Question, prepare, template};
 pub use settings::{Decided, Settings};
+pub use standings::{By, Standing, Standings};
 pub use trial::trial;

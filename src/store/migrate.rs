@@ -110,4 +110,25 @@ mod tests {
         drop(store);
         assert!(Store::open(&path).is_ok(), "and once is enough");
     }
+
+    #[test]
+    fn a_store_of_version_2_takes_ratings_and_keeps_its_runs() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        connection.execute_batch(super::MIGRATIONS[1]).unwrap();
+        connection.pragma_update(None, "user_version", 2).unwrap();
+        let missing = connection.prepare("SELECT * FROM ratings").is_err();
+        assert!(missing, "version 2 has none");
+        drop(connection);
+        let store = Store::open(&path).unwrap();
+        assert_eq!(store.run(RunId(1)).unwrap().unwrap().answer, "whole");
+        assert_eq!(store.ratings().unwrap(), []);
+        let rating = crate::store::ratings::tests::rating(Some(RunId(1)), None);
+        store.rate(&rating).unwrap();
+        drop(store);
+        let again = Store::open(&path).unwrap().ratings().unwrap();
+        assert_eq!(again[0].answers, rating.answers);
+    }
 }

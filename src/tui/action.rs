@@ -79,6 +79,24 @@ pub enum Action {
     NextAnswer,
     PreviousAnswer,
     CloseAnswer,
+    NextClaim,
+    PreviousClaim,
+    CompareScreen,
+    BlindMode,
+    CompareLeft,
+    CompareRight,
+    LinkScrolling,
+    MoreColumns,
+    FewerColumns,
+    BestFirst,
+    BestSecond,
+    BestThird,
+    BestFourth,
+    RateTie,
+    RateAllWrong,
+    MarkWrong,
+    NextRound,
+    Ratings,
     Copy,
     Mouse,
     Suspend,
@@ -133,11 +151,13 @@ pub enum Scope {
     Jobs,
     /// In the template editor, where keys write and nothing else holds.
     Editor,
+    /// On the screen of answers side by side, which has keys for everything itself.
+    Compare,
 }
 
 impl Scope {
     /// Every place with its name in keymap files, and in words.
-    pub const ALL: [(Self, &'static str, &'static str); 7] = [
+    pub const ALL: [(Self, &'static str, &'static str); 8] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
         (Self::Map, "map", "on the map"),
@@ -145,6 +165,11 @@ impl Scope {
         (Self::History, "history", "in the history of runs"),
         (Self::Jobs, "tasks", "in the list of tasks"),
         (Self::Editor, "editor", "in the template editor"),
+        (
+            Self::Compare,
+            "compare",
+            "on the screen of answers side by side",
+        ),
     ];
 
     /// Its name in keymap files.
@@ -157,7 +182,10 @@ impl Scope {
     /// Whether it is a screen of its own, where of the keys that hold everywhere only [`EVEN_THERE`] do.
     #[must_use]
     pub fn is_own(self) -> bool {
-        matches!(self, Self::History | Self::Jobs | Self::Editor)
+        matches!(
+            self,
+            Self::History | Self::Jobs | Self::Editor | Self::Compare
+        )
     }
 }
 
@@ -196,8 +224,8 @@ impl Entry {
     #[must_use]
     pub fn holds_in(&self, scope: Scope) -> bool {
         let everywhere = match scope {
-            // What is no key of the editor's writes.
-            Scope::Editor => false,
+            // What is no key of the editor's writes, and in blind mode little may be shown.
+            Scope::Editor | Scope::Compare => false,
             scope => !scope.is_own() || EVEN_THERE.contains(&self.action),
         };
         self.scope == scope || (self.scope == Scope::Global && everywhere)
@@ -260,6 +288,10 @@ table! {
     NextAnswer, Global, "next-answer", ["]"], 0, "answer", "Show the reasoning of the next answer.";
     PreviousAnswer, Global, "previous-answer", ["["], 0, "answer back", "Show the reasoning of the previous answer.";
     CloseAnswer, Global, "close-answer", ["d"], 0, "close", "Take the shown answer off the comparison; it stays in the store.";
+    NextClaim, Global, "next-claim", [")"], 0, "claim", "Go to the next claim of the shown answer: its obstacle is picked, the clock goes to its step.";
+    PreviousClaim, Global, "previous-claim", ["("], 0, "claim back", "Go to the claim before.";
+    CompareScreen, Global, "compare-screen", ["shift-c"], 0, "side by side", "Up to four answers side by side on the whole screen, with their claims checked.";
+    BlindMode, Global, "blind", ["shift-b"], 0, "blind", "Compare answers with their models hidden, and rate them.";
     NextObstacle, Global, "next-obstacle", ["o"], 0, "obstacle", "Pick the next obstacle, the most dangerous first.";
     PreviousObstacle, Global, "previous-obstacle", ["shift-o"], 0, "obstacle back", "Pick the previous obstacle.";
     Mark, Global, "mark", ["b"], 0, "mark", "Plot the picked obstacle beside the others, or no longer.";
@@ -344,6 +376,37 @@ table! {
     CopySelection, Editor, "copy-selection", ["alt-w"], 0, "copy", "Copy the selection; Ctrl-C does it too while something is selected.";
     PasteCopied, Editor, "paste", ["ctrl-v"], 0, "paste", "Paste what was cut or copied here.";
     SelectAll, Editor, "select-all", ["alt-a"], 0, "all", "Select everything; Shift with a motion selects on the way.";
+    Cancel, Compare, "cancel", ["esc"], 11, "close", "Close the screen, or what is open over it.";
+    CompareScreen, Compare, "compare-screen", ["shift-c"], 0, "close", "Close the screen.";
+    CompareLeft, Compare, "compare-left", ["left", "h", "backtab"], 3, "column", "Go to the column on the left.";
+    CompareRight, Compare, "compare-right", ["right", "l", "tab"], 3, "column", "Go to the column on the right.";
+    Up, Compare, "up", ["up", "k"], 0, "up", "A line up, in all columns where they are linked.";
+    Down, Compare, "down", ["down", "j"], 0, "down", "A line down.";
+    PageUp, Compare, "page-up", ["pageup", "ctrl-u"], 0, "page up", "A page up.";
+    PageDown, Compare, "page-down", ["pagedown", "ctrl-d", "space"], 0, "page down", "A page down.";
+    Top, Compare, "top", ["g", "home"], 0, "top", "To the beginning.";
+    Bottom, Compare, "bottom", ["shift-g", "end"], 0, "bottom", "To the end; new text is followed from there.";
+    LinkScrolling, Compare, "link-scrolling", ["s"], 7, "link", "Scroll the columns together, or each on its own.";
+    NextAnswer, Compare, "next-answer", ["]"], 4, "answer", "Another answer in this column.";
+    PreviousAnswer, Compare, "previous-answer", ["["], 4, "answer", "Another answer in this column, backwards.";
+    MoreColumns, Compare, "more-columns", ["+", "="], 8, "columns", "One answer more.";
+    FewerColumns, Compare, "fewer-columns", ["-"], 8, "columns", "Take this column away.";
+    NextClaim, Compare, "next-claim", ["n", ")"], 2, "claim", "Go to the next claim: its obstacle is picked, the clock goes to its step.";
+    PreviousClaim, Compare, "previous-claim", ["shift-n", "("], 2, "claim", "Go to the claim before.";
+    StepBack, Compare, "step-back", [","], 0, "step", "One time step back.";
+    StepForward, Compare, "step-forward", ["."], 0, "step", "One time step forward.";
+    BlindMode, Compare, "blind", ["shift-b"], 9, "blind", "Hide the models and draw answers by lot, or show them again.";
+    BestFirst, Compare, "best-1", ["1"], 1, "better", "The first answer is the best.";
+    BestSecond, Compare, "best-2", ["2"], 1, "better", "The second answer is the best.";
+    BestThird, Compare, "best-3", ["3"], 0, "better", "The third answer is the best.";
+    BestFourth, Compare, "best-4", ["4"], 0, "better", "The fourth answer is the best.";
+    RateTie, Compare, "tie", ["t"], 5, "tie", "They are equally good.";
+    RateAllWrong, Compare, "all-wrong", ["0"], 6, "all wrong", "All of them are wrong.";
+    MarkWrong, Compare, "mark-wrong", ["w"], 6, "wrong", "Mark the answer of this column as wrong, and say why; or no longer.";
+    NextRound, Compare, "next-round", ["enter"], 10, "next", "In blind mode: the next answers, or the next scenario.";
+    Ratings, Compare, "ratings", ["shift-s"], 12, "sums", "What the ratings add up to.";
+    Help, Compare, "help", ["?", "f1"], 13, "help", "All keys.";
+    Quit, Compare, "quit", ["q", "ctrl-q"], 0, "quit", "Leave the program.";
 }
 
 #[cfg(test)]

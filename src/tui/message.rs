@@ -17,6 +17,7 @@ use crate::llm::Discovered;
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Entry, Found, PassedOver, Scene};
+use crate::store::{NewRating, Rating};
 use crate::verdict::Task;
 
 /// Something happened.
@@ -64,6 +65,10 @@ pub enum Msg {
     History(runs::HistoryNews),
     /// Of a batch of questions.
     Batch(runs::BatchNews),
+    /// A rating was kept, under this number, or why not.
+    Rated(Result<i64, String>),
+    /// Every rating, or why they cannot be read.
+    Ratings(Result<Vec<Rating>, String>),
     /// A template file was written or removed: its name, what to say, and the library as it is now.
     Saved(String, Result<(Library, String), String>),
     /// The templates were read again.
@@ -175,6 +180,10 @@ pub enum Effect {
     UseThresholds(Arc<Thresholds>),
     /// Load earlier answers.
     LoadStored(StoredOf),
+    /// Keep a rating.
+    Rate(Box<NewRating>),
+    /// Read every rating.
+    ReadRatings,
     /// Keep the draft of a template (its file and text) for the next start; nothing removes it.
     KeepDraft(String, Option<String>),
     /// Ask a model; anew, even where the store has its answer, if `fresh`.

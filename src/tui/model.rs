@@ -3,6 +3,8 @@
 mod answers;
 mod batch;
 mod camera;
+mod claims;
+mod compare;
 mod drawn;
 mod editor;
 mod history;
@@ -27,6 +29,11 @@ use std::time::Duration;
 pub use answers::{Answers, Column, Progress, Shown};
 pub use batch::{Card, Marks};
 pub use camera::Camera;
+pub use claims::{Claims, counted};
+pub use compare::{
+    Blind, Compare, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED, REASONS,
+    shuffle,
+};
 pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn};
 pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
 pub use history::{COUNTED, History, PAGE, Typing};
@@ -205,6 +212,10 @@ pub struct Model {
     pub library: Library,
     /// The answers.
     pub answers: Answers,
+    /// What answers claim about obstacles.
+    pub claims: Claims,
+    /// Answers side by side on the whole screen.
+    pub compare: Compare,
     /// The model that is asked.
     pub model: String,
     /// Models that can be chosen.
@@ -277,6 +288,8 @@ impl Model {
             prompt: PromptPane::new(config.editor),
             library,
             answers: Answers::default(),
+            claims: Claims::default(),
+            compare: Compare::default(),
             model: config
                 .model
                 .clone()

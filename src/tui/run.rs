@@ -152,6 +152,9 @@ fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environ
     };
     let mut model = Model::new(paths, config, theme.at_depth(depth), library, offers);
     model.look = look;
+    model.compare.person = model.config.person();
+    // Nobody needs to foresee the orders that answers are shown in.
+    model.compare.seed = jiff::Timestamp::now().as_nanosecond() as u64;
     match thresholds(&folders.thresholds()) {
         Ok(thresholds) => model.thresholds = Arc::new(thresholds),
         Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),

@@ -141,6 +141,16 @@ impl Tasks {
             }
             Effect::UseThresholds(thresholds) => self.thresholds = thresholds,
             Effect::LoadStored(of) => self.load_stored(of),
+            Effect::Rate(rating) => {
+                self.with_store(move |store| {
+                    Msg::Rated(store.and_then(|s| s.rate(&rating).map_err(|e| e.to_string())))
+                });
+            }
+            Effect::ReadRatings => {
+                self.with_store(|store| {
+                    Msg::Ratings(store.and_then(|s| s.ratings().map_err(|e| e.to_string())))
+                });
+            }
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
             Effect::Ask {
                 id,
@@ -232,6 +242,14 @@ impl Tasks {
                 }
                 Err(error) => Msg::Complaint(format!("earlier answers are not shown: {error}")),
             }
+        });
+    }
+
+    /// Works on the store, or says that there is none.
+    fn with_store(&self, work: impl FnOnce(Result<Arc<Store>, String>) -> Msg + Send + 'static) {
+        let store = self.store.clone();
+        self.background(move || {
+            work(store.ok_or_else(|| "the store of runs is not open".to_string()))
         });
     }
 

@@ -16,6 +16,7 @@ pub struct Drawn {
     scales: RefCell<Vec<Rect>>,
     history: Cell<Option<HistoryDrawn>>,
     list: RefCell<Option<Rect>>,
+    columns: RefCell<Vec<(Extent, Vec<usize>)>>,
 }
 
 /// The history as it was drawn.
@@ -64,6 +65,7 @@ impl Drawn {
         self.scales.borrow_mut().clear();
         self.history.set(None);
         *self.list.borrow_mut() = None;
+        self.columns.borrow_mut().clear();
     }
 
     /// The history is here.
@@ -85,6 +87,28 @@ impl Drawn {
     /// A pane's text has this extent.
     pub fn text(&self, pane: Pane, extent: Extent) {
         self.texts.borrow_mut().push((pane, extent));
+    }
+
+    /// The next answer side by side has this extent, and its claims stand in these lines.
+    pub fn next_column(&self, extent: Extent, claims: Vec<usize>) {
+        self.columns.borrow_mut().push((extent, claims));
+    }
+
+    /// The extent of an answer side by side, by its place.
+    #[must_use]
+    pub fn column(&self, place: usize) -> Extent {
+        let columns = self.columns.borrow();
+        columns
+            .get(place)
+            .map(|(extent, _)| *extent)
+            .unwrap_or_default()
+    }
+
+    /// The line in which a claim of an answer side by side stands.
+    #[must_use]
+    pub fn claim_row(&self, place: usize, claim: usize) -> Option<usize> {
+        let columns = self.columns.borrow();
+        columns.get(place)?.1.get(claim).copied()
     }
 
     /// The map is here.

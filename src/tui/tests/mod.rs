@@ -19,6 +19,7 @@ mod opening;
 mod plotting;
 mod prompt;
 mod reasoning;
+mod side_by_side;
 mod stored;
 mod thousands;
 mod timeline;

@@ -5,8 +5,8 @@ use super::super::keymap::{Code, Key};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
 use super::{
-    answers, batch, clock, editing, history, jobs, list, look, map, open, open_current, plot,
-    source, task, timeline,
+    answers, batch, claims, clock, compare, editing, history, jobs, list, look, map, open,
+    open_current, plot, rating, source, task, timeline,
 };
 use crate::scenario::EgoSource;
 use crate::text::Frame;
@@ -91,6 +91,14 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         NextAnswer => model.answers.cycle(true),
         PreviousAnswer => model.answers.cycle(false),
         CloseAnswer => return answers::close(model),
+        NextClaim | PreviousClaim => {
+            claims::go(model, model.answers.shown, action == NextClaim);
+        }
+        CompareScreen => compare::open(model),
+        BlindMode => rating::toggle_blind(model),
+        CompareLeft | CompareRight | LinkScrolling | MoreColumns | FewerColumns | BestFirst
+        | BestSecond | BestThird | BestFourth | RateTie | RateAllWrong | MarkWrong | NextRound
+        | Ratings => return compare::perform(model, action),
         Copy => return copy(model),
         History => return history::open(model, None),
         TaskList => return jobs::open(model),
@@ -108,6 +116,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
 pub fn interrupt(model: &mut Model) -> Vec<Effect> {
     if model.prompt.editing && model.prompt.editor.selection().is_some() {
         return editing::perform(model, Action::CopySelection);
+    }
+    if model.compare.open && model.overlays.is_empty() {
+        return compare::interrupt(model);
     }
     let aborted = answers::abort_all(model);
     if !aborted.is_empty() {

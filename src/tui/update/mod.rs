@@ -3,7 +3,9 @@
 mod actions;
 mod answers;
 mod batch;
+mod claims;
 mod clock;
+mod compare;
 mod editing;
 mod history;
 mod jobs;
@@ -14,6 +16,7 @@ mod map;
 mod overlays;
 mod plot;
 mod pointer;
+mod rating;
 mod reopen;
 mod source;
 mod task;
@@ -43,6 +46,8 @@ pub fn start(model: &Model) -> Vec<Effect> {
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     jobs::hear(model, &msg);
     let mut effects = take(model, msg);
+    compare::follow(model);
+    claims::follow(model);
     effects.extend(values::follow(model));
     map::follow(model);
     jobs::follow(model, &effects);
@@ -105,6 +110,14 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         }
         Msg::History(news) => history::heard(model, news),
         Msg::Batch(news) => batch::heard(model, news),
+        Msg::Rated(result) => {
+            rating::kept(model, result);
+            Vec::new()
+        }
+        Msg::Ratings(result) => {
+            rating::read(model, result);
+            Vec::new()
+        }
         Msg::Saved(file, result) => editing::saved(model, &file, result),
         Msg::Reread(library) => {
             editing::reread(model, library);
@@ -146,6 +159,9 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     if !model.overlays.is_empty() {
         return overlays::on_key(model, key);
+    }
+    if model.compare.open {
+        return compare::on_key(model, key);
     }
     if model.prompt.editing {
         return editing::on_key(model, key);

@@ -5,12 +5,15 @@ use ratatui::layout::{Position, Rect};
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
 use super::super::model::{Model, Notice, On, Overlay, Pane};
-use super::{actions, clock, history, list, map, open_current};
+use super::{actions, clock, compare, history, list, map, open_current};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
     if !model.overlays.is_empty() {
         return on_overlay(model, mouse);
+    }
+    if model.compare.open {
+        return on_compare(model, mouse);
     }
     if model.prompt.editing && super::editing::on_mouse(model, mouse) {
         return Vec::new();
@@ -64,6 +67,16 @@ fn hold(model: &mut Model, (from, moved): (Position, bool), mouse: Mouse, at: Po
         model.camera.pan(right, up, ego);
         model.map.held = Some((at, true));
     }
+}
+
+/// The wheel scrolls the answers side by side, over the map too: it follows the picked claim.
+fn on_compare(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
+    let action = match mouse {
+        Mouse::WheelUp(_) => Action::Up,
+        Mouse::WheelDown(_) => Action::Down,
+        Mouse::Press(_) | Mouse::Drag(_) | Mouse::Release(_) => return Vec::new(),
+    };
+    compare::perform(model, action)
 }
 
 fn on_overlay(model: &mut Model, mouse: Mouse) -> Vec<Effect> {

@@ -204,16 +204,21 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         let keys = Chord(model.look.pending.clone()).to_string();
         return vec![(keys, "…".into()), ("Esc".into(), "give up".into())];
     }
+    let here = if model.compare.open {
+        Scope::Compare
+    } else {
+        Scope::Global
+    };
     let mut shown: Vec<_> = ACTIONS
         .iter()
-        .filter(|e| e.footer > 0 && !e.scope.is_own())
+        .filter(|e| e.footer > 0 && e.scope == here)
         .collect();
     shown.sort_by_key(|e| e.footer);
     let mut hints: Vec<(String, String)> = Vec::new();
     if model.answers.is_running() {
         hints.push(("Esc".into(), "cancel request".into()));
     }
-    if model.taken.is_some() {
+    if model.taken.is_some() && !model.compare.open {
         // The way back is needed only here.
         hints.extend(hint_of(model, Action::RecordedEgo));
     }

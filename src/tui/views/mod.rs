@@ -1,5 +1,6 @@
 //! The views: one pane a file. They read the model and draw; they change nothing.
 
+mod compare;
 mod footer;
 mod header;
 mod map;
@@ -34,6 +35,13 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
         too_small::draw(frame, model);
         return;
     };
+    if model.compare.open {
+        compare::draw(frame, &parts, model);
+        footer::draw(frame, parts.footer, model);
+        overlays::draw(frame, screen, model);
+        toasts::draw(frame, &parts, model);
+        return;
+    }
     header::draw(frame, parts.header, model);
     for &(pane, area) in &parts.panes {
         match pane {

@@ -4,12 +4,13 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
+use ratatui::widgets::{Paragraph, Wrap};
 
 use crate::evaluation::{Judged, Missing};
 use crate::tui::model::{Column, Model, Pane, Progress};
-use crate::tui::widgets::highlight::{self, markdown};
+use crate::tui::widgets::highlight::markdown;
 use crate::tui::widgets::words::fit_end;
-use crate::tui::widgets::{frame, scroll};
+use crate::tui::widgets::{claimed, frame, scroll};
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
@@ -24,6 +25,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         }
     };
     let inner = frame::pane(f, area, model, Pane::Reasoning, Line::from(title));
+    let inner = claims(f, inner, model);
     let extent = scroll::text(f, inner, model, Pane::Reasoning, text, model.answers.scroll);
     let below = extent.lines.saturating_sub(extent.top + extent.rows);
     let running = model.answers.column().is_some_and(Column::is_running);
@@ -44,9 +46,55 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
 }
 
+/// What the shown answer says, with its claims marked.
+fn said_text(model: &Model) -> Text<'static> {
+    let Some(document) = model.document(model.answers.shown) else {
+        return Text::default();
+    };
+    let claims = model.claims.of(document.key);
+    let picked = model.claims.picked_of(document.key);
+    claimed::text(&document.text, claims, picked, &model.theme).0
+}
+
+/// Below the text: the picked claim, or how many there are; gives what is left for the text.
+fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model) -> Rect {
+    let Some(document) = model.document(model.answers.shown) else {
+        return inner;
+    };
+    let claims = model.claims.of(document.key);
+    if claims.is_empty() || inner.height < 6 {
+        return inner;
+    }
+    let picked = model
+        .claims
+        .picked_of(document.key)
+        .and_then(|place| claims.get(place));
+    let line = match picked {
+        Some(claim) => claimed::line(claim, &model.theme),
+        None => Line::styled(
+            format!("{} · ( ) go to them", claimed::summary(claims)),
+            Style::new().fg(model.theme.dim),
+        ),
+    };
+    let words = Paragraph::new(line).wrap(Wrap { trim: true });
+    let rows = u16::try_from(words.line_count(inner.width))
+        .unwrap_or(1)
+        .clamp(1, 3);
+    let below = Rect {
+        y: inner.bottom() - rows,
+        height: rows,
+        ..inner
+    };
+    f.render_widget(words, below);
+    Rect {
+        height: inner.height - rows,
+        ..inner
+    }
+}
+
 fn reference(model: &Model) -> Text<'static> {
     match &model.answers.reference {
-        Some(judgement) => markdown(&judgement.reasoning, &model.theme),
+        Some(_) => said_text(model),
         None => {
             let words = model
                 .open_error
@@ -82,13 +130,8 @@ fn answer(model: &Model, column: &Column) -> Text<'static> {
         text.push_line(Line::styled(column.how.clone(), dim));
         text.push_line("");
     }
-    if !column.reasoning.is_empty() {
-        text.extend(markdown(&column.reasoning, theme));
-        text.push_line("");
-        text.push_line(Line::styled("── answer ──", dim));
-    }
-    if !column.text.is_empty() {
-        text.extend(highlight::answer(&column.text, theme));
+    if said {
+        text.extend(said_text(model));
     }
     if let Some(why) = why_missing(column) {
         if said {

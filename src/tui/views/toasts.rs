@@ -18,9 +18,10 @@ const NARROWEST: u16 = 50;
 
 pub fn draw(frame: &mut Frame<'_>, parts: &Parts, model: &Model) {
     let room = usize::from(parts.footer.width).saturating_sub(2);
+    let told = |toast: &&Toast| !(model.compare.hides() && names_a_model(model, &toast.text));
     let in_a_line =
         |toast: &&Toast| toast.kind != Notice::Error && visible(&toast.text).width() <= room;
-    let line = model.toasts.iter().rfind(in_a_line);
+    let line = model.toasts.iter().filter(told).rfind(in_a_line);
     if let Some(toast) = line {
         let style = Style::new()
             .fg(model.theme.accent)
@@ -30,9 +31,15 @@ pub fn draw(frame: &mut Frame<'_>, parts: &Parts, model: &Model) {
         frame.render_widget(Block::new().style(model.theme.base()), parts.footer);
         frame.render_widget(words, parts.footer);
     }
-    let boxed = model.toasts.iter().rev();
+    let boxed = model.toasts.iter().rev().filter(told);
     let boxed = boxed.filter(|toast| line.is_none_or(|shown| !std::ptr::eq(shown, *toast)));
     boxes(frame, place(parts), model, boxed.take(MOST));
+}
+
+/// Whether a message would tell whose an answer is.
+fn names_a_model(model: &Model, text: &str) -> bool {
+    let mut columns = model.answers.columns.iter();
+    columns.any(|c| text.contains(&c.model))
 }
 
 /// Where boxes stand: over the reasoning and, if they are many, over the verdicts; or over the pane that is shown alone.

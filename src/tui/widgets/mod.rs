@@ -1,6 +1,7 @@
 //! Pieces that several views are made of.
 
 pub mod ascii;
+pub mod claimed;
 pub mod fill;
 pub mod frame;
 pub mod highlight;

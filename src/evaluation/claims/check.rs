@@ -1,0 +1,324 @@
+//! Claims held against the geometry.
+
+use super::{Claim, Quantity, Side, Stated, Subject};
+use crate::geometry::Point;
+use crate::metrics::{Encounter, Relation, measure, paper};
+use crate::scenario::Participant;
+
+/// How far a number may be from the true one, in words; see [`check`].
+pub const TOLERANCES: &str = "half of the last digit stated, 0.05 of the unit or 2 %, whichever is most; 10 % where it is said to be rough";
+
+/// What a claim was held against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Basis {
+    /// Exact bodies of real size.
+    Exact,
+    /// The distance between the centres: all that a Cartesian description lets one compute.
+    Centres,
+    /// The convention of the paper, which recorded answers were told in.
+    Paper,
+}
+
+impl Basis {
+    /// In words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Exact => "exact bodies",
+            Self::Centres => "between centres",
+            Self::Paper => "in the paper's convention",
+        }
+    }
+}
+
+/// Whether a claim holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Judgement {
+    /// It does.
+    Right,
+    /// It does not.
+    Wrong,
+    /// It cannot be told; why.
+    Unknown(&'static str),
+}
+
+/// A claim with the truth beside it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checked {
+    /// What is claimed.
+    pub claim: Claim,
+    /// The step that it was held against.
+    pub step: i64,
+    /// What is so, in the quantity's unit; nothing where there is no such number.
+    pub truth: Option<f64>,
+    /// What is so, in words.
+    pub is: String,
+    /// What it was held against; where it is wrong, the exact bodies.
+    pub basis: Basis,
+    /// Whether it holds.
+    pub judgement: Judgement,
+}
+
+impl Checked {
+    /// What the answer says, with its unit.
+    #[must_use]
+    pub fn says(&self) -> String {
+        match self.claim.stated {
+            Stated::Number {
+                value, decimals, ..
+            } => {
+                format!(
+                    "{value:.*} {}",
+                    usize::from(decimals),
+                    self.claim.quantity.unit()
+                )
+            }
+            Stated::Side(side) => side.to_string(),
+            Stated::Contact => "contact".into(),
+        }
+    }
+
+    /// As one line: `30308 says 3.2 m, is 7.9 m (distance, step 14)`.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let basis = match self.basis {
+            Basis::Exact => String::new(),
+            other => format!(", {}", other.words()),
+        };
+        let why = match self.judgement {
+            Judgement::Unknown(why) => format!("; {why}"),
+            _ => String::new(),
+        };
+        format!(
+            "{} says {}, is {} ({}, step {}{basis}{why})",
+            self.claim.obstacle,
+            self.says(),
+            self.is,
+            self.claim.quantity.name(),
+            self.step,
+        )
+    }
+}
+
+/// Holds a claim against the geometry of the step that it names, or of the last one that was described.
+///
+/// It is right where it is within [`TOLERANCES`] of the number of the exact bodies, or of what it may have been told
+/// instead: the distance between the centres, or the number in the paper's convention. Which of them is
+/// [`Checked::basis`]. A number without a sign may be a magnitude. A value that was true at an earlier step of the
+/// window, where no step is named, is neither right nor wrong.
+#[must_use]
+pub fn check(claim: Claim, subject: &Subject<'_>) -> Checked {
+    let step = claim.step.unwrap_or_else(|| subject.present());
+    let mut checked = at(&claim, subject, step);
+    if checked.judgement == Judgement::Wrong && claim.step.is_none() {
+        let window = subject.steps();
+        let earlier = window.steps().filter(|s| *s != step);
+        if subject.window.is_none() {
+            checked.judgement = Judgement::Unknown("it is not known which steps were described");
+        } else if earlier
+            .into_iter()
+            .any(|s| at(&claim, subject, s).judgement == Judgement::Right)
+        {
+            checked.judgement = Judgement::Unknown("it was so at an earlier step");
+        }
+    }
+    checked
+}
+
+fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> Checked {
+    let scene = subject.scene;
+    let participant = scene
+        .participants()
+        .find(|p| p.obstacle.id == claim.obstacle);
+    let encounter = participant
+        .as_ref()
+        .and_then(|p| Encounter::at(scene, p, step));
+    let mut checked = Checked {
+        step,
+        truth: None,
+        is: "not there".into(),
+        basis: Basis::Exact,
+        judgement: Judgement::Unknown("the ego or the obstacle is not there then"),
+        claim: claim.clone(),
+    };
+    let (Some(participant), Some(encounter)) = (participant, encounter) else {
+        return checked;
+    };
+    match claim.stated {
+        Stated::Number {
+            value,
+            decimals,
+            rough,
+            magnitude,
+        } => {
+            let fits = |truth: f64| {
+                let told = if magnitude && value >= 0.0 {
+                    truth.abs()
+                } else {
+                    truth
+                };
+                let share = if rough { 0.1 } else { 0.02 };
+                let digit = 0.5 * 10_f64.powi(-i32::from(decimals));
+                (told - value).abs() <= digit.max(0.05).max(share * truth.abs()) + 1e-9
+            };
+            let exact = exact(claim.quantity, &encounter);
+            let shown = exact
+                .iter()
+                .copied()
+                .find(|t| fits(*t))
+                .or_else(|| exact.first().copied());
+            checked.truth = shown;
+            checked.is = match shown {
+                Some(truth) => format!(
+                    "{:.*} {}",
+                    usize::from(decimals.max(1)),
+                    truth + 0.0,
+                    claim.quantity.unit()
+                ),
+                None => "none: it does not come to that".into(),
+            };
+            checked.judgement = if shown.is_some_and(fits) {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            };
+            if checked.judgement == Judgement::Wrong {
+                let told = others(claim.quantity, &encounter);
+                if let Some((basis, truth)) = told.into_iter().find(|(_, truth)| fits(*truth)) {
+                    checked.basis = basis;
+                    checked.truth = Some(truth);
+                    checked.is = format!(
+                        "{:.*} {}",
+                        usize::from(decimals.max(1)),
+                        truth + 0.0,
+                        claim.quantity.unit()
+                    );
+                    checked.judgement = Judgement::Right;
+                }
+            }
+        }
+        Stated::Side(side) => {
+            let relation = encounter.relation();
+            checked.is = relation.direction.name().to_lowercase();
+            checked.judgement = judge_side(side, &relation, &encounter);
+        }
+        Stated::Contact => {
+            let touches = encounter.distance() == 0.0;
+            checked.judgement = if touches {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            };
+            checked.is = contact(subject, &participant, touches);
+            if !touches
+                && told(&encounter)
+                    .is_some_and(|r| r.adjusted_d_long == 0.0 && r.adjusted_d_lat == 0.0)
+            {
+                checked.basis = Basis::Paper;
+                checked.judgement = Judgement::Right;
+            }
+        }
+    }
+    checked
+}
+
+/// The numbers of the exact bodies that the quantity can mean, the usual one first.
+fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
+    let relation = encounter.relation();
+    let ttc = || measure("ttc").and_then(|m| (m.compute)(encounter).value());
+    let one = |value: Option<f64>| value.into_iter().collect();
+    match quantity {
+        Quantity::Distance => vec![encounter.distance()],
+        Quantity::GapLong => vec![relation.gap_long],
+        Quantity::GapLat => vec![relation.gap_lat],
+        Quantity::Ttc => [ttc(), relation.time_long(), relation.time_lat()]
+            .into_iter()
+            .flatten()
+            .collect(),
+        Quantity::TtcLong => one(relation.time_long()),
+        Quantity::TtcLat => one(relation.time_lat()),
+        Quantity::VelocityLong => vec![relation.velocity.x],
+        Quantity::VelocityLat => vec![relation.velocity.y],
+        Quantity::AccelerationLong => vec![relation.acceleration.x],
+        Quantity::AccelerationLat => vec![relation.acceleration.y],
+        Quantity::Speed => vec![encounter.other.velocity.abs()],
+        Quantity::Acceleration => vec![encounter.other.acceleration],
+        Quantity::Side | Quantity::Contact => Vec::new(),
+    }
+}
+
+/// What the answer may have been told instead of the exact number.
+fn others(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<(Basis, f64)> {
+    let centre: Point = encounter.ego.pose.to_local(&encounter.other.pose.position);
+    let mut all = match quantity {
+        Quantity::Distance => vec![(Basis::Centres, centre.coords.norm())],
+        Quantity::GapLong => vec![(Basis::Centres, centre.x)],
+        Quantity::GapLat => vec![(Basis::Centres, centre.y)],
+        _ => Vec::new(),
+    };
+    let Some(told) = told(encounter) else {
+        return all;
+    };
+    let values = match quantity {
+        Quantity::GapLong => vec![Some(told.adjusted_d_long)],
+        Quantity::GapLat => vec![Some(told.adjusted_d_lat)],
+        Quantity::Distance => vec![Some(told.adjusted_d_long.hypot(told.adjusted_d_lat))],
+        Quantity::TtcLong => vec![told.ttc_long],
+        Quantity::TtcLat => vec![told.ttc_lat],
+        Quantity::Ttc => vec![told.ttc_long, told.ttc_lat],
+        Quantity::VelocityLong => vec![Some(told.v_rel_long)],
+        Quantity::VelocityLat => vec![Some(told.v_rel_lat)],
+        Quantity::AccelerationLong => vec![Some(told.a_rel_long)],
+        Quantity::AccelerationLat => vec![Some(told.a_rel_lat)],
+        _ => Vec::new(),
+    };
+    all.extend(
+        values
+            .into_iter()
+            .flatten()
+            .map(|value| (Basis::Paper, value)),
+    );
+    all
+}
+
+fn told(encounter: &Encounter<'_>) -> Option<paper::Relation> {
+    paper::Relation::of(encounter.ego, encounter.other).map(paper::Relation::rounded)
+}
+
+/// Where bodies overlap along an axis, the centres decide, and only for, not against.
+fn judge_side(side: Side, relation: &Relation, encounter: &Encounter<'_>) -> Judgement {
+    let centre = encounter.ego.pose.to_local(&encounter.other.pose.position);
+    let holds = |said: Option<bool>, gap: f64, centre: f64| match said {
+        None => Judgement::Right,
+        Some(positive) if gap != 0.0 => {
+            if (gap > 0.0) == positive {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            }
+        }
+        Some(positive) if (centre > 0.0) == positive => Judgement::Right,
+        Some(_) => Judgement::Unknown("the bodies overlap along that axis"),
+    };
+    let along = holds(side.front, relation.gap_long, centre.x);
+    let across = holds(side.left, relation.gap_lat, centre.y);
+    match (along, across) {
+        (Judgement::Wrong, _) | (_, Judgement::Wrong) => Judgement::Wrong,
+        (Judgement::Unknown(why), _) | (_, Judgement::Unknown(why)) => Judgement::Unknown(why),
+        _ => Judgement::Right,
+    }
+}
+
+/// When the bodies do touch.
+fn contact(subject: &Subject<'_>, participant: &Participant<'_>, now: bool) -> String {
+    if now {
+        return "contact".into();
+    }
+    let scene = subject.scene;
+    let touches =
+        |step: &i64| Encounter::at(scene, participant, *step).is_some_and(|e| e.distance() == 0.0);
+    match scene.steps().find(touches) {
+        Some(step) => format!("first contact at step {step}"),
+        None => "no contact at any step".into(),
+    }
+}

@@ -1,0 +1,338 @@
+//! Walking through a text: which obstacle and which time each sentence is about.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use super::Claim;
+use super::number::{Number, Unit, numbers};
+use super::place::has_word;
+use super::sentence::Sentence;
+use super::times::{When, heading_time, times};
+
+/// What can be meant.
+pub struct World<'a> {
+    /// Ids of the obstacles.
+    pub ids: &'a BTreeSet<i64>,
+    /// The ego's id, which is nobody else's.
+    pub ego: i64,
+    /// Seconds of a time step.
+    pub dt: f64,
+    /// The steps of the recording.
+    pub steps: Range<i64>,
+}
+
+/// What a line says about those below it.
+#[derive(Default)]
+struct Above {
+    /// Whom they are about, and whether a blank line ends that.
+    obstacle: Option<(i64, bool)>,
+    time: When,
+    /// The list items that they stand under: indent and words.
+    items: Vec<(usize, String)>,
+    /// The titles of the table that they are in.
+    titles: Vec<String>,
+}
+
+/// The claims of a text.
+pub fn claims(text: &str, world: &World<'_>) -> Vec<Claim> {
+    let mut above = Above::default();
+    let mut found = Vec::new();
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        take(
+            line.trim_end_matches(['\n', '\r']),
+            start,
+            world,
+            &mut above,
+            &mut found,
+        );
+        start += line.len();
+    }
+    found
+}
+
+fn take(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &mut Vec<Claim>) {
+    let bare = line.trim();
+    if bare.is_empty() {
+        above.titles.clear();
+        if above.obstacle.is_some_and(|(_, brief)| brief) {
+            above.obstacle = None;
+        }
+        return;
+    }
+    if bare.starts_with('|') && bare.len() > 1 {
+        return row(line, start, world, above, found);
+    }
+    above.titles.clear();
+    let indent = line.len() - line.trim_start().len();
+    let item =
+        bare.starts_with(['-', '*', '•', '+']) && !bare.starts_with("**") || is_numbered(bare);
+    // What stands between reasoning and answer ends what was said before, too.
+    let heading = bare.starts_with('#')
+        || bare.starts_with("──")
+        || (bare.starts_with("**")
+            && bare.trim_end_matches(':').ends_with("**")
+            && bare.matches("**").count() == 2);
+    above.items.retain(|(depth, _)| !heading && *depth < indent);
+    let lower = lowered(line);
+    let named = ids(&lower, &numbers(line), world);
+    if heading {
+        above.time = heading_time(&lower, line, world, above.time);
+        above.obstacle = match named.as_slice() {
+            [Some(id)] => Some((*id, false)),
+            _ => None,
+        };
+    } else if item {
+        // A new item at the depth of the one that named somebody is about somebody else only if it names one.
+        match named.as_slice() {
+            [] => {}
+            [Some(id)] => above.obstacle = Some((*id, false)),
+            _ => above.obstacle = None,
+        }
+    }
+    for (from, part) in sentences(line) {
+        match part {
+            "{" | "}" => above.obstacle = None,
+            _ => sentence((part, start + from), world, above, found),
+        }
+    }
+    if item && bare.trim_end_matches(['*', ' ']).ends_with(':') {
+        above.items.push((indent, lower));
+    }
+}
+
+/// A sentence: its claims, and whom the next one is about.
+fn sentence(
+    (text, start): (&str, usize),
+    world: &World<'_>,
+    above: &mut Above,
+    found: &mut Vec<Claim>,
+) {
+    let lower = lowered(text);
+    let all = numbers(text);
+    let named = ids(&lower, &all, world);
+    let obstacle = match named.as_slice() {
+        [] => above.obstacle.map(|(id, _)| id),
+        [Some(id)] => {
+            // Somebody named by a heading or an item stays; whom a sentence names stays to the end of its paragraph.
+            if above.obstacle.is_none_or(|(now, _)| now != *id) {
+                above.obstacle = Some((*id, true));
+            }
+            Some(*id)
+        }
+        _ => {
+            above.obstacle = None;
+            None
+        }
+    };
+    let Some(obstacle) = obstacle else { return };
+    let (times, when) = times(&lower, &all, world);
+    let when = if when == When::Unsaid {
+        above.time
+    } else {
+        when
+    };
+    let step = match when {
+        When::Unsaid => None,
+        When::Step(step) => Some(step),
+        When::Unclear => return,
+    };
+    let taken: Vec<bool> = all
+        .iter()
+        .enumerate()
+        .map(|(i, n)| times.contains(&i) || (n.unit == Unit::None && n.whole().is_some()))
+        .collect();
+    let words: Vec<&str> = above
+        .items
+        .iter()
+        .map(|(_, words)| words.as_str())
+        .collect();
+    let sentence = Sentence {
+        lower: &lower,
+        numbers: &all,
+        taken: &taken,
+        start,
+        above: &words.join(" "),
+        obstacle,
+        step,
+    };
+    found.extend(sentence.claims());
+    found.extend(times.iter().find_map(|&place| sentence.contact(place)));
+}
+
+/// A row of a table: every cell is a sentence under its title.
+fn row(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &mut Vec<Claim>) {
+    let cells: Vec<(usize, &str)> = cells(line).collect();
+    if above.titles.is_empty() {
+        above.titles = cells.iter().map(|(_, cell)| lowered(cell)).collect();
+        return;
+    }
+    let named: BTreeSet<i64> = cells
+        .iter()
+        .enumerate()
+        .filter_map(|(i, (_, cell))| {
+            let title = above.titles.get(i).map_or("", String::as_str);
+            let of_obstacles = ["obstacle", "id", "vehicle"]
+                .iter()
+                .any(|word| title.contains(word))
+                || i == 0;
+            let [number] = numbers(cell).try_into().ok()?;
+            number
+                .whole()
+                .filter(|id| of_obstacles && world.ids.contains(id))
+        })
+        .collect();
+    let Some(&obstacle) = named.first().filter(|_| named.len() == 1) else {
+        return;
+    };
+    let step = match above.time {
+        When::Unclear => return,
+        When::Step(step) => Some(step),
+        When::Unsaid => None,
+    };
+    for (i, (from, cell)) in cells.iter().enumerate() {
+        let title = above.titles.get(i).map_or("", String::as_str);
+        let mut all = numbers(cell);
+        if all.len() != 1 {
+            continue;
+        }
+        if all[0].unit == Unit::None {
+            // The unit stands in the title.
+            let titled = numbers(&title.replace(['(', '[', ',', '_'], " 1 "));
+            let unit = titled.iter().map(|n| n.unit).find(|u| *u != Unit::None);
+            all[0].unit = unit.unwrap_or(Unit::None);
+        }
+        if all[0].unit == Unit::None || has_word(title, "time") && !title.contains("collision") {
+            continue;
+        }
+        let lower = lowered(cell);
+        let sentence = Sentence {
+            lower: &lower,
+            numbers: &all,
+            taken: &[false],
+            start: start + from,
+            above: title,
+            obstacle,
+            step,
+        };
+        found.extend(sentence.claims());
+    }
+}
+
+/// The cells of a row with the places where they begin.
+fn cells(line: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut at = 0;
+    let pieces = line.split('|').map(move |piece| {
+        let from = at;
+        at += piece.len() + 1;
+        (from, piece)
+    });
+    pieces.skip(1).filter(|(_, piece)| !piece.is_empty())
+}
+
+/// Sentences of a line with the places where they begin; braces of JSON stand alone.
+fn sentences(line: &str) -> Vec<(usize, &str)> {
+    let mut found = Vec::new();
+    let mut from = 0;
+    let mut chars = line.char_indices().peekable();
+    while let Some((at, c)) = chars.next() {
+        let next = chars.peek().map(|(_, c)| *c);
+        let ends = match c {
+            '{' | '}' => true,
+            ';' => true,
+            '.' | '!' | '?' => next.is_none_or(|n| n == ' ' || n == '*' || n == '"'),
+            _ => false,
+        };
+        if !ends {
+            continue;
+        }
+        let end = at + c.len_utf8();
+        if matches!(c, '{' | '}') {
+            found.push((from, &line[from..at]));
+            found.push((at, &line[at..end]));
+        } else {
+            found.push((from, &line[from..end]));
+        }
+        from = end;
+    }
+    found.push((from, &line[from..]));
+    found.retain(|(_, part)| !part.trim().is_empty());
+    found
+}
+
+/// Whom a text names; nothing in place of an obstacle that is not there.
+fn ids(lower: &str, all: &[Number], world: &World<'_>) -> Vec<Option<i64>> {
+    let mut found: Vec<Option<i64>> = Vec::new();
+    for number in all {
+        let Some(id) = number.whole() else { continue };
+        let before = lower[..number.span.start]
+            .trim_end_matches(['*', ' ', '`', ':', '"', '#', '(', '_', '=']);
+        let called = [
+            "obstacle",
+            "obstacles",
+            "obstacleid",
+            "obstacle id",
+            "obstacle_id",
+            "vehicle",
+            "car",
+            "truck",
+            "id",
+            "pedestrian",
+            "bicycle",
+        ]
+        .iter()
+        .any(|word| before.ends_with(word));
+        let other = ["lanelet", "step", "timestep", "score", "risk", "lanelets"]
+            .iter()
+            .any(|word| before.ends_with(word));
+        let known = world.ids.contains(&id);
+        // "Further away than 30301" is about somebody else.
+        let compared = [
+            "than",
+            "than obstacle",
+            "unlike",
+            "unlike obstacle",
+            "like obstacle",
+        ];
+        if compared.iter().any(|words| ends_with_word(before, words)) {
+            found.push(None);
+            continue;
+        }
+        if id == world.ego && !known || other {
+            continue;
+        }
+        let found_one = match (known, called) {
+            (true, true) => Some(id),
+            // A bare number with many digits that is an id can hardly be anything else.
+            (true, false) if id >= 100 => Some(id),
+            (false, true) => None,
+            _ => continue,
+        };
+        if !found.contains(&found_one) {
+            found.push(found_one);
+        }
+    }
+    found
+}
+
+/// Whether a text ends with a word, not with a part of another.
+pub fn ends_with_word(text: &str, word: &str) -> bool {
+    text.strip_suffix(word)
+        .is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
+}
+
+fn is_numbered(bare: &str) -> bool {
+    let digits = bare.trim_start_matches(|c: char| c.is_ascii_digit());
+    digits.len() < bare.len() && digits.starts_with(['.', ')']) && digits[1..].starts_with(' ')
+}
+
+/// In lower case, with every character where it was.
+fn lowered(text: &str) -> String {
+    let lower = |c: char| {
+        let mut all = c.to_lowercase();
+        all.next()
+            .filter(|l| all.next().is_none() && l.len_utf8() == c.len_utf8())
+            .unwrap_or(c)
+    };
+    text.chars().map(lower).collect()
+}

@@ -1,0 +1,194 @@
+//! Claims about obstacles in the free text of an answer, found and held against the geometry.
+//!
+//! Found is only what is unambiguous: an obstacle, a measure that is named or plain from the unit, a value with its
+//! unit, and no bound, range, supposition or step of a calculation. What is not found is not said to be right.
+
+mod check;
+mod find;
+mod number;
+mod place;
+mod sentence;
+mod times;
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+pub use check::{Basis, Checked, Judgement, TOLERANCES, check};
+
+use crate::scenario::{Scene, Window};
+
+/// What is claimed of an obstacle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Quantity {
+    /// Distance to the ego, metres.
+    Distance,
+    /// Free distance along the ego's heading, metres.
+    GapLong,
+    /// Free distance across it, metres.
+    GapLat,
+    /// Time to collision, seconds; which one is not said.
+    Ttc,
+    /// Time to close the gap along the ego's heading, seconds.
+    TtcLong,
+    /// Time to close the gap across it, seconds.
+    TtcLat,
+    /// Velocity minus the ego's along its heading, m/s.
+    VelocityLong,
+    /// Velocity minus the ego's across its heading, m/s.
+    VelocityLat,
+    /// Acceleration minus the ego's along its heading, m/s².
+    AccelerationLong,
+    /// Acceleration minus the ego's across its heading, m/s².
+    AccelerationLat,
+    /// Its own speed, m/s.
+    Speed,
+    /// Its own acceleration, m/s².
+    Acceleration,
+    /// Where it is, seen from the ego.
+    Side,
+    /// That it touches the ego at a step.
+    Contact,
+}
+
+impl Quantity {
+    /// What it is called, for people.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Distance => "distance",
+            Self::GapLong => "gap longitudinal",
+            Self::GapLat => "gap lateral",
+            Self::Ttc => "TTC",
+            Self::TtcLong => "TTC longitudinal",
+            Self::TtcLat => "TTC lateral",
+            Self::VelocityLong => "relative velocity longitudinal",
+            Self::VelocityLat => "relative velocity lateral",
+            Self::AccelerationLong => "relative acceleration longitudinal",
+            Self::AccelerationLat => "relative acceleration lateral",
+            Self::Speed => "speed",
+            Self::Acceleration => "acceleration",
+            Self::Side => "direction",
+            Self::Contact => "contact",
+        }
+    }
+
+    /// Its unit; empty for what is no number.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Distance | Self::GapLong | Self::GapLat => "m",
+            Self::Ttc | Self::TtcLong | Self::TtcLat => "s",
+            Self::VelocityLong | Self::VelocityLat | Self::Speed => "m/s",
+            Self::AccelerationLong | Self::AccelerationLat | Self::Acceleration => "m/s²",
+            Self::Side | Self::Contact => "",
+        }
+    }
+}
+
+/// Where an obstacle is said to be: along the ego's heading, across it, or both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Side {
+    /// In front (true) or behind (false), if that is said.
+    pub front: Option<bool>,
+    /// Left (true) or right (false), if that is said.
+    pub left: Option<bool>,
+}
+
+impl std::fmt::Display for Side {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match (self.front, self.left) {
+            (Some(true), None) => "in front",
+            (Some(false), None) => "behind",
+            (None, Some(true)) => "left",
+            (None, Some(false)) => "right",
+            (Some(true), Some(true)) => "front left",
+            (Some(true), Some(false)) => "front right",
+            (Some(false), Some(true)) => "rear left",
+            (Some(false), Some(false)) => "rear right",
+            (None, None) => "nowhere",
+        })
+    }
+}
+
+/// What an answer states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stated {
+    /// A number in the quantity's unit.
+    Number {
+        /// The number.
+        value: f64,
+        /// Digits behind the point.
+        decimals: u8,
+        /// Whether it is said to be rough.
+        rough: bool,
+        /// Whether it is a magnitude: a closing speed, a braking.
+        magnitude: bool,
+    },
+    /// A place.
+    Side(Side),
+    /// That the bodies touch.
+    Contact,
+}
+
+/// A claim about an obstacle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Claim {
+    /// Where its value stands in the text, bytes.
+    pub span: Range<usize>,
+    /// Which obstacle.
+    pub obstacle: i64,
+    /// What is claimed of it.
+    pub quantity: Quantity,
+    /// What it is said to be.
+    pub stated: Stated,
+    /// The time step that is named; nothing where none is.
+    pub step: Option<i64>,
+}
+
+/// What a text is about.
+#[derive(Debug, Clone)]
+pub struct Subject<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// First and last step that were described; nothing where that is not known.
+    pub window: Option<(i64, i64)>,
+}
+
+impl Subject<'_> {
+    /// The step that is meant where none is named: the last of the window, else of the recording.
+    #[must_use]
+    pub fn present(&self) -> i64 {
+        self.window.map_or(self.scene.last_step(), |(_, last)| last)
+    }
+
+    /// The window, or one step where it is not known.
+    fn steps(&self) -> Window {
+        let (first, last) = self.window.unwrap_or((self.present(), self.present()));
+        let history = usize::try_from(last.saturating_sub(first)).unwrap_or(0) + 1;
+        Window::ending_at(self.scene, last, history)
+    }
+}
+
+/// The claims in a text, in its order.
+#[must_use]
+pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
+    let all = &subject.scene.scenario.obstacles;
+    let ids: BTreeSet<i64> = all.iter().map(|o| o.id).collect();
+    let world = find::World {
+        ids: &ids,
+        ego: subject.scene.ego.id,
+        dt: subject.scene.scenario.dt(),
+        steps: subject.scene.steps(),
+    };
+    find::claims(text, &world)
+}
+
+/// The claims in a text, each held against the geometry.
+#[must_use]
+pub fn checked(text: &str, subject: &Subject<'_>) -> Vec<Checked> {
+    let claims = find(text, subject);
+    claims.into_iter().map(|c| check(c, subject)).collect()
+}
+
+#[cfg(test)]
+mod tests;

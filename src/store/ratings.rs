@@ -1,0 +1,298 @@
+//! Ratings: what a person made of answers side by side.
+
+use rusqlite::{Row, params};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::database::now_ms;
+use super::{RunId, Store, StoreError, rows};
+use crate::verdict::Task;
+
+/// What a person chose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Choice {
+    /// The answer at this place, from 0, is the best.
+    Best(usize),
+    /// They are equally good.
+    Tie,
+    /// All of them are wrong.
+    AllWrong,
+}
+
+impl Choice {
+    /// The word for it, in the store and in exports.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Best(_) => "best",
+            Self::Tie => "tie",
+            Self::AllWrong => "none",
+        }
+    }
+}
+
+/// An answer as it was shown in a rating.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RatedAnswer {
+    /// Its run; nothing where it is in none.
+    #[serde(serialize_with = "number")]
+    pub run: Option<RunId>,
+    /// Who was asked, `provider/model`.
+    pub model: String,
+    /// How it was asked: frame and techniques.
+    pub prompt: String,
+    /// Whether it was marked as wrong.
+    pub wrong: bool,
+    /// Why.
+    pub reason: Option<String>,
+}
+
+fn number<S: serde::Serializer>(run: &Option<RunId>, to: S) -> Result<S::Ok, S::Error> {
+    run.map(|r| r.0).serialize(to)
+}
+
+/// A rating before it is stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewRating {
+    /// Who rated.
+    pub person: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// What was asked.
+    pub task: Task,
+    /// Whether the models were hidden and the order shuffled.
+    pub blind: bool,
+    /// Seed of the shuffled order.
+    pub seed: i64,
+    /// What was chosen.
+    pub choice: Choice,
+    /// What the person wrote.
+    pub notes: String,
+    /// The answers, in the order in which they were shown.
+    pub answers: Vec<RatedAnswer>,
+}
+
+/// A rating as it is kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rating {
+    /// Its number.
+    pub id: i64,
+    /// When, milliseconds since 1970, UTC.
+    pub created_ms: i64,
+    /// Who rated.
+    pub person: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// What was asked.
+    pub task: Task,
+    /// Whether the models were hidden and the order shuffled.
+    pub blind: bool,
+    /// Seed of the shuffled order.
+    pub seed: i64,
+    /// What was chosen.
+    pub choice: Choice,
+    /// What the person wrote.
+    pub notes: String,
+    /// The answers, in the order in which they were shown.
+    pub answers: Vec<RatedAnswer>,
+}
+
+impl Store {
+    /// Keeps a rating; afterwards it is on the disk.
+    ///
+    /// # Errors
+    /// A run is not there; SQLite refused.
+    pub fn rate(&self, rating: &NewRating) -> Result<i64, StoreError> {
+        self.durably(|transaction| {
+            transaction.execute(
+                "INSERT INTO ratings (created_ms, person, scenario, task, blind, seed, choice, notes)
+                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+                params![
+                    now_ms(),
+                    rating.person,
+                    rating.scenario,
+                    rating.task.name(),
+                    rating.blind,
+                    rating.seed,
+                    rating.choice.word(),
+                    rating.notes,
+                ],
+            )?;
+            let id = transaction.last_insert_rowid();
+            for (place, answer) in rating.answers.iter().enumerate() {
+                transaction.execute(
+                    "INSERT INTO rated (rating, place, run, model, prompt, best, wrong, reason)
+                     VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+                    params![
+                        id,
+                        i64::try_from(place).unwrap_or(i64::MAX),
+                        answer.run.map(|r| r.0),
+                        answer.model,
+                        answer.prompt,
+                        rating.choice == Choice::Best(place),
+                        answer.wrong,
+                        answer.reason,
+                    ],
+                )?;
+            }
+            Ok(id)
+        })
+    }
+
+    /// Every rating, the oldest first.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn ratings(&self) -> Result<Vec<Rating>, StoreError> {
+        let connection = self.lock();
+        let mut statement =
+            connection.prepare_cached("SELECT * FROM ratings ORDER BY created_ms, id")?;
+        let found = statement.query_map([], of_row)?;
+        let mut ratings: Vec<Rating> = found.collect::<Result<_, _>>()?;
+        let mut statement =
+            connection.prepare_cached("SELECT * FROM rated WHERE rating = ?1 ORDER BY place")?;
+        for rating in &mut ratings {
+            let answers = statement.query_map([rating.id], |row| {
+                let answer = RatedAnswer {
+                    run: row.get::<_, Option<i64>>("run")?.map(RunId),
+                    model: row.get("model")?,
+                    prompt: row.get("prompt")?,
+                    wrong: row.get("wrong")?,
+                    reason: row.get("reason")?,
+                };
+                Ok((answer, row.get::<_, bool>("best")?))
+            })?;
+            for (place, found) in answers.enumerate() {
+                let (answer, best) = found?;
+                if best {
+                    rating.choice = Choice::Best(place);
+                }
+                rating.answers.push(answer);
+            }
+        }
+        Ok(ratings)
+    }
+}
+
+fn of_row(row: &Row<'_>) -> Result<Rating, rusqlite::Error> {
+    Ok(Rating {
+        id: row.get("id")?,
+        created_ms: row.get("created_ms")?,
+        person: row.get("person")?,
+        scenario: row.get("scenario")?,
+        task: rows::word(row, "task", Task::parse)?,
+        blind: row.get("blind")?,
+        seed: row.get("seed")?,
+        // Which one is best stands with the answers.
+        choice: rows::word(row, "choice", |word| match word {
+            "tie" => Some(Choice::Tie),
+            "none" => Some(Choice::AllWrong),
+            "best" => Some(Choice::Best(0)),
+            _ => None,
+        })?,
+        notes: row.get("notes")?,
+        answers: Vec::new(),
+    })
+}
+
+impl Rating {
+    /// The rating as one JSON object; `nearmiss_rating` says that this is one, and in which form.
+    #[must_use]
+    pub fn to_record(&self) -> Value {
+        let best = match self.choice {
+            Choice::Best(place) => Some(place),
+            Choice::Tie | Choice::AllWrong => None,
+        };
+        json!({
+            "nearmiss_rating": 1,
+            "id": self.id,
+            "created_ms": self.created_ms,
+            "person": self.person,
+            "scenario": self.scenario,
+            "task": self.task.name(),
+            "blind": self.blind,
+            "seed": self.seed,
+            "choice": self.choice.word(),
+            "best": best,
+            "notes": self.notes,
+            "answers": self.answers,
+        })
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    pub fn rating(left: Option<RunId>, right: Option<RunId>) -> NewRating {
+        let answer = |run, model: &str| RatedAnswer {
+            run,
+            model: model.into(),
+            prompt: "ego · base".into(),
+            wrong: false,
+            reason: None,
+        };
+        let mut worse = answer(right, "lab/b");
+        worse.wrong = true;
+        worse.reason = Some("wrong obstacle: it is 301".into());
+        NewRating {
+            person: "ada".into(),
+            scenario: "ZAM_A-1".into(),
+            task: Task::Safety,
+            blind: true,
+            seed: -7,
+            choice: Choice::Best(1),
+            notes: "both are short".into(),
+            answers: vec![answer(left, "lab/a"), worse],
+        }
+    }
+
+    #[test]
+    fn ratings_come_back_as_they_were() {
+        let store = Store::in_memory().unwrap();
+        let new = rating(None, None);
+        let id = store.rate(&new).unwrap();
+        for choice in [Choice::Tie, Choice::AllWrong, Choice::Best(0)] {
+            store
+                .rate(&NewRating {
+                    choice,
+                    ..new.clone()
+                })
+                .unwrap();
+        }
+        let all = store.ratings().unwrap();
+        let choices: Vec<_> = all.iter().map(|r| r.choice).collect();
+        assert_eq!(
+            choices,
+            [
+                Choice::Best(1),
+                Choice::Tie,
+                Choice::AllWrong,
+                Choice::Best(0)
+            ]
+        );
+        let first = &all[0];
+        assert_eq!(
+            (first.id, first.answers.clone(), first.blind),
+            (id, new.answers, true)
+        );
+        assert_eq!(
+            (first.person.as_str(), first.seed, first.task),
+            ("ada", -7, Task::Safety)
+        );
+        let record = first.to_record();
+        assert_eq!(record["answers"][1]["reason"], "wrong obstacle: it is 301");
+        assert_eq!(
+            (&record["choice"], &record["best"]),
+            (&json!("best"), &json!(1))
+        );
+    }
+
+    #[test]
+    fn a_run_that_is_not_there_cannot_be_rated() {
+        let store = Store::in_memory().unwrap();
+        assert!(store.rate(&rating(Some(RunId(5)), None)).is_err());
+        assert_eq!(store.ratings().unwrap(), [], "nor is half of it kept");
+    }
+}

@@ -1,0 +1,151 @@
+//! Answers side by side on the whole screen, and what a person makes of them.
+
+use super::{Model, Shown};
+use crate::store::{Choice, Rating};
+
+/// The screen of answers side by side.
+#[derive(Debug, Default)]
+pub struct Compare {
+    /// Whether it is open.
+    pub open: bool,
+    /// The answers, from the left.
+    pub shown: Vec<Shown>,
+    /// The column that has the keys.
+    pub focus: usize,
+    /// Whether every column scrolls on its own.
+    pub free: bool,
+    /// The first line of every column; nothing while the end is followed.
+    pub tops: Vec<Option<usize>>,
+    /// Why columns are marked as wrong, by column.
+    pub marks: Vec<Option<String>>,
+    /// A reason is being given.
+    pub marking: Option<Marking>,
+    /// What was chosen of these answers.
+    pub choice: Option<Choice>,
+    /// Models are hidden until something was chosen.
+    pub blind: Option<Blind>,
+    /// What ratings add up to, while that is looked at.
+    pub ratings: Option<Vec<Rating>>,
+    /// Who rates.
+    pub person: String,
+    /// From where the seeds of shuffled orders come.
+    pub seed: u64,
+}
+
+/// Blind mode.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Blind {
+    /// Groups of answers that are still to be rated on this scenario, the next one last.
+    pub left: Vec<Vec<Shown>>,
+    /// Answers side by side.
+    pub size: usize,
+    /// Seed of the order of the present ones.
+    pub seed: i64,
+    /// The answers on the next scenario are waited for.
+    pub waiting: bool,
+}
+
+impl Default for Blind {
+    fn default() -> Self {
+        Self {
+            left: Vec::new(),
+            size: 2,
+            seed: 0,
+            waiting: false,
+        }
+    }
+}
+
+/// A reason why an answer is wrong, while it is given.
+#[derive(Debug, Default, Clone, PartialEq, Eq)]
+pub struct Marking {
+    /// Which of [`REASONS`] is selected.
+    pub selected: usize,
+    /// What is typed beside it.
+    pub text: String,
+}
+
+/// Why an answer may be wrong.
+pub const REASONS: [&str; 6] = [
+    "wrong verdict",
+    "wrong obstacle",
+    "wrong numbers",
+    "wrong reasoning",
+    "contradicts itself",
+    "no answer to the question",
+];
+
+/// Answers side by side at most.
+pub const MOST: usize = 4;
+
+/// Columns of the terminal that an answer needs.
+pub const NARROWEST: u16 = 38;
+
+impl Compare {
+    /// Whether the models must not be seen.
+    #[must_use]
+    pub fn hides(&self) -> bool {
+        self.open && self.blind.is_some() && self.choice.is_none()
+    }
+
+    /// Begins with other answers, from their beginnings.
+    pub fn show(&mut self, shown: Vec<Shown>) {
+        self.tops = vec![Some(0); shown.len()];
+        self.marks = vec![None; shown.len()];
+        self.marking = None;
+        self.choice = None;
+        self.focus = self.focus.min(shown.len().saturating_sub(1));
+        self.shown = shown;
+    }
+
+    /// A seed that was not used before.
+    pub fn next_seed(&mut self) -> i64 {
+        self.seed = self.seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        mixed(self.seed).cast_signed()
+    }
+}
+
+/// SplitMix64 (Steele, Lea and Flood 2014): what follows from a state.
+fn mixed(state: u64) -> u64 {
+    let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// Puts items into the order of a seed (Fisher and Yates).
+pub fn shuffle<T>(items: &mut [T], seed: i64) {
+    let mut state = seed.cast_unsigned();
+    for last in (1..items.len()).rev() {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let choices = u64::try_from(last).unwrap_or(0) + 1;
+        let place = usize::try_from(mixed(state) % choices).unwrap_or(0);
+        items.swap(last, place);
+    }
+}
+
+impl Model {
+    /// How many answers fit side by side.
+    #[must_use]
+    pub fn fit_side_by_side(&self) -> usize {
+        usize::from(self.size.0 / NARROWEST).clamp(1, MOST)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seed_is_an_order_and_orders_differ() {
+        let order = |seed| {
+            let mut all = [0, 1, 2, 3];
+            shuffle(&mut all, seed);
+            all
+        };
+        assert_eq!(order(5), order(5));
+        let all: std::collections::BTreeSet<_> = (0..500).map(order).collect();
+        assert_eq!(all.len(), 24, "every order comes up");
+        let mut compare = Compare::default();
+        assert_ne!(compare.next_seed(), compare.next_seed());
+    }
+}

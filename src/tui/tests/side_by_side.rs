@@ -1,0 +1,306 @@
+//! Answers side by side on the whole screen: claims, scrolling, blind mode, ratings.
+
+use super::answers::{asking, stored_of};
+use super::bench::{Bench, answer};
+use crate::evaluation::{Answer, Event};
+use crate::store::{Choice, NewRating, RatedAnswer, Rating, RunId};
+use crate::tui::keymap::Key;
+use crate::tui::message::{Effect, Msg};
+use crate::tui::model::Shown;
+use crate::verdict::Task;
+
+const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m at step 20. It is **fast**.\n\n\
+    Obstacle 302 is behind the ego.";
+
+/// Two answers with claims, of models whose names must not be seen in blind mode.
+fn two() -> Bench {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let said = |model: &str, dangerous, run, text: &str| Answer {
+        run: Some(RunId(run)),
+        text: text.into(),
+        reasoning: String::new(),
+        ..answer(model, dangerous, 301)
+    };
+    let long = format!("As Mammoth I say.\n{}", "a line\n".repeat(200));
+    let answers = vec![
+        said("lab/walrus", true, 7, CLAIMS),
+        said("lab/mammoth", false, 8, &long),
+    ];
+    bench.send(Msg::Stored(of, answers));
+    bench
+}
+
+fn sized(mut bench: Bench, columns: u16, rows: u16) -> Bench {
+    bench.send(Msg::Resize(columns, rows));
+    bench
+}
+
+fn rating(bench: &Bench) -> NewRating {
+    let mut rated = bench.effects.iter().rev().filter_map(|e| match e {
+        Effect::Rate(rating) => Some((**rating).clone()),
+        _ => None,
+    });
+    rated.next().expect("something was rated")
+}
+
+fn place_of(bench: &Bench, model: &str) -> usize {
+    let of = |shown: &Shown| matches!(shown, Shown::Column(i) if bench.model.answers.columns[*i].model == model);
+    bench.model.compare.shown.iter().position(of).unwrap()
+}
+
+#[test]
+fn at_80_by_24() {
+    let mut bench = sized(two(), 80, 24);
+    bench.press("shift-c");
+    insta::assert_snapshot!(bench.frame(80, 24));
+}
+
+#[test]
+fn at_200_by_60() {
+    let mut bench = sized(two(), 200, 60);
+    bench.press("shift-c");
+    bench.model.compare.focus = place_of(&bench, "lab/walrus");
+    bench.frame(200, 60);
+    bench.press("n");
+    insta::assert_snapshot!(bench.frame(200, 60));
+}
+
+#[test]
+fn blind_at_80_by_24() {
+    let mut bench = sized(two(), 80, 24);
+    bench.press("shift-b");
+    insta::assert_snapshot!(bench.frame(80, 24));
+}
+
+#[test]
+fn a_claim_picks_its_obstacle_and_its_step() {
+    let mut bench = sized(two(), 120, 40);
+    bench.press("shift-c");
+    bench.model.compare.focus = place_of(&bench, "lab/walrus");
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("m≠"), "{frame}");
+    assert!(frame.contains("301 says 999 m, is "), "{frame}");
+    bench.press("n");
+    assert_eq!(
+        (bench.model.picked, bench.model.clock.step()),
+        (Some(301), 20)
+    );
+    bench.press("n");
+    assert_eq!(bench.model.picked, Some(302));
+    bench.press("shift-n esc");
+    assert!(!bench.model.compare.open);
+    assert_eq!(bench.model.picked, Some(301));
+    // The pane of one answer has them too.
+    let place = bench
+        .model
+        .answers
+        .columns
+        .iter()
+        .position(|c| c.model == "lab/walrus")
+        .unwrap();
+    bench.model.answers.show(Shown::Column(place));
+    bench.model.picked = None;
+    bench.press(")");
+    assert!(bench.model.picked.is_some());
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("m≠"), "{frame}");
+}
+
+#[test]
+fn columns_scroll_together_or_alone() {
+    let mut bench = sized(two(), 120, 40);
+    bench.press("shift-c");
+    let (long, short) = (
+        place_of(&bench, "lab/mammoth"),
+        place_of(&bench, "lab/walrus"),
+    );
+    bench.model.compare.focus = long;
+    bench.frame(120, 40);
+    bench.press("down down down");
+    bench.frame(120, 40);
+    bench.press("s shift-g");
+    bench.frame(120, 40);
+    let top = bench.model.drawn.column(long).top;
+    assert!(top > 100, "{top}");
+    assert_eq!(bench.model.drawn.column(short).top, 0, "it has no more");
+    bench.model.compare.focus = short;
+    bench.press("up");
+    assert_eq!(bench.model.drawn.column(long).top, top);
+}
+
+#[test]
+fn what_arrives_is_followed_until_somebody_scrolls_up() {
+    let mut bench = sized(asking(), 120, 40);
+    let (id, _) = bench.asked();
+    bench.press("shift-c");
+    let place = place_of(&bench, "lab/small");
+    bench.model.compare.focus = place;
+    let line = |n: usize| Msg::Asked(id, Event::Text(format!("line {n}\n")));
+    (0..60).for_each(|n| bench.send(line(n)));
+    assert!(bench.frame(120, 40).contains("line 59"));
+    bench.press("up up");
+    (60..90).for_each(|n| bench.send(line(n)));
+    let frame = bench.frame(120, 40);
+    assert!(
+        frame.contains("new lines below, G follows") && !frame.contains("line 89"),
+        "{frame}"
+    );
+    bench.press("shift-g");
+    bench.send(line(90));
+    assert!(bench.frame(120, 40).contains("line 90"));
+    bench.press("1");
+    assert!(
+        !bench.effects.iter().any(|e| matches!(e, Effect::Rate(_))),
+        "it is not whole"
+    );
+}
+
+#[test]
+fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
+    let mut bench = sized(two(), 120, 40);
+    bench.press("shift-b");
+    bench.model.say("lab/walrus: done");
+    let secrets = [
+        "walrus",
+        "mammoth",
+        "lab/",
+        "2,000",
+        "6.1 s",
+        "ego · base",
+        "run 7",
+    ];
+    for size in [(80, 24), (120, 40), (200, 60)] {
+        let frame = bench.frame(size.0, size.1).to_lowercase();
+        for secret in secrets {
+            assert!(!frame.contains(secret), "{secret}: {frame}");
+        }
+        assert!(frame.contains("as ******* i say"), "{frame}");
+    }
+    bench.press("right left w down");
+    bench.type_text("it is 302");
+    bench.press("enter");
+    let better = place_of(&bench, "lab/walrus");
+    let focus = bench.model.compare.focus;
+    bench.press(&(better + 1).to_string());
+    let rated = rating(&bench);
+    assert!(rated.blind && rated.task == Task::Collision);
+    assert_eq!(rated.choice, Choice::Best(better));
+    assert_eq!(rated.answers[better].run, Some(RunId(7)));
+    assert_eq!(rated.answers[better].model, "lab/walrus");
+    assert_eq!(rated.answers[1 - better].prompt, "ego · base");
+    assert_eq!(
+        rated.answers[focus].reason.as_deref(),
+        Some("wrong obstacle: it is 302")
+    );
+    assert_eq!(rated.seed, bench.model.compare.blind.as_ref().unwrap().seed);
+    assert!(
+        bench.frame(120, 40).contains("lab/walrus"),
+        "now it may be known"
+    );
+    bench.send(Msg::Rated(Ok(1)));
+    bench.press("1");
+    let count = bench
+        .effects
+        .iter()
+        .filter(|e| matches!(e, Effect::Rate(_)))
+        .count();
+    assert_eq!(count, 1, "once is enough");
+}
+
+#[test]
+fn blind_mode_goes_on_to_the_next_scenario() {
+    let mut bench = sized(two(), 120, 40);
+    let before = bench.model.opened.as_ref().unwrap().name.clone();
+    bench.press("shift-b t enter");
+    assert_ne!(bench.model.opened.as_ref().unwrap().name, before);
+    assert!(bench.frame(120, 40).contains("no answers at hand"));
+    let answers = ["lab/a", "lab/b", "lab/c"].map(|model| answer(model, true, 301));
+    let of = stored_of_last(&bench);
+    bench.send(Msg::Stored(of, answers.to_vec()));
+    assert_eq!(bench.model.compare.shown.len(), 2);
+    let mut seen = std::collections::BTreeSet::new();
+    for _ in 0..3 {
+        let mut pair = bench.model.compare.shown.clone();
+        pair.sort_by_key(|s| format!("{s:?}"));
+        seen.insert(format!("{pair:?}"));
+        bench.press("0 enter");
+    }
+    assert_eq!(seen.len(), 3, "every pair once: {seen:?}");
+}
+
+fn stored_of_last(bench: &Bench) -> crate::tui::message::StoredOf {
+    let mut all = bench.effects.iter().rev().filter_map(|e| match e {
+        Effect::LoadStored(of) => Some(of.clone()),
+        _ => None,
+    });
+    all.next().unwrap()
+}
+
+#[test]
+fn ratings_are_summed_up() {
+    let mut bench = sized(two(), 120, 40);
+    bench.press("shift-c shift-s");
+    assert!(matches!(bench.effects.last(), Some(Effect::ReadRatings)));
+    let answer = |model: &str| RatedAnswer {
+        run: None,
+        model: model.into(),
+        prompt: "ego · base".into(),
+        wrong: false,
+        reason: None,
+    };
+    let rating = |choice| Rating {
+        id: 1,
+        created_ms: 0,
+        person: "ada".into(),
+        scenario: "s".into(),
+        task: Task::Collision,
+        blind: true,
+        seed: 3,
+        choice,
+        notes: String::new(),
+        answers: vec![answer("lab/a"), answer("lab/b")],
+    };
+    let all = [
+        Choice::Best(0),
+        Choice::Best(0),
+        Choice::Best(1),
+        Choice::Tie,
+    ]
+    .map(rating);
+    bench.send(Msg::Ratings(Ok(all.to_vec())));
+    for size in [(80, 24), (120, 40)] {
+        let frame = bench.frame(size.0, size.1);
+        // 2.5 to 1.5: ln(5/3)/2 = 0.26.
+        assert!(
+            frame.contains("4 ratings, 4 of them blind") && frame.contains("+0.26 ("),
+            "{frame}"
+        );
+    }
+    bench.press("x");
+    assert!(bench.model.compare.open && bench.model.compare.ratings.is_none());
+}
+
+#[test]
+fn no_size_and_no_key_does_harm() {
+    let mut bench = two();
+    for open in ["shift-c", "shift-b"] {
+        bench.press(open);
+        for (columns, rows) in [(80, 24), (81, 25), (109, 33), (300, 90), (10, 3)] {
+            bench.send(Msg::Resize(columns, rows));
+            bench.frame(columns, rows);
+            for key in [
+                "right", "+", "+", "-", "]", "[", "n", "N", "w", "x", "enter", "2", "t", "enter",
+                ".", "G", "g", "s", "(", "]",
+            ] {
+                bench.send(Msg::Key(Key::parse(key).unwrap()));
+                bench.frame(columns, rows);
+            }
+        }
+        bench.press("esc esc");
+        bench.model.compare.open = false;
+    }
+    let mut empty = Bench::empty();
+    empty.press("shift-c shift-b 1 n enter w s ctrl-c");
+    empty.frame(80, 24);
+}

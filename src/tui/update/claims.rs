@@ -1,0 +1,63 @@
+//! Claims in answers: looked for once an answer is whole, and gone through one by one.
+
+use super::super::model::{Model, Shown};
+use super::clock;
+use crate::evaluation::claims::{Subject, checked};
+
+/// Looks for the claims of the answers that are on the screen, where that was not done.
+pub fn follow(model: &mut Model) {
+    let seen = if model.compare.open {
+        model.compare.shown.clone()
+    } else {
+        vec![model.answers.shown]
+    };
+    for shown in seen {
+        let Some(document) = model.document(shown) else {
+            continue;
+        };
+        if !document.whole || model.claims.is_known(document.key) {
+            continue;
+        }
+        let Some(scene) = model.scene() else { continue };
+        let subject = Subject {
+            scene,
+            window: document.window,
+        };
+        let found = checked(&document.text, &subject);
+        model.claims.take(document.key, found);
+    }
+}
+
+/// Picks the next claim of an answer, or the one before: its obstacle is picked on the map, and the clock goes to its
+/// step. Gives its place.
+pub fn go(model: &mut Model, shown: Shown, forward: bool) -> Option<usize> {
+    let document = model.document(shown)?;
+    let claims = model.claims.of(document.key);
+    if claims.is_empty() {
+        model.say(if document.whole {
+            "no claims about obstacles were found in this answer"
+        } else {
+            "the answer is still arriving"
+        });
+        return None;
+    }
+    let count = claims.len();
+    let place = match model.claims.picked_of(document.key) {
+        None if forward => 0,
+        None => count - 1,
+        Some(now) if forward => (now + 1) % count,
+        Some(now) => (now + count - 1) % count,
+    };
+    let claim = &claims[place];
+    let (obstacle, step) = (claim.claim.obstacle, claim.step);
+    model.picked = Some(obstacle);
+    model.clock.playing = false;
+    if model.clock.step() != step {
+        model.clock.go(step);
+        clock::stepped(model);
+    }
+    // The built-in judge's text may be another one at another step.
+    let key = model.document(shown).map_or(document.key, |d| d.key);
+    model.claims.picked = Some((key, place));
+    Some(place)
+}

@@ -1,0 +1,219 @@
+//! What a person makes of answers side by side: blind mode, marks, ratings.
+
+use super::super::keymap::{Code, Key};
+use super::super::message::Effect;
+use super::super::model::{Blind, Marking, Model, REASONS, Shown, shuffle};
+use super::compare::{is_running, open};
+use super::open_current;
+use crate::store::{Choice, NewRating, RatedAnswer, Rating};
+
+/// How the built-in judge is asked: it is not.
+const BUILT_IN: &str = "built in";
+
+/// Opens it with the models hidden, or shows them again.
+pub fn toggle_blind(model: &mut Model) {
+    if model.compare.open && model.compare.blind.take().is_some() {
+        return open(model);
+    }
+    model.compare.open = true;
+    model.compare.blind = Some(Blind::default());
+    begin(model);
+}
+
+/// Makes the groups of answers to be rated on this scenario, and shows the first.
+pub fn begin(model: &mut Model) {
+    let size = model.compare.blind.as_ref().map_or(2, |b| b.size);
+    let whole = |place: &usize| {
+        let column = &model.answers.columns[*place];
+        column.answer().is_some() && !column.failed()
+    };
+    let all: Vec<usize> = (0..model.answers.columns.len()).filter(whole).collect();
+    let mut groups = groups(&all, size);
+    let seed = model.compare.next_seed();
+    shuffle(&mut groups, seed);
+    if let Some(blind) = &mut model.compare.blind {
+        blind.left = groups;
+        blind.waiting = false;
+    }
+    next_group(model);
+}
+
+/// All choices of so many of the places.
+fn groups(all: &[usize], size: usize) -> Vec<Vec<Shown>> {
+    if size == 0 {
+        return vec![Vec::new()];
+    }
+    let mut found = Vec::new();
+    for (at, place) in all.iter().enumerate() {
+        for rest in groups(&all[at + 1..], size - 1) {
+            let mut group = vec![Shown::Column(*place)];
+            group.extend(rest);
+            found.push(group);
+        }
+    }
+    found
+}
+
+/// Shows the next group in a shuffled order; nothing where all were rated.
+fn next_group(model: &mut Model) {
+    let seed = model.compare.next_seed();
+    let Some(blind) = &mut model.compare.blind else {
+        return;
+    };
+    let mut group = blind.left.pop().unwrap_or_default();
+    blind.seed = seed;
+    shuffle(&mut group, seed);
+    model.compare.focus = 0;
+    model.compare.show(group);
+}
+
+/// Asks why the answer of the column that has the keys is wrong, or takes that back.
+pub fn mark(model: &mut Model) {
+    let focus = model.compare.focus;
+    let Some(mark) = model.compare.marks.get_mut(focus) else {
+        return;
+    };
+    if model.compare.choice.is_some() {
+        return model.say("these answers were rated; enter goes on");
+    }
+    if mark.take().is_none() {
+        model.compare.marking = Some(Marking::default());
+    }
+}
+
+/// A key while a reason is given.
+pub fn marking_key(model: &mut Model, key: Key) {
+    let Some(marking) = &mut model.compare.marking else {
+        return;
+    };
+    match (key.code, key.writes()) {
+        (Code::Esc, _) => model.compare.marking = None,
+        (Code::Up, _) => marking.selected = marking.selected.saturating_sub(1),
+        (Code::Down | Code::Tab, _) => {
+            marking.selected = (marking.selected + 1).min(REASONS.len() - 1)
+        }
+        (Code::Backspace, _) => drop(marking.text.pop()),
+        (Code::Enter, _) => {
+            let reason = REASONS[marking.selected];
+            let text = marking.text.trim();
+            let reason = if text.is_empty() {
+                reason.to_string()
+            } else {
+                format!("{reason}: {text}")
+            };
+            if let Some(mark) = model.compare.marks.get_mut(model.compare.focus) {
+                *mark = Some(reason);
+            }
+            model.compare.marking = None;
+        }
+        (_, Some(c)) => marking.text.push(c),
+        _ => {}
+    }
+}
+
+/// Keeps what the person chose.
+pub fn rate(model: &mut Model, choice: Choice) -> Vec<Effect> {
+    let shown = model.compare.shown.clone();
+    let wrong_place = matches!(choice, Choice::Best(place) if place >= shown.len());
+    if wrong_place || shown.len() < 2 {
+        model.say(match shown.len() {
+            0 | 1 => "two answers are needed to choose one".to_string(),
+            n => format!("there are {n} answers"),
+        });
+        return Vec::new();
+    }
+    if model.compare.choice.is_some() {
+        model.say("these answers were rated; enter goes on");
+        return Vec::new();
+    }
+    if shown.iter().any(|s| is_running(model, *s)) {
+        model.say("an answer is still arriving");
+        return Vec::new();
+    }
+    let Some(scenario) = model.opened.as_ref().map(|o| o.name.clone()) else {
+        return Vec::new();
+    };
+    let marks = model.compare.marks.clone();
+    let rated = shown
+        .iter()
+        .zip(marks)
+        .map(|(shown, mark)| rated(model, *shown, mark));
+    let answers: Vec<RatedAnswer> = rated.collect();
+    let blind = model.compare.blind.as_ref();
+    let rating = NewRating {
+        person: model.compare.person.clone(),
+        scenario,
+        task: model.task,
+        blind: blind.is_some(),
+        seed: blind.map_or(0, |b| b.seed),
+        choice,
+        notes: String::new(),
+        answers,
+    };
+    model.compare.choice = Some(choice);
+    vec![Effect::Rate(Box::new(rating))]
+}
+
+fn rated(model: &Model, shown: Shown, mark: Option<String>) -> RatedAnswer {
+    let (run, id, prompt) = match shown {
+        Shown::Column(place) => {
+            let column = &model.answers.columns[place];
+            (
+                column.answer().and_then(|a| a.run),
+                column.model.clone(),
+                column.how.clone(),
+            )
+        }
+        Shown::Reference => (None, crate::judge::MODEL.to_string(), BUILT_IN.to_string()),
+    };
+    RatedAnswer {
+        run,
+        model: id,
+        prompt,
+        wrong: mark.is_some(),
+        reason: mark,
+    }
+}
+
+/// Goes on to the next answers, or to the next scenario.
+pub fn next_round(model: &mut Model) -> Vec<Effect> {
+    let Some(blind) = &mut model.compare.blind else {
+        model.say("B hides the models and draws answers by lot");
+        return Vec::new();
+    };
+    if !blind.left.is_empty() {
+        next_group(model);
+        return Vec::new();
+    }
+    let before = model.list.opened;
+    model.list.move_by(1);
+    let effects = open_current(model);
+    if model.list.opened == before {
+        model.say("this was the last scenario of the list");
+        return Vec::new();
+    }
+    if let Some(blind) = &mut model.compare.blind {
+        blind.waiting = true;
+    }
+    model.compare.show(Vec::new());
+    effects
+}
+
+/// A rating was kept, or not.
+pub fn kept(model: &mut Model, result: Result<i64, String>) {
+    match result {
+        Ok(number) => model.tell(format!("kept as rating {number}")),
+        Err(error) => {
+            model.compare.choice = None;
+            model.complain(format!("the rating is not kept: {error}"));
+        }
+    }
+}
+
+/// The ratings were read.
+pub fn read(model: &mut Model, result: Result<Vec<Rating>, String>) {
+    match result {
+        Ok(ratings) => model.compare.ratings = Some(ratings),
+        Err(error) => model.complain(error),
+    }
+}

@@ -1,0 +1,268 @@
+//! Answers side by side on the whole screen: fields, texts with their claims, the map of the picked claim.
+
+mod band;
+mod fields;
+mod hidden;
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::{Block, BorderType, Paragraph, Wrap};
+
+use self::fields::Field;
+use super::map;
+use crate::tui::layout::Parts;
+use crate::tui::model::{Column, Extent, Model, NARROWEST_COMPARED, Shown};
+use crate::tui::widgets::claimed;
+use crate::tui::widgets::words::{fit, fit_end};
+
+/// Rows of the screen from which on the map has room.
+const MAP_FROM: u16 = 34;
+
+pub fn draw(f: &mut Frame<'_>, parts: &Parts, model: &Model) {
+    let compare = &model.compare;
+    title(f, parts.header, model);
+    let body = Rect {
+        y: parts.header.bottom(),
+        height: parts.footer.y.saturating_sub(parts.header.bottom()),
+        ..parts.header
+    };
+    let band = if body.height >= MAP_FROM {
+        body.height / 3
+    } else {
+        5
+    };
+    let [upper, band] =
+        Layout::vertical([Constraint::Min(0), Constraint::Length(band)]).areas(body);
+    if compare.shown.is_empty() {
+        nothing(f, upper, model);
+    } else {
+        columns(f, upper, model);
+    }
+    if body.height >= MAP_FROM {
+        let [left, right] =
+            Layout::horizontal([Constraint::Percentage(45), Constraint::Min(0)]).areas(band);
+        map::draw(f, left, model);
+        band::draw(f, right, model);
+    } else {
+        band::draw(f, band, model);
+    }
+    if compare.marking.is_some() {
+        band::marking(f, body, model);
+    }
+    if compare.ratings.is_some() {
+        band::ratings(f, body, model);
+    }
+}
+
+fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let compare = &model.compare;
+    let theme = &model.theme;
+    let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    let name = model.opened.as_ref().map_or("", |o| o.name.as_str());
+    let mode = match (&compare.blind, compare.choice) {
+        (Some(_), None) => " blind ",
+        (Some(_), Some(_)) => " blind, rated ",
+        (None, _) => " side by side ",
+    };
+    let scrolling = if compare.free {
+        "each scrolls alone"
+    } else {
+        "scrolling together"
+    };
+    let left = compare
+        .blind
+        .as_ref()
+        .map_or(String::new(), |b| match b.left.len() {
+            0 => " · the last of this scenario".into(),
+            n => format!(" · {n} more of this scenario"),
+        });
+    let words = format!(
+        "{name} · {} · step {} · {scrolling}{left}",
+        model.task.name(),
+        model.clock.step()
+    );
+    let room = usize::from(area.width).saturating_sub(mode.len());
+    let line = Line::from(vec![
+        Span::styled(mode, bold),
+        Span::styled(fit(&words, room), theme.base()),
+    ]);
+    f.render_widget(line, area);
+}
+
+fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let words = match (&model.compare.blind, &model.open_error) {
+        (Some(_), Some(error)) => {
+            format!(
+                "{}; Enter goes to the next scenario",
+                crate::text::visible(error)
+            )
+        }
+        (Some(blind), None) if blind.waiting => {
+            "no answers at hand on this scenario; Enter goes to the next one".to_string()
+        }
+        (Some(blind), None) => format!(
+            "blind mode needs {} whole answers of models on this scenario, and there are {} at hand; Enter goes to \
+             the next scenario, B shows what there is",
+            blind.size,
+            model.answers.columns.len()
+        ),
+        (None, _) => "nothing is shown; + takes an answer".to_string(),
+    };
+    let text = Paragraph::new(Text::styled(words, Style::new().fg(model.theme.dim)));
+    f.render_widget(text.wrap(Wrap { trim: true }), area);
+}
+
+/// As many columns as fit, the one that has the keys among them.
+fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let compare = &model.compare;
+    let fit = usize::from(area.width / NARROWEST_COMPARED).max(1);
+    let count = compare.shown.len();
+    let first = compare
+        .focus
+        .saturating_sub(fit - 1)
+        .min(count.saturating_sub(fit));
+    let seen = first..(first + fit).min(count);
+    let all: Vec<Vec<Field>> = compare
+        .shown
+        .iter()
+        .map(|s| fields::of(model, *s))
+        .collect();
+    let differ = fields::differing(&all);
+    let areas =
+        Layout::horizontal(vec![Constraint::Ratio(1, seen.len() as u32); seen.len()]).split(area);
+    for (place, fields) in all.iter().enumerate() {
+        match place.checked_sub(first).and_then(|i| areas.get(i)) {
+            Some(area) if seen.contains(&place) => {
+                column(f, *area, model, place, (fields, &differ))
+            }
+            // Those beside the screen keep their places.
+            _ => model.drawn.next_column(Extent::default(), Vec::new()),
+        }
+    }
+}
+
+fn column(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    place: usize,
+    (all, differ): (&[Field], &[bool]),
+) {
+    let (compare, theme) = (&model.compare, &model.theme);
+    let shown = compare.shown[place];
+    let focused = place == compare.focus;
+    let room = usize::from(area.width).saturating_sub(6);
+    let mut style = Style::new().fg(theme.title);
+    let (mut kind, mut border) = (BorderType::Plain, theme.border);
+    if focused {
+        style = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+        (kind, border) = (BorderType::Thick, theme.border_focused);
+    }
+    let name = format!(
+        " {} {} ",
+        place + 1,
+        fit_end(&hidden::name(model, shown), room)
+    );
+    let mut block = Block::bordered()
+        .border_type(kind)
+        .border_style(Style::new().fg(border))
+        .title(Line::styled(name, style));
+    if let Some(words) = fields::outcome(model, place) {
+        block = block.title_bottom(words);
+    }
+    let inner = block.inner(area);
+    f.render_widget(block, area);
+    let rows = u16::try_from(all.len()).unwrap_or(0).min(inner.height / 2);
+    let [upper, rule, lower] = Layout::vertical([
+        Constraint::Length(rows),
+        Constraint::Length(1),
+        Constraint::Min(0),
+    ])
+    .areas(inner);
+    f.render_widget(
+        Text::from(fields::lines(model, all, differ, upper.width)),
+        upper,
+    );
+    let line = "─".repeat(usize::from(rule.width));
+    f.render_widget(Line::styled(line, Style::new().fg(border)), rule);
+    body(f, lower, model, place, shown);
+}
+
+/// The text of an answer, from its line or at its end, with a word about what is below.
+fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown) {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let (text, rows) = match model.document(shown) {
+        Some(document) if !document.text.trim().is_empty() => {
+            let claims = model.claims.of(document.key);
+            let picked = model.claims.picked_of(document.key);
+            let safe = hidden::text(model, shown, document.text);
+            claimed::text(&safe, claims, picked, theme)
+        }
+        _ => (Text::styled("nothing has arrived", dim), Vec::new()),
+    };
+    // A line of the text takes several rows: those before a claim say where it is.
+    let heights: Vec<usize> = text
+        .lines
+        .iter()
+        .map(|line| {
+            Paragraph::new(line.clone())
+                .wrap(Wrap { trim: false })
+                .line_count(area.width)
+        })
+        .collect();
+    let lines: usize = heights.iter().sum();
+    let claim_rows = rows
+        .iter()
+        .map(|row| heights[..*row].iter().sum())
+        .collect();
+    let height = usize::from(area.height);
+    let last = lines.saturating_sub(height);
+    let top = model
+        .compare
+        .tops
+        .get(place)
+        .copied()
+        .flatten()
+        .unwrap_or(last)
+        .min(last);
+    let scrolled = u16::try_from(top).unwrap_or(u16::MAX);
+    f.render_widget(
+        Paragraph::new(text)
+            .wrap(Wrap { trim: false })
+            .scroll((scrolled, 0)),
+        area,
+    );
+    model.drawn.next_column(
+        Extent {
+            lines,
+            rows: height,
+            top,
+        },
+        claim_rows,
+    );
+    let running = matches!(shown, Shown::Column(i) if model.answers.columns.get(i).is_some_and(Column::is_running));
+    let below = lines.saturating_sub(top + height);
+    if below > 0 && area.height > 1 {
+        let words = if running {
+            format!(" {below} new lines below, G follows ")
+        } else {
+            format!(" {below} lines below ")
+        };
+        let row = Rect {
+            y: area.bottom() - 1,
+            height: 1,
+            ..area
+        };
+        let style = if running {
+            Style::new()
+                .fg(theme.accent)
+                .add_modifier(Modifier::REVERSED)
+        } else {
+            dim
+        };
+        f.render_widget(Line::styled(words, style).right_aligned(), row);
+    }
+}

@@ -1,0 +1,192 @@
+//! Below the answers: the claims of the column that has the keys; over them: why one is wrong, and what ratings add up to.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
+
+use super::hidden;
+use crate::evaluation::claims::{Judgement, TOLERANCES};
+use crate::evaluation::{By, Standings};
+use crate::tui::model::{Model, REASONS};
+use crate::tui::widgets::claimed;
+use crate::tui::widgets::words::pad;
+
+/// The claims of the column that has the keys, the picked one in sight; else the wrong ones first.
+pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let focus = model.compare.focus;
+    let Some(&shown) = model.compare.shown.get(focus) else {
+        return;
+    };
+    let Some(document) = model.document(shown) else {
+        return;
+    };
+    let claims = model.claims.of(document.key);
+    let picked = model.claims.picked_of(document.key);
+    let title = if claims.is_empty() {
+        " no claims about obstacles found ".to_string()
+    } else {
+        format!(
+            " {} · {} ",
+            claimed::summary(claims),
+            hidden::name(model, shown)
+        )
+    };
+    let block = Block::bordered()
+        .border_style(Style::new().fg(theme.border))
+        .title(Line::styled(title, Style::new().fg(theme.title)));
+    let inner = block.inner(area);
+    f.render_widget(block, area);
+    let mut order: Vec<usize> = (0..claims.len()).collect();
+    if picked.is_none() {
+        order.sort_by_key(|i| match claims[*i].judgement {
+            Judgement::Wrong => 0,
+            Judgement::Unknown(_) => 1,
+            Judgement::Right => 2,
+        });
+    }
+    let rows = usize::from(inner.height);
+    let first = picked
+        .map_or(0, |p| p.saturating_sub(rows / 2))
+        .min(order.len().saturating_sub(rows));
+    let mut text = Text::default();
+    for &place in order.iter().skip(first).take(rows) {
+        let mut line = claimed::line(&claims[place], theme);
+        if picked == Some(place) {
+            line = line.style(Style::new().add_modifier(Modifier::REVERSED));
+        }
+        text.push_line(line);
+    }
+    if order.len() < rows && !claims.is_empty() {
+        text.push_line(Line::styled(format!("right: within {TOLERANCES}"), dim));
+    }
+    f.render_widget(Paragraph::new(text), inner);
+}
+
+/// Why the answer is wrong: a short list, and words of one's own.
+pub fn marking(f: &mut Frame<'_>, screen: Rect, model: &Model) {
+    let Some(marking) = &model.compare.marking else {
+        return;
+    };
+    let theme = &model.theme;
+    let mut lines: Vec<Line<'_>> = REASONS
+        .iter()
+        .enumerate()
+        .map(|(i, reason)| {
+            let (sign, style) = if i == marking.selected {
+                (
+                    "> ",
+                    theme
+                        .base()
+                        .add_modifier(Modifier::BOLD | Modifier::REVERSED),
+                )
+            } else {
+                ("  ", theme.base())
+            };
+            Line::styled(format!("{sign}{reason}"), style)
+        })
+        .collect();
+    let typed = crate::text::visible(&marking.text).into_owned();
+    lines.push(Line::from(vec![
+        Span::styled("and: ", Style::new().fg(theme.dim)),
+        Span::styled(format!("{typed}▏"), theme.base()),
+    ]));
+    let title = format!(
+        " answer {} is wrong: why? · Enter · Esc ",
+        model.compare.focus + 1
+    );
+    window(
+        f,
+        screen,
+        model,
+        &title,
+        (62, lines.len()),
+        Text::from(lines),
+    );
+}
+
+/// What the ratings add up to.
+pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
+    let Some(ratings) = &model.compare.ratings else {
+        return;
+    };
+    let theme = &model.theme;
+    let mut text = Text::default();
+    if ratings.is_empty() {
+        text.push_line("there are no ratings yet: 1 to 4, t and 0 make them");
+    }
+    for (by, name) in [(By::Model, "model"), (By::Prompt, "prompt")] {
+        if ratings.is_empty() {
+            continue;
+        }
+        let standings = Standings::of(ratings, by);
+        let head = format!(
+            "{} games won tied lost wrong  strength (95 %)",
+            pad(name, 30)
+        );
+        let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
+        text.push_line(Line::styled(head, title));
+        for row in &standings.rows {
+            let strength = match (row.strength, row.low, row.high) {
+                (Some(s), Some(low), Some(high)) => format!("{s:+.2} ({low:+.2} to {high:+.2})"),
+                _ => "-".into(),
+            };
+            text.push_line(format!(
+                "{} {:>5} {:>3} {:>4} {:>4} {:>5}  {strength}",
+                pad(&row.name, 30),
+                row.games,
+                row.wins,
+                row.ties,
+                row.losses,
+                row.wrong
+            ));
+        }
+        if let Some(why) = &standings.without {
+            text.push_line(Line::styled(
+                format!("no strengths: {why}"),
+                Style::new().fg(theme.warning),
+            ));
+        }
+        text.push_line("");
+    }
+    let blind = ratings.iter().filter(|r| r.blind).count();
+    let title = format!(
+        " {} ratings, {blind} of them blind · any key closes ",
+        ratings.len()
+    );
+    let rows = text.lines.len() + 4;
+    window(f, screen, model, &title, (86, rows), text);
+}
+
+fn window(
+    f: &mut Frame<'_>,
+    screen: Rect,
+    model: &Model,
+    title: &str,
+    (width, rows): (u16, usize),
+    text: Text<'_>,
+) {
+    let width = width.min(screen.width);
+    let height = u16::try_from(rows + 2)
+        .unwrap_or(u16::MAX)
+        .min(screen.height);
+    let area = Rect {
+        x: screen.x + (screen.width - width) / 2,
+        y: screen.y + (screen.height - height) / 3,
+        width,
+        height,
+    };
+    let block = Block::bordered()
+        .border_type(BorderType::Thick)
+        .border_style(Style::new().fg(model.theme.border_focused))
+        .title(title)
+        .style(model.theme.base());
+    f.render_widget(Clear, area);
+    f.render_widget(
+        Paragraph::new(text).wrap(Wrap { trim: false }).block(block),
+        area,
+    );
+}

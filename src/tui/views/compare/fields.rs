@@ -1,0 +1,267 @@
+//! The fields of an answer, the same rows for every answer; rows in which answers differ are marked.
+
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Span};
+
+use crate::evaluation::{Answer, Judged};
+use crate::store::Choice;
+use crate::tui::model::{Model, Progress, Shown};
+use crate::tui::widgets::claimed;
+use crate::tui::widgets::words::{duration, pad, thousands};
+use crate::verdict::Verdict;
+
+/// A row: its name, its value, and how that is shown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    pub name: &'static str,
+    pub value: String,
+    pub color: Option<Color>,
+    /// Whether it says what was judged: those differences count.
+    pub counts: bool,
+}
+
+/// Columns of the names.
+const LABEL: usize = 13;
+
+/// The fields of an answer. While models are hidden, those that could tell them apart are left out for all.
+pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
+    let hides = model.compare.hides();
+    let mut fields = Vec::new();
+    let mut add = |name, value: String, color, counts| {
+        fields.push(Field {
+            name,
+            value: crate::text::visible(&value).into_owned(),
+            color,
+            counts,
+        });
+    };
+    let theme = &model.theme;
+    let reference = model.answers.reference.as_ref().map(|r| &r.verdict);
+    let (verdict, how, steps, says) = match shown {
+        Shown::Reference => {
+            let window = model.window().map(|w| (w.first(), w.last()));
+            (
+                reference,
+                "exact geometry".to_string(),
+                window,
+                String::new(),
+            )
+        }
+        Shown::Column(place) => match model.answers.columns.get(place) {
+            Some(column) => (
+                column.answer().and_then(Answer::verdict),
+                column.how.clone(),
+                column.steps,
+                progress(&column.progress),
+            ),
+            None => (None, String::new(), None, "gone".into()),
+        },
+    };
+    if !hides {
+        add("how", how, None, false);
+    }
+    let truth = match shown {
+        Shown::Column(place) => model
+            .answers
+            .columns
+            .get(place)
+            .and_then(|c| c.truth.as_ref())
+            .or(reference),
+        Shown::Reference => None,
+    };
+    let word = match (verdict, truth) {
+        (Some(verdict), Some(truth)) => {
+            let same = verdict.dangerous == truth.dangerous;
+            let color = if same { theme.safe } else { theme.danger };
+            let sign = if same { "=" } else { "≠" };
+            (format!("{} {sign}", verdict.word()), Some(color))
+        }
+        (Some(verdict), None) => (verdict.word().to_string(), None),
+        (None, _) => (says, Some(theme.warning)),
+    };
+    add("verdict", word.0, word.1, true);
+    add("who", who(verdict), None, true);
+    add("risk", risk(verdict), None, true);
+    add(
+        "steps",
+        steps.map_or("unknown".into(), |(a, b)| format!("{a}–{b}")),
+        None,
+        false,
+    );
+    if !hides {
+        let consumed = consumed(model, shown);
+        add("tokens", consumed.0, None, false);
+        add("time · cost", consumed.1, None, false);
+    }
+    let claims = model.document(shown).map_or(String::new(), |document| {
+        let claims = model.claims.of(document.key);
+        match (document.whole, claims.is_empty()) {
+            (false, _) => "when it is whole".into(),
+            (true, true) => "none found".into(),
+            (true, false) => claimed::summary(claims),
+        }
+    });
+    add("claims", claims, None, false);
+    fields
+}
+
+fn who(verdict: Option<&Verdict>) -> String {
+    let Some(verdict) = verdict else {
+        return "–".into();
+    };
+    let lowest = verdict.worst().map(|w| w.risk_score);
+    let worst = verdict
+        .obstacles
+        .iter()
+        .filter(|o| Some(o.risk_score) == lowest);
+    let ids: Vec<String> = worst.map(|o| o.id.to_string()).collect();
+    if ids.is_empty() {
+        "–".into()
+    } else {
+        ids.join(", ")
+    }
+}
+
+fn risk(verdict: Option<&Verdict>) -> String {
+    let worst = verdict.and_then(Verdict::worst);
+    worst.map_or("–".into(), |w| w.risk_score.to_string())
+}
+
+fn progress(progress: &Progress) -> String {
+    match progress {
+        Progress::Waiting(s) => format!("waiting {s:.0} s"),
+        Progress::Arriving(s) => format!("arriving {s:.0} s"),
+        Progress::Retrying(_) => "trying again".into(),
+        Progress::Unasked(_) => "not asked".into(),
+        Progress::Broken(_) => "no answer".into(),
+        Progress::Done(answer) => match &answer.judged {
+            Judged::Other(reading) => reading.said.task().name().into(),
+            _ => "no verdict".into(),
+        },
+    }
+}
+
+/// Tokens, and time with cost.
+fn consumed(model: &Model, shown: Shown) -> (String, String) {
+    let consumed = match shown {
+        Shown::Reference => {
+            let ms = model.answers.reference_ms;
+            return ("–".into(), ms.map_or("–".into(), duration));
+        }
+        Shown::Column(place) => model
+            .answers
+            .columns
+            .get(place)
+            .and_then(|c| c.answer())
+            .map(|a| a.consumed),
+    };
+    let Some(consumed) = consumed else {
+        return ("–".into(), "–".into());
+    };
+    let tokens = match (consumed.input_tokens, consumed.output_tokens) {
+        (Some(input), Some(output)) => {
+            format!("{} in, {} out", thousands(input), thousands(output))
+        }
+        _ => "unknown".into(),
+    };
+    let time = consumed.duration_ms.map_or("unknown".into(), duration);
+    let cost = consumed.cost_usd.map_or("cost unknown".into(), |usd| {
+        format!("{:.3} ct", usd * 100.0)
+    });
+    (tokens, format!("{time} · {cost}"))
+}
+
+/// The rows in which not all answers say the same.
+pub fn differing(all: &[Vec<Field>]) -> Vec<bool> {
+    let Some(first) = all.first() else {
+        return Vec::new();
+    };
+    // The signs against the built-in judge are not what is compared.
+    let bare = |field: &Field| field.value.trim_end_matches(['=', '≠', ' ']).to_string();
+    let differs = |(row, field): (usize, &Field)| {
+        field.counts
+            && all
+                .iter()
+                .any(|other| other.get(row).is_none_or(|o| bare(o) != bare(field)))
+    };
+    first.iter().enumerate().map(differs).collect()
+}
+
+/// The rows of an answer.
+pub fn lines(model: &Model, fields: &[Field], differ: &[bool], width: u16) -> Vec<Line<'static>> {
+    let theme = &model.theme;
+    let room = usize::from(width).saturating_sub(LABEL);
+    let line = |(row, field): (usize, &Field)| {
+        let differs = differ.get(row).copied().unwrap_or(false);
+        let (sign, label) = if differs {
+            (
+                "<>",
+                Style::new().fg(theme.warning).add_modifier(Modifier::BOLD),
+            )
+        } else {
+            ("", Style::new().fg(theme.dim))
+        };
+        let mut style = theme.base();
+        if let Some(color) = field.color {
+            style = style.fg(color).add_modifier(Modifier::BOLD);
+        }
+        if differs {
+            style = style.add_modifier(Modifier::BOLD);
+        }
+        Line::from(vec![
+            Span::styled(pad(&format!("{} {sign}", field.name), LABEL), label),
+            Span::styled(pad(&field.value, room), style),
+        ])
+    };
+    fields.iter().enumerate().map(line).collect()
+}
+
+/// What was made of the answer at a place: chosen, tied, marked as wrong.
+pub fn outcome(model: &Model, place: usize) -> Option<Line<'static>> {
+    let (compare, theme) = (&model.compare, &model.theme);
+    let mark = compare.marks.get(place).cloned().flatten();
+    let chosen = match compare.choice {
+        Some(Choice::Best(best)) if best == place => Some(("* better", theme.safe)),
+        Some(Choice::Tie) => Some(("= tie", theme.accent)),
+        Some(Choice::AllWrong) => Some(("x all wrong", theme.danger)),
+        _ => None,
+    };
+    let mut spans = Vec::new();
+    if let Some((words, color)) = chosen {
+        let style = Style::new().fg(color).add_modifier(Modifier::BOLD);
+        spans.push(Span::styled(format!(" {words} "), style));
+    }
+    if let Some(reason) = mark {
+        let words = format!(" x {} ", crate::text::visible(&reason).replace('\n', " "));
+        spans.push(Span::styled(words, Style::new().fg(theme.danger)));
+    }
+    (!spans.is_empty()).then(|| Line::from(spans))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_was_judged_counts_as_a_difference() {
+        let field = |name, value: &str, counts| Field {
+            name,
+            value: value.into(),
+            color: None,
+            counts,
+        };
+        let a = vec![
+            field("verdict", "collision =", true),
+            field("who", "3", true),
+            field("tokens", "1", false),
+        ];
+        let b = vec![
+            field("verdict", "collision ≠", true),
+            field("who", "4", true),
+            field("tokens", "2", false),
+        ];
+        assert_eq!(differing(&[a.clone(), b]), [false, true, false]);
+        assert_eq!(differing(&[a]), [false; 3]);
+        assert_eq!(differing(&[]), [false; 0]);
+    }
+}
