@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::source::{self, Source, Target};
 
 /// The modules of the domain; evaluation, the command line and the terminal may use them all.
-const DOMAIN: [&str; 12] = [
+const DOMAIN: [&str; 13] = [
     "geometry",
     "scenario",
     "metrics",
@@ -18,6 +18,7 @@ const DOMAIN: [&str; 12] = [
     "simulation",
     "generation",
     "store",
+    "picture",
 ];
 
 /// Top-level modules and what each may import beside itself; a module that is not here fails.
@@ -39,6 +40,8 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
             "geometry",
         ],
         "store" => &["verdict"],
+        // Figures show scenes and their measures; the screen of the terminal comes to them as cells.
+        "picture" => &["metrics", "scenario", "geometry"],
         "evaluation" => &DOMAIN,
         "cli" | "tui" => {
             return Some([&DOMAIN[..], &["evaluation", "config"]].concat());
@@ -53,7 +56,7 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
 const EVERYWHERE: &str = "system";
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
-const HOMES: [(&str, &[&str]); 13] = [
+const HOMES: [(&str, &[&str]); 17] = [
     ("ratatui", &["tui/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
@@ -67,6 +70,10 @@ const HOMES: [(&str, &[&str]); 13] = [
     ("petgraph", &["scenario/road/"]),
     ("parquet", &["cli/metrics/", "cli/export/"]),
     ("indicatif", &["cli/"]),
+    ("tiny_skia", &["picture/"]),
+    ("png", &["picture/"]),
+    ("gif", &["picture/"]),
+    ("noto_sans_mono_bitmap", &["picture/glyphs.rs"]),
 ];
 
 /// What the parts of the terminal may import of each other; parts that are not here are free.
