@@ -19,7 +19,7 @@ fn main() -> ExitCode {
 fn run(arguments: cli::Arguments) -> cli::Outcome {
     let ego = cli::chosen_ego(&arguments)?;
     match &arguments.command {
-        Some(command) => cli::run(command),
+        Some(command) => cli::run(command, tui::screen),
         None if cli::has_terminal() => tui::run(arguments.paths, ego).map_err(cli::Failure::input),
         None => cli::without_terminal(&arguments.paths, &ego),
     }

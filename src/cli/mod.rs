@@ -20,6 +20,7 @@ mod parted;
 mod progress;
 mod prompt;
 mod prompts;
+mod render;
 mod routes;
 mod runs;
 mod span;
@@ -32,6 +33,7 @@ pub use verdicts::{has_terminal, without_terminal};
 use std::fmt::Display;
 use std::path::PathBuf;
 
+use crate::picture::ScreenPainter;
 use crate::system;
 
 /// A terminal workbench for safety-critical driving scenarios.
@@ -73,6 +75,8 @@ pub enum Command {
     Runs(runs::Runs),
     /// Runs of the store as a file.
     Export(export::Export),
+    /// Figures for papers: the map, measures over time, or the workbench, as SVG, PNG or GIF.
+    Render(render::Render),
     /// Runs of another store, or the recorded answers of a published repository, into the store.
     Import(import::Import),
     /// Completions for a shell.
@@ -113,11 +117,11 @@ impl Failure {
     }
 }
 
-/// Runs a headless command.
+/// Runs a headless command; `painter` draws screens of the workbench.
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(command: &Command) -> Outcome {
+pub fn run(command: &Command, painter: ScreenPainter) -> Outcome {
     match command {
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
@@ -130,6 +134,7 @@ pub fn run(command: &Command) -> Outcome {
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Runs(arguments) => runs::run(arguments),
         Command::Export(arguments) => export::run(arguments),
+        Command::Render(arguments) => render::run(arguments, painter),
         Command::Import(arguments) => import::run(arguments),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),

@@ -1,6 +1,6 @@
 //! `config.toml`: what it may say, and clear words for what it may not.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
@@ -26,6 +26,8 @@ pub struct Config {
     pub max_tokens: Option<u32>,
     /// How much models are to reason: `off`, `low`, `medium` or `high`; the server's default where it is not set.
     pub effort: Option<String>,
+    /// Where pictures are saved; the current folder where it is not set.
+    pub pictures: Option<PathBuf>,
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]
     pub providers: toml::Table,
@@ -42,6 +44,7 @@ impl Default for Config {
             temperature: None,
             max_tokens: None,
             effort: None,
+            pictures: None,
             providers: toml::Table::new(),
         }
     }

@@ -23,6 +23,9 @@ pub enum AnimationError {
     /// The encoder refused.
     #[error("the GIF could not be written: {0}")]
     Encoding(String),
+    /// A picture cannot be drawn.
+    #[error("{0}")]
+    Picture(String),
     /// It was stopped.
     #[error("stopped")]
     Stopped,
@@ -54,7 +57,7 @@ pub fn animate(
     count: usize,
     dt: f64,
     dpi: f64,
-    picture: impl Fn(usize) -> Picture + Sync,
+    picture: impl Fn(usize) -> Result<Picture, String> + Sync,
     stop: &AtomicBool,
 ) -> Result<usize, AnimationError> {
     let stride = (SHORTEST / (dt * 100.0)).ceil().clamp(1.0, 1000.0) as usize;
@@ -63,7 +66,8 @@ pub fn animate(
         if stop.load(Ordering::Relaxed) {
             return Err(AnimationError::Stopped);
         }
-        Ok(pixels(&picture(*place), dpi)?)
+        let picture = picture(*place).map_err(AnimationError::Picture)?;
+        Ok(pixels(&picture, dpi)?)
     };
     let every = shown.len().div_ceil(SAMPLES).max(1);
     let samples: Vec<usize> = shown.iter().copied().step_by(every).chain(shown.last().copied()).collect();

@@ -63,6 +63,7 @@ pub enum Action {
     Run,
     RunAnew,
     Compare,
+    SavePicture,
     ChooseModel,
     NextAnswer,
     PreviousAnswer,
@@ -121,6 +122,7 @@ table! {
     Run, Global, "run", ["r"], 3, "run", "Ask the chosen model, or show its answer from the store.";
     RunAnew, Global, "run-anew", ["shift-r"], 0, "anew", "Ask the chosen model anew, even where the store has its answer.";
     Compare, Global, "compare", ["c"], 9, "compare", "Choose another model and ask it too.";
+    SavePicture, Global, "picture", ["o"], 0, "picture", "Save a picture of the map, the plot or the screen, or an animation.";
     ChooseModel, Global, "model", ["m"], 4, "model", "Choose the model that is asked.";
     Edit, Global, "edit", ["e"], 5, "edit prompt", "Edit the prompt template.";
     Filter, Global, "filter", ["/"], 6, "filter", "Filter the list of scenarios.";
@@ -138,7 +140,7 @@ table! {
     LastStep, Global, "last-step", ["end", "$"], 0, "end", "Go to the last time step.";
     Faster, Global, "faster", [">"], 0, "faster", "Play twice as fast.";
     Slower, Global, "slower", ["<"], 0, "slower", "Play half as fast.";
-    NearestStep, Global, "nearest", ["n"], 0, "nearest", "Go to the step of the smallest distance.";
+    NearestStep, Global, "nearest", [], 0, "nearest", "Go to the step of the smallest distance.";
     CollisionStep, Global, "worst", ["x"], 0, "worst", "Go to the first contact, or the step of the lowest risk score.";
     ToggleTask, Global, "task", ["t"], 0, "task", "Switch the task.";
     ToggleFrame, Global, "frame", ["f"], 0, "frame", "Switch to the next frame that the task has a template for.";
@@ -151,8 +153,8 @@ table! {
     NextAnswer, Global, "next-answer", ["]"], 0, "answer", "Show the reasoning of the next answer.";
     PreviousAnswer, Global, "previous-answer", ["["], 0, "answer back", "Show the reasoning of the previous answer.";
     CloseAnswer, Global, "close-answer", ["d"], 0, "close", "Take the shown answer off the comparison; it stays in the store.";
-    NextObstacle, Global, "next-obstacle", ["o"], 0, "obstacle", "Pick the next obstacle, the most dangerous first.";
-    PreviousObstacle, Global, "previous-obstacle", ["shift-o"], 0, "obstacle back", "Pick the previous obstacle.";
+    NextObstacle, Global, "next-obstacle", ["n"], 0, "obstacle", "Pick the next obstacle, the most dangerous first.";
+    PreviousObstacle, Global, "previous-obstacle", ["shift-n"], 0, "obstacle back", "Pick the previous obstacle.";
     Mark, Global, "mark", ["b"], 0, "mark", "Plot the picked obstacle beside the others, or no longer.";
     PlotMeasure, Global, "plot", ["p"], 0, "plot", "Choose the measure that is plotted over time.";
     Values, Global, "values", ["shift-v"], 0, "values", "Every measure of the picked obstacle and of the scene at this step, and the thresholds.";

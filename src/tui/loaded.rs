@@ -1,5 +1,7 @@
 //! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
 
+mod picture;
+
 use std::sync::Arc;
 
 use crate::judge::{Judgement, judge_under};
@@ -8,6 +10,8 @@ use crate::metrics::{
 };
 use crate::scenario::{Entry, Scenario, Scene, Severity, WantedEgo, Window};
 use crate::verdict::Task;
+
+pub use picture::{PictureJob, PictureKind};
 
 /// What is worth knowing before a scenario is opened.
 #[derive(Debug, Clone, PartialEq)]

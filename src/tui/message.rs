@@ -7,7 +7,7 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::keymap::Key;
-use super::loaded::{Facts, Measured, Opened};
+use super::loaded::{Facts, Measured, Opened, PictureJob};
 use crate::evaluation::{Answer, Event, Question};
 use crate::llm::Discovered;
 use crate::metrics::Thresholds;
@@ -52,6 +52,8 @@ pub enum Msg {
     Saved(String, Result<(Library, String), String>),
     /// The templates were read again.
     Reread(Library),
+    /// A picture was saved, and where; or why not.
+    Pictured(Result<String, String>),
     /// Something went wrong outside.
     Complaint(String),
     /// The program is asked to end.
@@ -140,6 +142,8 @@ pub enum Effect {
     RemoveTemplate(String),
     /// Read all templates again.
     RereadTemplates,
+    /// Draw and save a picture.
+    Picture(Box<PictureJob>),
     /// Put text into the clipboard.
     Copy(String),
     /// Use the mouse, or not.

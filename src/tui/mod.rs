@@ -9,6 +9,7 @@ mod message;
 mod model;
 mod overlays;
 mod run;
+mod screen;
 mod tasks;
 mod terminal;
 #[cfg(test)]
@@ -19,3 +20,4 @@ mod views;
 mod widgets;
 
 pub use run::{Ended, run};
+pub use screen::screen;

@@ -6,6 +6,7 @@ mod drawn;
 mod list;
 mod notices;
 mod picker;
+mod picture;
 mod plot;
 mod prompt;
 mod values;
@@ -19,6 +20,7 @@ pub use drawn::{Drawn, Extent, MapDrawn};
 pub use list::List;
 pub use notices::{Notice, Toast};
 pub use picker::{Picker, measures_shown, models_shown, palette_shown};
+pub use picture::{PictureOffer, pictures_shown};
 pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
 pub use values::Values;
@@ -107,6 +109,8 @@ pub enum Overlay {
         /// Whether the chosen one is asked at once.
         ask: bool,
     },
+    /// Pictures that can be saved.
+    Pictures(Picker),
     /// Measures, to plot one or to sort the list by it.
     Measures {
         /// What is typed and selected.
@@ -123,7 +127,10 @@ impl Overlay {
             Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
-            Self::Palette(_) | Self::Models { .. } | Self::Measures { .. } => None,
+            Self::Palette(_)
+            | Self::Models { .. }
+            | Self::Pictures(_)
+            | Self::Measures { .. } => None,
         }
     }
 }
@@ -260,8 +267,8 @@ impl Model {
         let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
         match why {
             None => "no scenario is open".into(),
-            Some(None) => "there is no ego: o picks an obstacle, E makes it the ego".into(),
-            Some(Some(why)) => format!("{why}: o picks an obstacle, E makes it the ego"),
+            Some(None) => "there is no ego: n picks an obstacle, E makes it the ego".into(),
+            Some(Some(why)) => format!("{why}: n picks an obstacle, E makes it the ego"),
         }
     }
 

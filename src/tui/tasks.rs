@@ -1,5 +1,7 @@
 //! Work outside the model: effects become tasks, and tasks send messages back.
 
+mod pictures;
+
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,7 +12,7 @@ use rayon::prelude::*;
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
-use super::loaded::{Facts, Measured, Opened, worst_of};
+use super::loaded::{Facts, Measured, Opened, PictureJob, worst_of};
 use super::message::{AskId, Effect, Msg, OpenId, StoredOf};
 use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::{self, Answer, Judge, Question, Wanted};
@@ -41,6 +43,7 @@ pub struct Tasks {
     /// The ego of a scenario where no obstacle is taken in its place.
     ego: WantedEgo,
     asking: HashMap<AskId, AbortHandle>,
+    pictures: pictures::Drawing,
     /// Cancelled, and not yet written down.
     ending: Vec<AbortHandle>,
     /// Raised whenever the list changes, so that surveys of an older list stop.
@@ -52,6 +55,8 @@ pub struct Tasks {
 /// What is left to the loop, which has the terminal.
 #[derive(Debug)]
 pub enum Remaining {
+    /// Paint the screen for a picture, and give it back.
+    Picture(Box<PictureJob>),
     /// Put text into the clipboard.
     Copy(String),
     /// Use the mouse, or not.
@@ -90,6 +95,7 @@ impl Tasks {
             store,
             ego,
             asking: HashMap::new(),
+            pictures: pictures::Drawing::default(),
             ending: Vec::new(),
             survey: Arc::new(AtomicU64::new(0)),
             ranking: Arc::new(AtomicU64::new(0)),
@@ -147,6 +153,8 @@ impl Tasks {
                 let folder = self.folders.prompts();
                 self.background(move || Msg::Reread(Library::load(Some(&folder))));
             }
+            Effect::Picture(job) if job.needs_screen() => return Some(Remaining::Picture(job)),
+            Effect::Picture(job) => self.draw(job),
             Effect::Copy(text) => return Some(Remaining::Copy(text)),
             Effect::UseMouse(on) => return Some(Remaining::UseMouse(on)),
             Effect::Suspend => return Some(Remaining::Suspend),
@@ -246,16 +254,23 @@ impl Tasks {
 
     /// Cancels what is on its way and waits until that is written down.
     pub async fn finish(&mut self) {
+        self.pictures.stop();
         for (_, handle) in self.asking.drain() {
             handle.abort();
             self.ending.push(handle);
         }
         for _ in 0..PATIENCE {
-            if self.ending.iter().all(AbortHandle::is_finished) {
+            if self.ending.iter().all(AbortHandle::is_finished) && self.pictures.ended() {
                 return;
             }
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
+    }
+
+    /// Draws and saves a picture in the background.
+    pub fn draw(&self, job: Box<PictureJob>) {
+        let drawing = self.pictures.begin();
+        self.background(move || Msg::Pictured(pictures::save(&job, &drawing)));
     }
 
     fn ask(&mut self, id: AskId, question: Box<Question>, model: &str, fresh: bool) {

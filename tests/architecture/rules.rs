@@ -105,8 +105,8 @@ const TUI_ALLOWED: [(&str, &[&str]); 4] = [
 /// What nobody else in the terminal may import: the root module and the loop put the parts together.
 const TUI_ENDS: [&str; 6] = ["views", "overlays", "update", "tasks", "terminal", "run"];
 
-/// The loop: like the root module, it puts the parts together.
-const TUI_LOOP: &str = "run";
+/// The loop, and the workbench without a terminal: like the root module, they put the parts together.
+const TUI_LOOPS: [&str; 2] = ["run", "screen"];
 
 /// How a program writes to a terminal.
 const WRITING: [&str; 8] = [
@@ -160,7 +160,7 @@ fn inside(from: &[String], to: &[String]) -> Option<String> {
     let Some(wanted) = to.get(1).map(String::as_str) else {
         return Some("name the part of the terminal that is meant, not `tui` itself".into());
     };
-    if part == wanted || part == TUI_LOOP {
+    if part == wanted || TUI_LOOPS.contains(&part) {
         return None;
     }
     let allowed = TUI_ALLOWED.iter().find(|(name, _)| *name == part);

@@ -4,6 +4,8 @@ mod shapes;
 
 use super::Color;
 use super::display::{Area, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
+use crate::metrics::Measure;
+use crate::scenario::{Entry, WantedEgo};
 
 /// A cell of the screen.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +32,28 @@ pub struct Screen {
     /// Colour of the screen.
     pub ground: Color,
 }
+
+/// Which screen of the workbench is wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScreenWanted {
+    /// The scenario that is open.
+    pub entry: Entry,
+    /// Its ego.
+    pub ego: WantedEgo,
+    /// Columns and rows.
+    pub size: (u16, u16),
+    /// The time step; the one of the first contact or the lowest risk if none.
+    pub step: Option<i64>,
+    /// The picked obstacle; the most dangerous one if none.
+    pub obstacle: Option<i64>,
+    /// What is plotted.
+    pub measure: Option<&'static Measure>,
+    /// Name of the theme.
+    pub theme: String,
+}
+
+/// Draws a screen, and says which step it shows; the command line gets it from the terminal's side, which it does not know.
+pub type ScreenPainter = fn(&ScreenWanted) -> Result<(Screen, i64), String>;
 
 /// Width and height of a cell, points.
 const CELL: (f64, f64) = (4.5, 9.0);

@@ -60,7 +60,7 @@ pub fn measures_shown(picker: &Picker, sort: bool) -> Vec<Option<&'static Measur
 }
 
 /// Places of the texts that match, the best first; all of them for an empty pattern.
-fn matching(pattern: &str, texts: impl Iterator<Item = String>) -> Vec<usize> {
+pub(super) fn matching(pattern: &str, texts: impl Iterator<Item = String>) -> Vec<usize> {
     let mut matcher = Matcher::new(Config::DEFAULT);
     let parsed = Pattern::parse(pattern, CaseMatching::Smart, Normalization::Smart);
     let mut buffer = Vec::new();

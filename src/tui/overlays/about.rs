@@ -98,7 +98,7 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
     let possible = scenario.possible_egos();
     if !possible.is_empty() {
         let ids: Vec<String> = possible.iter().map(i64::to_string).collect();
-        line("as ego", &format!("{} (o picks, E takes)", ids.join(", ")));
+        line("as ego", &format!("{} (n picks, E takes)", ids.join(", ")));
     }
     text.push_line("");
     text.push_line(Line::styled("what reading it had to assume or skip", title));

@@ -10,7 +10,9 @@ use unicode_width::UnicodeWidthStr;
 use crate::judge;
 use crate::text::visible;
 use crate::tui::keymap;
-use crate::tui::model::{Model, Picker, measures_shown, models_shown, palette_shown};
+use crate::tui::model::{
+    Model, Picker, measures_shown, models_shown, palette_shown, pictures_shown,
+};
 use crate::tui::widgets::words::{fit, pad};
 
 pub fn palette(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
@@ -50,6 +52,13 @@ pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
         ..inner
     };
     frame.render_widget(Line::styled(hint, Style::new().fg(model.theme.dim)), row);
+}
+
+pub fn pictures(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
+    let inner = super::window(frame, screen, model, "save a picture", (64, 16));
+    let rows = pictures_shown(picker, model.focus).into_iter();
+    let rows = rows.map(|offer| (offer.name.to_string(), offer.format.name().to_string()));
+    draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
 }
 
 pub fn measures(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker, sort: bool) {

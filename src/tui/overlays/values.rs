@@ -44,7 +44,7 @@ fn text(model: &Model, width: usize) -> Text<'static> {
     match (model.scene(), model.values.of(model.picked)) {
         (None, _) => {
             text.push_line(Line::styled(
-                "there are no values: they need an ego; o picks an obstacle, E takes it as the ego",
+                "there are no values: they need an ego; n picks an obstacle, E takes it as the ego",
                 dim,
             ));
         }
@@ -70,7 +70,7 @@ fn obstacle_title(model: &Model) -> String {
     });
     match found {
         Some(obstacle) => format!("{} {}", obstacle.kind, obstacle.id),
-        None => "no obstacle is picked: o picks one".into(),
+        None => "no obstacle is picked: n picks one".into(),
     }
 }
 

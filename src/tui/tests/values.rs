@@ -75,7 +75,7 @@ fn steps_and_obstacles_can_be_changed_while_it_is_open() {
     bench.press("left");
     assert_eq!(line(&bench, "ttc"), ttc);
     let picked = bench.model.picked.unwrap();
-    bench.press("o");
+    bench.press("n");
     let next = bench.model.picked.unwrap();
     assert_ne!(next, picked);
     assert!(bench.frame(120, 40).contains(&format!(" {next} at ")));
@@ -100,7 +100,7 @@ fn values_are_asked_for_only_while_they_are_shown_and_old_ones_are_dropped() {
         id,
         "nothing is measured twice"
     );
-    bench.press("o");
+    bench.press("n");
     let known = bench.model.values.of(bench.model.picked).is_some();
     assert!(known);
     let scene = bench.model.opened.as_ref().unwrap().scene.clone().unwrap();

@@ -3,7 +3,7 @@
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
-use super::{answers, clock, editing, open, open_current, plot};
+use super::{answers, clock, editing, open, open_current, picture, plot};
 use crate::geometry::Pose;
 use crate::scenario::EgoSource;
 use crate::text::Frame;
@@ -36,6 +36,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Palette => model.overlays.push(Overlay::Palette(Picker::default())),
         ChooseModel => choose_model(model, false),
         Compare => choose_model(model, true),
+        SavePicture => picture::choose(model),
         NextPane => focus_next(model, 1),
         PreviousPane => focus_next(model, Pane::ALL.len() - 1),
         Zoom => model.zoomed = !model.zoomed,
@@ -267,7 +268,7 @@ fn take_as_ego(model: &mut Model) -> Vec<Effect> {
             Vec::new()
         }
         None => {
-            model.say("pick an obstacle first, with o or the mouse");
+            model.say("pick an obstacle first, with n or the mouse");
             Vec::new()
         }
     }

@@ -24,7 +24,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         let why = model.opened.as_ref().and_then(|o| o.no_ego.clone());
         let why = why.unwrap_or_else(|| "no scenario is open".into());
         model.say(format!(
-            "nothing to ask: {why}; pick an obstacle with o and take it as ego with E"
+            "nothing to ask: {why}; pick an obstacle with n and take it as ego with E"
         ));
         return Vec::new();
     };

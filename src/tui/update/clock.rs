@@ -39,7 +39,7 @@ fn go_to_nearest(
             model.picked = Some(nearest.obstacle);
         }
         None if model.scene().is_none() => {
-            model.say("this needs an ego: o picks an obstacle, E takes it as the ego")
+            model.say("this needs an ego: n picks an obstacle, E takes it as the ego")
         }
         None => model.say("there is nobody near at any step"),
     }

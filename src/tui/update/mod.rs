@@ -5,9 +5,12 @@ mod answers;
 mod clock;
 mod editing;
 mod overlays;
+mod picture;
 mod plot;
 mod pointer;
 mod values;
+
+pub use actions::perform;
 
 use super::action::Action;
 use super::keymap::{self, Code, Key};
@@ -73,6 +76,10 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         Msg::Saved(file, result) => editing::saved(model, &file, result),
         Msg::Reread(library) => {
             editing::reread(model, library);
+            Vec::new()
+        }
+        Msg::Pictured(saved) => {
+            picture::saved(model, saved);
             Vec::new()
         }
         Msg::Complaint(text) => {

@@ -2,8 +2,10 @@
 
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
-use super::super::model::{Model, Overlay, Picker, measures_shown, models_shown, palette_shown};
-use super::{actions, answers, plot, values};
+use super::super::model::{
+    Model, Overlay, Picker, measures_shown, models_shown, palette_shown, pictures_shown,
+};
+use super::{actions, answers, picture, plot, values};
 
 /// A key while an overlay is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -51,6 +53,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     let lines = match model.overlays.last() {
         Some(Overlay::Palette(picker)) => palette_shown(picker).len(),
+        Some(Overlay::Pictures(picker)) => pictures_shown(picker, model.focus).len(),
         Some(Overlay::Models { picker, .. }) => models_shown(model, picker).len(),
         Some(Overlay::Measures { picker, sort }) => measures_shown(picker, *sort).len(),
         _ => 0,
@@ -65,6 +68,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
     match model.overlays.last_mut()? {
         Overlay::Palette(picker)
+        | Overlay::Pictures(picker)
         | Overlay::Models { picker, .. }
         | Overlay::Measures { picker, .. } => Some(picker),
         Overlay::Help { .. } | Overlay::About { .. } | Overlay::Values { .. } => None,
@@ -80,6 +84,7 @@ fn choose(model: &mut Model) -> Vec<Effect> {
                 None => Vec::new(),
             }
         }
+        Some(Overlay::Pictures(picker)) => picture::chosen(model, &picker),
         Some(Overlay::Measures { picker, sort }) => {
             let shown = measures_shown(&picker, sort);
             match shown.get(picker.selected) {

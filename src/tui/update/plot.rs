@@ -27,7 +27,7 @@ pub fn refresh(model: &mut Model) {
 /// Marks the picked obstacle for the plot, or takes the mark away.
 pub fn mark(model: &mut Model) {
     match model.picked {
-        None => model.say("o picks an obstacle first"),
+        None => model.say("n picks an obstacle first"),
         Some(id) => {
             if !model.plot.toggle(id) {
                 model.say("no room for another line; b on a marked obstacle takes its line away");

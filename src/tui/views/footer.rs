@@ -55,15 +55,17 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         Some(Overlay::Values { .. }) => {
             return fixed(&[
                 ("←→", "step"),
-                ("o", "obstacle"),
+                ("n", "obstacle"),
                 ("↑↓", "scroll"),
                 ("Esc", "close"),
                 ("PgUp PgDn", "a page"),
                 ("x", "worst"),
-                ("n", "nearest"),
             ]);
         }
-        Some(Overlay::Palette(_) | Overlay::Models { .. } | Overlay::Measures { .. }) => {
+        Some(Overlay::Palette(_)
+            | Overlay::Models { .. }
+            | Overlay::Pictures(_)
+            | Overlay::Measures { .. }) => {
             return fixed(&[
                 ("type", "to search"),
                 ("↑↓", "select"),
