@@ -70,8 +70,16 @@ pub fn animate(
         Ok(pixels(&picture, dpi)?)
     };
     let every = shown.len().div_ceil(SAMPLES).max(1);
-    let samples: Vec<usize> = shown.iter().copied().step_by(every).chain(shown.last().copied()).collect();
-    let samples: Result<Vec<Vec<u8>>, _> = samples.par_iter().map(|place| Ok::<_, AnimationError>(rgb(&paint(place)?))).collect();
+    let samples: Vec<usize> = shown
+        .iter()
+        .copied()
+        .step_by(every)
+        .chain(shown.last().copied())
+        .collect();
+    let samples: Result<Vec<Vec<u8>>, _> = samples
+        .par_iter()
+        .map(|place| Ok::<_, AnimationError>(rgb(&paint(place)?)))
+        .collect();
     let mut colors = Colors::of(samples?.iter().map(Vec::as_slice));
 
     let mut writer: Option<Encoder<_>> = None;
@@ -118,7 +126,9 @@ fn changed(before: &[u8], now: &[u8], width: usize) -> Frame<'static> {
     let top = (0..height).find(differs).unwrap_or(0);
     let bottom = (top..height).rev().find(differs).unwrap_or(top);
     let column = |x: &usize| {
-        (top..=bottom).any(|y| before.get(y * width + x) != now.get(y * width + x) || before.len() != now.len())
+        (top..=bottom).any(|y| {
+            before.get(y * width + x) != now.get(y * width + x) || before.len() != now.len()
+        })
     };
     let left = (0..width).find(column).unwrap_or(0);
     let right = (left..width).rev().find(column).unwrap_or(left);
@@ -145,7 +155,10 @@ mod tests {
         now[5] = 1;
         now[10] = 2;
         let frame = changed(&before, &now, 4);
-        assert_eq!((frame.left, frame.top, frame.width, frame.height), (1, 1, 2, 2));
+        assert_eq!(
+            (frame.left, frame.top, frame.width, frame.height),
+            (1, 1, 2, 2)
+        );
         assert_eq!(frame.buffer.as_ref(), [1, 0, 0, 2]);
         let same = changed(&now, &now, 4);
         assert_eq!((same.width, same.height), (1, 1));

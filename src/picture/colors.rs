@@ -28,12 +28,18 @@ impl Colors {
         let soft = counts.into_iter().map(|(c, n)| (c, n.isqrt() + 1));
         let mut crates: Vec<Crate> = vec![soft.collect()];
         while crates.len() < MOST {
-            let widest = (0..crates.len()).filter(|&i| crates[i].len() > 1).max_by_key(|&i| weight(&crates[i]));
+            let widest = (0..crates.len())
+                .filter(|&i| crates[i].len() > 1)
+                .max_by_key(|&i| weight(&crates[i]));
             let Some(widest) = widest else { break };
             let (low, high) = cut(crates.swap_remove(widest));
             crates.extend([low, high]);
         }
-        let entries = crates.iter().filter(|c| !c.is_empty()).map(|c| mean(c)).collect();
+        let entries = crates
+            .iter()
+            .filter(|c| !c.is_empty())
+            .map(|c| mean(c))
+            .collect();
         Self {
             entries,
             known: BTreeMap::new(),
@@ -53,7 +59,10 @@ impl Colors {
         let off = |entry: &[u8; 3]| -> u32 {
             let pairs = entry.iter().zip(&color);
             // Eyes see green best.
-            pairs.zip([3, 4, 2]).map(|((a, b), w)| w * u32::from(a.abs_diff(*b)).pow(2)).sum()
+            pairs
+                .zip([3, 4, 2])
+                .map(|((a, b), w)| w * u32::from(a.abs_diff(*b)).pow(2))
+                .sum()
         };
         let places = 0..self.entries.len();
         let nearest = places.min_by_key(|&i| off(&self.entries[i])).unwrap_or(0);
@@ -69,7 +78,10 @@ fn spread(colors: &Crate) -> (usize, u8) {
         let values = || colors.iter().map(|(c, _)| c[channel]);
         values().max().unwrap_or(0) - values().min().unwrap_or(0)
     };
-    (0..3).map(|channel| (channel, range(channel))).max_by_key(|(_, r)| *r).unwrap_or((0, 0))
+    (0..3)
+        .map(|channel| (channel, range(channel)))
+        .max_by_key(|(_, r)| *r)
+        .unwrap_or((0, 0))
 }
 
 fn weight(colors: &Crate) -> u64 {

@@ -327,12 +327,7 @@ impl Picture {
     }
 
     /// Draws things that belong together.
-    pub fn group(
-        &mut self,
-        name: &'static str,
-        clip: Option<Area>,
-        draw: impl FnOnce(&mut Self),
-    ) {
+    pub fn group(&mut self, name: &'static str, clip: Option<Area>, draw: impl FnOnce(&mut Self)) {
         self.items.push(Item::Begin { name, clip });
         let before = self.items.len();
         draw(self);

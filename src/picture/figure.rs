@@ -222,7 +222,10 @@ impl<'a> Figure<'a> {
             What::Both => "The scene from above and measures over time",
         };
         let mut facts = vec![
-            ("program", concat!("nearmiss ", env!("CARGO_PKG_VERSION")).to_string()),
+            (
+                "program",
+                concat!("nearmiss ", env!("CARGO_PKG_VERSION")).to_string(),
+            ),
             ("scenario", name.to_string()),
             ("sha256", scenario.hash.to_string()),
             ("step", step.to_string()),
@@ -241,7 +244,9 @@ impl<'a> Figure<'a> {
         }
         Provenance {
             title: format!("{name}, t = {seconds:.1} s"),
-            description: format!("{what} of the scenario {name} at time step {step} ({seconds:.1} s)."),
+            description: format!(
+                "{what} of the scenario {name} at time step {step} ({seconds:.1} s)."
+            ),
             facts,
         }
     }

@@ -57,7 +57,10 @@ pub fn pitch() -> f32 {
 pub fn glyph(c: char, bold: bool) -> Glyph {
     static KNOWN: LazyLock<Mutex<HashMap<(char, bool), Glyph>>> = LazyLock::new(Mutex::default);
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    known.entry((c, bold)).or_insert_with(|| trace(c, bold)).clone()
+    known
+        .entry((c, bold))
+        .or_insert_with(|| trace(c, bold))
+        .clone()
 }
 
 /// How far a letter takes the line where letters have their own widths, and how far it is moved for that.
@@ -67,7 +70,10 @@ pub fn advance(c: char, glyph: &Glyph) -> (f32, f32) {
         return (pitch() * NARROW, 0.0);
     }
     match glyph.ink {
-        Some((from, to)) => ((to - from) * NARROW + BEARING, BEARING / 2.0 - from * NARROW),
+        Some((from, to)) => (
+            (to - from) * NARROW + BEARING,
+            BEARING / 2.0 - from * NARROW,
+        ),
         None => (SPACE, 0.0),
     }
 }
@@ -81,11 +87,20 @@ fn trace(c: char, bold: bool) -> Glyph {
     let face = face();
     let known = contours(substitute(c), bold);
     let on_line = |(x, y): (f32, f32)| (x / face.size, (y - face.base) / face.size);
-    let mut contours: Vec<Contour> =
-        known.into_iter().map(|ring| ring.into_iter().map(on_line).collect()).collect();
+    let mut contours: Vec<Contour> = known
+        .into_iter()
+        .map(|ring| ring.into_iter().map(on_line).collect())
+        .collect();
     let drawable = get_raster(substitute(c), FontWeight::Regular, RasterHeight::Size32).is_some();
     if !drawable {
-        let frame = |i: f32| vec![(0.08 + i, -0.7 + i), (0.5 - i, -0.7 + i), (0.5 - i, -i), (0.08 + i, -i)];
+        let frame = |i: f32| {
+            vec![
+                (0.08 + i, -0.7 + i),
+                (0.5 - i, -0.7 + i),
+                (0.5 - i, -i),
+                (0.08 + i, -i),
+            ]
+        };
         contours = vec![frame(0.0), frame(0.05)];
     }
     let xs = || contours.iter().flatten().map(|p| p.0);
@@ -107,20 +122,33 @@ fn substitute(c: char) -> char {
 
 /// Lines along half brightness, in pixels: between two pixels where the brightness between them is that of an edge.
 fn contours(c: char, bold: bool) -> Vec<Contour> {
-    let weight = if bold { FontWeight::Bold } else { FontWeight::Regular };
+    let weight = if bold {
+        FontWeight::Bold
+    } else {
+        FontWeight::Regular
+    };
     let Some(raster) = get_raster(c, weight, RasterHeight::Size32) else {
         return Vec::new();
     };
     let (width, height) = (raster.width() as i32, raster.height() as i32);
     let value = |x: i32, y: i32| {
         let inside = (0..width).contains(&x) && (0..height).contains(&y);
-        let pixel = inside.then(|| raster.pixel(x as usize, y as usize)).flatten();
+        let pixel = inside
+            .then(|| raster.pixel(x as usize, y as usize))
+            .flatten();
         f32::from(pixel.unwrap_or(0))
     };
     // An edge lies between two neighbouring pixels: (x, y, whether they are one above the other).
     type Edge = (i32, i32, bool);
     let spot = |(x, y, down): Edge| {
-        let (a, b) = (value(x, y), if down { value(x, y + 1) } else { value(x + 1, y) });
+        let (a, b) = (
+            value(x, y),
+            if down {
+                value(x, y + 1)
+            } else {
+                value(x + 1, y)
+            },
+        );
         let part = (INSIDE - a) / (b - a);
         let (x, y) = (x as f32 + 0.5, y as f32 + 0.5);
         if down { (x, y + part) } else { (x + part, y) }
@@ -131,7 +159,12 @@ fn contours(c: char, bold: bool) -> Vec<Contour> {
         for x in -1..width {
             let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)];
             let inside = corners.map(|(x, y)| value(x, y) > INSIDE);
-            let edges: [Edge; 4] = [(x, y, false), (x + 1, y, true), (x, y + 1, false), (x, y, true)];
+            let edges: [Edge; 4] = [
+                (x, y, false),
+                (x + 1, y, true),
+                (x, y + 1, false),
+                (x, y, true),
+            ];
             // Around the cell, a line leaves where the inside ends and comes in where it begins.
             for i in 0..4 {
                 if inside[i] && !inside[(i + 1) % 4] {

@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use tiny_skia::{
-    FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Stroke as Line, StrokeDash,
-    Transform,
+    FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Stroke as Line,
+    StrokeDash, Transform,
 };
 
 use super::Color;
@@ -112,7 +112,8 @@ impl Canvas {
 
     fn fill(&mut self, path: &Path, color: Color, rule: FillRule, transform: Transform) {
         let mask = self.clips.last().and_then(Option::as_ref);
-        self.pixmap.fill_path(path, &paint(color), rule, transform, mask);
+        self.pixmap
+            .fill_path(path, &paint(color), rule, transform, mask);
     }
 
     fn stroke(&mut self, path: &Path, stroke: &Stroke, transform: Transform) {
@@ -120,12 +121,21 @@ impl Canvas {
         let dashes: Vec<f32> = stroke.dashes.iter().map(|d| *d as f32).collect();
         let line = Line {
             width: stroke.width as f32,
-            line_cap: if stroke.round { LineCap::Round } else { LineCap::Butt },
-            line_join: if stroke.round { LineJoin::Round } else { LineJoin::Miter },
+            line_cap: if stroke.round {
+                LineCap::Round
+            } else {
+                LineCap::Butt
+            },
+            line_join: if stroke.round {
+                LineJoin::Round
+            } else {
+                LineJoin::Miter
+            },
             dash: StrokeDash::new(dashes, 0.0),
             ..Line::default()
         };
-        self.pixmap.stroke_path(path, &paint(stroke.color), &line, transform, mask);
+        self.pixmap
+            .stroke_path(path, &paint(stroke.color), &line, transform, mask);
     }
 
     fn text(&mut self, text: &Text) {
@@ -137,7 +147,9 @@ impl Canvas {
             Anchor::Middle => -width / 2.0,
             Anchor::End => -width,
         };
-        let mut transform = self.transform.pre_translate(text.at.0 as f32, text.at.1 as f32);
+        let mut transform = self
+            .transform
+            .pre_translate(text.at.0 as f32, text.at.1 as f32);
         if text.upwards {
             transform = transform.pre_rotate(-90.0);
         }
@@ -210,7 +222,9 @@ fn letters(text: &Text) -> Option<(Path, f32)> {
 /// Red, green and blue of every pixel.
 pub fn rgb(pixmap: &Pixmap) -> Vec<u8> {
     let opaque = pixmap.pixels().iter();
-    opaque.flat_map(|p| [p.red(), p.green(), p.blue()]).collect()
+    opaque
+        .flat_map(|p| [p.red(), p.green(), p.blue()])
+        .collect()
 }
 
 /// The picture as a PNG file of so many pixels an inch; the same picture is always the same bytes.
@@ -232,14 +246,19 @@ pub fn png(picture: &Picture, dpi: f64) -> Result<Vec<u8>, RasterError> {
     }));
     let provenance = &picture.provenance;
     let facts = provenance.facts.iter().map(|(name, value)| (*name, value));
-    let named = [("Title", &provenance.title), ("Description", &provenance.description)];
+    let named = [
+        ("Title", &provenance.title),
+        ("Description", &provenance.description),
+    ];
     for (name, value) in named.into_iter().chain(facts) {
         let keyword = match name {
             "program" => "Software",
             other => other,
         };
         // International text: any character may stand in a name.
-        encoder.add_itxt_chunk(keyword.into(), value.replace('\0', "\u{fffd}")).map_err(refused)?;
+        encoder
+            .add_itxt_chunk(keyword.into(), value.replace('\0', "\u{fffd}"))
+            .map_err(refused)?;
     }
     let mut writer = encoder.write_header().map_err(refused)?;
     writer.write_image_data(&rgb(&pixmap)).map_err(refused)?;

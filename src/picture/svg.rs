@@ -47,9 +47,14 @@ impl Out {
 
     fn provenance(&mut self, provenance: &Provenance) {
         self.line(&format!("<title>{}</title>", escaped(&provenance.title)));
-        self.line(&format!("<desc>{}</desc>", escaped(&provenance.description)));
+        self.line(&format!(
+            "<desc>{}</desc>",
+            escaped(&provenance.description)
+        ));
         let facts = provenance.facts.iter();
-        let facts: String = facts.map(|(name, value)| format!(r#" {name}="{}""#, escaped(value))).collect();
+        let facts: String = facts
+            .map(|(name, value)| format!(r#" {name}="{}""#, escaped(value)))
+            .collect();
         if !facts.is_empty() {
             self.line(&format!(
                 r#"<metadata><figure xmlns="urn:nearmiss:figure"{facts}/></metadata>"#
@@ -120,7 +125,10 @@ impl Out {
                 r#"<text{attributes} {fill} {stroke} stroke-width="{width}" stroke-linejoin="round" aria-hidden="true">{words}</text>"#
             ));
         }
-        self.line(&format!("<text{attributes} {}>{words}</text>", paint("fill", text.color)));
+        self.line(&format!(
+            "<text{attributes} {}>{words}</text>",
+            paint("fill", text.color)
+        ));
     }
 }
 
@@ -129,7 +137,10 @@ pub(super) const HALO: f64 = 0.3;
 
 fn paint(what: &str, color: Color) -> String {
     match color.opacity < 1.0 {
-        true => format!(r#"{what}="{color}" {what}-opacity="{}""#, number(color.opacity)),
+        true => format!(
+            r#"{what}="{color}" {what}-opacity="{}""#,
+            number(color.opacity)
+        ),
         false => format!(r#"{what}="{color}""#),
     }
 }
@@ -220,7 +231,12 @@ mod tests {
             assert_eq!(number(value), written);
         }
         let mut picture = Picture::new((10.0, 10.0), Color::hex(0xffffff));
-        let area = Area { x: 0.0, y: 0.0, width: 5.0, height: 5.0 };
+        let area = Area {
+            x: 0.0,
+            y: 0.0,
+            width: 5.0,
+            height: 5.0,
+        };
         picture.group("empty", None, |_| {});
         picture.group("full", Some(area), |p| p.rectangle(&area, None, None));
         let svg = svg(&picture);

@@ -109,7 +109,8 @@ impl View {
                 };
                 let size = bounds.max - bounds.min;
                 // In the turned frame x is up and y to the left.
-                let width = (size.y + 2.0 * MARGIN).max((size.x + 2.0 * MARGIN) * area.width / area.height);
+                let width =
+                    (size.y + 2.0 * MARGIN).max((size.x + 2.0 * MARGIN) * area.width / area.height);
                 around(turned.to_world(&bounds.center()), width.clamp(LEAST, MOST))
             }
         }
@@ -251,8 +252,13 @@ mod tests {
             panic!("{around:?}")
         };
         assert_eq!((center.x, center.y, width), (-12.5, 30.0, 40.0));
-        for wrong in ["", "me", "1,2", "1,2,0", "1,2,nan", "ego,-3", "1,2,3,4", "inf,2,3"] {
-            assert!(Seen::parse(wrong).unwrap_err().contains("X,Y,WIDTH"), "{wrong}");
+        for wrong in [
+            "", "me", "1,2", "1,2,0", "1,2,nan", "ego,-3", "1,2,3,4", "inf,2,3",
+        ] {
+            assert!(
+                Seen::parse(wrong).unwrap_err().contains("X,Y,WIDTH"),
+                "{wrong}"
+            );
         }
     }
 }

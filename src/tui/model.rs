@@ -127,10 +127,9 @@ impl Overlay {
             Self::Help { scroll } | Self::About { scroll } | Self::Values { scroll } => {
                 Some(scroll)
             }
-            Self::Palette(_)
-            | Self::Models { .. }
-            | Self::Pictures(_)
-            | Self::Measures { .. } => None,
+            Self::Palette(_) | Self::Models { .. } | Self::Pictures(_) | Self::Measures { .. } => {
+                None
+            }
         }
     }
 }

@@ -32,7 +32,10 @@ pub fn screen(wanted: &ScreenWanted) -> Result<(Screen, i64), String> {
     // Drawn once before, so that the map knows its size when it is pointed at the ego.
     paint(&model)?;
     let thresholds = model.thresholds.clone();
-    let mut todo = update(&mut model, Msg::Found(Ok(vec![wanted.entry.clone()].into())));
+    let mut todo = update(
+        &mut model,
+        Msg::Found(Ok(vec![wanted.entry.clone()].into())),
+    );
     while let Some(effect) = todo.pop() {
         if let Effect::Open(id, entry, _) = effect {
             let opened = read(&entry, wanted, &thresholds)?;
@@ -40,9 +43,15 @@ pub fn screen(wanted: &ScreenWanted) -> Result<(Screen, i64), String> {
         }
     }
     if let Some(id) = wanted.obstacle {
-        let known = model.opened.as_ref().is_some_and(|o| o.scenario.obstacle(id).is_some());
+        let known = model
+            .opened
+            .as_ref()
+            .is_some_and(|o| o.scenario.obstacle(id).is_some());
         if !known {
-            return Err(format!("{}: no obstacle {id} in the scenario", wanted.entry.display()));
+            return Err(format!(
+                "{}: no obstacle {id} in the scenario",
+                wanted.entry.display()
+            ));
         }
     }
     match wanted.step {
@@ -78,7 +87,9 @@ fn read(
 pub fn paint(model: &Model) -> Result<Screen, String> {
     let backend = TestBackend::new(model.size.0, model.size.1);
     let mut terminal = Terminal::new(backend).map_err(|e| e.to_string())?;
-    terminal.draw(|frame| views::draw(frame, model)).map_err(|e| e.to_string())?;
+    terminal
+        .draw(|frame| views::draw(frame, model))
+        .map_err(|e| e.to_string())?;
     let palette = match model.theme.dark {
         true => "dark",
         false => "light",
@@ -143,8 +154,8 @@ fn ink(color: Ink) -> Option<Color> {
 /// The 256 colours as most terminals have them.
 fn indexed(index: u8) -> Color {
     const BASE: [u32; 16] = [
-        0x000000, 0xcd3131, 0x0dbc79, 0xe5e510, 0x2472c8, 0xbc3fbc, 0x11a8cd, 0xcccccc, 0x666666, 0xf14c4c, 0x23d18b,
-        0xf5f543, 0x3b8eea, 0xd670d6, 0x29b8db, 0xf2f2f2,
+        0x000000, 0xcd3131, 0x0dbc79, 0xe5e510, 0x2472c8, 0xbc3fbc, 0x11a8cd, 0xcccccc, 0x666666,
+        0xf14c4c, 0x23d18b, 0xf5f543, 0x3b8eea, 0xd670d6, 0x29b8db, 0xf2f2f2,
     ];
     const STEPS: [u8; 6] = [0, 95, 135, 175, 215, 255];
     match index {

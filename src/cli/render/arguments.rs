@@ -17,7 +17,13 @@ pub struct Render {
     #[command(flatten)]
     pub ego: EgoChoice,
     /// The time steps that are drawn, separated by commas [default: the first one of the smallest distance].
-    #[arg(long, value_name = "STEP", value_delimiter = ',', allow_negative_numbers = true, conflicts_with = "all")]
+    #[arg(
+        long,
+        value_name = "STEP",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        conflicts_with = "all"
+    )]
     pub at: Vec<i64>,
     /// Every time step: an animation as GIF, numbered files as SVG or PNG.
     #[arg(long)]
@@ -32,7 +38,12 @@ pub struct Render {
     #[arg(long)]
     pub rotate: bool,
     /// Obstacles that are pointed out, and plotted [default: the nearest one at its nearest].
-    #[arg(long, value_name = "ID", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "ID",
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
     pub obstacle: Vec<i64>,
     /// Measures that are plotted over time; `nearmiss metrics --list` names them [default: distance].
     #[arg(long, value_name = "MEASURE", value_delimiter = ',', value_parser = named_measure)]
@@ -102,13 +113,22 @@ fn size(text: &str) -> Result<Size, String> {
         (_, Some(rest)) => (rest, Unit::Pixels),
         _ => (text, Unit::None),
     };
-    let number = |word: &str| word.trim().parse::<f64>().ok().filter(|n| n.is_finite() && *n > 0.0);
+    let number = |word: &str| {
+        word.trim()
+            .parse::<f64>()
+            .ok()
+            .filter(|n| n.is_finite() && *n > 0.0)
+    };
     let (width, height) = match numbers.split_once(['x', '×']) {
         Some((width, height)) => (width, Some(number(height).ok_or_else(wrong)?)),
         None => (numbers, None),
     };
     let width = number(width).ok_or_else(wrong)?;
-    let factor = if unit == Unit::Pixels { PIXEL / MILLIMETRE } else { 1.0 };
+    let factor = if unit == Unit::Pixels {
+        PIXEL / MILLIMETRE
+    } else {
+        1.0
+    };
     let fits = |n: f64| MILLIMETRES.contains(&(n * factor));
     match fits(width) && height.is_none_or(fits) {
         true => Ok(Size {
@@ -170,7 +190,11 @@ impl Render {
             Shown::Both => What::Both,
         };
         let points = |size: Size| {
-            let unit = if size.unit == Unit::Pixels { PIXEL } else { MILLIMETRE };
+            let unit = if size.unit == Unit::Pixels {
+                PIXEL
+            } else {
+                MILLIMETRE
+            };
             (size.width * unit, size.height.map(|h| h * unit))
         };
         Ok(Look {
@@ -178,7 +202,11 @@ impl Render {
             seen: self.view.unwrap_or(usual.seen),
             ego_up: self.rotate,
             obstacles: self.obstacle.clone(),
-            measures: if self.plot.is_empty() { usual.measures } else { self.plot.clone() },
+            measures: if self.plot.is_empty() {
+                usual.measures
+            } else {
+                self.plot.clone()
+            },
             size: self.size.map_or(usual.size, points),
             palette: usual.palette,
         })
@@ -200,7 +228,9 @@ impl Render {
     /// Pixels of an inch.
     pub fn dpi(&self, format: Format) -> Result<f64, Failure> {
         if let (Some(_), Format::Svg) = (self.dpi, format) {
-            return Err(Failure::input("--dpi is about pixels, and SVG has none; leave it out, or write PNG or GIF"));
+            return Err(Failure::input(
+                "--dpi is about pixels, and SVG has none; leave it out, or write PNG or GIF",
+            ));
         }
         let pixels = self.size.is_some_and(|s| s.unit == Unit::Pixels);
         Ok(match self.dpi {
@@ -241,7 +271,10 @@ mod tests {
         assert_eq!(read("85.5x60mm"), Ok((85.5, Some(60.0), Unit::Millimetres)));
         assert_eq!(read("800x600px"), Ok((800.0, Some(600.0), Unit::Pixels)));
         assert_eq!(read("174mm"), Ok((174.0, None, Unit::Millimetres)));
-        for wrong in ["", "x", "85x", "x60", "0x60", "-3x4", "nanx4", "infx4", "9x60", "1e9x1e9", "85x60cm", "10x10px"] {
+        for wrong in [
+            "", "x", "85x", "x60", "0x60", "-3x4", "nanx4", "infx4", "9x60", "1e9x1e9", "85x60cm",
+            "10x10px",
+        ] {
             assert!(size(wrong).is_err(), "{wrong}");
         }
     }

@@ -17,7 +17,8 @@ use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::metrics::Thresholds;
 use crate::picture::{
-    Figure, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenWanted, Subject, animate,
+    Figure, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenWanted, Subject,
+    animate,
 };
 use crate::scenario::{Entry, WantedEgo};
 
@@ -108,10 +109,14 @@ impl Job<'_> {
             palette: self.palette.clone(),
             ..self.arguments.look()?
         };
-        let named = |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
-        let figure = Figure::new(subject, &entry.name, look, &self.thresholds).map_err(|e| named(&e))?;
+        let named =
+            |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
+        let figure =
+            Figure::new(subject, &entry.name, look, &self.thresholds).map_err(|e| named(&e))?;
         let steps = self.steps(entry, figure.steps(), figure.telling_step())?;
-        self.write(entry, &steps, subject.scenario.dt(), |step| Ok(figure.at(step)))
+        self.write(entry, &steps, subject.scenario.dt(), |step| {
+            Ok(figure.at(step))
+        })
     }
 
     fn open(&self, entry: &Entry) -> Result<Option<Opened>, Failure> {
@@ -122,7 +127,12 @@ impl Job<'_> {
     }
 
     /// The steps that are drawn.
-    fn steps(&self, entry: &Entry, all: std::ops::Range<i64>, telling: i64) -> Result<Vec<i64>, Failure> {
+    fn steps(
+        &self,
+        entry: &Entry,
+        all: std::ops::Range<i64>,
+        telling: i64,
+    ) -> Result<Vec<i64>, Failure> {
         if let Some(wrong) = self.arguments.at.iter().find(|at| !all.contains(at)) {
             return Err(Failure::input(format!(
                 "--at {wrong}: {} has the steps {} to {}",
@@ -159,9 +169,15 @@ impl Job<'_> {
             let (screen, _) = (self.painter)(&wanted(Some(step)))?;
             Ok(screen.picture(Provenance {
                 title: format!("nearmiss, {}", entry.name),
-                description: format!("The workbench with the scenario {} at time step {step}.", entry.name),
+                description: format!(
+                    "The workbench with the scenario {} at time step {step}.",
+                    entry.name
+                ),
                 facts: vec![
-                    ("program", concat!("nearmiss ", env!("CARGO_PKG_VERSION")).into()),
+                    (
+                        "program",
+                        concat!("nearmiss ", env!("CARGO_PKG_VERSION")).into(),
+                    ),
                     ("scenario", entry.name.clone()),
                     ("sha256", scenario.hash.to_string()),
                     ("step", step.to_string()),
@@ -178,10 +194,18 @@ impl Job<'_> {
         draw: impl Fn(i64) -> Result<Picture, String> + Sync,
     ) -> Outcome {
         let (target, dpi) = (&self.target, self.dpi);
-        let named = |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
+        let named =
+            |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
         if target.format == Format::Gif {
             let mut file = target.begin(entry, None)?;
-            let drawn = animate(&mut file, steps.len(), dt, dpi, |i| draw(steps[i]), self.stop);
+            let drawn = animate(
+                &mut file,
+                steps.len(),
+                dt,
+                dpi,
+                |i| draw(steps[i]),
+                self.stop,
+            );
             return match drawn {
                 Ok(_) => file.finish(),
                 Err(_) if self.stop.load(Ordering::Relaxed) => Err(stopped()),
@@ -192,14 +216,19 @@ impl Job<'_> {
         let progress = Progress::new(steps.len(), "pictures", true);
         let work = |i: usize| -> Result<Vec<u8>, String> {
             let picture = draw(steps[i])?;
-            target.format.encode(&picture, dpi).map_err(|e| e.to_string())
+            target
+                .format
+                .encode(&picture, dpi)
+                .map_err(|e| e.to_string())
         };
         let (mut outcome, mut next) = (Ok(()), 0);
         in_order(steps.len(), self.stop, work, |bytes| {
             let step = several.then(|| steps[next]);
             next += 1;
             progress.step();
-            let written = bytes.map_err(|e| named(&e)).and_then(|bytes| target.save(entry, step, &bytes));
+            let written = bytes
+                .map_err(|e| named(&e))
+                .and_then(|bytes| target.save(entry, step, &bytes));
             match written {
                 Ok(()) => std::ops::ControlFlow::Continue(()),
                 Err(failure) => {

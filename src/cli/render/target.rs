@@ -64,7 +64,9 @@ impl Target {
             (false, at) => at,
         };
         if format == Format::Gif && steps < 2 {
-            return Err(Failure::input("GIF is for animations: --all, or several steps with --at"));
+            return Err(Failure::input(
+                "GIF is for animations: --all, or several steps with --at",
+            ));
         }
         let target = Self {
             place,
@@ -86,7 +88,9 @@ impl Target {
 
     fn without_clash(self, entries: &[Entry]) -> Result<Self, Failure> {
         let mut seen = std::collections::HashMap::new();
-        let clash = entries.iter().find_map(|e| Some((seen.insert(&e.name, e)?, e)));
+        let clash = entries
+            .iter()
+            .find_map(|e| Some((seen.insert(&e.name, e)?, e)));
         match clash {
             Some((a, b)) => Err(Failure::input(format!(
                 "{} and {} would both be drawn as {}; draw them into folders of their own",
@@ -108,7 +112,9 @@ impl Target {
             Place::File(path) if step.is_none() => Some(path.clone()),
             Place::File(path) => {
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-                let ending = path.extension().map_or(ending.into(), |e| e.to_string_lossy());
+                let ending = path
+                    .extension()
+                    .map_or(ending.into(), |e| e.to_string_lossy());
                 Some(path.with_file_name(format!("{stem}{number}.{ending}")))
             }
         }
@@ -125,7 +131,9 @@ impl Target {
     /// Writes a whole picture.
     pub fn save(&self, entry: &Entry, step: Option<i64>, bytes: &[u8]) -> Result<(), Failure> {
         let mut begun = self.begin(entry, step)?;
-        begun.write_all(bytes).map_err(|e| Failure::system(entry.display(), &e))?;
+        begun
+            .write_all(bytes)
+            .map_err(|e| Failure::system(entry.display(), &e))?;
         begun.finish()
     }
 }

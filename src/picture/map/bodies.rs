@@ -22,7 +22,10 @@ pub fn trails(map: &Map<'_>, picture: &mut Picture) {
             None => {
                 let past = spots(map, track, map.step - back..map.step + 1);
                 if Area::around(&past).is_some_and(|around| map.shows(&around.grown(1.0))) {
-                    picture.line(&past, Stroke::new(map.palette.obstacle.at(0.55), 0.6).rounded());
+                    picture.line(
+                        &past,
+                        Stroke::new(map.palette.obstacle.at(0.55), 0.6).rounded(),
+                    );
                 }
             }
         }
@@ -88,7 +91,10 @@ pub fn ego(map: &Map<'_>, picture: &mut Picture) {
 /// Whether it drives or walks forwards; walls and posts do not.
 fn has_front(kind: ObstacleType) -> bool {
     use ObstacleType::{Building, ConstructionZone, MedianStrip, Pillar, RoadBoundary};
-    !matches!(kind, Building | ConstructionZone | MedianStrip | Pillar | RoadBoundary)
+    !matches!(
+        kind,
+        Building | ConstructionZone | MedianStrip | Pillar | RoadBoundary
+    )
 }
 
 /// The outlines of a body on the page.

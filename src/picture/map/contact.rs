@@ -47,7 +47,9 @@ fn between(a: &[Spot], b: &[Spot]) -> Spot {
         common.extend(nearest(a, b));
     }
     let count = common.len().max(1) as f64;
-    let sum = common.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
+    let sum = common
+        .iter()
+        .fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
     (sum.0 / count, sum.1 / count)
 }
 
@@ -92,7 +94,10 @@ fn mark(map: &Map<'_>, picture: &mut Picture, (x, y): Spot) -> Vec<Area> {
     let rays: Vec<[Spot; 2]> = (0..8)
         .map(|i| {
             let (sin, cos) = (std::f64::consts::TAU * (f64::from(i) + 0.5) / 8.0).sin_cos();
-            [(x + 5.2 * cos, y + 5.2 * sin), (x + outer * cos, y + outer * sin)]
+            [
+                (x + 5.2 * cos, y + 5.2 * sin),
+                (x + outer * cos, y + outer * sin),
+            ]
         })
         .collect();
     for ray in &rays {
@@ -135,7 +140,10 @@ mod tests {
     fn the_mark_is_where_the_bodies_overlap() {
         let square = |x: f64, y: f64| [(x, y), (x + 4.0, y), (x + 4.0, y + 4.0), (x, y + 4.0)];
         let near = |a: Spot, b: Spot| (a.0 - b.0).hypot(a.1 - b.1) < 1e-9;
-        assert!(near(between(&square(0.0, 0.0), &square(3.0, 3.0)), (3.5, 3.5)));
+        assert!(near(
+            between(&square(0.0, 0.0), &square(3.0, 3.0)),
+            (3.5, 3.5)
+        ));
         // A bar across: no corner of either lies in the other.
         let bar = [(-2.0, 1.0), (6.0, 1.0), (6.0, 2.0), (-2.0, 2.0)];
         assert!(near(between(&square(0.0, 0.0), &bar), (2.0, 1.5)));

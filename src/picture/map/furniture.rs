@@ -22,8 +22,8 @@ fn scale(map: &Map<'_>, picture: &mut Picture) -> Area {
     let (palette, size, frame) = (map.palette, map.letters, map.view.area);
     let room = (frame.width * 0.25).min(90.0);
     let lengths = [
-        0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0, 10_000.0,
-        20_000.0,
+        0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0,
+        10_000.0, 20_000.0,
     ];
     let fitting = lengths.into_iter().rev().find(|l| map.points(*l) <= room);
     let metres = fitting.unwrap_or(lengths[0]);
@@ -77,12 +77,22 @@ fn north(map: &Map<'_>, picture: &mut Picture) -> Option<Area> {
         width: side,
         height: side,
     };
-    picture.circle(area.center(), side / 2.0, Some(palette.background.at(0.85)), None);
+    picture.circle(
+        area.center(),
+        side / 2.0,
+        Some(palette.background.at(0.85)),
+        None,
+    );
     let (x, y) = area.center();
     // North on the page: up, turned the other way than the map.
     let (sin, cos) = turn.sin_cos();
     let spot = |right: f64, up: f64| (x + right * cos + up * sin, y - up * cos + right * sin);
-    let needle = [spot(0.0, 4.5), spot(2.4, -5.5), spot(0.0, -3.2), spot(-2.4, -5.5)];
+    let needle = [
+        spot(0.0, 4.5),
+        spot(2.4, -5.5),
+        spot(0.0, -3.2),
+        spot(-2.4, -5.5),
+    ];
     picture.polygon(&needle, Some(palette.text), None);
     let (lx, ly) = spot(0.0, 7.0);
     let letter = Text::new((lx, ly + size * 0.3), "N", size * 0.85, palette.text);

@@ -36,7 +36,8 @@ fn wanted(map: &Map<'_>) -> Vec<Label> {
     let mut center = middle;
     if let Some(scene) = map.subject.scene
         && let Some(motion) = scene.ego.track.at(map.step)
-        && let Some(body) = Area::around(&rings(map, scene.ego_footprint_at(map.step), motion).concat())
+        && let Some(body) =
+            Area::around(&rings(map, scene.ego_footprint_at(map.step), motion).concat())
     {
         center = body.center();
         labels.push(Label {
@@ -70,7 +71,10 @@ fn wanted(map: &Map<'_>) -> Vec<Label> {
         others.push((place.unwrap_or(usize::MAX), far, label));
     }
     others.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let pointed_out = others.iter().filter(|(place, ..)| *place < usize::MAX).count();
+    let pointed_out = others
+        .iter()
+        .filter(|(place, ..)| *place < usize::MAX)
+        .count();
     let named = others.into_iter().map(|(.., label)| label);
     labels.extend(named.take(pointed_out + MOST));
     labels
@@ -89,7 +93,10 @@ fn everybody(map: &Map<'_>) -> Vec<Area> {
     let all = ego.into_iter().chain(others);
     // Ring by ring: the box around a long body that stands askew would keep much free ground.
     let rings = all.flat_map(|(body, motion)| rings(map, body, motion));
-    rings.flat_map(|ring| pieces(&ring)).filter(|area| map.shows(area)).collect()
+    rings
+        .flat_map(|ring| pieces(&ring))
+        .filter(|area| map.shows(area))
+        .collect()
 }
 
 /// Boxes that cover a ring: of a box that stands askew, four along it.
@@ -97,11 +104,17 @@ fn pieces(ring: &[(f64, f64)]) -> Vec<Area> {
     let &[a, b, c, d] = ring else {
         return Area::around(ring).into_iter().collect();
     };
-    let part = |p: (f64, f64), q: (f64, f64), t: f64| (p.0 + (q.0 - p.0) * t, p.1 + (q.1 - p.1) * t);
+    let part =
+        |p: (f64, f64), q: (f64, f64), t: f64| (p.0 + (q.0 - p.0) * t, p.1 + (q.1 - p.1) * t);
     let piece = |i: u8| {
         let (from, to) = (f64::from(i) / 4.0, f64::from(i + 1) / 4.0);
         // From the edge b–c to the opposite one d–a, along a–b.
-        Area::around(&[part(a, b, from), part(a, b, to), part(d, c, from), part(d, c, to)])
+        Area::around(&[
+            part(a, b, from),
+            part(a, b, to),
+            part(d, c, from),
+            part(d, c, to),
+        ])
     };
     (0..4).filter_map(piece).collect()
 }
@@ -149,7 +162,10 @@ fn write(map: &Map<'_>, picture: &mut Picture, label: &Label, area: Area, lead: 
             x.clamp(area.x, area.right()),
             y.clamp(area.y, area.bottom()),
         );
-        picture.line(&[from, (x, y)], Stroke::new(map.palette.background.at(0.8), 1.4));
+        picture.line(
+            &[from, (x, y)],
+            Stroke::new(map.palette.background.at(0.8), 1.4),
+        );
         picture.line(&[from, (x, y)], Stroke::new(map.palette.dim, 0.4));
     }
     let at = (area.x + area.width / 2.0, area.y + map.letters * 0.76);

@@ -61,7 +61,9 @@ pub fn shown(light: &TrafficLight, step: i64) -> Option<SignalColor> {
         return Some(SignalColor::Inactive);
     }
     let total: i64 = light.cycle.iter().map(|p| p.duration.max(0)).sum();
-    let mut left = step.saturating_sub(light.offset).checked_rem_euclid(total)?;
+    let mut left = step
+        .saturating_sub(light.offset)
+        .checked_rem_euclid(total)?;
     for phase in &light.cycle {
         if left < phase.duration {
             return Some(phase.color);
@@ -124,7 +126,10 @@ fn plate(map: &Map<'_>, picture: &mut Picture, (x, y): Spot, sign: &Sign) {
         }
         Some((element, Kind::Limit)) => {
             picture.circle((x, y), 3.3, Some(WHITE), red());
-            let speed = element.values.first().and_then(|v| v.trim().parse::<f64>().ok());
+            let speed = element
+                .values
+                .first()
+                .and_then(|v| v.trim().parse::<f64>().ok());
             if let Some(speed) = speed.filter(|v| (0.0..100.0).contains(v)) {
                 // Files give metres a second, signs kilometres an hour.
                 let words = format!("{:.0}", speed * 3.6);

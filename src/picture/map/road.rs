@@ -61,7 +61,10 @@ fn key(bound: &Bound) -> [[i64; 2]; 3] {
     let points = &bound.points;
     let ends = [points.first(), points.last()].map(|p| p.map_or([0, 0], rounded));
     let count = points.len() as i64;
-    let middle = match points.get(points.len() / 2).zip(points.get((points.len() - 1) / 2)) {
+    let middle = match points
+        .get(points.len() / 2)
+        .zip(points.get(points.len().saturating_sub(1) / 2))
+    {
         // The middle of both middles is the same from both ends.
         Some((a, b)) => rounded(&nalgebra::center(a, b)),
         None => [count, 0],
@@ -101,7 +104,8 @@ fn crossing(map: &Map<'_>, picture: &mut Picture, lanelet: &Lanelet) {
     for i in 0..count {
         let part = |quarter: f64| (i as f64 + quarter) / count as f64;
         let spot = |line: &Polyline, quarter: f64| {
-            map.view.at(&line.pose_at(part(quarter) * line.length()).position)
+            map.view
+                .at(&line.pose_at(part(quarter) * line.length()).position)
         };
         let ring = [
             spot(&left, 0.25),
@@ -166,7 +170,10 @@ fn border(map: &Map<'_>, picture: &mut Picture, bound: &Bound) {
 /// The same line as far to its right; to its left where that is negative.
 fn beside(points: &[Spot], by: f64) -> Vec<Spot> {
     let shifted = |i: usize| {
-        let (from, to) = (points[i.saturating_sub(1)], points[(i + 1).min(points.len() - 1)]);
+        let (from, to) = (
+            points[i.saturating_sub(1)],
+            points[(i + 1).min(points.len() - 1)],
+        );
         let (dx, dy) = (to.0 - from.0, to.1 - from.1);
         let length = dx.hypot(dy).max(1e-9);
         let (x, y) = points[i];
@@ -180,7 +187,12 @@ fn stop_line(map: &Map<'_>, picture: &mut Picture, lanelet: &Lanelet) {
         return;
     };
     // Without ends of its own it lies at the end of the lanelet.
-    let ends = line.points.or(lanelet.left.points.last().copied().zip(lanelet.right.points.last().copied()));
+    let ends = line.points.or(lanelet
+        .left
+        .points
+        .last()
+        .copied()
+        .zip(lanelet.right.points.last().copied()));
     let Some((from, to)) = ends else { return };
     let width = map.points(0.4).clamp(0.8, 2.4);
     let mut stroke = Stroke::new(map.palette.lane, width);

@@ -38,7 +38,13 @@ struct Curve {
 }
 
 /// Dashes of the lines of obstacles that are pointed out: colour is not the only sign.
-const DASHES: [&[f64]; 5] = [&[], &[4.0, 1.6], &[1.2, 1.2], &[5.0, 1.4, 1.2, 1.4], &[8.0, 2.0]];
+const DASHES: [&[f64]; 5] = [
+    &[],
+    &[4.0, 1.6],
+    &[1.2, 1.2],
+    &[5.0, 1.4, 1.2, 1.4],
+    &[8.0, 2.0],
+];
 
 /// Space between two panels, points.
 const BETWEEN: f64 = 5.0;
@@ -90,14 +96,23 @@ impl Plot<'_> {
         };
         for (value, words) in upwards.labels() {
             let (_, y) = spot((from, value));
-            picture.line(&[(area.x, y), (area.right(), y)], Stroke::new(palette.grid, 0.4));
-            picture.line(&[(area.x - 2.0, y), (area.x, y)], Stroke::new(palette.text, 0.5));
+            picture.line(
+                &[(area.x, y), (area.right(), y)],
+                Stroke::new(palette.grid, 0.4),
+            );
+            picture.line(
+                &[(area.x - 2.0, y), (area.x, y)],
+                Stroke::new(palette.text, 0.5),
+            );
             let at = (area.x - 3.5, y + size * 0.34);
             picture.text(Text::new(at, words, size, palette.text).anchored(Anchor::End));
         }
         self.time_axis(picture, area, last);
         let mut labelled: Vec<f64> = Vec::new();
-        for threshold in thresholds.iter().filter(|t| (low..=high).contains(&t.value)) {
+        for threshold in thresholds
+            .iter()
+            .filter(|t| (low..=high).contains(&t.value))
+        {
             let (_, y) = spot((from, threshold.value));
             let stroke = Stroke::new(palette.dim, 0.6).dashed(&[2.0, 2.0]);
             picture.line(&[(area.x, y), (area.right(), y)], stroke);
@@ -106,25 +121,44 @@ impl Plot<'_> {
             if labelled.iter().all(|other| (other - y).abs() > size) {
                 labelled.push(y);
                 let baseline = if y - size < area.y { y + size } else { y - 1.8 };
-                let text = Text::new((area.right() - 2.0, baseline), &*threshold.name, size, palette.dim);
+                let text = Text::new(
+                    (area.right() - 2.0, baseline),
+                    &*threshold.name,
+                    size,
+                    palette.dim,
+                );
                 picture.text(text.anchored(Anchor::End).with_halo(palette.background));
             }
         }
         let cursor = self.cursor.map(|step| step as f64 * self.dt);
         if let Some(now) = cursor {
             let (x, _) = spot((now, low));
-            picture.line(&[(x, area.y), (x, area.bottom())], Stroke::new(palette.accent, 0.6));
+            picture.line(
+                &[(x, area.y), (x, area.bottom())],
+                Stroke::new(palette.accent, 0.6),
+            );
         }
         picture.group("curves", Some(area.grown(1.2)), |p| {
             for curve in &curves {
                 for run in &curve.runs {
                     let points: Vec<Spot> = run.iter().copied().map(spot).collect();
                     if let [only] = points[..] {
-                        p.circle(only, curve.stroke.width * 0.8, Some(curve.stroke.color), None);
+                        p.circle(
+                            only,
+                            curve.stroke.width * 0.8,
+                            Some(curve.stroke.color),
+                            None,
+                        );
                     }
                     p.line(&points, curve.stroke.clone());
                 }
-                let point = |now| curve.runs.iter().flatten().find(|p| (p.0 - now) as f32 == 0.0);
+                let point = |now| {
+                    curve
+                        .runs
+                        .iter()
+                        .flatten()
+                        .find(|p| (p.0 - now) as f32 == 0.0)
+                };
                 if let Some(point) = cursor.and_then(point) {
                     let edge = Stroke::new(palette.background, 0.5);
                     p.circle(spot(*point), 1.7, Some(curve.stroke.color), Some(edge));
@@ -162,9 +196,12 @@ impl Plot<'_> {
     fn curves(&self, measure: &Measure) -> Vec<Curve> {
         let runs = |value: &dyn Fn(i64) -> Option<f64>| {
             let steps = self.series.steps();
-            let values: Vec<_> = steps.map(|s| Some((s as f64 * self.dt, value(s)?))).collect();
+            let values: Vec<_> = steps
+                .map(|s| Some((s as f64 * self.dt, value(s)?)))
+                .collect();
             let runs = values.split(Option::is_none).filter(|run| !run.is_empty());
-            runs.map(|run| run.iter().flatten().copied().collect()).collect()
+            runs.map(|run| run.iter().flatten().copied().collect())
+                .collect()
         };
         let all = Curve {
             name: format!("{} of all", measure.danger.extreme()),
@@ -176,7 +213,9 @@ impl Plot<'_> {
             stroke: self.stroke(place),
             runs: runs(&|s| self.series.at(measure.id, id, s).value()),
         };
-        std::iter::once(all).chain(self.emphasised.iter().enumerate().map(of)).collect()
+        std::iter::once(all)
+            .chain(self.emphasised.iter().enumerate().map(of))
+            .collect()
     }
 
     fn stroke(&self, place: usize) -> Stroke {
@@ -202,7 +241,10 @@ impl Plot<'_> {
             let text = Text::new((right, y), curve.name, size, palette.text);
             picture.text(text.anchored(Anchor::End));
             let end = right - width - 3.0;
-            picture.line(&[(end - 12.0, y - size * 0.32), (end, y - size * 0.32)], curve.stroke);
+            picture.line(
+                &[(end - 12.0, y - size * 0.32), (end, y - size * 0.32)],
+                curve.stroke,
+            );
             right -= needed;
         }
     }
@@ -227,7 +269,11 @@ const NEAR: f64 = 0.5;
 /// The axis upwards: from the lowest to the highest value, and to thresholds near them; the risk score always whole.
 fn upwards(measure: &Measure, curves: &[Curve], thresholds: &[f64], most: usize) -> Ticks {
     if measure.id == "risk" {
-        return if most < 5 { Ticks::ends(0.0, 5.0) } else { Ticks::around(0.0, 5.0, 6) };
+        return if most < 5 {
+            Ticks::ends(0.0, 5.0)
+        } else {
+            Ticks::around(0.0, 5.0, 6)
+        };
     }
     let points = curves.iter().flat_map(|c| c.runs.iter().flatten());
     let range = points.fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p.1), h.max(p.1)));
@@ -236,7 +282,10 @@ fn upwards(measure: &Measure, curves: &[Curve], thresholds: &[f64], most: usize)
         return Ticks::ends(0.0, 1.0);
     }
     let room = NEAR * (high - low);
-    let near = thresholds.iter().chain(&[0.0]).filter(|t| (low - room..=high + room).contains(*t));
+    let near = thresholds
+        .iter()
+        .chain(&[0.0])
+        .filter(|t| (low - room..=high + room).contains(*t));
     let (wider_low, wider_high) = near.fold((low, high), |(l, h), &t| (l.min(t), h.max(t)));
     (low, high) = (wider_low, wider_high);
     if high - low <= 1e-9 * low.abs().max(1e-3) {

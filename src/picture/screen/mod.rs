@@ -173,11 +173,18 @@ impl Signs {
     fn add_shape(&mut self, color: Color, shape: shapes::Shape) {
         self.add(color, shape.filled);
         for (width, points) in shape.lines {
-            let path = points.iter().enumerate().map(|(i, p): (usize, &Spot)| match i {
-                0 => Segment::Move(*p),
-                _ => Segment::Line(*p),
-            });
-            match self.lines.iter_mut().find(|(c, w, _)| (*c, *w) == (color, width)) {
+            let path = points
+                .iter()
+                .enumerate()
+                .map(|(i, p): (usize, &Spot)| match i {
+                    0 => Segment::Move(*p),
+                    _ => Segment::Line(*p),
+                });
+            match self
+                .lines
+                .iter_mut()
+                .find(|(c, w, _)| (*c, *w) == (color, width))
+            {
                 Some((_, _, all)) => all.extend(path),
                 None => self.lines.push((color, width, path.collect())),
             }

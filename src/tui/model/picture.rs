@@ -29,7 +29,11 @@ const OFFERS: &[PictureOffer] = &[
     offer(PictureKind::Both, Format::Png, "map and plot, in pixels"),
     offer(PictureKind::Screen, Format::Svg, "whole screen, for papers"),
     offer(PictureKind::Screen, Format::Png, "whole screen, in pixels"),
-    offer(PictureKind::Animation, Format::Gif, "map at every step, animated"),
+    offer(
+        PictureKind::Animation,
+        Format::Gif,
+        "map at every step, animated",
+    ),
 ];
 
 /// The pictures that the list shows, the best match first; nothing typed, those of the pane that has the keys.
@@ -40,8 +44,13 @@ pub fn pictures_shown(picker: &Picker, focus: Pane) -> Vec<&'static PictureOffer
         Pane::Map => PictureKind::Map,
         _ => PictureKind::Screen,
     };
-    let texts = OFFERS.iter().map(|o| format!("{} {}", o.name, o.format.name()));
-    let mut shown: Vec<_> = matching(&picker.text, texts).into_iter().map(|i| &OFFERS[i]).collect();
+    let texts = OFFERS
+        .iter()
+        .map(|o| format!("{} {}", o.name, o.format.name()));
+    let mut shown: Vec<_> = matching(&picker.text, texts)
+        .into_iter()
+        .map(|i| &OFFERS[i])
+        .collect();
     if picker.text.is_empty() {
         shown.sort_by_key(|offer| offer.kind != first);
     }

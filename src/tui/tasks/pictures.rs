@@ -61,7 +61,11 @@ pub fn save(job: &PictureJob, held: &Held) -> Result<String, String> {
         _ => job.format.usual_dpi(),
     };
     let moves = job.format == Format::Gif;
-    let step = if moves { String::new() } else { format!("_step{}", job.step) };
+    let step = if moves {
+        String::new()
+    } else {
+        format!("_step{}", job.step)
+    };
     let stem = format!("{}{step}_{}", file_name(&job.name), job.kind.word());
     let still = match job.kind {
         PictureKind::Screen => Some(screen(job)?),
@@ -79,16 +83,30 @@ pub fn save(job: &PictureJob, held: &Held) -> Result<String, String> {
         true => {
             let steps: Vec<i64> = figure.steps().collect();
             let frame = |i: usize| Ok(figure.at(steps[i]));
-            animate(&mut bytes, steps.len(), job.scenario.dt(), dpi, frame, &held.stop)
-                .map_err(|e| e.to_string())?;
+            animate(
+                &mut bytes,
+                steps.len(),
+                job.scenario.dt(),
+                dpi,
+                frame,
+                &held.stop,
+            )
+            .map_err(|e| e.to_string())?;
         }
         false => {
             let picture = still.unwrap_or_else(|| figure.at(job.step));
-            bytes = job.format.encode(&picture, dpi).map_err(|e| e.to_string())?;
+            bytes = job
+                .format
+                .encode(&picture, dpi)
+                .map_err(|e| e.to_string())?;
         }
     }
     for number in 1..=MOST {
-        let again = if number == 1 { String::new() } else { format!("_{number}") };
+        let again = if number == 1 {
+            String::new()
+        } else {
+            format!("_{number}")
+        };
         let path = folder.join(format!("{stem}{again}.{}", job.format.name()));
         let written = NewFile::begin(&path, false).and_then(|mut file| {
             file.write_all(&bytes).map_err(|source| SaveError::Io {
@@ -98,17 +116,35 @@ pub fn save(job: &PictureJob, held: &Held) -> Result<String, String> {
             file.finish()
         });
         match written {
-            Ok(()) => return Ok(path.strip_prefix(".").unwrap_or(&path).display().to_string()),
+            Ok(()) => {
+                return Ok(path
+                    .strip_prefix(".")
+                    .unwrap_or(&path)
+                    .display()
+                    .to_string());
+            }
             Err(SaveError::Exists(_)) => {}
-            Err(error) => return Err(format!("{error}; `pictures` in config.toml names another folder")),
+            Err(error) => {
+                return Err(format!(
+                    "{error}; `pictures` in config.toml names another folder"
+                ));
+            }
         }
     }
-    Err(format!("{MOST} pictures called {stem} are there already; move some away"))
+    Err(format!(
+        "{MOST} pictures called {stem} are there already; move some away"
+    ))
 }
 
 /// A scenario's name as part of a file's name.
 fn file_name(name: &str) -> String {
-    let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
+    let plain = |c: char| {
+        if c.is_alphanumeric() || "-_.".contains(c) {
+            c
+        } else {
+            '_'
+        }
+    };
     name.chars().take(120).map(plain).collect()
 }
 
@@ -117,9 +153,15 @@ fn screen(job: &PictureJob) -> Result<Picture, String> {
     let screen = painted.ok_or("the screen was not painted")?;
     Ok(screen.picture(Provenance {
         title: format!("nearmiss, {}", job.name),
-        description: format!("The workbench with the scenario {} at time step {}.", job.name, job.step),
+        description: format!(
+            "The workbench with the scenario {} at time step {}.",
+            job.name, job.step
+        ),
         facts: vec![
-            ("program", concat!("nearmiss ", env!("CARGO_PKG_VERSION")).into()),
+            (
+                "program",
+                concat!("nearmiss ", env!("CARGO_PKG_VERSION")).into(),
+            ),
             ("scenario", job.name.clone()),
             ("sha256", job.scenario.hash.to_string()),
             ("step", job.step.to_string()),

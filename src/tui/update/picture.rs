@@ -56,7 +56,13 @@ fn look(model: &Model, kind: PictureKind) -> Look {
     };
     let ego = model.scene().map(|scene| scene.ego.id);
     let mut obstacles: Vec<i64> = model.picked.into_iter().collect();
-    obstacles.extend(model.plot.marked.iter().filter(|id| Some(**id) != model.picked));
+    obstacles.extend(
+        model
+            .plot
+            .marked
+            .iter()
+            .filter(|id| Some(**id) != model.picked),
+    );
     obstacles.retain(|id| Some(*id) != ego);
     Look {
         what: match kind {

@@ -62,10 +62,12 @@ fn hints(model: &Model) -> Vec<(String, String)> {
                 ("x", "worst"),
             ]);
         }
-        Some(Overlay::Palette(_)
+        Some(
+            Overlay::Palette(_)
             | Overlay::Models { .. }
             | Overlay::Pictures(_)
-            | Overlay::Measures { .. }) => {
+            | Overlay::Measures { .. },
+        ) => {
             return fixed(&[
                 ("type", "to search"),
                 ("↑↓", "select"),
