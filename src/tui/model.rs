@@ -20,7 +20,7 @@ pub use drawn::{Drawn, Extent, MapDrawn};
 pub use list::List;
 pub use notices::{Notice, Toast};
 pub use picker::{Picker, measures_shown, models_shown, palette_shown};
-pub use picture::{PictureOffer, pictures_shown};
+pub use picture::pictures_shown;
 pub use plot::Plot;
 pub use prompt::{PromptPane, PromptView};
 pub use values::Values;

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::Output;
 use crate::cli::Failure;
 use crate::cli::open::EgoChoice;
 use crate::metrics::{MEASURES, Measure, measure};
@@ -60,7 +59,7 @@ pub struct Render {
     /// The file to write, .svg, .png or .gif, or a folder that exists; several steps are numbered [default: SVG on
     /// standard output].
     #[arg(short, long, value_name = "PATH")]
-    pub output: Output,
+    pub output: Option<PathBuf>,
     /// svg, png or gif, where the name of the file does not say it.
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     pub format: Option<Format>,

@@ -3,7 +3,6 @@
 mod arguments;
 mod target;
 
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use arguments::Render;
@@ -244,6 +243,3 @@ impl Job<'_> {
         }
     }
 }
-
-/// Where somebody wants the pictures.
-type Output = Option<PathBuf>;

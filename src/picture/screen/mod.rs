@@ -34,7 +34,7 @@ pub struct Screen {
 }
 
 /// Which screen of the workbench is wanted.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct ScreenWanted {
     /// The scenario that is open.
     pub entry: Entry,
