@@ -211,12 +211,20 @@ impl Text {
     /// How wide text is taken to be, points: fonts differ, and every one that is likely is narrower.
     #[must_use]
     pub fn width(words: &str, size: f64) -> f64 {
-        words.chars().count() as f64 * size * LETTER
+        words.chars().map(letter).sum::<f64>() * size
     }
 }
 
-/// Width of a letter in parts of its size: that of the letters that PNG and GIF have.
-pub(super) const LETTER: f64 = 0.56;
+/// Width of a letter in parts of its size, as wide as it is in Helvetica and in PNG.
+fn letter(c: char) -> f64 {
+    match c {
+        ' ' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' => 0.3,
+        'i' | 'j' | 'l' | 'f' | 't' | 'r' | 'I' | '(' | ')' | '-' | '/' => 0.42,
+        'm' | 'w' | 'M' | 'W' | '%' => 0.85,
+        'A'..='Z' => 0.7,
+        _ => 0.57,
+    }
+}
 
 /// Something to draw; what comes later lies over what came before.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::Map;
 use super::bodies::rings;
-use crate::picture::display::{Anchor, Area, Picture, Spot, Stroke, Text};
+use crate::picture::display::{Area, Picture, Spot, Stroke};
 
 /// Marks every contact; gives what the marks cover.
 pub fn draw(map: &Map<'_>, picture: &mut Picture) -> Vec<Area> {
@@ -26,7 +26,7 @@ pub fn draw(map: &Map<'_>, picture: &mut Picture) -> Vec<Area> {
         };
         let ring = rings(map, other.footprint_at(map.step), there).concat();
         let at = between(&own, &ring);
-        covered.extend(mark(map, picture, at));
+        covered.push(mark(map, picture, at));
     }
     covered
 }
@@ -85,8 +85,8 @@ fn nearest(a: &[Spot], b: &[Spot]) -> Vec<Spot> {
     pair.map_or_else(Vec::new, |(p, q)| vec![p, q])
 }
 
-/// A ring with rays, and the word.
-fn mark(map: &Map<'_>, picture: &mut Picture, (x, y): Spot) -> Vec<Area> {
+/// A ring with rays.
+fn mark(map: &Map<'_>, picture: &mut Picture, (x, y): Spot) -> Area {
     let (palette, inner, outer) = (map.palette, 4.2, 7.0);
     let ring = Stroke::new(palette.danger, 1.1);
     let halo = Stroke::new(palette.background.at(0.85), 2.4);
@@ -107,29 +107,13 @@ fn mark(map: &Map<'_>, picture: &mut Picture, (x, y): Spot) -> Vec<Area> {
     for ray in &rays {
         picture.line(ray, ring.clone());
     }
-    let size = map.letters;
-    let words = "contact";
-    let width = Text::width(words, size);
     let mark = Area {
         x: x - outer,
         y: y - outer,
         width: 2.0 * outer,
         height: 2.0 * outer,
     };
-    let above = y - outer - 2.0;
-    let baseline = match above - size > map.view.area.y {
-        true => above,
-        false => y + outer + size,
-    };
-    let text = Text::new((x, baseline), words, size, palette.danger).in_bold(true);
-    picture.text(text.anchored(Anchor::Middle).with_halo(palette.background));
-    let word = Area {
-        x: x - width / 2.0,
-        y: baseline - size * 0.8,
-        width,
-        height: size,
-    };
-    vec![mark, word]
+    mark
 }
 
 #[cfg(test)]

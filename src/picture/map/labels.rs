@@ -16,10 +16,22 @@ struct Label {
     body: Area,
 }
 
-pub fn draw(map: &Map<'_>, picture: &mut Picture, taken: &[Area]) {
-    let labels = wanted(map);
+pub fn draw(map: &Map<'_>, picture: &mut Picture, taken: &[Area], contacts: &[Area]) {
+    let word = |mark: &Area| Label {
+        words: "contact".into(),
+        color: map.palette.danger,
+        bold: true,
+        body: *mark,
+    };
+    let mut labels: Vec<Label> = contacts.iter().map(word).collect();
+    labels.extend(wanted(map));
     let bodies = everybody(map);
-    let mut taken: Vec<Area> = taken.iter().copied().chain(bodies).collect();
+    let mut taken: Vec<Area> = taken
+        .iter()
+        .chain(contacts)
+        .copied()
+        .chain(bodies)
+        .collect();
     for label in labels {
         if let Some((area, lead)) = place(map, &label, &taken) {
             write(map, picture, &label, area, lead);

@@ -44,8 +44,9 @@ impl Map<'_> {
         });
         let mut taken = Vec::new();
         picture.group("furniture", clip, |p| taken = furniture::draw(self, p));
-        picture.group("contact", clip, |p| taken.extend(contact::draw(self, p)));
-        picture.group("labels", clip, |p| labels::draw(self, p, &taken));
+        let mut contacts = Vec::new();
+        picture.group("contact", clip, |p| contacts = contact::draw(self, p));
+        picture.group("labels", clip, |p| labels::draw(self, p, &taken, &contacts));
         picture.rectangle(&area, None, Some(Stroke::new(self.palette.dim, 0.5)));
     }
 

@@ -46,21 +46,20 @@ const DASHES: [&[f64]; 5] = [
     &[8.0, 2.0],
 ];
 
-/// Space between two panels, points.
-const BETWEEN: f64 = 5.0;
-
 impl Plot<'_> {
     /// Draws it.
     pub fn draw(&self, picture: &mut Picture) {
         let measures = self.series.measures();
         let size = self.letters;
         let left = 4.2 * size;
-        let (above, below) = (size + 4.0, 2.6 * size + 4.0);
+        let (above, below) = (size + 5.0, 2.6 * size + 4.0);
+        // The lowest number of a panel and the highest of the next one do not touch.
+        let between = 1.4 * size;
         let panels = measures.len().max(1) as f64;
-        let height = (self.area.height - above - below - (panels - 1.0) * BETWEEN) / panels;
+        let height = (self.area.height - above - below - (panels - 1.0) * between) / panels;
         let panel = |i: usize| Area {
             x: self.area.x + left,
-            y: self.area.y + above + i as f64 * (height + BETWEEN),
+            y: self.area.y + above + i as f64 * (height + between),
             width: self.area.width - left - 0.8 * size,
             height: height.max(4.0),
         };
@@ -108,27 +107,14 @@ impl Plot<'_> {
             picture.text(Text::new(at, words, size, palette.text).anchored(Anchor::End));
         }
         self.time_axis(picture, area, last);
-        let mut labelled: Vec<f64> = Vec::new();
-        for threshold in thresholds
+        let seen: Vec<_> = thresholds
             .iter()
             .filter(|t| (low..=high).contains(&t.value))
-        {
+            .collect();
+        for threshold in &seen {
             let (_, y) = spot((from, threshold.value));
             let stroke = Stroke::new(palette.dim, 0.6).dashed(&[2.0, 2.0]);
             picture.line(&[(area.x, y), (area.right(), y)], stroke);
-            let size = size * 0.85;
-            // Names of thresholds that lie close together would lie over each other.
-            if labelled.iter().all(|other| (other - y).abs() > size) {
-                labelled.push(y);
-                let baseline = if y - size < area.y { y + size } else { y - 1.8 };
-                let text = Text::new(
-                    (area.right() - 2.0, baseline),
-                    &*threshold.name,
-                    size,
-                    palette.dim,
-                );
-                picture.text(text.anchored(Anchor::End).with_halo(palette.background));
-            }
         }
         let cursor = self.cursor.map(|step| step as f64 * self.dt);
         if let Some(now) = cursor {
@@ -165,6 +151,19 @@ impl Plot<'_> {
                 }
             }
         });
+        // Names of thresholds that lie close together would lie over each other.
+        let mut named: Vec<f64> = Vec::new();
+        for threshold in &seen {
+            let (_, y) = spot((from, threshold.value));
+            let size = size * 0.85;
+            if named.iter().all(|other| (other - y).abs() > size) {
+                named.push(y);
+                let baseline = if y - size < area.y { y + size } else { y - 1.8 };
+                let at = (area.right() - 4.0, baseline);
+                let text = Text::new(at, &*threshold.name, size, palette.dim);
+                picture.text(text.anchored(Anchor::End).with_halo(palette.background));
+            }
+        }
         picture.rectangle(&area, None, Some(Stroke::new(palette.text, 0.5)));
         let name = axis_name(measure, size, area.height);
         let at = (self.area.x + size * 0.9, area.y + area.height / 2.0);
