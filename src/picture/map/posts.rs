@@ -7,7 +7,7 @@ use crate::picture::display::{Anchor, Area, Picture, Spot, Stroke, Text};
 use crate::scenario::{Sign, SignElement, SignalColor, TrafficLight};
 
 /// On a map that is wider than this, metres, posts would lie over each other.
-const WIDEST: f64 = 250.0;
+const WIDEST: f64 = 120.0;
 
 pub fn draw(map: &Map<'_>, picture: &mut Picture) {
     if map.view.width() > WIDEST {

@@ -7,6 +7,7 @@ mod comparing;
 mod frames;
 mod looking;
 mod opening;
+mod pictures;
 mod plotting;
 mod prompt;
 mod stored;
