@@ -158,7 +158,7 @@ impl<'a> Figure<'a> {
         let (width, height) = look.size;
         let letters = (width / 34.0).clamp(5.5, 10.0);
         let panels = look.measures.len().max(1) as f64;
-        let plot_height = panels * 0.3 * width + 5.0 * letters;
+        let plot_height = panels * 0.36 * width + 5.0 * letters;
         let (map_height, plot_height) = match (look.what, height) {
             (What::Map, height) => (height.unwrap_or(0.68 * width), 0.0),
             (What::Plot, height) => (0.0, height.unwrap_or(plot_height)),

@@ -83,7 +83,11 @@ fn the_ego_has_its_real_size_and_place_on_the_page() {
 fn labels_lie_over_nothing_that_matters() {
     for name in ["RedLight", "CutIn", "Merge", "JamTail"] {
         let scene = scene(name);
-        let picture = figure(&scene, Look::default()).at(30);
+        let look = Look {
+            seen: Seen::Ego { width: 200.0 },
+            ..Look::default()
+        };
+        let picture = figure(&scene, look).at(30);
         let mut open = Vec::new();
         let mut boxes: Vec<Area> = Vec::new();
         for item in &picture.items {
