@@ -35,11 +35,7 @@ impl Colors {
             let (low, high) = cut(crates.swap_remove(widest));
             crates.extend([low, high]);
         }
-        let entries = crates
-            .iter()
-            .filter(|c| !c.is_empty())
-            .map(|c| mean(c))
-            .collect();
+        let entries = crates.iter().filter(|c| !c.is_empty()).map(mean).collect();
         Self {
             entries,
             known: BTreeMap::new(),

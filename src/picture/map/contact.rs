@@ -107,13 +107,12 @@ fn mark(map: &Map<'_>, picture: &mut Picture, (x, y): Spot) -> Area {
     for ray in &rays {
         picture.line(ray, ring.clone());
     }
-    let mark = Area {
+    Area {
         x: x - outer,
         y: y - outer,
         width: 2.0 * outer,
         height: 2.0 * outer,
-    };
-    mark
+    }
 }
 
 #[cfg(test)]

@@ -241,7 +241,7 @@ fn nothing_is_cut_and_the_keys_that_work_are_told() {
         let keys = bench.frame(columns, rows);
         let keys = keys.lines().last().unwrap();
         assert!(
-            keys.contains("←→ step") && keys.contains("o obstacle") && !keys.contains("choose"),
+            keys.contains("←→ step") && keys.contains("n obstacle") && !keys.contains("choose"),
             "{keys}"
         );
         let seen = pages(&mut bench, columns, rows);
