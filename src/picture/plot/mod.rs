@@ -159,9 +159,10 @@ impl Plot<'_> {
             if named.iter().all(|other| (other - y).abs() > size) {
                 named.push(y);
                 let baseline = if y - size < area.y { y + size } else { y - 1.8 };
-                let at = (area.right() - 4.0, baseline);
+                // On the left, as scenes end with what matters.
+                let at = (area.x + 3.0, baseline);
                 let text = Text::new(at, &*threshold.name, size, palette.dim);
-                picture.text(text.anchored(Anchor::End).with_halo(palette.background));
+                picture.text(text.with_halo(palette.background));
             }
         }
         picture.rectangle(&area, None, Some(Stroke::new(palette.text, 0.5)));
