@@ -14,6 +14,8 @@ pub mod judge;
 pub mod llm;
 /// Safety measures, their registry, series and the risk score.
 pub mod metrics;
+/// Figures of scenes, plots and screens: SVG, PNG, GIF.
+pub mod picture;
 /// Prompt templates and how they are filled.
 pub mod prompts;
 /// Scenarios and scenes, and the files they come from.

@@ -30,5 +30,6 @@ fn workbench() -> cli::Workbench {
     cli::Workbench {
         themes: tui::themes,
         keys: tui::keys,
+        screen: tui::screen,
     }
 }

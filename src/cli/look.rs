@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{Failure, Outcome, output};
 use crate::config::Folders;
+use crate::picture::ScreenPainter;
 
 /// Arguments of `themes`.
 #[derive(Debug, clap::Args)]
@@ -32,6 +33,8 @@ pub struct Workbench {
     pub themes: fn(Option<&str>, &Path, Option<&str>) -> Result<String, String>,
     /// The keys of the user's keymap file, or of the preset of this name; as a file if so wished, else as a table.
     pub keys: fn(&Path, Option<&str>, bool) -> Result<String, Vec<String>>,
+    /// Draws a screen of the workbench.
+    pub screen: ScreenPainter,
 }
 
 /// Runs `themes`.

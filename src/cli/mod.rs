@@ -22,6 +22,7 @@ mod progress;
 mod prompt;
 mod prompts;
 mod ratings;
+mod render;
 mod routes;
 mod runs;
 mod span;
@@ -78,6 +79,8 @@ pub enum Command {
     Ratings(ratings::Ratings),
     /// Runs of the store as a file.
     Export(export::Export),
+    /// Figures for papers: the map, measures over time, or the workbench, as SVG, PNG or GIF.
+    Render(render::Render),
     /// Runs of another store, or the recorded answers of a published repository, into the store.
     Import(import::Import),
     /// The themes of the workbench, as they look in this terminal.
@@ -140,6 +143,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Runs(arguments) => runs::run(arguments),
         Command::Ratings(arguments) => ratings::run(arguments),
         Command::Export(arguments) => export::run(arguments),
+        Command::Render(arguments) => render::run(arguments, workbench.screen),
         Command::Import(arguments) => import::run(arguments),
         Command::Themes(arguments) => look::themes(arguments, workbench),
         Command::Keys(arguments) => look::keys(arguments, workbench),

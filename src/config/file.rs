@@ -1,6 +1,6 @@
 //! `config.toml`: what it may say, and clear words for what it may not.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
@@ -37,6 +37,8 @@ pub struct Config {
     pub budget: Option<f64>,
     /// Who rates answers; the user's name where it is not set.
     pub person: Option<String>,
+    /// Where pictures are saved; the current folder where it is not set.
+    pub pictures: Option<PathBuf>,
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]
     pub providers: toml::Table,
@@ -58,6 +60,7 @@ impl Default for Config {
             concurrency: std::num::NonZeroU32::new(4).unwrap_or(std::num::NonZeroU32::MIN),
             budget: None,
             person: None,
+            pictures: None,
             providers: toml::Table::new(),
         }
     }

@@ -75,6 +75,7 @@ pub enum Action {
     Run,
     RunAnew,
     Compare,
+    SavePicture,
     ChooseModel,
     NextAnswer,
     PreviousAnswer,
@@ -255,6 +256,7 @@ table! {
     Run, Global, "run", ["r"], 3, "run", "Ask the chosen model, or show its answer from the store.";
     RunAnew, Global, "run-anew", ["shift-r"], 0, "anew", "Ask the chosen model anew, even where the store has its answer.";
     Compare, Global, "compare", ["c"], 9, "compare", "Choose another model and ask it too.";
+    SavePicture, Global, "picture", ["o"], 0, "picture", "Save a picture of the map, the plot or the screen, or an animation.";
     ChooseModel, Global, "model", ["m"], 4, "model", "Choose the model that is asked.";
     Edit, Global, "edit", ["e"], 5, "edit prompt", "Edit the prompt template.";
     Filter, Global, "filter", ["/"], 6, "filter", "Filter the list of scenarios.";
@@ -292,8 +294,8 @@ table! {
     PreviousClaim, Global, "previous-claim", ["("], 0, "claim back", "Go to the claim before.";
     CompareScreen, Global, "compare-screen", ["shift-c"], 0, "side by side", "Up to four answers side by side on the whole screen, with their claims checked.";
     BlindMode, Global, "blind", ["shift-b"], 0, "blind", "Compare answers with their models hidden, and rate them.";
-    NextObstacle, Global, "next-obstacle", ["o"], 0, "obstacle", "Pick the next obstacle, the most dangerous first.";
-    PreviousObstacle, Global, "previous-obstacle", ["shift-o"], 0, "obstacle back", "Pick the previous obstacle.";
+    NextObstacle, Global, "next-obstacle", ["n"], 0, "obstacle", "Pick the next obstacle, the most dangerous first.";
+    PreviousObstacle, Global, "previous-obstacle", ["shift-n"], 0, "obstacle back", "Pick the previous obstacle.";
     Mark, Global, "mark", ["b"], 0, "mark", "Plot the picked obstacle beside the others, or no longer.";
     PlotMeasure, Global, "plot", ["p"], 0, "plot", "Choose the measure that is plotted over time.";
     Values, Global, "values", ["shift-v"], 0, "values", "Every measure of the picked obstacle and of the scene at this step, and the thresholds.";

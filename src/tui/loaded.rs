@@ -1,11 +1,13 @@
 //! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
 
 mod facts;
+mod picture;
 mod source;
 
 use std::sync::Arc;
 
 pub use facts::{Facts, Tally, Verdicts, country_of};
+pub use picture::{PictureJob, PictureKind};
 pub use source::Source;
 
 use crate::judge::{Judgement, judge_under};

@@ -9,7 +9,7 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::keymap::{Key, Keymap};
-use super::loaded::{Facts, Measured, Opened, Source};
+use super::loaded::{Facts, Measured, Opened, PictureJob, Source};
 use super::theme::Named;
 use crate::config::{Config, Tags};
 use crate::evaluation::{Answer, Event, Question};
@@ -79,6 +79,8 @@ pub enum Msg {
     EditedOutside(Outside, Result<String, String>),
     /// The source of a scenario was read: of which place in the list.
     Source(usize, Result<Box<Source>, String>),
+    /// A picture was saved, and where; or why not.
+    Pictured(Result<String, String>),
     /// Something went wrong outside.
     Complaint(String),
     /// The program is asked to end.
@@ -221,6 +223,8 @@ pub enum Effect {
     ReadSource(usize, Entry),
     /// Read all templates again.
     RereadTemplates,
+    /// Draw and save a picture.
+    Picture(Box<PictureJob>),
     /// Put text into the clipboard.
     Copy(String),
     /// Use the mouse, or not.

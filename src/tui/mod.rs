@@ -12,6 +12,7 @@ mod outside;
 mod overlays;
 mod reload;
 mod run;
+mod screen;
 mod shell;
 mod tasks;
 mod terminal;
@@ -24,4 +25,5 @@ mod views;
 mod widgets;
 
 pub use run::{Ended, run};
+pub use screen::screen;
 pub use shell::{keys, themes};

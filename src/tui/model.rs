@@ -15,6 +15,7 @@ mod map;
 mod notices;
 mod pane;
 mod picker;
+mod picture;
 mod plot;
 mod prices;
 mod prompt;
@@ -46,6 +47,7 @@ pub use pane::Pane;
 pub use picker::{
     Picker, measures_shown, models_shown, orders_shown, palette_shown, templates_shown,
 };
+pub use picture::pictures_shown;
 pub use plot::Plot;
 pub use prices::Prices;
 pub use prompt::{EntryLine, PromptPane, PromptView};
@@ -118,6 +120,8 @@ pub enum Overlay {
         /// The first line shown.
         scroll: usize,
     },
+    /// Pictures that can be saved.
+    Pictures(Picker),
     /// Measures, to plot one or to sort the list by it.
     Measures {
         /// What is typed and selected.
@@ -148,6 +152,7 @@ impl Overlay {
             | Self::Themes(_)
             | Self::Models { .. }
             | Self::Measures { .. }
+            | Self::Pictures(_)
             | Self::Templates { .. }
             | Self::Tags { .. }
             | Self::History

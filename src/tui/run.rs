@@ -17,7 +17,7 @@ use super::terminal::{Events, Screen, give_back_on_panic};
 use super::theme::{AUTO, Depth, Theme};
 use super::update::{start, update};
 use super::user_file::first;
-use super::{views, widgets};
+use super::{screen, views, widgets};
 use crate::config::{Config, Folders};
 use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
@@ -312,6 +312,10 @@ impl Loop {
             match self.tasks.perform(effect) {
                 None => {}
                 Some(Remaining::Copy(text)) => self.screen.copy(&text)?,
+                Some(Remaining::Picture(mut job)) => {
+                    job.screen = screen::paint(&self.model).map(Some);
+                    self.tasks.draw(job);
+                }
                 Some(Remaining::UseMouse(on)) => self.screen.use_mouse(on)?,
                 Some(Remaining::Suspend) => step = Step::Suspend,
                 Some(Remaining::EditOutside(outside)) => step = Step::EditOutside(outside),

@@ -2,6 +2,7 @@
 
 mod batch;
 pub mod history;
+mod pictures;
 mod queue;
 mod scenarios;
 mod templates;
@@ -15,7 +16,7 @@ use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
 use self::queue::Queue;
-use super::loaded::{Measured, Opened, Source};
+use super::loaded::{Measured, Opened, PictureJob, Source};
 use super::message::{AskId, Effect, Msg, OpenId, Outside, StoredOf};
 use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::{self, Answer, AskError, Judge, Question, Wanted};
@@ -46,6 +47,7 @@ pub struct Tasks {
     /// The ego of a scenario where no obstacle is taken in its place.
     ego: WantedEgo,
     asking: HashMap<AskId, AbortHandle>,
+    pictures: pictures::Drawing,
     /// Cancelled, and not yet written down.
     ending: Vec<AbortHandle>,
     /// Reads for the history, while that is open.
@@ -64,6 +66,8 @@ pub struct Tasks {
 /// What is left to the loop, which has the terminal.
 #[derive(Debug)]
 pub enum Remaining {
+    /// Paint the screen for a picture, and give it back.
+    Picture(Box<PictureJob>),
     /// Put text into the clipboard.
     Copy(String),
     /// Use the mouse, or not.
@@ -106,6 +110,7 @@ impl Tasks {
             store,
             ego,
             asking: HashMap::new(),
+            pictures: pictures::Drawing::default(),
             ending: Vec::new(),
             history: None,
             batches: batch::Batches::default(),
@@ -201,6 +206,8 @@ impl Tasks {
                 let folder = self.folders.prompts();
                 self.background(move || Msg::Reread(Library::load(Some(&folder))));
             }
+            Effect::Picture(job) if job.needs_screen() => return Some(Remaining::Picture(job)),
+            Effect::Picture(job) => self.draw(job),
             Effect::Copy(text) => return Some(Remaining::Copy(text)),
             Effect::UseMouse(on) => return Some(Remaining::UseMouse(on)),
             Effect::Suspend => return Some(Remaining::Suspend),
@@ -272,16 +279,23 @@ impl Tasks {
     /// Cancels what is on its way and waits until that is written down.
     pub async fn finish(&mut self) {
         self.ending.extend(self.batches.abort());
+        self.pictures.stop();
         for (_, handle) in self.asking.drain() {
             handle.abort();
             self.ending.push(handle);
         }
         for _ in 0..PATIENCE {
-            if self.ending.iter().all(AbortHandle::is_finished) {
+            if self.ending.iter().all(AbortHandle::is_finished) && self.pictures.ended() {
                 return;
             }
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
+    }
+
+    /// Draws and saves a picture in the background.
+    pub fn draw(&self, job: Box<PictureJob>) {
+        let drawing = self.pictures.begin();
+        self.background(move || Msg::Pictured(pictures::save(&job, &drawing)));
     }
 
     /// The judge with a model id; all share the budget of the session.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::source::{self, Source, Target};
 
 /// The modules of the domain; evaluation, the command line and the terminal may use them all.
-const DOMAIN: [&str; 12] = [
+const DOMAIN: [&str; 13] = [
     "geometry",
     "scenario",
     "metrics",
@@ -18,6 +18,7 @@ const DOMAIN: [&str; 12] = [
     "simulation",
     "generation",
     "store",
+    "picture",
 ];
 
 /// Top-level modules and what each may import beside itself; a module that is not here fails.
@@ -39,6 +40,8 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
             "geometry",
         ],
         "store" => &["verdict"],
+        // Figures show scenes and their measures; the screen of the terminal comes to them as cells.
+        "picture" => &["metrics", "scenario", "geometry"],
         "evaluation" => &DOMAIN,
         "cli" | "tui" => {
             return Some([&DOMAIN[..], &["evaluation", "config"]].concat());
@@ -53,7 +56,7 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
 const EVERYWHERE: &str = "system";
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
-const HOMES: [(&str, &[&str]); 13] = [
+const HOMES: [(&str, &[&str]); 17] = [
     ("ratatui", &["tui/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
@@ -67,6 +70,10 @@ const HOMES: [(&str, &[&str]); 13] = [
     ("petgraph", &["scenario/road/"]),
     ("parquet", &["cli/metrics/", "cli/export/"]),
     ("indicatif", &["cli/"]),
+    ("tiny_skia", &["picture/"]),
+    ("png", &["picture/"]),
+    ("gif", &["picture/"]),
+    ("noto_sans_mono_bitmap", &["picture/glyphs.rs"]),
 ];
 
 /// What the parts of the terminal may import of each other; parts that are not here are free.
@@ -98,8 +105,8 @@ const TUI_ALLOWED: [(&str, &[&str]); 4] = [
 /// What nobody else in the terminal may import: the root module and the loop put the parts together.
 const TUI_ENDS: [&str; 6] = ["views", "overlays", "update", "tasks", "terminal", "run"];
 
-/// The loop: like the root module, it puts the parts together.
-const TUI_LOOP: &str = "run";
+/// The loop, and the workbench without a terminal: like the root module, they put the parts together.
+const TUI_LOOPS: [&str; 2] = ["run", "screen"];
 
 /// How a program writes to a terminal.
 const WRITING: [&str; 8] = [
@@ -153,7 +160,7 @@ fn inside(from: &[String], to: &[String]) -> Option<String> {
     let Some(wanted) = to.get(1).map(String::as_str) else {
         return Some("name the part of the terminal that is meant, not `tui` itself".into());
     };
-    if part == wanted || part == TUI_LOOP {
+    if part == wanted || TUI_LOOPS.contains(&part) {
         return None;
     }
     let allowed = TUI_ALLOWED.iter().find(|(name, _)| *name == part);

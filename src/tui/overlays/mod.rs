@@ -46,6 +46,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Models { picker: typed, ask } => {
                 picker::models(frame, screen, model, typed, *ask);
             }
+            Overlay::Pictures(typed) => picker::pictures(frame, screen, model, typed),
             Overlay::Measures {
                 picker: typed,
                 sort,

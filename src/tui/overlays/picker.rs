@@ -13,7 +13,7 @@ use crate::prompts::{Library, Origin};
 use crate::text::visible;
 use crate::tui::model::{
     Model, Order, Picker, measures_shown, models_shown, orders_shown, palette_shown,
-    templates_shown, themes_shown,
+    pictures_shown, templates_shown, themes_shown,
 };
 use crate::tui::widgets::words::{fit, pad};
 
@@ -86,6 +86,13 @@ pub fn models(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picke
         ..inner
     };
     frame.render_widget(Line::styled(hint, Style::new().fg(model.theme.dim)), row);
+}
+
+pub fn pictures(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
+    let inner = super::window(frame, screen, model, "save a picture", (64, 16));
+    let rows = pictures_shown(picker, model.focus).into_iter();
+    let rows = rows.map(|offer| (offer.name.to_string(), offer.format.name().to_string()));
+    draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
 }
 
 pub fn templates(frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {

@@ -255,7 +255,7 @@ fn stored_answers_come_back_with_their_scenario_ego_and_task() {
         "the newest of each model"
     );
     assert!(bench.frame(120, 40).contains("yes ="));
-    bench.press("o shift-e");
+    bench.press("n shift-e");
     assert!(
         bench.model.answers.columns.is_empty(),
         "answers about the other ego are put away"

@@ -16,6 +16,7 @@ mod look;
 mod looking;
 mod map;
 mod opening;
+mod pictures;
 mod plotting;
 mod prompt;
 mod reasoning;

@@ -92,7 +92,7 @@ fn nothing_found_is_said() {
 fn an_obstacle_can_be_the_ego_and_the_recorded_one_comes_back() {
     let mut bench = Bench::bundled();
     let recorded = bench.model.scene().unwrap().ego.id;
-    bench.press("o shift-e");
+    bench.press("n shift-e");
     let taken = bench.model.scene().unwrap().ego.id;
     assert_ne!(taken, recorded);
     assert!(bench.frame(120, 40).contains(&format!("{taken} as ego")));
@@ -113,7 +113,7 @@ fn a_chosen_file_is_shown_as_the_source_of_the_ego_and_comes_back() {
         path: path.clone(),
         planning_problem: None,
     };
-    bench.press("o shift-e");
+    bench.press("n shift-e");
     assert!(bench.frame(160, 45).contains("as ego"));
     bench.press(":");
     bench.type_text("recorded-ego");
@@ -154,7 +154,7 @@ fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
             .text
             .contains("take it as ego")
     );
-    bench.press("o shift-e");
+    bench.press("n shift-e");
     assert!(bench.model.scene().is_some());
 }
 

@@ -11,14 +11,14 @@ fn any_measure_is_plotted_for_chosen_obstacles() {
     bench.press("enter");
     assert_eq!(bench.model.plot.measure.id, "ttc");
     let picked = bench.model.picked.unwrap();
-    bench.press("b o b o");
+    bench.press("b n b n");
     assert_eq!(bench.model.plot.marked.len(), 2);
     assert_eq!(bench.model.plot.marked[0], picked);
     let frame = bench.frame(200, 60);
     for words in ["· picked", "critical 1.50 s", &format!("━{picked}")] {
         assert!(frame.contains(words), "{words}: {frame}");
     }
-    bench.press("shift-o b");
+    bench.press("shift-n b");
     assert_eq!(bench.model.plot.marked.len(), 1);
     bench.press("down");
     assert!(bench.model.plot.marked.is_empty(), "of another scenario");
@@ -94,7 +94,7 @@ fn axes_have_round_ends_and_units_and_marks_have_names() {
     let mut bench = Bench::bundled();
     bench.press("p");
     bench.type_text("distance");
-    bench.press("enter b o b o");
+    bench.press("enter b n b n");
     for (columns, rows) in [(80, 24), (120, 40), (200, 60)] {
         let plot = plotted(&bench, columns, rows);
         assert!(plot.contains("6 s") && plot.contains(" m┤"), "{plot}");

@@ -75,7 +75,7 @@ fn steps_and_obstacles_can_be_changed_while_it_is_open() {
     bench.press("left");
     assert_eq!(line(&bench, "ttc"), ttc);
     let picked = bench.model.picked.unwrap();
-    bench.press("o");
+    bench.press("n");
     let next = bench.model.picked.unwrap();
     assert_ne!(next, picked);
     assert!(bench.frame(120, 40).contains(&format!(" {next} at ")));
@@ -90,7 +90,7 @@ fn steps_and_obstacles_can_be_changed_while_it_is_open() {
 #[test]
 fn values_are_asked_for_only_while_they_are_shown_and_old_ones_are_dropped() {
     let mut bench = Bench::bundled();
-    bench.press("o o right");
+    bench.press("n n right");
     assert!(bench.model.values.asked.is_none());
     bench.press("shift-v");
     let (id, _) = bench.model.values.asked.unwrap();
@@ -100,7 +100,7 @@ fn values_are_asked_for_only_while_they_are_shown_and_old_ones_are_dropped() {
         id,
         "nothing is measured twice"
     );
-    bench.press("o");
+    bench.press("n");
     let known = bench.model.values.of(bench.model.picked).is_some();
     assert!(known);
     let scene = bench.model.opened.as_ref().unwrap().scene.clone().unwrap();
@@ -217,7 +217,7 @@ fn thresholds_of_the_users_change_plot_list_and_judge() {
 #[test]
 fn an_obstacle_that_is_the_ego_stays_it_with_other_thresholds() {
     let mut bench = Bench::bundled();
-    bench.press("o shift-e");
+    bench.press("n shift-e");
     let taken = bench.model.scene().unwrap().ego.id;
     bench.send(Msg::Thresholds(Ok(own())));
     assert_eq!(bench.model.scene().unwrap().ego.id, taken);
@@ -241,7 +241,7 @@ fn nothing_is_cut_and_the_keys_that_work_are_told() {
         let keys = bench.frame(columns, rows);
         let keys = keys.lines().last().unwrap();
         assert!(
-            keys.contains("←→ step") && keys.contains("o obstacle") && !keys.contains("choose"),
+            keys.contains("←→ step") && keys.contains("n obstacle") && !keys.contains("choose"),
             "{keys}"
         );
         let seen = pages(&mut bench, columns, rows);
@@ -266,7 +266,7 @@ fn nothing_is_cut_and_the_keys_that_work_are_told() {
 #[test]
 fn thresholds_read_again_keep_what_was_picked_and_marked() {
     let mut bench = Bench::bundled();
-    bench.press("b o b right right");
+    bench.press("b n b right right");
     let kept = |bench: &Bench| {
         let model = &bench.model;
         (model.picked, model.plot.marked.clone(), model.clock.step())

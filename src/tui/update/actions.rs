@@ -6,7 +6,7 @@ use super::super::message::{Effect, StoredOf};
 use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
 use super::{
     answers, batch, claims, clock, compare, editing, history, jobs, list, look, map, open,
-    open_current, plot, rating, source, task, timeline,
+    open_current, picture, plot, rating, source, task, timeline,
 };
 use crate::scenario::EgoSource;
 use crate::text::Frame;
@@ -42,6 +42,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Palette => model.overlays.push(Overlay::Palette(Picker::default())),
         ChooseModel => choose_model(model, false),
         Compare => choose_model(model, true),
+        SavePicture => picture::choose(model),
         NextPane => focus_next(model, 1),
         PreviousPane => focus_next(model, Pane::ALL.len() - 1),
         Zoom => model.zoomed = !model.zoomed,

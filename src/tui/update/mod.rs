@@ -14,6 +14,7 @@ mod list;
 mod look;
 mod map;
 mod overlays;
+mod picture;
 mod plot;
 mod pointer;
 mod rating;
@@ -22,6 +23,8 @@ mod source;
 mod task;
 mod timeline;
 mod values;
+
+pub use actions::perform;
 
 use super::action::Action;
 use super::keymap::{Code, Key};
@@ -133,6 +136,10 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         }
         Msg::Source(place, read) => {
             source::read(model, place, read);
+            Vec::new()
+        }
+        Msg::Pictured(saved) => {
+            picture::saved(model, saved);
             Vec::new()
         }
         Msg::Complaint(text) => {

@@ -5,10 +5,10 @@ use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
 use super::super::model::{
     Model, Overlay, Picker, measures_shown, models_shown, orders_shown, palette_shown,
-    templates_shown, themes_shown,
+    pictures_shown, templates_shown, themes_shown,
 };
 use super::{
-    actions, answers, batch, editing, history, jobs, list, look, map, plot, source, values,
+    actions, answers, batch, editing, history, jobs, list, look, map, picture, plot, source, values,
 };
 
 /// A key while an overlay is open.
@@ -98,6 +98,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     let lines = match model.overlays.last() {
         Some(Overlay::Palette(picker)) => palette_shown(picker).len(),
         Some(Overlay::Themes(picker)) => themes_shown(model, picker).len(),
+        Some(Overlay::Pictures(picker)) => pictures_shown(picker, model.focus).len(),
         Some(Overlay::Models { picker, .. }) => models_shown(model, picker).len(),
         Some(Overlay::Measures { picker, sort: true }) => orders_shown(picker).len(),
         Some(Overlay::Measures { picker, .. }) => measures_shown(picker).len(),
@@ -118,6 +119,7 @@ pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
     match model.overlays.last_mut()? {
         Overlay::Palette(picker)
         | Overlay::Themes(picker)
+        | Overlay::Pictures(picker)
         | Overlay::Models { picker, .. }
         | Overlay::Measures { picker, .. }
         | Overlay::Templates { picker }
@@ -144,6 +146,7 @@ fn choose(model: &mut Model) -> Vec<Effect> {
             }
         }
         Some(Overlay::Themes(picker)) => look::take(model, &picker),
+        Some(Overlay::Pictures(picker)) => picture::chosen(model, &picker),
         Some(Overlay::Measures { picker, sort: true }) => {
             match orders_shown(&picker).get(picker.selected) {
                 Some(order) => list::sort(model, *order),

@@ -178,6 +178,7 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             Overlay::Palette(_)
             | Overlay::Models { .. }
             | Overlay::Measures { .. }
+            | Overlay::Pictures(_)
             | Overlay::Templates { .. },
         ) => {
             return fixed(&[

@@ -1,7 +1,6 @@
 //! A measure over time: the most dangerous of all obstacles, the picked one, the marked ones, and thresholds.
 
 mod axes;
-mod ticks;
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -13,11 +12,11 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::metrics::{Measure, Series};
+use crate::picture::Ticks;
 use crate::tui::loaded::Opened;
 use crate::tui::model::{Model, Pane};
 use crate::tui::widgets::frame;
 use crate::tui::widgets::words::{fit, quantity};
-use ticks::Ticks;
 
 /// A line of the plot: what it is called, its colour, its points.
 struct Curve {

@@ -6,7 +6,7 @@ use ratatui::style::{Color, Style};
 use ratatui::text::Span;
 use unicode_width::UnicodeWidthStr;
 
-use super::ticks::Ticks;
+use crate::picture::Ticks;
 
 /// Rows that a plot needs for a line along its lower end.
 const ROWS_WITH_LINE: u16 = 8;

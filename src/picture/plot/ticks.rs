@@ -12,16 +12,19 @@ pub struct Ticks {
 
 impl Ticks {
     /// Round numbers that `low` and `high` lie between, at most `most` of them but always two.
+    #[must_use]
     pub fn around(low: f64, high: f64, most: usize) -> Self {
         Self::of(low, high, most, |from, to| (from.floor(), to.ceil()))
     }
 
     /// Round numbers between `low` and `high`, for an axis whose ends are given.
+    #[must_use]
     pub fn within(low: f64, high: f64, most: usize) -> Self {
         Self::of(low, high, most, |from, to| (from.ceil(), to.floor()))
     }
 
     /// The two numbers, if nothing better is wanted.
+    #[must_use]
     pub fn ends(low: f64, high: f64) -> Self {
         Self {
             first: low,
@@ -63,6 +66,7 @@ impl Ticks {
     }
 
     /// The first and the last one.
+    #[must_use]
     pub fn bounds(&self) -> (f64, f64) {
         (self.first, self.at(self.count.saturating_sub(1)))
     }
@@ -72,6 +76,7 @@ impl Ticks {
     }
 
     /// The numbers, and how they are written.
+    #[must_use]
     pub fn labels(&self) -> Vec<(f64, String)> {
         let values = (0..self.count).map(|i| self.at(i));
         values.map(|v| (v, self.written(v))).collect()

@@ -1,0 +1,245 @@
+//! `nearmiss render`: figures of scenes, plots and the workbench, for papers.
+
+mod arguments;
+mod target;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+pub use arguments::Render;
+use arguments::Shown;
+use target::Target;
+
+use super::in_order::in_order;
+use super::interrupt::{INTERRUPTED, interrupted};
+use super::open::{Opened, configuration, found, scene_and_doubts, scene_beside, user_thresholds};
+use super::progress::Progress;
+use super::{Failure, Outcome, output};
+use crate::metrics::Thresholds;
+use crate::picture::{
+    Figure, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenWanted, Subject,
+    animate,
+};
+use crate::scenario::{Entry, WantedEgo};
+
+/// Everything that holds for all scenarios of a call.
+struct Job<'a> {
+    arguments: &'a Render,
+    thresholds: Thresholds,
+    palette: Palette,
+    ego: WantedEgo,
+    target: Target,
+    dpi: f64,
+    painter: ScreenPainter,
+    stop: &'a AtomicBool,
+}
+
+/// Runs `render`; `painter` draws screens of the workbench.
+pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
+    let entries = found(&arguments.paths)?;
+    let target = Target::new(arguments, &entries)?;
+    let (folders, config) = configuration()?;
+    let stop = interrupted(true).map_err(|e| Failure::system("Ctrl-C", &e))?;
+    let theme = arguments.theme(config.theme.as_deref());
+    let job = Job {
+        arguments,
+        thresholds: user_thresholds(&folders)?,
+        palette: Palette::named(&theme, &folders.themes()).map_err(Failure::input)?,
+        ego: arguments.ego.wanted()?,
+        dpi: arguments.dpi(target.format)?,
+        target,
+        painter,
+        stop: &stop,
+    };
+    arguments.check()?;
+    let mut failed = 0;
+    for entry in &entries {
+        match job.render(entry, &theme) {
+            Ok(()) => {}
+            Err(failure) if entries.len() == 1 || failure.status == INTERRUPTED => {
+                return Err(failure);
+            }
+            Err(failure) => {
+                failed += 1;
+                failure.say();
+            }
+        }
+    }
+    match failed {
+        0 => Ok(()),
+        n if n == entries.len() => Err(Failure::input("no scenario could be drawn")),
+        n => Err(Failure {
+            message: format!("{n} of {} scenarios could not be drawn", entries.len()),
+            status: 1,
+        }),
+    }
+}
+
+fn stopped() -> Failure {
+    Failure {
+        message: "interrupted; pictures that were whole are kept".into(),
+        status: INTERRUPTED,
+    }
+}
+
+impl Job<'_> {
+    fn render(&self, entry: &Entry, theme: &str) -> Outcome {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(stopped());
+        }
+        if self.arguments.what == Shown::Screen {
+            return self.screens(entry, theme);
+        }
+        let opened = self.open(entry)?;
+        let scenario;
+        let subject = match &opened {
+            Some((scene, doubts)) => {
+                doubts.iter().for_each(|doubt| output::say(doubt));
+                Subject::with_ego(scene)
+            }
+            None => {
+                scenario = entry.read().map_err(Failure::input)?;
+                Subject {
+                    scenario: &scenario,
+                    scene: None,
+                }
+            }
+        };
+        let look = Look {
+            palette: self.palette.clone(),
+            ..self.arguments.look()?
+        };
+        let named =
+            |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
+        let figure =
+            Figure::new(subject, &entry.name, look, &self.thresholds).map_err(|e| named(&e))?;
+        let steps = self.steps(entry, figure.steps(), figure.telling_step())?;
+        self.write(entry, &steps, subject.scenario.dt(), |step| {
+            Ok(figure.at(step))
+        })
+    }
+
+    fn open(&self, entry: &Entry) -> Result<Option<Opened>, Failure> {
+        match self.ego {
+            WantedEgo::Beside => scene_beside(entry),
+            _ => scene_and_doubts(entry, &self.arguments.ego).map(Some),
+        }
+    }
+
+    /// The steps that are drawn.
+    fn steps(
+        &self,
+        entry: &Entry,
+        all: std::ops::Range<i64>,
+        telling: i64,
+    ) -> Result<Vec<i64>, Failure> {
+        if let Some(wrong) = self.arguments.at.iter().find(|at| !all.contains(at)) {
+            return Err(Failure::input(format!(
+                "--at {wrong}: {} has the steps {} to {}",
+                entry.display(),
+                all.start,
+                all.end - 1
+            )));
+        }
+        Ok(match (&self.arguments.at[..], self.arguments.all) {
+            (_, true) => all.collect(),
+            ([], false) => vec![telling],
+            (at, false) => at.to_vec(),
+        })
+    }
+
+    fn screens(&self, entry: &Entry, theme: &str) -> Outcome {
+        let wanted = |step| ScreenWanted {
+            entry: entry.clone(),
+            ego: self.ego.clone(),
+            size: self.arguments.cells(),
+            step,
+            obstacle: self.arguments.obstacle.first().copied(),
+            measure: self.arguments.plot.first().copied(),
+            theme: theme.to_string(),
+        };
+        let (_, telling) = (self.painter)(&wanted(None)).map_err(Failure::input)?;
+        let scenario = entry.read().map_err(Failure::input)?;
+        let all = match self.open(entry)? {
+            Some((scene, _)) => scene.steps(),
+            None => scenario.steps(),
+        };
+        let steps = self.steps(entry, all, telling)?;
+        self.write(entry, &steps, scenario.dt(), |step| {
+            let (screen, _) = (self.painter)(&wanted(Some(step)))?;
+            Ok(screen.picture(Provenance {
+                title: format!("nearmiss, {}", entry.name),
+                description: format!(
+                    "The workbench with the scenario {} at time step {step}.",
+                    entry.name
+                ),
+                facts: vec![
+                    (
+                        "program",
+                        concat!("nearmiss ", env!("CARGO_PKG_VERSION")).into(),
+                    ),
+                    ("scenario", entry.name.clone()),
+                    ("sha256", scenario.hash.to_string()),
+                    ("step", step.to_string()),
+                ],
+            }))
+        })
+    }
+
+    fn write(
+        &self,
+        entry: &Entry,
+        steps: &[i64],
+        dt: f64,
+        draw: impl Fn(i64) -> Result<Picture, String> + Sync,
+    ) -> Outcome {
+        let (target, dpi) = (&self.target, self.dpi);
+        let named =
+            |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
+        if target.format == Format::Gif {
+            let mut file = target.begin(entry, None)?;
+            let drawn = animate(
+                &mut file,
+                steps.len(),
+                dt,
+                dpi,
+                |i| draw(steps[i]),
+                self.stop,
+            );
+            return match drawn {
+                Ok(_) => file.finish(),
+                Err(_) if self.stop.load(Ordering::Relaxed) => Err(stopped()),
+                Err(error) => Err(named(&error)),
+            };
+        }
+        let several = steps.len() > 1;
+        let progress = Progress::new(steps.len(), "pictures", true);
+        let work = |i: usize| -> Result<Vec<u8>, String> {
+            let picture = draw(steps[i])?;
+            target
+                .format
+                .encode(&picture, dpi)
+                .map_err(|e| e.to_string())
+        };
+        let (mut outcome, mut next) = (Ok(()), 0);
+        in_order(steps.len(), self.stop, work, |bytes| {
+            let step = several.then(|| steps[next]);
+            next += 1;
+            progress.step();
+            let written = bytes
+                .map_err(|e| named(&e))
+                .and_then(|bytes| target.save(entry, step, &bytes));
+            match written {
+                Ok(()) => std::ops::ControlFlow::Continue(()),
+                Err(failure) => {
+                    outcome = Err(failure);
+                    std::ops::ControlFlow::Break(())
+                }
+            }
+        });
+        outcome?;
+        match next == steps.len() {
+            true => Ok(()),
+            false => Err(stopped()),
+        }
+    }
+}

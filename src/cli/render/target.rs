@@ -1,0 +1,180 @@
+//! Where pictures go: standard output, a file, or a folder; each is there whole or not at all.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::Render;
+use crate::cli::Failure;
+use crate::picture::Format;
+use crate::scenario::Entry;
+use crate::scenario::commonroad::{NewFile, SaveError};
+
+/// Where pictures go, and how they are written.
+pub struct Target {
+    place: Place,
+    /// How.
+    pub format: Format,
+    overwrite: bool,
+}
+
+enum Place {
+    Stdout,
+    File(PathBuf),
+    Folder(PathBuf),
+}
+
+/// A file or standard output that is being written.
+pub enum Begun {
+    Stdout(Vec<u8>),
+    File(NewFile),
+}
+
+impl Target {
+    /// The one that was asked for.
+    pub fn new(arguments: &Render, entries: &[Entry]) -> Result<Self, Failure> {
+        let place = match &arguments.output {
+            None => Place::Stdout,
+            Some(path) if path.as_os_str() == "-" => Place::Stdout,
+            Some(path) if path.is_dir() => Place::Folder(path.clone()),
+            Some(path) => Place::File(path.clone()),
+        };
+        let of_name = match &place {
+            Place::File(path) => Format::of_file(path),
+            _ => None,
+        };
+        let format = match (arguments.format, of_name, &place) {
+            (Some(asked), Some(named), Place::File(path)) if asked != named => {
+                return Err(Failure::input(format!(
+                    "--format {} does not go with the name {}; leave --format out or name another file",
+                    asked.name(),
+                    path.display()
+                )));
+            }
+            (None, None, Place::File(path)) => {
+                return Err(Failure::input(format!(
+                    "{}: the ending does not say how to write it; the known ones are .svg, .png and .gif, --format says \
+                     it for any name, and a folder must exist",
+                    path.display()
+                )));
+            }
+            (asked, named, _) => asked.or(named).unwrap_or(Format::Svg),
+        };
+        let steps = match (arguments.all, arguments.at.len()) {
+            (true, _) => 2,
+            (false, at) => at,
+        };
+        if format == Format::Gif && steps < 2 {
+            return Err(Failure::input(
+                "GIF is for animations: --all, or several steps with --at",
+            ));
+        }
+        let target = Self {
+            place,
+            format,
+            overwrite: arguments.overwrite,
+        };
+        match &target.place {
+            Place::Folder(_) => target.without_clash(entries),
+            _ if entries.len() > 1 => Err(Failure::input(format!(
+                "pictures of {} scenarios go into a folder that exists: -o FOLDER",
+                entries.len()
+            ))),
+            Place::Stdout if steps > 1 && format != Format::Gif => Err(Failure::input(
+                "several pictures go into files: -o FOLDER, or -o NAME.svg or NAME.png, which are numbered then",
+            )),
+            _ => Ok(target),
+        }
+    }
+
+    fn without_clash(self, entries: &[Entry]) -> Result<Self, Failure> {
+        let mut seen = std::collections::HashMap::new();
+        let clash = entries
+            .iter()
+            .find_map(|e| Some((seen.insert(&e.name, e)?, e)));
+        match clash {
+            Some((a, b)) => Err(Failure::input(format!(
+                "{} and {} would both be drawn as {}; draw them into folders of their own",
+                a.display(),
+                b.display(),
+                a.name
+            ))),
+            None => Ok(self),
+        }
+    }
+
+    /// The file of a scenario, numbered by its step where there are several.
+    fn path(&self, entry: &Entry, step: Option<i64>) -> Option<PathBuf> {
+        let ending = self.format.name();
+        let number = step.map_or(String::new(), |step| format!("_{step:04}"));
+        match &self.place {
+            Place::Stdout => None,
+            Place::Folder(folder) => Some(folder.join(format!("{}{number}.{ending}", entry.name))),
+            Place::File(path) if step.is_none() => Some(path.clone()),
+            Place::File(path) => {
+                let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+                let ending = path
+                    .extension()
+                    .map_or(ending.into(), |e| e.to_string_lossy());
+                Some(path.with_file_name(format!("{stem}{number}.{ending}")))
+            }
+        }
+    }
+
+    /// Begins the file of a scenario.
+    pub fn begin(&self, entry: &Entry, step: Option<i64>) -> Result<Begun, Failure> {
+        match self.path(entry, step) {
+            None => Ok(Begun::Stdout(Vec::new())),
+            Some(path) => Ok(Begun::File(begin(&path, self.overwrite)?)),
+        }
+    }
+
+    /// Writes a whole picture.
+    pub fn save(&self, entry: &Entry, step: Option<i64>, bytes: &[u8]) -> Result<(), Failure> {
+        let mut begun = self.begin(entry, step)?;
+        begun
+            .write_all(bytes)
+            .map_err(|e| Failure::system(entry.display(), &e))?;
+        begun.finish()
+    }
+}
+
+fn begin(path: &Path, overwrite: bool) -> Result<NewFile, Failure> {
+    NewFile::begin(path, overwrite).map_err(|error| match error {
+        SaveError::Exists(_) => Failure::input(format!("{error} (--overwrite)")),
+        _ => Failure::input(error),
+    })
+}
+
+impl Write for Begun {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        match self {
+            Self::Stdout(all) => all.write(bytes),
+            Self::File(file) => file.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        match self {
+            Self::Stdout(_) => Ok(()),
+            Self::File(file) => file.flush(),
+        }
+    }
+}
+
+impl Begun {
+    /// Puts it in its place.
+    pub fn finish(self) -> Result<(), Failure> {
+        match self {
+            Self::File(file) => file.finish().map_err(Failure::input),
+            Self::Stdout(bytes) => {
+                let mut out = std::io::stdout().lock();
+                match out.write_all(&bytes).and_then(|()| out.flush()) {
+                    Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+                        Err(Failure::system("standard output", &e))
+                    }
+                    _ => Ok(()),
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! Pictures one after the other as an animated GIF, a few of them in memory at a time.
+
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use gif::{Encoder, Frame, Repeat};
+use rayon::prelude::*;
+use tiny_skia::Pixmap;
+
+use super::Picture;
+use super::colors::Colors;
+use super::raster::{RasterError, pixels, rgb};
+
+/// Why there is no animation.
+#[derive(Debug, thiserror::Error)]
+pub enum AnimationError {
+    /// A frame cannot be painted.
+    #[error(transparent)]
+    Raster(#[from] RasterError),
+    /// It could not be written.
+    #[error("{}", crate::system::words(.0))]
+    Io(#[from] std::io::Error),
+    /// The encoder refused.
+    #[error("the GIF could not be written: {0}")]
+    Encoding(String),
+    /// A picture cannot be drawn.
+    #[error("{0}")]
+    Picture(String),
+    /// It was stopped.
+    #[error("stopped")]
+    Stopped,
+}
+
+impl From<gif::EncodingError> for AnimationError {
+    fn from(error: gif::EncodingError) -> Self {
+        match error {
+            gif::EncodingError::Io(error) => Self::Io(error),
+            other => Self::Encoding(other.to_string()),
+        }
+    }
+}
+
+/// Hundredths of a second that viewers show a frame at least; shorter ones are shown much longer.
+const SHORTEST: f64 = 2.0;
+/// Hundredths of a second that the last frame stays in addition.
+const REST: u16 = 100;
+/// Frames whose colours are looked at.
+const SAMPLES: usize = 6;
+
+/// Writes `count` pictures, each `dt` seconds after the one before, for ever anew; gives the number of frames. Where
+/// steps are shorter than viewers can show, some are left out.
+///
+/// # Errors
+/// See [`AnimationError`].
+pub fn animate(
+    out: impl Write,
+    count: usize,
+    dt: f64,
+    dpi: f64,
+    picture: impl Fn(usize) -> Result<Picture, String> + Sync,
+    stop: &AtomicBool,
+) -> Result<usize, AnimationError> {
+    let stride = (SHORTEST / (dt * 100.0)).ceil().clamp(1.0, 1000.0) as usize;
+    let shown: Vec<usize> = (0..count).step_by(stride).collect();
+    let paint = |place: &usize| -> Result<Pixmap, AnimationError> {
+        if stop.load(Ordering::Relaxed) {
+            return Err(AnimationError::Stopped);
+        }
+        let picture = picture(*place).map_err(AnimationError::Picture)?;
+        Ok(pixels(&picture, dpi)?)
+    };
+    let every = shown.len().div_ceil(SAMPLES).max(1);
+    let samples: Vec<usize> = shown
+        .iter()
+        .copied()
+        .step_by(every)
+        .chain(shown.last().copied())
+        .collect();
+    let samples: Result<Vec<Vec<u8>>, _> = samples
+        .par_iter()
+        .map(|place| Ok::<_, AnimationError>(rgb(&paint(place)?)))
+        .collect();
+    let mut colors = Colors::of(samples?.iter().map(Vec::as_slice));
+
+    let mut writer: Option<Encoder<_>> = None;
+    let mut out = Some(out);
+    let mut before: Vec<u8> = Vec::new();
+    let (mut written, mut time) = (0, 0.0);
+    for some in shown.chunks(rayon::current_num_threads().max(1)) {
+        let painted: Result<Vec<Pixmap>, _> = some.par_iter().map(paint).collect();
+        for pixmap in painted? {
+            let (width, height) = (pixmap.width() as usize, pixmap.height() as usize);
+            let places: Vec<u8> = rgb(&pixmap)
+                .chunks_exact(3)
+                .map(|p| colors.place([p[0], p[1], p[2]]))
+                .collect();
+            if let Some(out) = out.take() {
+                let size = |pixels: usize| u16::try_from(pixels).unwrap_or(u16::MAX);
+                let mut encoder = Encoder::new(out, size(width), size(height), &colors.table())?;
+                encoder.set_repeat(Repeat::Infinite)?;
+                writer = Some(encoder);
+            }
+            let Some(encoder) = &mut writer else { break };
+            // Rounded from the beginning, so that mistakes do not add up.
+            let end = time + dt * 100.0 * stride as f64;
+            let last = written + 1 == shown.len();
+            let mut frame = changed(&before, &places, width);
+            frame.delay = (end.round() - f64::round(time)) as u16 + if last { REST } else { 0 };
+            encoder.write_frame(&frame)?;
+            time = end;
+            written += 1;
+            before = places;
+        }
+    }
+    if let Some(encoder) = writer {
+        encoder.into_inner()?.flush()?;
+    }
+    Ok(written)
+}
+
+/// The smallest box in which something is different; a single pixel where nothing is.
+fn changed(before: &[u8], now: &[u8], width: usize) -> Frame<'static> {
+    let height = now.len() / width.max(1);
+    let row = |all: &[u8], y: usize| -> Vec<u8> { all[y * width..(y + 1) * width].to_vec() };
+    let differs = |y: &usize| before.len() != now.len() || row(before, *y) != row(now, *y);
+    let top = (0..height).find(differs).unwrap_or(0);
+    let bottom = (top..height).rev().find(differs).unwrap_or(top);
+    let column = |x: &usize| {
+        (top..=bottom).any(|y| {
+            before.get(y * width + x) != now.get(y * width + x) || before.len() != now.len()
+        })
+    };
+    let left = (0..width).find(column).unwrap_or(0);
+    let right = (left..width).rev().find(column).unwrap_or(left);
+    let rows = (top..=bottom).flat_map(|y| &now[y * width + left..=y * width + right]);
+    let size = |pixels: usize| u16::try_from(pixels).unwrap_or(u16::MAX);
+    Frame {
+        left: size(left),
+        top: size(top),
+        width: size(right - left + 1),
+        height: size(bottom - top + 1),
+        buffer: rows.copied().collect::<Vec<u8>>().into(),
+        ..Frame::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_changes_is_written() {
+        let before = vec![0; 12];
+        let mut now = before.clone();
+        now[5] = 1;
+        now[10] = 2;
+        let frame = changed(&before, &now, 4);
+        assert_eq!(
+            (frame.left, frame.top, frame.width, frame.height),
+            (1, 1, 2, 2)
+        );
+        assert_eq!(frame.buffer.as_ref(), [1, 0, 0, 2]);
+        let same = changed(&now, &now, 4);
+        assert_eq!((same.width, same.height), (1, 1));
+        let first = changed(&[], &now, 4);
+        assert_eq!((first.width, first.height), (4, 3));
+    }
+}

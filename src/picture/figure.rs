@@ -1,0 +1,253 @@
+//! A figure of a scene: the map, plots of measures over time, or both, for any step.
+
+use super::display::{Area, Picture, Provenance};
+use super::map::Map;
+use super::palette::Palette;
+use super::plot::Plot;
+use super::view::{Seen, Subject, View};
+use crate::metrics::{Context, MEASURES, Measure, Series, Thresholds};
+
+/// What is on a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum What {
+    /// The map from above.
+    Map,
+    /// Measures over time.
+    Plot,
+    /// The map, and measures over time below it.
+    Both,
+}
+
+/// How a figure looks.
+#[derive(Debug, Clone)]
+pub struct Look {
+    /// What is on it.
+    pub what: What,
+    /// Which part of the map.
+    pub seen: Seen,
+    /// Whether the ego drives upwards, and not north.
+    pub ego_up: bool,
+    /// Obstacles that are pointed out; the most dangerous one where none are named.
+    pub obstacles: Vec<i64>,
+    /// The measures that are plotted.
+    pub measures: Vec<&'static Measure>,
+    /// Width and height, points; the height follows from what is on it where it is not given.
+    pub size: (f64, Option<f64>),
+    /// Colours.
+    pub palette: Palette,
+}
+
+/// Points of a millimetre.
+pub const MILLIMETRE: f64 = 72.0 / 25.4;
+/// Points of a pixel, of which an inch has 96.
+pub const PIXEL: f64 = 72.0 / 96.0;
+/// Width of a column of a paper, points.
+pub const COLUMN: f64 = 85.0 * MILLIMETRE;
+
+impl Default for Look {
+    /// A map in a column of a paper.
+    fn default() -> Self {
+        Self {
+            what: What::Map,
+            seen: Seen::USUAL,
+            ego_up: false,
+            obstacles: Vec::new(),
+            measures: MEASURES.iter().filter(|m| m.id == "distance").collect(),
+            size: (COLUMN, None),
+            palette: Palette::paper(),
+        }
+    }
+}
+
+/// Why there is no figure.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum FigureError {
+    /// Nothing can be plotted without an ego.
+    #[error("measures are about an ego, and there is none; choose one, or draw the map")]
+    NoEgo,
+    /// No obstacle has this id.
+    #[error("no obstacle {0} in the scenario")]
+    NoSuchObstacle(i64),
+    /// Somebody is the ego, and cannot be pointed out beside it.
+    #[error("{0} is the ego; obstacles are pointed out beside it")]
+    IsEgo(i64),
+}
+
+/// A figure that can be drawn at any step.
+pub struct Figure<'a> {
+    subject: Subject<'a>,
+    look: Look,
+    thresholds: &'a Thresholds,
+    series: Option<Series>,
+    name: &'a str,
+    telling: i64,
+}
+
+impl<'a> Figure<'a> {
+    /// Measures what it needs; `name` is that of the scenario.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    pub fn new(
+        subject: Subject<'a>,
+        name: &'a str,
+        mut look: Look,
+        thresholds: &'a Thresholds,
+    ) -> Result<Self, FigureError> {
+        let ego = subject.scene.map(|scene| scene.ego.id);
+        for &id in &look.obstacles {
+            if subject.scenario.obstacle(id).is_none() {
+                return Err(FigureError::NoSuchObstacle(id));
+            }
+            if Some(id) == ego {
+                return Err(FigureError::IsEgo(id));
+            }
+        }
+        if look.what != What::Map && subject.scene.is_none() {
+            return Err(FigureError::NoEgo);
+        }
+        let mut telling = subject.steps().start;
+        let mut series = None;
+        if let Some(scene) = subject.scene {
+            let context = Context::under(scene, thresholds);
+            let distance = MEASURES.iter().filter(|m| m.id == "distance").collect();
+            let distances = Series::of(&context, distance);
+            if let Some((step, _)) = distances.most_dangerous("distance") {
+                telling = step;
+                let who = distances.most_dangerous_at("distance", step);
+                if look.obstacles.is_empty() {
+                    look.obstacles.extend(who.map(|(id, _)| id));
+                }
+            }
+            if look.what != What::Map {
+                series = Some(Series::of(&context, look.measures.clone()));
+            }
+        }
+        Ok(Self {
+            subject,
+            look,
+            thresholds,
+            series,
+            name,
+            telling,
+        })
+    }
+
+    /// The step that tells most: the first of the smallest distance; without an ego the first one.
+    #[must_use]
+    pub fn telling_step(&self) -> i64 {
+        self.telling
+    }
+
+    /// The steps that it can be drawn at.
+    #[must_use]
+    pub fn steps(&self) -> std::ops::Range<i64> {
+        self.subject.steps()
+    }
+
+    /// The obstacles that are pointed out.
+    #[must_use]
+    pub fn obstacles(&self) -> &[i64] {
+        &self.look.obstacles
+    }
+
+    /// Draws it at a step.
+    #[must_use]
+    pub fn at(&self, step: i64) -> Picture {
+        let look = &self.look;
+        let (width, height) = look.size;
+        let letters = (width / 34.0).clamp(5.5, 10.0);
+        let panels = look.measures.len().max(1) as f64;
+        let plot_height = panels * 0.36 * width + 5.0 * letters;
+        let (map_height, plot_height) = match (look.what, height) {
+            (What::Map, height) => (height.unwrap_or(0.68 * width), 0.0),
+            (What::Plot, height) => (0.0, height.unwrap_or(plot_height)),
+            (What::Both, None) => (0.62 * width, plot_height),
+            (What::Both, Some(all)) => {
+                let part = panels / (panels + 1.4);
+                (all * (1.0 - part), all * part)
+            }
+        };
+        let mut picture = Picture::new((width, map_height + plot_height), look.palette.background);
+        picture.provenance = self.provenance(step);
+        let emphasised = &look.obstacles;
+        if map_height > 0.0 {
+            // Half of the frame's line would be cut off otherwise.
+            let area = Area {
+                x: 0.0,
+                y: 0.0,
+                width,
+                height: map_height,
+            };
+            let area = area.grown(-0.25);
+            let map = Map {
+                subject: self.subject,
+                step,
+                emphasised,
+                palette: &look.palette,
+                view: View::new(look.seen, look.ego_up, &self.subject, step, area),
+                letters,
+            };
+            map.draw(&mut picture);
+        }
+        if let Some(series) = self.series.as_ref().filter(|_| plot_height > 0.0) {
+            let space = if map_height > 0.0 { 4.0 } else { 0.0 };
+            let plot = Plot {
+                series,
+                dt: self.subject.scenario.dt(),
+                cursor: Some(step),
+                emphasised,
+                thresholds: self.thresholds,
+                palette: &look.palette,
+                area: Area {
+                    x: 0.0,
+                    y: map_height + space,
+                    width,
+                    height: plot_height - space,
+                },
+                letters,
+            };
+            plot.draw(&mut picture);
+        }
+        picture
+    }
+
+    fn provenance(&self, step: i64) -> Provenance {
+        let scenario = self.subject.scenario;
+        let seconds = step as f64 * scenario.dt();
+        let name = self.name;
+        let what = match self.look.what {
+            What::Map => "The scene from above",
+            What::Plot => "Measures over time",
+            What::Both => "The scene from above and measures over time",
+        };
+        let mut facts = vec![
+            (
+                "program",
+                concat!("nearmiss ", env!("CARGO_PKG_VERSION")).to_string(),
+            ),
+            ("scenario", name.to_string()),
+            ("sha256", scenario.hash.to_string()),
+            ("step", step.to_string()),
+            ("time", format!("{seconds:.3} s")),
+        ];
+        if let Some(scene) = self.subject.scene {
+            facts.push(("ego", scene.ego.to_string()));
+        }
+        if !self.look.obstacles.is_empty() {
+            let ids: Vec<String> = self.look.obstacles.iter().map(i64::to_string).collect();
+            facts.push(("obstacles", ids.join(", ")));
+        }
+        if self.look.what != What::Map {
+            let ids: Vec<&str> = self.look.measures.iter().map(|m| m.id).collect();
+            facts.push(("measures", ids.join(", ")));
+        }
+        Provenance {
+            title: format!("{name}, t = {seconds:.1} s"),
+            description: format!(
+                "{what} of the scenario {name} at time step {step} ({seconds:.1} s)."
+            ),
+            facts,
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! Traffic lights with what they show at the step, and traffic signs.
+
+use super::Map;
+use crate::geometry::Point;
+use crate::picture::Color;
+use crate::picture::display::{Anchor, Area, Picture, Spot, Stroke, Text};
+use crate::scenario::{Sign, SignElement, SignalColor, TrafficLight};
+
+/// On a map that is wider than this, metres, posts would lie over each other.
+const WIDEST: f64 = 120.0;
+
+pub fn draw(map: &Map<'_>, picture: &mut Picture) {
+    if map.view.width() > WIDEST {
+        return;
+    }
+    let network = &map.subject.scenario.network;
+    let mut taken: Vec<Area> = Vec::new();
+    // Posts at the same place would hide each other: the first one stands for all.
+    let mut free = |(x, y): Spot| {
+        let area = Area {
+            x: x - 4.0,
+            y: y - 4.0,
+            width: 8.0,
+            height: 8.0,
+        };
+        let free = map.shows(&area) && !taken.iter().any(|t| t.meets(&area));
+        if free {
+            taken.push(area);
+        }
+        free
+    };
+    for light in &network.lights {
+        let position = light.position.or_else(|| end_of_lanelet(map, light.id));
+        let Some(at) = position.map(|p| map.view.at(&p)) else {
+            continue;
+        };
+        if free(at) {
+            lamp(map, picture, at, light);
+        }
+    }
+    for sign in network.signs.iter().filter(|s| !s.is_virtual) {
+        let Some(at) = sign.position.map(|p| map.view.at(&p)) else {
+            continue;
+        };
+        if free(at) {
+            plate(map, picture, at, sign);
+        }
+    }
+}
+
+/// A light without a place stands at the right end of the lanelet that it is for.
+fn end_of_lanelet(map: &Map<'_>, light: i64) -> Option<Point> {
+    let lanelets = &map.subject.scenario.network.lanelets;
+    let lanelet = lanelets.iter().find(|l| l.lights.contains(&light))?;
+    lanelet.right.points.last().copied()
+}
+
+/// What a light shows at a step; nothing where its cycle has no length.
+pub fn shown(light: &TrafficLight, step: i64) -> Option<SignalColor> {
+    if !light.active {
+        return Some(SignalColor::Inactive);
+    }
+    let total: i64 = light.cycle.iter().map(|p| p.duration.max(0)).sum();
+    let mut left = step
+        .saturating_sub(light.offset)
+        .checked_rem_euclid(total)?;
+    for phase in &light.cycle {
+        if left < phase.duration {
+            return Some(phase.color);
+        }
+        left -= phase.duration.max(0);
+    }
+    None
+}
+
+/// Three lamps; those that are on have their colour and their place.
+fn lamp(map: &Map<'_>, picture: &mut Picture, (x, y): Spot, light: &TrafficLight) {
+    let housing = Area {
+        x: x - 1.7,
+        y: y - 4.3,
+        width: 3.4,
+        height: 8.6,
+    };
+    let edge = Stroke::new(map.palette.background, 0.4);
+    picture.rectangle(&housing, Some(Color::hex(0x222222)), Some(edge));
+    let color = shown(light, map.step);
+    let red = matches!(color, Some(SignalColor::Red | SignalColor::RedYellow));
+    let yellow = matches!(color, Some(SignalColor::Yellow | SignalColor::RedYellow));
+    let green = color == Some(SignalColor::Green);
+    let lamps = [
+        (red, Color::hex(0xff4030)),
+        (yellow, Color::hex(0xffc400)),
+        (green, Color::hex(0x20d060)),
+    ];
+    for (i, (on, lit)) in lamps.into_iter().enumerate() {
+        let at = (x, y + (i as f64 - 1.0) * 2.7);
+        let fill = if on { lit } else { Color::hex(0x4a4a4a) };
+        picture.circle(at, 1.15, Some(fill), None);
+    }
+}
+
+const RED: Color = Color::hex(0xc1121f);
+const WHITE: Color = Color::hex(0xffffff);
+const BLACK: Color = Color::hex(0x111111);
+
+/// A sign in its own shape where that is known, else a small square.
+fn plate(map: &Map<'_>, picture: &mut Picture, (x, y): Spot, sign: &Sign) {
+    let ring = |corners: u8, turn: f64, r: f64| -> Vec<Spot> {
+        let corner = |i: u8| {
+            let angle = std::f64::consts::TAU * (f64::from(i) + turn) / f64::from(corners);
+            (x + r * angle.sin(), y - r * angle.cos())
+        };
+        (0..corners).map(corner).collect()
+    };
+    let red = || Some(Stroke::new(RED, 0.7));
+    let known = sign.elements.iter().find_map(|e| Some((e, Kind::of(e)?)));
+    match known {
+        Some((_, Kind::Stop)) => {
+            picture.polygon(&ring(8, 0.5, 3.0), Some(RED), Some(Stroke::new(WHITE, 0.4)));
+        }
+        Some((_, Kind::Yield)) => picture.polygon(&ring(3, 0.5, 3.2), Some(WHITE), red()),
+        Some((_, Kind::Priority)) => {
+            let edge = Some(Stroke::new(BLACK, 0.3));
+            picture.polygon(&ring(4, 0.0, 3.2), Some(WHITE), edge);
+            picture.polygon(&ring(4, 0.0, 2.0), Some(Color::hex(0xf2b705)), None);
+        }
+        Some((element, Kind::Limit)) => {
+            picture.circle((x, y), 3.3, Some(WHITE), red());
+            let speed = element
+                .values
+                .first()
+                .and_then(|v| v.trim().parse::<f64>().ok());
+            if let Some(speed) = speed.filter(|v| (0.0..100.0).contains(v)) {
+                // Files give metres a second, signs kilometres an hour.
+                let words = format!("{:.0}", speed * 3.6);
+                let text = Text::new((x, y + 1.1), words, 3.0, BLACK);
+                picture.text(text.in_bold(true).anchored(Anchor::Middle));
+            }
+        }
+        None => {
+            let edge = Some(Stroke::new(map.palette.dim, 0.4));
+            picture.polygon(&ring(4, 0.5, 2.2), Some(map.palette.background), edge);
+        }
+    }
+}
+
+enum Kind {
+    Stop,
+    Yield,
+    Priority,
+    Limit,
+}
+
+impl Kind {
+    /// By the German number, which most files use, or the American one.
+    fn of(element: &SignElement) -> Option<Self> {
+        match element.id.as_str() {
+            "206" | "R1-1" => Some(Self::Stop),
+            "205" | "R1-2" => Some(Self::Yield),
+            "301" | "306" => Some(Self::Priority),
+            "274" | "R2-1" => Some(Self::Limit),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::LightPhase;
+
+    #[test]
+    fn a_light_goes_through_its_cycle_for_ever() {
+        let phase = |duration, color| LightPhase { duration, color };
+        let light = TrafficLight {
+            id: 1,
+            cycle: vec![
+                phase(10, SignalColor::Red),
+                phase(2, SignalColor::RedYellow),
+                phase(8, SignalColor::Green),
+            ],
+            offset: 5,
+            position: None,
+            direction: None,
+            active: true,
+        };
+        let at = |step| shown(&light, step);
+        assert_eq!(at(5), Some(SignalColor::Red));
+        assert_eq!(at(15), Some(SignalColor::RedYellow));
+        assert_eq!(at(17), Some(SignalColor::Green));
+        assert_eq!(at(4), Some(SignalColor::Green));
+        assert_eq!(at(5 + 20 * 7), Some(SignalColor::Red));
+        let none = TrafficLight {
+            cycle: Vec::new(),
+            ..light
+        };
+        assert_eq!(shown(&none, 3), None);
+    }
+}

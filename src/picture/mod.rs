@@ -1,0 +1,32 @@
+//! Pictures: figures of scenes, plots and screens as SVG, PNG and GIF, without another program.
+//!
+//! A figure is worked out once as a list of things to draw, in points; every format is written from that list.
+
+mod animation;
+mod color;
+mod colors;
+mod display;
+mod figure;
+mod format;
+mod glyphs;
+mod map;
+mod palette;
+mod plot;
+mod raster;
+mod screen;
+mod svg;
+#[cfg(test)]
+mod tests;
+mod view;
+
+pub use animation::{AnimationError, animate};
+pub use color::Color;
+pub use display::{Anchor, Area, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
+pub use figure::{COLUMN, Figure, FigureError, Look, MILLIMETRE, PIXEL, What};
+pub use format::Format;
+pub use palette::Palette;
+pub use plot::Ticks;
+pub use raster::{MOST_PIXELS, RasterError, png};
+pub use screen::{Cell, Screen, ScreenPainter, ScreenWanted};
+pub use svg::svg;
+pub use view::{Seen, Subject};

@@ -1,0 +1,197 @@
+//! The colours of pictures by role: for print on white, and as the themes of the terminal have them.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::Color;
+use crate::system;
+
+/// A colour for every role.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Palette {
+    /// Behind everything.
+    pub background: Color,
+    /// Text and axes.
+    pub text: Color,
+    /// Text that matters less, ticks, thresholds.
+    pub dim: Color,
+    /// Grid lines and frames.
+    pub grid: Color,
+    /// The surface of the road.
+    pub road: Color,
+    /// The surface of pavements and of lanes for bicycles.
+    pub path: Color,
+    /// Solid borders of lanes, kerbs, stop lines.
+    pub lane: Color,
+    /// Dashed borders of lanes.
+    pub lane_dashed: Color,
+    /// Stripes of crossings.
+    pub crosswalk: Color,
+    /// Goal regions.
+    pub goal: Color,
+    /// The ego.
+    pub ego: Color,
+    /// Moving obstacles.
+    pub obstacle: Color,
+    /// Standing obstacles.
+    pub static_obstacle: Color,
+    /// Contact.
+    pub danger: Color,
+    /// The time that a plot is read at.
+    pub accent: Color,
+    /// Obstacles that are pointed out, one after the other.
+    pub emphasis: [Color; 5],
+}
+
+/// For print: the colours of Okabe and Ito, told apart by the colour-blind, on white.
+const PAPER: Palette = Palette {
+    background: Color::hex(0xffffff),
+    text: Color::hex(0x1a1a1a),
+    dim: Color::hex(0x666666),
+    grid: Color::hex(0xdddddd),
+    road: Color::hex(0xebedef),
+    path: Color::hex(0xf5f3ee),
+    lane: Color::hex(0x80868c),
+    lane_dashed: Color::hex(0x9aa0a6),
+    crosswalk: Color::hex(0xffffff),
+    goal: Color::hex(0x009e73),
+    ego: Color::hex(0x0072b2),
+    obstacle: Color::hex(0x8d939a),
+    static_obstacle: Color::hex(0xb9bdc2),
+    danger: Color::hex(0xc00020),
+    accent: Color::hex(0x333333),
+    emphasis: [
+        Color::hex(0xd55e00),
+        Color::hex(0xcc79a7),
+        Color::hex(0x009e73),
+        Color::hex(0x8a6d00),
+        Color::hex(0x56b4e9),
+    ],
+};
+
+/// The themes of the terminal that come with the program.
+const SHIPPED: [(&str, &str); 3] = [
+    ("dark", include_str!("../../themes/dark.toml")),
+    ("light", include_str!("../../themes/light.toml")),
+    ("contrast", include_str!("../../themes/contrast.toml")),
+];
+
+/// What a theme of the terminal says; names of colours and indices have no fixed colour, so they are not taken.
+#[derive(Deserialize)]
+struct Theme {
+    dark: bool,
+    roles: toml::Table,
+}
+
+impl Palette {
+    /// The one for print.
+    #[must_use]
+    pub fn paper() -> Self {
+        PAPER
+    }
+
+    /// Names of those that come with the program.
+    #[must_use]
+    pub fn names() -> Vec<&'static str> {
+        let themes = SHIPPED.iter().map(|(name, _)| *name);
+        std::iter::once("paper").chain(themes).collect()
+    }
+
+    /// The one called `name`: `paper`, or a theme of the terminal: a file in `folder`, else a shipped one.
+    ///
+    /// # Errors
+    /// There is none, or its file cannot be read: with file and what to do.
+    pub fn named(name: &str, folder: &Path) -> Result<Self, String> {
+        let file = folder.join(format!("{name}.toml"));
+        if !name.contains(['/', '\\']) && file.is_file() {
+            let shown = file.display();
+            let text = std::fs::read_to_string(&file)
+                .map_err(|error| format!("{shown}: {}", system::words(&error)))?;
+            return Self::of_theme(&text).map_err(|error| format!("{shown}: {error}"));
+        }
+        if name == "paper" {
+            return Ok(PAPER);
+        }
+        match SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
+            Some((_, text)) => Self::of_theme(text),
+            None => Err(format!(
+                "no theme `{name}` for pictures; there are {} and files in {}",
+                Self::names().join(", "),
+                folder.display()
+            )),
+        }
+    }
+
+    /// The colours of a theme of the terminal; roles that it gives no `#rrggbb` keep those of the paper, or of `dark`.
+    fn of_theme(text: &str) -> Result<Self, String> {
+        let theme: Theme = toml::from_str(text).map_err(|e| e.message().to_string())?;
+        let base = match theme.dark {
+            true => Self {
+                background: Color::hex(0x15181d),
+                text: Color::hex(0xd5d8de),
+                dim: Color::hex(0x7f8794),
+                ..PAPER
+            },
+            false => PAPER,
+        };
+        let role = |name: &str, otherwise: Color| {
+            let said = theme.roles.get(name).and_then(toml::Value::as_str);
+            said.and_then(Color::parse).unwrap_or(otherwise)
+        };
+        let background = base.background;
+        let text = role("text", base.text);
+        let ego = role("ego", base.ego);
+        Ok(Self {
+            background,
+            text,
+            dim: role("dim", base.dim),
+            grid: background.towards(text, 0.16),
+            road: background.towards(text, 0.07),
+            path: background.towards(text, 0.04),
+            lane: role("lane", base.lane),
+            lane_dashed: role("lane_dashed", base.lane_dashed),
+            crosswalk: role("crosswalk", base.crosswalk).towards(background, 0.4),
+            goal: role("goal", base.goal),
+            ego,
+            obstacle: role("obstacle", base.obstacle).towards(background, 0.25),
+            static_obstacle: role("static_obstacle", base.static_obstacle).towards(background, 0.3),
+            danger: role("danger", base.danger),
+            accent: role("accent", base.accent),
+            emphasis: [
+                role("picked", PAPER.emphasis[0]),
+                role("warning", PAPER.emphasis[1]),
+                role("safe", PAPER.emphasis[2]),
+                role("accent", PAPER.emphasis[3]),
+                role("danger", PAPER.emphasis[4]),
+            ],
+        })
+    }
+
+    /// The colour of the obstacle that is pointed out at this place.
+    #[must_use]
+    pub fn emphasised(&self, place: usize) -> Color {
+        self.emphasis[place % self.emphasis.len()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn shipped_ones_are_there_and_others_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in Palette::names() {
+            let palette = Palette::named(name, folder.path()).unwrap();
+            assert_ne!(palette.background, palette.text, "{name}");
+            assert_ne!(palette.ego, palette.emphasis[0], "{name}");
+        }
+        let error = Palette::named("sepia", folder.path()).unwrap_err();
+        assert!(error.contains("paper, dark, light, contrast"), "{error}");
+        std::fs::write(folder.path().join("mine.toml"), "dark = maybe").unwrap();
+        let error = Palette::named("mine", folder.path()).unwrap_err();
+        assert!(error.contains("mine.toml"), "{error}");
+    }
+}

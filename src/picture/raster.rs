@@ -1,0 +1,267 @@
+//! Pictures in pixels, with smooth edges, and as PNG with resolution and provenance.
+
+use std::borrow::Cow;
+
+use tiny_skia::{
+    FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, Stroke as Line,
+    StrokeDash, Transform,
+};
+
+use super::Color;
+use super::display::{Anchor, Area, Item, Picture, Segment, Stroke, Text};
+use super::glyphs;
+use super::svg::HALO;
+
+/// Pixels that a picture has at most.
+pub const MOST_PIXELS: u64 = 64_000_000;
+
+/// Why a picture cannot be made of pixels.
+#[derive(Debug, thiserror::Error)]
+pub enum RasterError {
+    /// It would be too large, or nothing at all.
+    #[error(
+        "{width} × {height} pixels: a picture has 1 to {} million; choose another size or a lower resolution",
+        MOST_PIXELS / 1_000_000
+    )]
+    Size {
+        /// Pixels.
+        width: u64,
+        /// Pixels.
+        height: u64,
+    },
+    /// The encoder refused.
+    #[error("the PNG could not be written: {0}")]
+    Encoding(String),
+}
+
+/// Pixels with smooth edges, opaque.
+pub fn pixels(picture: &Picture, dpi: f64) -> Result<Pixmap, RasterError> {
+    let scale = dpi / 72.0;
+    // A size in pixels comes back as exactly that size.
+    let count = |points: f64| (points * scale - 1e-6).ceil().max(0.0) as u64;
+    let (width, height) = (count(picture.size.0), count(picture.size.1));
+    let size = RasterError::Size { width, height };
+    let fits = width * height <= MOST_PIXELS && width <= 65_000 && height <= 65_000;
+    let (Ok(w), Ok(h), true) = (u32::try_from(width), u32::try_from(height), fits) else {
+        return Err(size);
+    };
+    let mut pixmap = Pixmap::new(w, h).ok_or(size)?;
+    let Color {
+        red, green, blue, ..
+    } = picture.background;
+    pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
+    let mut canvas = Canvas {
+        pixmap,
+        transform: Transform::from_scale(scale as f32, scale as f32),
+        clips: vec![None],
+    };
+    picture.items.iter().for_each(|item| canvas.item(item));
+    Ok(canvas.pixmap)
+}
+
+struct Canvas {
+    pixmap: Pixmap,
+    transform: Transform,
+    /// What is seen at present, the innermost last.
+    clips: Vec<Option<Mask>>,
+}
+
+impl Canvas {
+    fn item(&mut self, item: &Item) {
+        match item {
+            Item::Path { path, fill, stroke } => {
+                let Some(path) = outline(path) else { return };
+                if let Some(color) = fill {
+                    self.fill(&path, *color, FillRule::Winding, self.transform);
+                }
+                if let Some(stroke) = stroke {
+                    self.stroke(&path, stroke, self.transform);
+                }
+            }
+            Item::Text(text) => self.text(text),
+            Item::Begin { clip, .. } => self.begin(clip.as_ref()),
+            Item::End => {
+                self.clips.pop();
+            }
+        }
+    }
+
+    fn begin(&mut self, clip: Option<&Area>) {
+        let before = self.clips.last().cloned().flatten();
+        let clip = clip.and_then(|area| {
+            let path = tiny_skia::Rect::from_xywh(
+                area.x as f32,
+                area.y as f32,
+                area.width as f32,
+                area.height as f32,
+            );
+            let path = PathBuilder::from_rect(path?);
+            let mut mask = match before.clone() {
+                Some(mask) => mask,
+                None => {
+                    let mut mask = Mask::new(self.pixmap.width(), self.pixmap.height())?;
+                    mask.invert();
+                    mask
+                }
+            };
+            mask.intersect_path(&path, FillRule::Winding, true, self.transform);
+            Some(mask)
+        });
+        self.clips.push(clip.or(before));
+    }
+
+    fn fill(&mut self, path: &Path, color: Color, rule: FillRule, transform: Transform) {
+        let mask = self.clips.last().and_then(Option::as_ref);
+        self.pixmap
+            .fill_path(path, &paint(color), rule, transform, mask);
+    }
+
+    fn stroke(&mut self, path: &Path, stroke: &Stroke, transform: Transform) {
+        let mask = self.clips.last().and_then(Option::as_ref);
+        let dashes: Vec<f32> = stroke.dashes.iter().map(|d| *d as f32).collect();
+        let line = Line {
+            width: stroke.width as f32,
+            line_cap: if stroke.round {
+                LineCap::Round
+            } else {
+                LineCap::Butt
+            },
+            line_join: if stroke.round {
+                LineJoin::Round
+            } else {
+                LineJoin::Miter
+            },
+            dash: StrokeDash::new(dashes, 0.0),
+            ..Line::default()
+        };
+        self.pixmap
+            .stroke_path(path, &paint(stroke.color), &line, transform, mask);
+    }
+
+    fn text(&mut self, text: &Text) {
+        let Some((path, width)) = letters(text) else {
+            return;
+        };
+        let shift = match text.anchor {
+            Anchor::Start => 0.0,
+            Anchor::Middle => -width / 2.0,
+            Anchor::End => -width,
+        };
+        let mut transform = self
+            .transform
+            .pre_translate(text.at.0 as f32, text.at.1 as f32);
+        if text.upwards {
+            transform = transform.pre_rotate(-90.0);
+        }
+        let transform = transform.pre_translate(shift, 0.0);
+        if let Some(halo) = text.halo {
+            let stroke = Stroke::new(halo, text.size * HALO).rounded();
+            self.stroke(&path, &stroke, transform);
+        }
+        self.fill(&path, text.color, FillRule::EvenOdd, transform);
+    }
+}
+
+fn paint(color: Color) -> Paint<'static> {
+    let mut paint = Paint::default();
+    let opacity = (color.opacity * 255.0).round().clamp(0.0, 255.0) as u8;
+    paint.set_color_rgba8(color.red, color.green, color.blue, opacity);
+    paint
+}
+
+fn outline(path: &[Segment]) -> Option<Path> {
+    let mut builder = PathBuilder::new();
+    for segment in path {
+        match *segment {
+            Segment::Move((x, y)) => builder.move_to(x as f32, y as f32),
+            Segment::Line((x, y)) => builder.line_to(x as f32, y as f32),
+            Segment::Curve(a, b, c) => {
+                let [a, b, c] = [a, b, c].map(|(x, y)| (x as f32, y as f32));
+                builder.cubic_to(a.0, a.1, b.0, b.1, c.0, c.1);
+            }
+            Segment::Close => builder.close(),
+        }
+    }
+    builder.finish()
+}
+
+/// The outlines of a line of text from its beginning on, and its width, points; nothing for nothing but spaces.
+fn letters(text: &Text) -> Option<(Path, f32)> {
+    let size = text.size as f32;
+    let mut builder = PathBuilder::new();
+    let mut x = 0.0;
+    let words: Cow<'_, str> = match text.words.contains('…') && text.pitch.is_none() {
+        true => text.words.replace('…', "...").into(),
+        false => text.words.as_str().into(),
+    };
+    for c in words.chars() {
+        let glyph = glyphs::glyph(c, text.bold);
+        let (advance, shift, across) = match text.pitch {
+            // As wide as its column.
+            Some(pitch) => (pitch as f32, 0.0, pitch as f32 / (glyphs::pitch() * size)),
+            None => {
+                let (advance, shift) = glyphs::advance(c, &glyph);
+                (advance * size, shift * size, glyphs::narrow())
+            }
+        };
+        for ring in &glyph.contours {
+            for (i, (gx, gy)) in ring.iter().enumerate() {
+                let (gx, gy) = (x + shift + gx * across * size, gy * size);
+                match i {
+                    0 => builder.move_to(gx, gy),
+                    _ => builder.line_to(gx, gy),
+                }
+            }
+            builder.close();
+        }
+        x += advance;
+    }
+    Some((builder.finish()?, x))
+}
+
+/// Red, green and blue of every pixel.
+pub fn rgb(pixmap: &Pixmap) -> Vec<u8> {
+    let opaque = pixmap.pixels().iter();
+    opaque
+        .flat_map(|p| [p.red(), p.green(), p.blue()])
+        .collect()
+}
+
+/// The picture as a PNG file of so many pixels an inch; the same picture is always the same bytes.
+///
+/// # Errors
+/// It would have too many pixels.
+pub fn png(picture: &Picture, dpi: f64) -> Result<Vec<u8>, RasterError> {
+    let pixmap = pixels(picture, dpi)?;
+    let refused = |error: png::EncodingError| RasterError::Encoding(error.to_string());
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, pixmap.width(), pixmap.height());
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let per_metre = (dpi / 0.0254).round() as u32;
+    encoder.set_pixel_dims(Some(png::PixelDimensions {
+        xppu: per_metre,
+        yppu: per_metre,
+        unit: png::Unit::Meter,
+    }));
+    let provenance = &picture.provenance;
+    let facts = provenance.facts.iter().map(|(name, value)| (*name, value));
+    let named = [
+        ("Title", &provenance.title),
+        ("Description", &provenance.description),
+    ];
+    for (name, value) in named.into_iter().chain(facts) {
+        let keyword = match name {
+            "program" => "Software",
+            other => other,
+        };
+        // International text: any character may stand in a name.
+        encoder
+            .add_itxt_chunk(keyword.into(), value.replace('\0', "\u{fffd}"))
+            .map_err(refused)?;
+    }
+    let mut writer = encoder.write_header().map_err(refused)?;
+    writer.write_image_data(&rgb(&pixmap)).map_err(refused)?;
+    writer.finish().map_err(refused)?;
+    Ok(bytes)
+}

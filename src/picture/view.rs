@@ -1,0 +1,264 @@
+//! From the world to the page: which part of the map is seen, which way up, how large.
+
+use super::display::{Area, Spot};
+use crate::geometry::{Bounds, Point, Pose};
+use crate::scenario::{Motion, Obstacle, ObstacleRole, Scenario, Scene};
+
+/// Which part of the map is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Seen {
+    /// Around the ego, so many metres wide; without an ego, everything.
+    Ego {
+        /// Metres from left to right.
+        width: f64,
+    },
+    /// Everyone who moves, and the road around them.
+    All,
+    /// Around a point.
+    Around {
+        /// The middle.
+        center: Point,
+        /// Metres from left to right.
+        width: f64,
+    },
+}
+
+impl Seen {
+    /// Metres around the ego that are seen unless something else is asked for.
+    pub const USUAL: Self = Self::Ego { width: 60.0 };
+
+    /// `ego`, `ego,WIDTH`, `all` or `X,Y,WIDTH`, in metres.
+    ///
+    /// # Errors
+    /// It is none of them: in words.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let wrong = || {
+            format!(
+                "`{text}` is no view; there are ego, ego,WIDTH, all and X,Y,WIDTH, in metres, where WIDTH is between \
+                 {LEAST} and {MOST}"
+            )
+        };
+        let numbers = |words: &[&str]| {
+            let each = words.iter().map(|w| w.trim().parse::<f64>().ok());
+            let all: Option<Vec<f64>> = each.collect();
+            all.filter(|all| all.iter().all(|n| n.is_finite()))
+        };
+        let words: Vec<&str> = text.split(',').collect();
+        let seen = match &words[..] {
+            ["all"] => Some(Self::All),
+            ["ego"] => Some(Self::USUAL),
+            ["ego", width] => numbers(&[width]).map(|n| Self::Ego { width: n[0] }),
+            rest if rest.len() == 3 => numbers(rest).map(|n| Self::Around {
+                center: Point::new(n[0], n[1]),
+                width: n[2],
+            }),
+            _ => None,
+        };
+        let fits = |seen: &Self| match seen {
+            Self::Ego { width } | Self::Around { width, .. } => (LEAST..=MOST).contains(width),
+            Self::All => true,
+        };
+        seen.filter(fits).ok_or_else(wrong)
+    }
+}
+
+/// Metres that a picture is wide at least and at most.
+const LEAST: f64 = 2.0;
+const MOST: f64 = 100_000.0;
+
+/// How the world lies on the page.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// What is in the middle, and the direction that is up.
+    pub frame: Pose,
+    /// Points a metre, in both directions the same.
+    pub scale: f64,
+    /// Where on the page.
+    pub area: Area,
+}
+
+impl View {
+    /// The view of a scenario at a step.
+    #[must_use]
+    pub fn new(seen: Seen, ego_up: bool, subject: &Subject<'_>, step: i64, area: Area) -> Self {
+        let ego = subject.scene.and_then(|scene| scene.ego.track.at(step));
+        let up = match ego {
+            Some(motion) if ego_up => motion.pose.heading,
+            _ => std::f64::consts::FRAC_PI_2,
+        };
+        let around = |center: Point, width: f64| Self {
+            frame: Pose {
+                position: center,
+                heading: up,
+            },
+            scale: area.width / width,
+            area,
+        };
+        match (seen, ego) {
+            (Seen::Around { center, width }, _) => around(center, width),
+            (Seen::Ego { width }, Some(motion)) => around(motion.pose.position, width),
+            _ => {
+                let turned = Pose {
+                    position: Point::origin(),
+                    heading: up,
+                };
+                let spots = subject.everywhere();
+                let local: Vec<Point> = spots.iter().map(|p| turned.to_local(p)).collect();
+                let Some(bounds) = Bounds::of(&local) else {
+                    return around(Point::origin(), 100.0);
+                };
+                let size = bounds.max - bounds.min;
+                // In the turned frame x is up and y to the left.
+                let width =
+                    (size.y + 2.0 * MARGIN).max((size.x + 2.0 * MARGIN) * area.width / area.height);
+                around(turned.to_world(&bounds.center()), width.clamp(LEAST, MOST))
+            }
+        }
+    }
+
+    /// Where a point of the world is on the page.
+    #[must_use]
+    pub fn at(&self, p: &Point) -> Spot {
+        let local = self.frame.to_local(p);
+        let (x, y) = self.area.center();
+        (x - local.y * self.scale, y - local.x * self.scale)
+    }
+
+    /// The same for many.
+    #[must_use]
+    pub fn all<'a>(&self, points: impl IntoIterator<Item = &'a Point>) -> Vec<Spot> {
+        points.into_iter().map(|p| self.at(p)).collect()
+    }
+
+    /// Whether something within `bounds` may be seen.
+    #[must_use]
+    pub fn sees(&self, bounds: &Bounds) -> bool {
+        let (x, y) = self.at(&bounds.center());
+        let reach = (bounds.max - bounds.min).norm() / 2.0 * self.scale;
+        let at = Area {
+            x,
+            y,
+            width: 0.0,
+            height: 0.0,
+        };
+        self.area.grown(reach + 4.0).holds(&at)
+    }
+
+    /// Metres from left to right.
+    #[must_use]
+    pub fn width(&self) -> f64 {
+        self.area.width / self.scale
+    }
+}
+
+/// Room around everything, metres.
+const MARGIN: f64 = 12.0;
+
+/// What is drawn: a scenario, with its ego if it has one.
+#[derive(Debug, Clone, Copy)]
+pub struct Subject<'a> {
+    /// The scenario.
+    pub scenario: &'a Scenario,
+    /// The same with its ego.
+    pub scene: Option<&'a Scene>,
+}
+
+impl<'a> Subject<'a> {
+    /// A scenario with its ego.
+    #[must_use]
+    pub fn with_ego(scene: &'a Scene) -> Self {
+        Self {
+            scenario: &scene.scenario,
+            scene: Some(scene),
+        }
+    }
+
+    /// The steps that there is something to see at.
+    #[must_use]
+    pub fn steps(&self) -> std::ops::Range<i64> {
+        match self.scene {
+            Some(scene) => scene.steps(),
+            None => self.scenario.steps(),
+        }
+    }
+
+    /// An obstacle's motion at a step; what stands, stands always.
+    #[must_use]
+    pub fn motion(&self, obstacle: &'a Obstacle, step: i64) -> Option<&'a Motion> {
+        match obstacle.role {
+            ObstacleRole::Static => obstacle.track().iter().next().map(|(_, m)| m),
+            _ => obstacle.track().at(step),
+        }
+    }
+
+    /// Everyone but the ego.
+    pub fn others(&self) -> impl Iterator<Item = &'a Obstacle> + use<'a> {
+        let ego = self.scene.map(|scene| scene.ego.id);
+        let obstacles = self.scenario.obstacles.iter();
+        obstacles.filter(move |o| Some(o.id) != ego)
+    }
+
+    /// Where anyone ever is; where nobody is, the road.
+    fn everywhere(&self) -> Vec<Point> {
+        let ego = self.scene.into_iter().map(|scene| &scene.ego.track);
+        let tracks = self.scenario.obstacles.iter().map(Obstacle::track);
+        let places = ego.chain(tracks).flat_map(|t| t.iter());
+        let places: Vec<Point> = places.map(|(_, m)| m.pose.position).collect();
+        if places.len() > 1 {
+            return places;
+        }
+        let lanelets = self.scenario.network.lanelets.iter();
+        let borders = lanelets.flat_map(|l| l.left.points.iter().chain(&l.right.points));
+        borders.copied().chain(places).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn metres_are_the_same_in_both_directions_and_left_stays_left() {
+        let area = Area {
+            x: 10.0,
+            y: 20.0,
+            width: 200.0,
+            height: 100.0,
+        };
+        for heading in [std::f64::consts::FRAC_PI_2, 0.0, 2.1] {
+            let frame = Pose::new(7.0, -3.0, heading);
+            let view = View {
+                frame,
+                scale: 4.0,
+                area,
+            };
+            let middle = view.at(&frame.position);
+            assert_eq!(middle, (110.0, 70.0));
+            let ahead = view.at(&frame.to_world(&Point::new(10.0, 0.0)));
+            let left = view.at(&frame.to_world(&Point::new(0.0, 10.0)));
+            let near = |a: Spot, b: Spot| (a.0 - b.0).abs() + (a.1 - b.1).abs() < 1e-9;
+            assert!(near(ahead, (110.0, 30.0)), "{ahead:?}");
+            assert!(near(left, (70.0, 70.0)), "{left:?}");
+        }
+    }
+
+    #[test]
+    fn views_are_read_and_nonsense_is_refused() {
+        assert_eq!(Seen::parse("all"), Ok(Seen::All));
+        assert_eq!(Seen::parse("ego,80"), Ok(Seen::Ego { width: 80.0 }));
+        let around = Seen::parse("-12.5, 3e1,40").unwrap();
+        let Seen::Around { center, width } = around else {
+            panic!("{around:?}")
+        };
+        assert_eq!((center.x, center.y, width), (-12.5, 30.0, 40.0));
+        for wrong in [
+            "", "me", "1,2", "1,2,0", "1,2,nan", "ego,-3", "1,2,3,4", "inf,2,3",
+        ] {
+            assert!(
+                Seen::parse(wrong).unwrap_err().contains("X,Y,WIDTH"),
+                "{wrong}"
+            );
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! A picture that somebody wants to be saved.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::metrics::Thresholds;
+use crate::picture::{Format, Look, Screen};
+use crate::scenario::{Scenario, Scene};
+
+/// What a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PictureKind {
+    /// The map.
+    Map,
+    /// The plot.
+    Plot,
+    /// The map, and the plot below it.
+    Both,
+    /// The whole screen.
+    Screen,
+    /// The map at every step.
+    Animation,
+}
+
+impl PictureKind {
+    /// A word for it, for the names of files.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Map => "map",
+            Self::Plot => "plot",
+            Self::Both => "map_plot",
+            Self::Screen => "screen",
+            Self::Animation => "animation",
+        }
+    }
+}
+
+/// A picture to be drawn and saved.
+#[derive(Debug)]
+pub struct PictureJob {
+    /// What it shows.
+    pub kind: PictureKind,
+    /// How it is written.
+    pub format: Format,
+    /// Name of the scenario.
+    pub name: String,
+    /// The scenario.
+    pub scenario: Arc<Scenario>,
+    /// The scenario with its ego.
+    pub scene: Option<Arc<Scene>>,
+    /// The current step.
+    pub step: i64,
+    /// How it looks.
+    pub look: Look,
+    /// From where on values are dangerous.
+    pub thresholds: Arc<Thresholds>,
+    /// Where it is saved; the current folder if none.
+    pub folder: Option<PathBuf>,
+    /// The screen, when it is painted; or why it could not be.
+    pub screen: Result<Option<Screen>, String>,
+}
+
+impl PictureJob {
+    /// Whether the screen is still to be painted.
+    #[must_use]
+    pub fn needs_screen(&self) -> bool {
+        self.kind == PictureKind::Screen && self.screen == Ok(None)
+    }
+}

@@ -1,0 +1,170 @@
+//! Drawing and saving pictures, beside what goes on on the screen.
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::super::loaded::{PictureJob, PictureKind};
+use crate::picture::{Figure, Format, Picture, Provenance, Subject, animate};
+use crate::scenario::commonroad::{NewFile, SaveError};
+
+/// Pictures that are being drawn. What is stopped leaves nothing behind.
+#[derive(Debug, Default)]
+pub struct Drawing {
+    stop: Arc<AtomicBool>,
+    /// Everyone who draws holds one.
+    held: Arc<()>,
+}
+
+/// One picture that is being drawn.
+#[derive(Debug)]
+pub struct Held {
+    stop: Arc<AtomicBool>,
+    _held: Arc<()>,
+}
+
+impl Drawing {
+    /// Another one begins.
+    pub fn begin(&self) -> Held {
+        Held {
+            stop: Arc::clone(&self.stop),
+            _held: Arc::clone(&self.held),
+        }
+    }
+
+    /// All shall end.
+    pub fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether nobody draws.
+    pub fn ended(&self) -> bool {
+        Arc::strong_count(&self.held) == 1
+    }
+}
+
+/// Resolution of screens: a cell is 9 pixels wide.
+const SCREEN_DPI: f64 = 144.0;
+
+/// Files of one name that are tried before another name is asked for.
+const MOST: usize = 1000;
+
+/// Draws and saves it; gives the path.
+///
+/// # Errors
+/// It cannot be drawn or saved: in words, with what to do.
+pub fn save(job: &PictureJob, held: &Held) -> Result<String, String> {
+    let folder = job.folder.as_deref().unwrap_or(Path::new("."));
+    let dpi = match job.kind {
+        PictureKind::Screen => SCREEN_DPI,
+        _ => job.format.usual_dpi(),
+    };
+    let moves = job.format == Format::Gif;
+    let step = if moves {
+        String::new()
+    } else {
+        format!("_step{}", job.step)
+    };
+    let stem = format!("{}{step}_{}", file_name(&job.name), job.kind.word());
+    let still = match job.kind {
+        PictureKind::Screen => Some(screen(job)?),
+        _ => None,
+    };
+    let subject = Subject {
+        scenario: &job.scenario,
+        scene: job.scene.as_deref(),
+    };
+    let figure = Figure::new(subject, &job.name, job.look.clone(), &job.thresholds);
+    let figure = figure.map_err(|e| e.to_string())?;
+    // Bytes first: a picture that cannot be drawn takes no name.
+    let mut bytes = Vec::new();
+    match moves {
+        true => {
+            let steps: Vec<i64> = figure.steps().collect();
+            let frame = |i: usize| Ok(figure.at(steps[i]));
+            animate(
+                &mut bytes,
+                steps.len(),
+                job.scenario.dt(),
+                dpi,
+                frame,
+                &held.stop,
+            )
+            .map_err(|e| e.to_string())?;
+        }
+        false => {
+            let picture = still.unwrap_or_else(|| figure.at(job.step));
+            bytes = job
+                .format
+                .encode(&picture, dpi)
+                .map_err(|e| e.to_string())?;
+        }
+    }
+    for number in 1..=MOST {
+        let again = if number == 1 {
+            String::new()
+        } else {
+            format!("_{number}")
+        };
+        let path = folder.join(format!("{stem}{again}.{}", job.format.name()));
+        let written = NewFile::begin(&path, false).and_then(|mut file| {
+            file.write_all(&bytes).map_err(|source| SaveError::Io {
+                path: path.clone(),
+                source,
+            })?;
+            file.finish()
+        });
+        match written {
+            Ok(()) => {
+                return Ok(path
+                    .strip_prefix(".")
+                    .unwrap_or(&path)
+                    .display()
+                    .to_string());
+            }
+            Err(SaveError::Exists(_)) => {}
+            Err(error) => {
+                return Err(format!(
+                    "{error}; `pictures` in config.toml names another folder"
+                ));
+            }
+        }
+    }
+    Err(format!(
+        "{MOST} pictures called {stem} are there already; move some away"
+    ))
+}
+
+/// A scenario's name as part of a file's name.
+fn file_name(name: &str) -> String {
+    let plain = |c: char| {
+        if c.is_alphanumeric() || "-_.".contains(c) {
+            c
+        } else {
+            '_'
+        }
+    };
+    name.chars().take(120).map(plain).collect()
+}
+
+fn screen(job: &PictureJob) -> Result<Picture, String> {
+    let painted = job.screen.clone()?;
+    let screen = painted.ok_or("the screen was not painted")?;
+    Ok(screen.picture(Provenance {
+        title: format!("nearmiss, {}", job.name),
+        description: format!(
+            "The workbench with the scenario {} at time step {}.",
+            job.name, job.step
+        ),
+        facts: vec![
+            (
+                "program",
+                concat!("nearmiss ", env!("CARGO_PKG_VERSION")).into(),
+            ),
+            ("scenario", job.name.clone()),
+            ("sha256", job.scenario.hash.to_string()),
+            ("step", job.step.to_string()),
+        ],
+    }))
+}

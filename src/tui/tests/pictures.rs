@@ -1,0 +1,64 @@
+//! Saving pictures: what is offered, what is asked for, and what is said.
+
+use super::bench::Bench;
+use crate::picture::Seen;
+use crate::tui::loaded::{PictureJob, PictureKind};
+use crate::tui::message::{Effect, Msg};
+use crate::tui::model::Pane;
+
+fn asked(bench: &mut Bench) -> Box<PictureJob> {
+    match bench.effects.pop() {
+        Some(Effect::Picture(job)) => job,
+        other => panic!("no picture was asked for: {other:?}"),
+    }
+}
+
+#[test]
+fn o_offers_what_has_the_keys_first() {
+    let mut bench = Bench::bundled();
+    for (pane, kind) in [
+        (Pane::Map, PictureKind::Map),
+        (Pane::Plot, PictureKind::Plot),
+        (Pane::Scenarios, PictureKind::Screen),
+    ] {
+        bench.model.focus = pane;
+        bench.press("o enter");
+        assert_eq!(asked(&mut bench).kind, kind);
+    }
+}
+
+#[test]
+fn a_picture_is_of_what_is_seen_now() {
+    let mut bench = Bench::bundled();
+    bench.frame(200, 60);
+    bench.press("x");
+    bench.model.focus = Pane::Map;
+    bench.model.camera.cell = 0.5;
+    bench.press("o");
+    bench.type_text("animated");
+    bench.press("enter");
+    let job = asked(&mut bench);
+    assert_eq!(job.kind, PictureKind::Animation);
+    assert_eq!(job.step, bench.model.clock.step());
+    assert_eq!(job.look.obstacles, [301]);
+    let (columns, _) = bench.model.drawn.map_size();
+    let width = 0.5 * f64::from(columns);
+    assert_eq!(job.look.seen, Seen::Ego { width });
+    assert!(!job.needs_screen());
+}
+
+#[test]
+fn where_it_is_or_why_not_is_said() {
+    let mut bench = Bench::bundled();
+    bench.send(Msg::Pictured(Ok("a/b.svg".into())));
+    assert!(bench.frame(120, 40).contains("saved as a/b.svg"));
+    bench.send(Msg::Pictured(Err("no space".into())));
+    assert!(bench.frame(120, 40).contains("no picture: no space"));
+}
+
+#[test]
+fn without_a_scenario_there_is_nothing_to_draw() {
+    let mut bench = Bench::empty();
+    bench.press("o");
+    assert!(bench.model.overlays.is_empty());
+}
