@@ -27,12 +27,18 @@ pub struct Keys {
     preset: Option<String>,
 }
 
+/// See [`Workbench::themes`].
+pub type ThemePainter = fn(Option<&str>, &Path, Option<&str>) -> Result<String, String>;
+
+/// See [`Workbench::keys`].
+pub type KeyPrinter = fn(&Path, Option<&str>, bool) -> Result<String, Vec<String>>;
+
 /// What the workbench knows of itself. The program puts it in: commands and workbench do not know each other.
 pub struct Workbench {
     /// Previews of the theme of this name, or of all, from a folder of the user's, in so many colours.
-    pub themes: fn(Option<&str>, &Path, Option<&str>) -> Result<String, String>,
+    pub themes: ThemePainter,
     /// The keys of the user's keymap file, or of the preset of this name; as a file if so wished, else as a table.
-    pub keys: fn(&Path, Option<&str>, bool) -> Result<String, Vec<String>>,
+    pub keys: KeyPrinter,
     /// Draws a screen of the workbench.
     pub screen: ScreenPainter,
 }

@@ -1,26 +1,25 @@
 //! The loop: drain all messages, draw once if something changed, at most sixty times a second, else sleep.
 
-use std::path::{Path, PathBuf};
+mod ending;
+mod prepare;
+
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use super::background::{self, Background};
-use super::keymap::{Keymap, Preset};
+use self::ending::Ending;
+use self::prepare::prepare;
 use super::message::{Effect, Msg, Outside};
-use super::model::{Glyphs, Look, Model, Prices};
+use super::model::Model;
 use super::outside;
 use super::reload::{self, Stamps};
-use super::tasks::{Remaining, Tasks, thresholds};
+use super::tasks::{Remaining, Tasks};
 use super::terminal::{Events, Screen, give_back_on_panic};
-use super::theme::{AUTO, Depth, Theme};
 use super::update::{start, update};
-use super::user_file::first;
 use super::{screen, views, widgets};
-use crate::config::{Config, Folders};
-use crate::llm::{Environment, Registry};
-use crate::prompts::Library;
+use crate::config::Folders;
 use crate::scenario::{Entry, Place, WantedEgo, not_standard_input};
 use crate::store::Store;
 use crate::system;
@@ -104,114 +103,6 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     let ended = looping.until_quit().await;
     looping.tasks.finish().await;
     ended.map_err(|e| the_terminal(&e))
-}
-
-/// The model at the start; what is wrong with the user's files is said, and the defaults are used.
-fn prepare(paths: Vec<PathBuf>, folders: &Folders) -> (Model, (Registry, Environment), Background) {
-    let mut complaints = Vec::new();
-    let config = Config::read(&folders.config_file()).unwrap_or_else(|error| {
-        complaints.push(error.to_string());
-        Config::default()
-    });
-    let env = |name: &str| std::env::var(name).ok();
-    let chosen = config.theme.clone().unwrap_or_else(|| AUTO.into());
-    // The terminal takes its time to answer; meanwhile the rest is read.
-    let asked = (chosen == AUTO).then(|| std::thread::spawn(move || background::ask(env)));
-    let registry = Registry::new(&config.providers).unwrap_or_else(|error| {
-        complaints.push(error.to_string());
-        Registry::new(&toml::Table::new()).unwrap_or_default()
-    });
-    let keymap = Keymap::load(&folders.keymap()).unwrap_or_else(|mistakes| {
-        complaints.push(format!("{}; the default keys are in use", first(&mistakes)));
-        Keymap::of(Preset::Default)
-    });
-    let library = Library::load(Some(&folders.prompts()));
-    for problem in &library.problems {
-        complaints.push(problem.to_string());
-    }
-    let environment = Environment::with_files(&[Path::new("."), &folders.config]);
-    complaints.extend(environment.problems.iter().cloned());
-    let offers = registry.offers(&environment, jiff::Zoned::now().date());
-    let asked = asked.and_then(|asking| asking.join().ok());
-    let background = asked.unwrap_or_else(|| background::of_environment(env));
-    let theme = Theme::load(&chosen, &folders.themes(), background.dark).unwrap_or_else(|error| {
-        complaints.push(format!("{error}; the default colours are in use"));
-        Theme::default_for(background.dark)
-    });
-    let depth = Depth::of_environment(env);
-    let glyphs_here = Glyphs::of_environment(env);
-    let look = Look {
-        keymap,
-        chosen,
-        themes: Theme::all(&folders.themes()),
-        depth,
-        dark: background.dark,
-        glyphs: Glyphs::of_config(config.glyphs.as_deref(), glyphs_here),
-        glyphs_here,
-        ..Look::default()
-    };
-    let mut model = Model::new(paths, config, theme.at_depth(depth), library, offers);
-    model.look = look;
-    model.compare.person = model.config.person();
-    // Nobody needs to foresee the orders that answers are shown in.
-    model.compare.seed = jiff::Timestamp::now().as_nanosecond() as u64;
-    match thresholds(&folders.thresholds()) {
-        Ok(thresholds) => model.thresholds = Arc::new(thresholds),
-        Err(error) => complaints.push(format!("{error}; the shipped thresholds are in use")),
-    }
-    model.prompt.prices = Prices::new(registry.clone(), jiff::Zoned::now().date());
-    complaints.extend(take_up_drafts(&mut model, folders));
-    for complaint in complaints {
-        model.complain(complaint);
-    }
-    (model, (registry, environment), background)
-}
-
-/// Takes up what an earlier session left in the editor, and says so; gives back what cannot be read.
-fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
-    let mut files = Vec::new();
-    let mut complaints = Vec::new();
-    for (file, draft) in drafts(&folders.drafts()) {
-        let draft = match draft {
-            Ok(text) => text,
-            Err(error) => {
-                complaints.push(format!("{error}; this draft is not taken up"));
-                continue;
-            }
-        };
-        let same = model
-            .library
-            .source(&file)
-            .is_some_and(|(text, _)| text.trim_end() == draft.trim_end());
-        if !same {
-            files.push(file.clone());
-            model.prompt.take_up(file, draft);
-        }
-    }
-    if !files.is_empty() {
-        files.sort();
-        model.tell(format!(
-            "drafts that were not saved are in use again: {}; e goes on with them, reset-template discards them",
-            files.join(", ")
-        ));
-    }
-    complaints
-}
-
-/// What an earlier session left in the editor, by file; or why it cannot be read.
-fn drafts(folder: &Path) -> Vec<(String, Result<String, String>)> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let read = |path: PathBuf| {
-        let name = path
-            .file_name()?
-            .to_str()
-            .filter(|n| n.ends_with(".md"))?
-            .to_string();
-        let text = system::read_text(&path, system::LARGEST_TEXT);
-        let text = text.map_err(|e| format!("{}: {}", path.display(), system::words(&e)));
-        Some((name, text))
-    };
-    entries.filter_map(|e| read(e.path())).collect()
 }
 
 struct Loop {
@@ -359,43 +250,6 @@ async fn sleep(wait: Option<Duration>) {
     }
 }
 
-/// The signals that ask the program to end.
-struct Ending {
-    #[cfg(unix)]
-    terminate: tokio::signal::unix::Signal,
-    #[cfg(unix)]
-    hang_up: tokio::signal::unix::Signal,
-}
-
-impl Ending {
-    #[cfg(unix)]
-    fn listen() -> std::io::Result<Self> {
-        use tokio::signal::unix::{SignalKind, signal};
-        Ok(Self {
-            terminate: signal(SignalKind::terminate())?,
-            hang_up: signal(SignalKind::hangup())?,
-        })
-    }
-
-    #[cfg(unix)]
-    async fn wait(&mut self) {
-        tokio::select! {
-            _ = self.terminate.recv() => {}
-            _ = self.hang_up.recv() => {}
-        }
-    }
-
-    #[cfg(not(unix))]
-    fn listen() -> std::io::Result<Self> {
-        Ok(Self {})
-    }
-
-    #[cfg(not(unix))]
-    async fn wait(&mut self) {
-        std::future::pending().await
-    }
-}
-
 /// Lets a test see that a panic gives the terminal back.
 #[cfg(debug_assertions)]
 fn panic_if_asked(msg: &Msg) {
@@ -405,30 +259,4 @@ fn panic_if_asked(msg: &Msg) {
         !(asked && std::env::var_os("NEARMISS_TEST_PANIC").is_some()),
         "a test asked for this panic"
     );
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    #[test]
-    fn a_draft_that_cannot_be_read_is_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = |name: &str| folder.path().join(name);
-        std::fs::write(path("a.md"), "as it was").unwrap();
-        std::fs::create_dir(path("b.md")).unwrap();
-        std::fs::write(path("c.md"), vec![b'a'; 1 + (1 << 20)]).unwrap();
-        std::fs::write(path("d.txt"), "something else").unwrap();
-        let mut found = drafts(folder.path());
-        found.sort();
-        assert_eq!(found[0], ("a.md".to_string(), Ok("as it was".to_string())));
-        let error = |i: usize| found[i].1.clone().unwrap_err();
-        assert!(
-            error(1).contains("b.md") && error(1).contains("folder"),
-            "{found:?}"
-        );
-        assert!(error(2).contains("larger than 1 MiB"));
-        assert_eq!(found.len(), 3);
-    }
 }

@@ -86,12 +86,9 @@ impl Keymap {
             preset,
             bindings: Vec::new(),
         };
-        for place in 0..ACTIONS.len() {
+        for (place, entry) in ACTIONS.iter().enumerate() {
             // A test reads every key of the table.
-            let keys = ACTIONS[place]
-                .keys
-                .iter()
-                .filter_map(|name| table_key(name));
+            let keys = entry.keys.iter().filter_map(|name| table_key(name));
             map.bindings.extend(keys.map(|keys| Binding {
                 place,
                 keys,

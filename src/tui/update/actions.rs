@@ -3,13 +3,12 @@
 use super::super::action::{Action, Scope};
 use super::super::keymap::{Code, Key};
 use super::super::message::{Effect, StoredOf};
-use super::super::model::{Model, Overlay, Pane, Picker, PromptView};
+use super::super::model::{Column, Model, Overlay, Pane, Picker, PromptView, Shown};
 use super::{
-    answers, batch, claims, clock, compare, editing, history, jobs, list, look, map, open,
+    answers, batch, claims, clock, compare, editing, history, jobs, list, look, map, obstacles,
     open_current, picture, plot, rating, source, task, timeline,
 };
 use crate::scenario::EgoSource;
-use crate::text::Frame;
 
 /// Does it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
@@ -67,10 +66,10 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Layers => model.overlays.push(Overlay::Layers(0)),
         TakeTape => map::tape(model),
         SwapTape => map::swap_tape(model),
-        NextObstacle => pick(model, 1),
-        PreviousObstacle => pick(model, -1),
-        TakeAsEgo => return take_as_ego(model),
-        RecordedEgo => return recorded_ego(model),
+        NextObstacle => obstacles::pick(model, 1),
+        PreviousObstacle => obstacles::pick(model, -1),
+        TakeAsEgo => return obstacles::take_as_ego(model),
+        RecordedEgo => return obstacles::recorded_ego(model),
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl => {
             return toggle(model, action);
         }
@@ -251,10 +250,7 @@ pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
         Pane::Prompt => model.prompt.scroll = top,
         Pane::Reasoning | Pane::Verdict => {
             // At the end of a text that still arrives, the end is followed again.
-            let running = model
-                .answers
-                .column()
-                .is_some_and(super::Column::is_running);
+            let running = model.answers.column().is_some_and(Column::is_running);
             let follow = running && top == last;
             model.answers.scroll = if follow { None } else { Some(top) };
         }
@@ -295,62 +291,6 @@ fn move_map(model: &mut Model, action: Action) {
     }
 }
 
-fn pick(model: &mut Model, by: isize) {
-    let Some(opened) = &model.opened else { return };
-    let order: Vec<i64> = if opened.ranking.is_empty() {
-        opened.scenario.obstacles.iter().map(|o| o.id).collect()
-    } else {
-        opened.ranking.clone()
-    };
-    if order.is_empty() {
-        return model.say("there are no obstacles");
-    }
-    let now = model
-        .picked
-        .and_then(|id| order.iter().position(|&o| o == id));
-    let next = match now {
-        Some(place) => (place.cast_signed() + by)
-            .rem_euclid(order.len().cast_signed())
-            .unsigned_abs(),
-        None => 0,
-    };
-    model.picked = Some(order[next]);
-    map::picked(model);
-    if model.frame == Frame::Trajectory {
-        model.refresh();
-    }
-}
-
-fn take_as_ego(model: &mut Model) -> Vec<Effect> {
-    match model.picked {
-        Some(id) => reopen(model, Some(id)),
-        None if model.opened.is_none() => {
-            model.say("no scenario is open");
-            Vec::new()
-        }
-        None => {
-            let key = model.look.key(Action::NextObstacle);
-            model.say(format!("pick an obstacle first, with {key} or the mouse"));
-            Vec::new()
-        }
-    }
-}
-
-fn recorded_ego(model: &mut Model) -> Vec<Effect> {
-    if model.taken.is_some() || model.opening.is_some() {
-        return reopen(model, None);
-    }
-    model.say("no obstacle is the ego");
-    Vec::new()
-}
-
-fn reopen(model: &mut Model, ego: Option<i64>) -> Vec<Effect> {
-    match model.list.opened {
-        Some(place) => open(model, place, ego),
-        None => Vec::new(),
-    }
-}
-
 fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
     let mut effects = Vec::new();
     match action {
@@ -363,7 +303,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
                 .as_ref()
                 .map_or(String::new(), |o| o.name.clone());
             answers::leave(model, &name);
-            model.answers.show(super::Shown::Reference);
+            model.answers.show(Shown::Reference);
             effects.extend(load_stored(model));
         }
         Action::ToggleFrame => {

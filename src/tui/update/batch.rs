@@ -135,7 +135,9 @@ fn show(model: &mut Model, ended: Ended) {
         return;
     }
     let mut column = Column::from(*ended.answer);
-    column.truth = column.steps.and_then(|steps| super::truth(model, steps));
+    column.truth = column
+        .steps
+        .and_then(|steps| super::opening::truth(model, steps));
     let (shown, scroll) = (model.answers.shown, model.answers.scroll);
     let kept = model.answers.columns.len();
     model.answers.add(column);

@@ -3,7 +3,7 @@
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
 use super::super::message::Effect;
-use super::super::model::{MOST_COMPARED, Model, Overlay, Shown};
+use super::super::model::{Column, MOST_COMPARED, Model, Overlay, Shown};
 use super::{actions, answers, claims, clock, keys, rating};
 use crate::store::Choice;
 
@@ -133,7 +133,7 @@ pub(super) fn is_running(model: &Model, shown: Shown) -> bool {
             .answers
             .columns
             .get(place)
-            .is_some_and(super::Column::is_running),
+            .is_some_and(Column::is_running),
     }
 }
 

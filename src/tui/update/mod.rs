@@ -13,6 +13,8 @@ mod keys;
 mod list;
 mod look;
 mod map;
+mod obstacles;
+mod opening;
 mod overlays;
 mod picture;
 mod plot;
@@ -25,15 +27,12 @@ mod timeline;
 mod values;
 
 pub use actions::perform;
+use opening::{open, open_current, opened, show_stored};
 
 use super::action::Action;
 use super::keymap::{Code, Key};
-use super::loaded::Opened;
-use super::message::{Effect, Msg, OpenId};
-use super::model::{Model, Notice, Shown};
-use crate::evaluation::Answer;
-use crate::geometry::Bounds;
-use crate::tui::model::Column;
+use super::message::{Effect, Msg};
+use super::model::{Model, Notice};
 
 /// What has to be done when the program starts.
 #[must_use]
@@ -213,189 +212,4 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
         clock::stepped(model);
     }
     editing::pass(model, seconds)
-}
-
-/// Opens the selected scenario, if another one is open.
-pub(super) fn open_current(model: &mut Model) -> Vec<Effect> {
-    match model.list.current() {
-        Some(place) if model.list.opened != Some(place) => open(model, place, None),
-        _ => Vec::new(),
-    }
-}
-
-/// Opens a scenario of the list.
-pub(super) fn open(model: &mut Model, place: usize, ego: Option<i64>) -> Vec<Effect> {
-    let id = OpenId(model.new_id());
-    model.opening = Some((id, ego));
-    model.list.opened = Some(place);
-    let entry = model.list.rows[place].entry.clone();
-    vec![Effect::Open(id, entry, ego)]
-}
-
-fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) -> Vec<Effect> {
-    let Some((_, ego)) = model.opening.filter(|(opening, _)| *opening == id) else {
-        return Vec::new();
-    };
-    model.opening = None;
-    timeline::opened(model, id);
-    let opened = match result {
-        Ok(opened) => opened,
-        Err(message) if ego.is_some() && model.opened.is_some() => {
-            // What is open stays.
-            model.complain(message);
-            return Vec::new();
-        }
-        Err(message) => {
-            leave(model);
-            model.opened = None;
-            model.open_error = Some(message);
-            model.refresh();
-            return Vec::new();
-        }
-    };
-    let again = model
-        .opened
-        .as_ref()
-        .filter(|o| o.scenario.hash == opened.scenario.hash);
-    let step = again.map(|_| model.clock.step());
-    let kept = again.map(|before| Kept::of(model, before, &opened));
-    leave(model);
-    model.open_error = None;
-    if kept.is_none() {
-        model.toasts.retain(|t| t.kind != Notice::Reply);
-    }
-    let clock = super::clock::Clock::new(opened.steps(), opened.scenario.dt());
-    model.clock = clock.like(&model.clock);
-    if let Some(step) = step {
-        model.clock.go(step);
-    }
-    let same_ego = kept.as_ref().is_some_and(|kept| kept.same_ego);
-    if !same_ego {
-        frame_map(model, &opened);
-    }
-    let riskiest = opened.headline.as_ref().and_then(|h| h.risk);
-    model.picked = riskiest.map(|n| n.obstacle);
-    if let Some(kept) = kept {
-        if kept.same_ego {
-            model.picked = kept.picked;
-        }
-        let ego = opened.scene.as_ref().map(|s| s.ego.id);
-        model.plot.marked = kept.marked;
-        model.plot.marked.retain(|&id| Some(id) != ego);
-    }
-    model.taken = ego;
-    if let (Some(id), false) = (ego, same_ego) {
-        let back = model.look.key(Action::RecordedEgo);
-        model.say(format!("{id} is the ego now; {back} goes back"));
-    }
-    model.opened = Some(opened);
-    if step.is_none() {
-        clock::to_window(model);
-    }
-    plot::refresh(model);
-    model.refresh();
-    reopen::opened(model, id);
-    actions::load_stored(model).into_iter().collect()
-}
-
-/// What stays when the scenario that is open is opened again.
-struct Kept {
-    /// Whether its ego is the same too, as when thresholds are read again.
-    same_ego: bool,
-    picked: Option<i64>,
-    marked: Vec<i64>,
-}
-
-impl Kept {
-    fn of(model: &Model, before: &Opened, now: &Opened) -> Self {
-        let ego = |opened: &Opened| opened.scene.as_ref().map(|s| s.ego.to_string());
-        Self {
-            same_ego: ego(before) == ego(now),
-            picked: model.picked,
-            marked: model.plot.marked.clone(),
-        }
-    }
-}
-
-/// Puts away what belongs to the scenario that was open.
-fn leave(model: &mut Model) {
-    let name = model
-        .opened
-        .as_ref()
-        .map_or(String::new(), |o| o.name.clone());
-    answers::leave(model, &name);
-    model.answers.reference_ms = None;
-    model.answers.show(Shown::Reference);
-    model.taken = None;
-    model.picked = None;
-    model.plot.marked.clear();
-    model.plot.series = None;
-    model.map.tape = None;
-    model.values = super::model::Values::default();
-    model.prompt.scroll = 0;
-}
-
-/// Metres that the map shows at first, so that a vehicle is seen before it is near.
-const NEIGHBOURHOOD: f64 = 45.0;
-
-/// Points the map at the ego, or at everything where there is none.
-fn frame_map(model: &mut Model, opened: &Opened) {
-    if opened.scene.is_some() {
-        model.camera.follow = true;
-        model.camera.shift = crate::geometry::Vector::zeros();
-        let (columns, _) = model.drawn.map_size();
-        model.camera.show_at_least(NEIGHBOURHOOD, columns);
-        return;
-    }
-    let positions: Vec<_> = opened
-        .scenario
-        .obstacles
-        .iter()
-        .flat_map(|o| o.track().iter().map(|(_, m)| m.pose.position))
-        .collect();
-    let bounds = Bounds::of(&positions).or_else(|| opened.scenario.network.bounds());
-    if let Some(bounds) = bounds {
-        let size = model.drawn.map_size();
-        model.camera.fit(&bounds, size);
-    }
-}
-
-/// Shows earlier answers that say something, the newest of each model and way of asking, unless something newer is
-/// there. Those that were asked as it would be asked now come last, beside the built-in judge.
-fn show_stored(model: &mut Model, stored: Vec<Answer>) {
-    if !model.answers.columns.is_empty() {
-        return;
-    }
-    let how = model.way();
-    let mut seen = std::collections::HashSet::new();
-    let mut newest: Vec<Answer> = stored
-        .into_iter()
-        // A run that reached no model says nothing about the scenario, nor about an older answer of that model.
-        .filter(|a| a.model != crate::judge::MODEL && !a.text.trim().is_empty())
-        .filter(|a| seen.insert((a.model.clone(), a.how.clone())))
-        .collect();
-    newest.sort_by_key(|answer| answer.how != how);
-    newest.truncate(STORED);
-    for answer in newest {
-        let mut column = Column::from(answer);
-        column.truth = column.steps.and_then(|steps| truth(model, steps));
-        model.answers.columns.push(column);
-    }
-    model.answers.arrange(&how);
-    if !model.answers.columns.is_empty() {
-        let last = model.answers.columns.len() - 1;
-        model.answers.show(Shown::Column(last));
-    }
-}
-
-/// Earlier answers kept at hand.
-const STORED: usize = 32;
-
-/// What the built-in judge says about the window of an answer.
-fn truth(model: &Model, (first, last): (i64, i64)) -> Option<crate::verdict::Verdict> {
-    let scene = model.scene()?;
-    let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
-    let window = crate::scenario::Window::ending_at(scene, last, history);
-    let judgement = crate::judge::judge_under(scene, model.task, &window, &model.thresholds);
-    Some(judgement.verdict)
 }

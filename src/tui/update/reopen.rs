@@ -112,7 +112,9 @@ fn put(model: &mut Model, answer: Answer) {
     let same = |c: &Column| c.answer().and_then(|a| a.run) == run;
     model.answers.columns.retain(|column| !same(column));
     let mut column = Column::from(answer);
-    column.truth = column.steps.and_then(|steps| super::truth(model, steps));
+    column.truth = column
+        .steps
+        .and_then(|steps| super::opening::truth(model, steps));
     model.answers.add(column);
     let last = model.answers.columns.len() - 1;
     model.answers.show(Shown::Column(last));
