@@ -137,6 +137,15 @@ table! {
     Turn, Editor, "beside", ["ctrl-o", "alt-o"], 7, "beside", "What stands beside the editor: rendered prompt, description, diff; in a narrow terminal in its place.";
     OutsideEditor, Editor, "external-editor", ["ctrl-e", "alt-e"], 8, "$EDITOR", "Go on in $VISUAL or $EDITOR.";
     GoToLine, Editor, "go-to-line", ["ctrl-g", "alt-g"], 9, "line", "Go to a line by its number.";
+    ToggleTask, Editor, "task", ["alt-t", "f2"], 0, "task", "Switch the task, and the template with it.";
+    ToggleFrame, Editor, "frame", ["alt-f", "f3"], 10, "frame", "Switch to the next frame, and to its template.";
+    ToggleCp, Editor, "cp", ["alt-1", "f4"], 11, "cp", "Contextual prompting on or off.";
+    ToggleCot, Editor, "cot", ["alt-2", "f5"], 12, "cot", "Chain of thought on or off.";
+    ToggleIcl, Editor, "icl", ["alt-3", "f6"], 13, "icl", "In-context examples on or off.";
+    Up, Editor, "up", ["alt-up"], 14, "scroll beside", "A line up in what stands beside the editor.";
+    Down, Editor, "down", ["alt-down"], 14, "scroll beside", "A line down there.";
+    PageUp, Editor, "page-up", ["alt-pageup"], 0, "page up", "A page up there.";
+    PageDown, Editor, "page-down", ["alt-pagedown"], 0, "page down", "A page down there.";
     Cut, Editor, "cut", ["ctrl-x"], 0, "cut", "Cut the selection, also to the terminal's clipboard (OSC 52).";
     CopySelection, Editor, "copy-selection", ["alt-w"], 0, "copy", "Copy the selection; Ctrl-C does it too while something is selected.";
     PasteCopied, Editor, "paste", ["ctrl-v"], 0, "paste", "Paste what was cut or copied here.";

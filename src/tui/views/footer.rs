@@ -89,7 +89,24 @@ fn editing(model: &Model) -> Vec<(String, String)> {
         let key = if emacs { keys.last() } else { keys.next() };
         Some((key?.to_string(), entry.short.to_string()))
     };
-    shown.iter().filter_map(hint).collect()
+    together(shown.iter().filter_map(hint))
+}
+
+/// Keys that follow each other and do the same in both directions share their words.
+fn together(hints: impl Iterator<Item = (String, String)>) -> Vec<(String, String)> {
+    let mut joined: Vec<(String, String)> = Vec::new();
+    for (key, words) in hints {
+        match joined.last_mut().filter(|(_, last)| *last == words) {
+            Some((keys, _)) => {
+                // `Alt-↑` and `Alt-↓` are `Alt-↑↓`.
+                let modifier = key.rfind('-').filter(|&at| at + 1 < key.len());
+                let same = modifier.filter(|&at| keys.starts_with(&key[..=at]));
+                keys.push_str(same.map_or(key.as_str(), |at| &key[at + 1..]));
+            }
+            None => joined.push((key, words)),
+        }
+    }
+    joined
 }
 
 fn hints(model: &Model) -> Vec<(String, String)> {
@@ -223,18 +240,14 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         // The way back is needed only here.
         hints.extend(hint_of(model, Action::RecordedEgo));
     }
-    for entry in shown {
-        let Some(key) = model.look.keymap.keys(entry).next() else {
-            continue;
-        };
+    let hint = |entry: &Entry| {
+        let key = model.look.keymap.keys(entry).next()?;
         let words = match entry.action {
             Action::Play if model.clock.playing => "pause",
             _ => entry.short,
         };
-        match hints.last_mut().filter(|(_, w)| w == words) {
-            Some((keys, _)) => keys.push_str(&key.to_string()),
-            None => hints.push((key.to_string(), words.to_string())),
-        }
-    }
+        Some((key.to_string(), words.to_string()))
+    };
+    hints.extend(together(shown.into_iter().filter_map(hint)));
     hints
 }

@@ -33,7 +33,7 @@ pub fn draw(frame: &mut Frame<'_>, parts: &Parts, model: &Model) {
     }
     let boxed = model.toasts.iter().rev().filter(told);
     let boxed = boxed.filter(|toast| line.is_none_or(|shown| !std::ptr::eq(shown, *toast)));
-    boxes(frame, place(parts), model, boxed.take(MOST));
+    boxes(frame, place(parts, model), model, boxed.take(MOST));
 }
 
 /// Whether a message would tell whose an answer is.
@@ -43,7 +43,7 @@ fn names_a_model(model: &Model, text: &str) -> bool {
 }
 
 /// Where boxes stand: over the reasoning and, if they are many, over the verdicts; or over the pane that is shown alone.
-fn place(parts: &Parts) -> Rect {
+fn place(parts: &Parts, model: &Model) -> Rect {
     let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
     let (_, area) = match (reasoning, parts.panes.first()) {
         (Some(found), _) | (None, Some(found)) => *found,
@@ -51,11 +51,13 @@ fn place(parts: &Parts) -> Rect {
     };
     let (top, right) = (parts.header.bottom(), parts.header.right());
     let width = area.width.max(NARROWEST).min(parts.header.width);
+    // The line that is typed into, with the frame below it, stays in sight.
+    let below = if model.prompt.editing { 2 } else { 0 };
     Rect {
         x: right - width,
         y: top,
         width,
-        height: area.bottom().saturating_sub(top),
+        height: area.bottom().saturating_sub(top + below),
     }
 }
 

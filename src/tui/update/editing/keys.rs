@@ -46,6 +46,8 @@ pub fn command(keymap: &Keymap, editor: &Editor, key: Key) -> Option<Action> {
             'y' => Some(Action::PasteCopied),
             _ => None,
         },
+        // A word forward; F3 switches the frame.
+        (Keys::Emacs, Some(('f', false, true))) => None,
         _ => keymap.action(key, Scope::Editor),
     }
 }

@@ -70,13 +70,14 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
         Shown::Reference => None,
     };
     let word = match (verdict, truth) {
-        (Some(verdict), Some(truth)) => {
+        // Who agrees with the built-in judge would sway the rating.
+        (Some(verdict), Some(truth)) if !hides => {
             let same = verdict.dangerous == truth.dangerous;
             let color = if same { theme.safe } else { theme.danger };
             let sign = if same { "=" } else { "≠" };
             (format!("{} {sign}", verdict.word()), Some(color))
         }
-        (Some(verdict), None) => (verdict.word().to_string(), None),
+        (Some(verdict), _) => (verdict.word().to_string(), None),
         (None, _) => (says, Some(theme.warning)),
     };
     add("verdict", word.0, word.1, true);
