@@ -24,6 +24,8 @@ pub struct Answers {
     pub shown: Shown,
     /// How far its text is scrolled; nothing while the end is followed.
     pub scroll: Option<usize>,
+    /// The line that the verdict pane begins with.
+    pub verdict_top: usize,
 }
 
 /// Whose reasoning is shown.
@@ -149,6 +151,7 @@ impl Answers {
         self.shown = shown;
         let running = self.column().is_some_and(Column::is_running);
         self.scroll = if running { None } else { Some(0) };
+        self.verdict_top = 0;
     }
 
     /// The shown column.

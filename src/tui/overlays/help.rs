@@ -19,14 +19,14 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize, t
     } else {
         format!("keys · {}▏· Esc closes", fit(typed, 30))
     };
-    let text = text(model, typed);
+    let text = text(model, typed, super::text_width(screen));
     super::scrolled_in(frame, screen, model, &title, text, (super::COLUMNS, scroll));
 }
 
 /// A part of the list: its title, and its keys or signs with what they mean.
 type Part = (&'static str, Vec<(String, String)>);
 
-fn text(model: &Model, typed: &str) -> Text<'static> {
+fn text(model: &Model, typed: &str, columns: usize) -> Text<'static> {
     let theme = &model.theme;
     let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
     let key = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
@@ -38,10 +38,14 @@ fn text(model: &Model, typed: &str) -> Text<'static> {
     for (name, rows) in &parts {
         text.push_line(Line::styled(*name, title));
         for (keys, meaning) in rows {
-            text.push_line(Line::from(vec![
-                Span::styled(format!("  {} ", pad(keys, width)), key),
-                Span::raw(meaning.clone()),
-            ]));
+            let mut label = format!("  {} ", pad(keys, width));
+            for words in wrapped(meaning, columns.saturating_sub(width + 3)) {
+                let blank = " ".repeat(label.width());
+                text.push_line(Line::from(vec![
+                    Span::styled(std::mem::replace(&mut label, blank), key),
+                    Span::raw(words),
+                ]));
+            }
         }
         text.push_line("");
     }
@@ -50,6 +54,24 @@ fn text(model: &Model, typed: &str) -> Text<'static> {
         text.push_line(Line::styled(nothing, Style::new().fg(theme.dim)));
     }
     text
+}
+
+/// Words in lines of at most so many columns; a longer word has a line of its own.
+fn wrapped(words: &str, columns: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in words.split_whitespace() {
+        let last = lines.len() - 1;
+        let line = &mut lines[last];
+        if line.is_empty() {
+            line.push_str(word);
+        } else if line.width() + 1 + word.width() <= columns {
+            line.push(' ');
+            line.push_str(word);
+        } else {
+            lines.push(word.to_string());
+        }
+    }
+    lines
 }
 
 /// What matches; every word that is typed must be in a row.

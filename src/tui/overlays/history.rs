@@ -46,6 +46,9 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     });
 }
 
+/// Columns of how a run was asked: task, frame, techniques.
+const HOW: usize = 25;
+
 /// How many runs there are.
 fn title(model: &Model) -> String {
     let history = &model.history;
@@ -157,11 +160,6 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static
         (None, "cancelled") => ("off", theme.dim),
         (None, _) => ("cut", theme.warning),
     };
-    let base = if chosen {
-        theme.selected()
-    } else {
-        theme.base()
-    };
     let sign = if chosen { "▸" } else { " " };
     let pin = if run.pinned { "+" } else { " " };
     // Of the date the year goes first where there is little room.
@@ -170,7 +168,16 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static
         0..70 => whole.get(5..).unwrap_or(&whole).to_string(),
         _ => whole,
     };
-    let fixed = 2 + 5 + when.width() + 2;
+    // Runs on one scenario differ in how they were asked; an excerpt of what is searched for comes first.
+    let how = match width {
+        86.. if run.excerpt.is_none() => {
+            let techniques = run.techniques.replace("cp+cot+icl", "all");
+            let words = format!("{} {} {techniques}", run.task, run.frame);
+            format!("{} ", pad(&words, HOW))
+        }
+        _ => String::new(),
+    };
+    let fixed = 2 + 5 + when.width() + 2 + how.width();
     let rest = width.saturating_sub(fixed);
     let model_width = (rest * 2 / 5).min(34);
     let name_width = rest.saturating_sub(model_width + 1);
@@ -181,7 +188,7 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static
         }
         _ => run.scenario.clone(),
     };
-    let mut line = Line::from(vec![
+    let line = Line::from(vec![
         Span::raw(format!("{sign}{pin}")),
         Span::styled(
             pad(word, 5),
@@ -190,13 +197,16 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static
         Span::styled(format!("{when}  "), Style::new().fg(theme.dim)),
         Span::raw(pad(&name, name_width)),
         Span::raw(" "),
+        Span::styled(how, Style::new().fg(theme.dim)),
         Span::styled(
             fit_end(&run.model, model_width),
             Style::new().fg(theme.accent),
         ),
     ]);
-    line = line.style(base);
-    line
+    match chosen {
+        true => theme.select(line),
+        false => line.style(theme.base()),
+    }
 }
 
 /// Draws the selected run; gives its lines.

@@ -248,7 +248,8 @@ pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
     .min(last);
     match pane {
         Pane::Prompt => model.prompt.scroll = top,
-        Pane::Reasoning | Pane::Verdict => {
+        Pane::Verdict => model.answers.verdict_top = top,
+        Pane::Reasoning => {
             // At the end of a text that still arrives, the end is followed again.
             let running = model.answers.column().is_some_and(Column::is_running);
             let follow = running && top == last;

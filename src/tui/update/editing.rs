@@ -6,7 +6,7 @@ mod outside;
 mod saving;
 
 use super::super::action::Action;
-use super::super::keymap::Key;
+use super::super::keymap::{Code, Key};
 use super::super::message::{Effect, Mouse};
 use super::super::model::{HEAVY, Model, Overlay, Pane, PromptView};
 use super::history;
@@ -93,6 +93,21 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     if let Some(action) = keys::command(&model.look.keymap, &model.prompt.editor, key) {
         return super::actions::perform(model, action);
+    }
+    if model.prompt.turned && !model.prompt.fits_beside(model.size.0) {
+        // What stands in the editor's place is moved in; whatever writes shows what it writes into.
+        let moves = match key.code {
+            Code::Up => Some(Action::Up),
+            Code::Down => Some(Action::Down),
+            Code::PageUp => Some(Action::PageUp),
+            Code::PageDown => Some(Action::PageDown),
+            _ => None,
+        };
+        if let Some(action) = moves {
+            super::actions::scroll(model, Pane::Prompt, action);
+            return Vec::new();
+        }
+        model.prompt.turned = false;
     }
     match keys::typed(&mut model.prompt.editor, key) {
         keys::Typed::Changed => edited(model),

@@ -9,6 +9,7 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Paragraph, Wrap};
+use unicode_width::UnicodeWidthStr;
 
 use self::fields::Field;
 use super::map;
@@ -79,7 +80,7 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
             n => format!(" · {n} more of this scenario"),
         });
     let words = format!(
-        "{name} · {} · step {} · {scrolling}{left}",
+        "{name} · {} · step {}{left} · {scrolling}",
         model.task.name(),
         model.clock.step()
     );
@@ -249,12 +250,15 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         let words = if running {
             format!(" {below} new lines below, G follows ")
         } else {
-            format!(" {below} lines below ")
+            format!(" {below} more lines ")
         };
+        // In the border, where it covers no text; what was made of the answer stands on its left.
+        let width = u16::try_from(words.width()).unwrap_or(area.width);
         let row = Rect {
-            y: area.bottom() - 1,
+            x: area.right().saturating_sub(width).max(area.x),
+            y: area.bottom(),
+            width: width.min(area.width),
             height: 1,
-            ..area
         };
         let style = if running {
             Style::new()
@@ -263,6 +267,6 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         } else {
             dim
         };
-        f.render_widget(Line::styled(words, style).right_aligned(), row);
+        f.render_widget(Line::styled(words, style), row);
     }
 }

@@ -73,7 +73,11 @@ fn editing(model: &Model) -> Vec<(String, String)> {
             ]);
         }
         Some(EntryLine::Line(_) | EntryLine::SaveAs(_)) => {
-            return fixed(&[("Enter", "do it"), ("Esc", "leave it")]);
+            let words = match &model.prompt.entry {
+                Some(EntryLine::SaveAs(_)) => "save",
+                _ => "go there",
+            };
+            return fixed(&[("Enter", words), ("Esc", "leave it")]);
         }
         None => {}
     }
@@ -101,7 +105,12 @@ fn together(hints: impl Iterator<Item = (String, String)>) -> Vec<(String, Strin
                 // `Alt-↑` and `Alt-↓` are `Alt-↑↓`.
                 let modifier = key.rfind('-').filter(|&at| at + 1 < key.len());
                 let same = modifier.filter(|&at| keys.starts_with(&key[..=at]));
-                keys.push_str(same.map_or(key.as_str(), |at| &key[at + 1..]));
+                let more = same.map_or(key.as_str(), |at| &key[at + 1..]);
+                // Letters and digits stand apart, so that they are not read as one word.
+                if more.starts_with(char::is_alphanumeric) {
+                    keys.push(' ');
+                }
+                keys.push_str(more);
             }
             None => joined.push((key, words)),
         }
@@ -240,7 +249,18 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         // The way back is needed only here.
         hints.extend(hint_of(model, Action::RecordedEgo));
     }
+    let compare = &model.compare;
+    let works = |entry: &Entry| match (entry.scope, entry.action) {
+        (Scope::Compare, Action::BestSecond) => compare.shown.len() > 1,
+        (Scope::Compare, Action::BestThird) => compare.shown.len() > 2,
+        (Scope::Compare, Action::BestFourth) => compare.shown.len() > 3,
+        (Scope::Compare, Action::NextRound) => compare.blind.is_some(),
+        _ => true,
+    };
     let hint = |entry: &Entry| {
+        if !works(entry) {
+            return None;
+        }
         let key = model.look.keymap.keys(entry).next()?;
         let words = match entry.action {
             Action::Play if model.clock.playing => "pause",

@@ -6,6 +6,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
+use crate::judge;
 use crate::scenario::EgoSource;
 use crate::tui::action::Action;
 use crate::tui::loaded::Opened;
@@ -22,7 +23,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         model.task.name(),
         model.frame.name(),
         model.techniques,
-        fit(&model.model, 40)
+        asked_model(model, area.width)
     );
     let room = usize::from(area.width).saturating_sub(asked.chars().count() + 12);
     let mut line = Line::from(vec![Span::styled(" nearmiss ", bold)]);
@@ -67,6 +68,17 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         ..area
     };
     frame.render_widget(Span::styled(asked, Style::new().fg(theme.title)), right);
+}
+
+/// Columns below which the built-in judge is called so, to leave room for the scenario's name.
+const NARROW: u16 = 110;
+
+fn asked_model(model: &Model, width: u16) -> String {
+    if width < NARROW && model.model == judge::MODEL {
+        return "built-in".into();
+    }
+    let most = if width < NARROW { 24 } else { 40 };
+    fit(&model.model, most)
 }
 
 /// What runs, and what the session cost so far; nothing where models were not asked.

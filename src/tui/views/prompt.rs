@@ -9,8 +9,10 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Paragraph, Wrap};
+use unicode_width::UnicodeWidthStr;
 
 use crate::text::visible;
+use crate::tui::action::Action;
 use crate::tui::model::{Extent, HEAVY, Model, Pane, PromptView};
 use crate::tui::widgets::highlight::markdown;
 use crate::tui::widgets::words::thousands;
@@ -20,7 +22,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     if model.prompt.editing {
         return editing::draw(f, area, model);
     }
-    let inner = frame::pane(f, area, model, Pane::Prompt, title(model));
+    let inner = frame::pane(f, area, model, Pane::Prompt, title(model, area.width));
     let inner = error(f, inner, model);
     body(f, inner, model, model.prompt.view);
 }
@@ -95,10 +97,16 @@ fn numbers(model: &Model) -> Option<String> {
     Some(format!("{words} · {price}"))
 }
 
-fn title(model: &Model) -> Line<'static> {
+/// The views, the one that is shown marked, and what there is room for of tokens and file; where there is little, the
+/// shown view alone.
+fn title(model: &Model, width: u16) -> Line<'static> {
     let prompt = &model.prompt;
+    let room = usize::from(width).saturating_sub(4);
     let mut line = Line::from("prompt");
-    for view in PromptView::ALL {
+    let all: usize = PromptView::ALL.iter().map(|v| v.name().width() + 3).sum();
+    let narrow = line.width() + all > room;
+    let views = PromptView::ALL.into_iter();
+    for view in views.filter(|view| !narrow || *view == prompt.view) {
         let style = if view == prompt.view {
             Style::new().add_modifier(Modifier::BOLD | Modifier::UNDERLINED)
         } else {
@@ -107,16 +115,30 @@ fn title(model: &Model) -> Line<'static> {
         line.push_span(Span::raw(" · "));
         line.push_span(Span::styled(view.name(), style));
     }
+    let mut add = |span: Span<'static>| {
+        if line.width() + span.width() <= room {
+            line.push_span(span);
+        }
+    };
+    if narrow {
+        let key = model.look.key(Action::PromptView);
+        add(Span::styled(
+            format!(" ({key} turns)"),
+            Style::new().fg(model.theme.dim),
+        ));
+    }
+    if prompt.is_draft() {
+        add(Span::raw(" · draft"));
+    }
     if prompt.question.is_some() {
         let tokens = thousands(prompt.tokens as u64);
-        line.push_span(Span::styled(
+        add(Span::styled(
             format!(" · ~{tokens} tokens"),
             Style::new().fg(model.theme.dim),
         ));
     }
     if !prompt.file().is_empty() {
-        let mark = if prompt.is_draft() { " (draft)" } else { "" };
-        line.push_span(Span::raw(format!(" · {}{mark}", visible(prompt.file()))));
+        add(Span::raw(format!(" · {}", visible(prompt.file()))));
     }
     line
 }

@@ -5,6 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Wrap};
+use unicode_width::UnicodeWidthStr;
 
 use crate::evaluation::{Judged, Missing};
 use crate::tui::model::{Column, Model, Pane, Progress};
@@ -17,9 +18,12 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let (title, text) = match model.answers.column() {
         None => ("reasoning · built-in".to_string(), reference(model)),
         Some(column) => {
-            let name = fit_end(&column.model, usize::from(area.width).saturating_sub(28));
+            let state = state(column);
+            // The border's corners, two spaces, and the words around the name.
+            let room = usize::from(area.width).saturating_sub(state.width() + 4 + 15);
+            let name = fit_end(&column.model, room.max(8));
             (
-                format!("reasoning · {name} · {}", state(column)),
+                format!("reasoning · {name} · {state}"),
                 answer(model, column),
             )
         }

@@ -47,6 +47,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         f.render_widget(text.style(Style::new().fg(model.theme.dim)), inner);
         return;
     }
+    // What is in a group stands further in than its head.
+    let indent = match list.grouping {
+        Grouping::None => "",
+        _ => "  ",
+    };
     let mut matching = list.read.has_words().then(Matching::default);
     let shown = list.lines.iter().enumerate().skip(top).take(rows);
     let lines = shown.map(|(i, line)| {
@@ -59,7 +64,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             Shown::Head(group) => head(model, &list.groups[*group]),
             Shown::Scenario(place, _) => {
                 let width = usize::from(inner.width);
-                scenario(model, *place, (&columns, width), matching.as_mut())
+                let mut line = Line::from(indent);
+                let room = width.saturating_sub(indent.len());
+                let row = scenario(model, *place, (&columns, room), matching.as_mut());
+                line.spans.extend(row.spans);
+                line
             }
         };
         let sign = match (chosen, marked) {

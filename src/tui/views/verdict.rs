@@ -33,7 +33,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let seen_now = seen(&model.answers, room);
     if let (Some(first), Some(last)) = (seen_now.clone().min(), seen_now.clone().max()) {
         let all = model.answers.columns.len();
-        let hint = format!(" · {}–{}/{all} [ ]", first + 1, last + 1);
+        let hint = match seen_now.len() == all {
+            true => format!(" · {all} answers"),
+            false if area.width < 50 => format!(" · {}–{} of {all}", first + 1, last + 1),
+            false => format!(" · answers {}–{} of {all}, [ ] others", first + 1, last + 1),
+        };
         title.push_span(Span::styled(hint, Style::new().fg(model.theme.dim)));
     }
     let inner = frame::pane(f, area, model, Pane::Verdict, title);
@@ -41,7 +45,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let other = matches!(model.task, Task::Attacker | Task::Trajectory);
     if other && model.scene().is_some() {
         let text = without_reference(model, seen_now, usize::from(inner.width));
-        scroll::text(f, inner, model, Pane::Verdict, text, Some(0));
+        scroll::text(f, inner, model, Pane::Verdict, text, Some(answers.verdict_top));
         return;
     }
     let Some(reference) = &answers.reference else {
@@ -49,7 +53,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let error = model.open_error.clone();
         let words = error.unwrap_or_else(|| model.without_ego());
         let text = Text::styled(crate::text::visible(&words).into_owned(), dim);
-        scroll::text(f, inner, model, Pane::Verdict, text, Some(0));
+        scroll::text(f, inner, model, Pane::Verdict, text, Some(answers.verdict_top));
         return;
     };
     let seen = seen(answers, room);
@@ -59,6 +63,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         answers.columns[seen.clone()]
             .iter()
             .any(|c| other_window(model, c)),
+        answers.reference_ms.is_some() || answers.columns[seen.clone()].iter().any(is_measured),
     );
     let mut table = Table::new(model, width, rows);
     // A gap behind each; the last column, the built-in judge's, needs none.
@@ -76,7 +81,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut text = Text::from(table.lines());
     text.push_line("");
     text.extend(comment(model, reference));
-    scroll::text(f, inner, model, Pane::Verdict, text, Some(0));
+    scroll::text(f, inner, model, Pane::Verdict, text, Some(answers.verdict_top));
 }
 
 /// Answers to a task about which the built-in judge says nothing.
@@ -88,7 +93,7 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
         return Text::styled(hint, dim);
     }
     let width = room.saturating_sub(LABEL + 1) / seen.len();
-    let mut table = Table::new(model, width, Row::of(differ(&answers.columns), false));
+    let mut table = Table::new(model, width, Row::of(differ(&answers.columns), false, true));
     let ids: Vec<&str> = answers.columns[seen.clone()]
         .iter()
         .map(|c| c.model.as_str())
@@ -120,6 +125,14 @@ fn seen(answers: &Answers, room: usize) -> std::ops::Range<usize> {
 /// Whether not all were asked in the same way.
 fn differ(columns: &[Column]) -> bool {
     columns.windows(2).any(|pair| pair[0].how != pair[1].how)
+}
+
+/// Whether time or tokens of an answer are known, or still being counted: recorded answers have neither.
+fn is_measured(column: &Column) -> bool {
+    column.answer().is_none_or(|answer| {
+        let consumed = &answer.consumed;
+        consumed.duration_ms.or(consumed.output_tokens).is_some()
+    })
 }
 
 /// Whether the built-in judge's column is about another window than the answer.

@@ -133,9 +133,19 @@ pub fn line(checked: &Checked, theme: &Theme) -> Line<'static> {
 /// How many claims there are, and how many hold.
 #[must_use]
 pub fn summary(claims: &[Checked]) -> String {
-    let (right, wrong, unknown) = counted(claims);
     let word = if claims.len() == 1 { "claim" } else { "claims" };
-    format!("{} {word}: {right} =, {wrong} ≠, {unknown} ?", claims.len())
+    format!("{} {word}: {}", claims.len(), counts(claims))
+}
+
+/// How many claims hold, how many do not, and how many cannot be told.
+#[must_use]
+pub fn counts(claims: &[Checked]) -> String {
+    let (right, wrong, unknown) = counted(claims);
+    let open = match unknown {
+        0 => String::new(),
+        n => format!(", {n} ? open"),
+    };
+    format!("{right} = right, {wrong} ≠ wrong{open}")
 }
 
 #[cfg(test)]
@@ -180,7 +190,7 @@ mod tests {
         );
         let picked = text.lines[3].spans.iter().find(|s| s.content == "left");
         assert!(picked.is_some_and(|s| s.style.add_modifier.contains(Modifier::REVERSED)));
-        assert_eq!(summary(&claims), "2 claims: 1 =, 1 ≠, 0 ?");
+        assert_eq!(summary(&claims), "2 claims: 1 = right, 1 ≠ wrong");
         assert_eq!(
             line(&claims[0], &theme).to_string(),
             "≠ 7 says behind, is front (direction, step 3)"

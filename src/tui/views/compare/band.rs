@@ -11,7 +11,7 @@ use crate::evaluation::claims::{Judgement, TOLERANCES};
 use crate::evaluation::{By, Standings};
 use crate::tui::model::{Model, REASONS};
 use crate::tui::widgets::claimed;
-use crate::tui::widgets::words::pad;
+use crate::tui::widgets::words::{fit, pad};
 
 /// The claims of the column that has the keys, the picked one in sight; else the wrong ones first.
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
@@ -55,15 +55,27 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut text = Text::default();
     for &place in order.iter().skip(first).take(rows) {
         let mut line = claimed::line(&claims[place], theme);
+        if line.width() > usize::from(inner.width) {
+            let words = fit(&line.to_string(), usize::from(inner.width));
+            let style = line.spans.first().map_or(theme.base(), |sign| sign.style);
+            line = Line::styled(words, style);
+        }
         if picked == Some(place) {
             line = line.style(Style::new().add_modifier(Modifier::REVERSED));
         }
         text.push_line(line);
     }
-    if order.len() < rows && !claims.is_empty() {
-        text.push_line(Line::styled(format!("right: within {TOLERANCES}"), dim));
-    }
+    let listed = text.lines.len();
     f.render_widget(Paragraph::new(text), inner);
+    if listed < rows && !claims.is_empty() {
+        let below = Rect {
+            y: inner.y + u16::try_from(listed).unwrap_or(0),
+            height: u16::try_from(rows - listed).unwrap_or(0),
+            ..inner
+        };
+        let words = Paragraph::new(format!("right: within {TOLERANCES}")).wrap(Wrap { trim: true });
+        f.render_widget(words.style(dim), below);
+    }
 }
 
 /// Why the answer is wrong: a short list, and words of one's own.
@@ -107,6 +119,9 @@ pub fn marking(f: &mut Frame<'_>, screen: Rect, model: &Model) {
         Text::from(lines),
     );
 }
+
+/// Columns of the window of ratings.
+const RATINGS: u16 = 86;
 
 /// What the ratings add up to.
 pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
@@ -154,11 +169,15 @@ pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
     }
     let blind = ratings.iter().filter(|r| r.blind).count();
     let title = format!(
-        " {} ratings, {blind} of them blind · any key closes ",
-        ratings.len()
+        " {} {}, {blind} of them blind · any key closes ",
+        ratings.len(),
+        if ratings.len() == 1 { "rating" } else { "ratings" }
     );
-    let rows = text.lines.len() + 4;
-    window(f, screen, model, &title, (86, rows), text);
+    let inside = RATINGS.min(screen.width).saturating_sub(2);
+    let rows = Paragraph::new(text.clone())
+        .wrap(Wrap { trim: false })
+        .line_count(inside);
+    window(f, screen, model, &title, (RATINGS, rows), text);
 }
 
 fn window(

@@ -8,7 +8,7 @@ use crate::store::Choice;
 use crate::tui::model::{Model, Progress, Shown};
 use crate::tui::widgets::claimed;
 use crate::tui::widgets::words::{duration, pad, thousands};
-use crate::verdict::Verdict;
+use crate::verdict::{Task, Verdict};
 
 /// A row: its name, its value, and how that is shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +39,11 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
     let reference = model.answers.reference.as_ref().map(|r| &r.verdict);
     let (verdict, how, steps, says) = match shown {
         Shown::Reference => {
-            let window = model.window().map(|w| (w.first(), w.last()));
+            let window = match model.task {
+                // It looks at the whole recording.
+                Task::Collision => model.scene().map(|_| model.clock.range()),
+                _ => model.window().map(|w| (w.first(), w.last())),
+            };
             (
                 reference,
                 "exact geometry".to_string(),
@@ -99,7 +103,7 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
         match (document.whole, claims.is_empty()) {
             (false, _) => "when it is whole".into(),
             (true, true) => "none found".into(),
-            (true, false) => claimed::summary(claims),
+            (true, false) => claimed::counts(claims),
         }
     });
     add("claims", claims, None, false);

@@ -21,18 +21,20 @@ pub enum Column {
     Country,
     /// What stored answers say: agree or differ, and how many; in the narrow one only which.
     Answers { wide: bool },
-    /// The lowest risk score and a mark.
-    Risk,
+    /// The lowest risk score and a mark; the wide one has room for its name above it.
+    Risk { wide: bool },
 }
 
 impl Column {
     /// Columns of the screen, the one before it included.
     pub fn width(self) -> usize {
         match self {
-            Self::Value(_) | Self::Answers { wide: true } | Self::Duration => 6,
+            Self::Answers { wide: true } => 7,
+            Self::Value(_) | Self::Duration => 6,
             Self::Obstacles | Self::Country => 4,
             Self::Answers { wide: false } => 2,
-            Self::Risk => 3,
+            Self::Risk { wide: true } => 5,
+            Self::Risk { wide: false } => 3,
         }
     }
 
@@ -48,7 +50,7 @@ impl Column {
             Self::Duration => "time".into(),
             Self::Country => "cty".into(),
             Self::Answers { wide } => if wide { "says" } else { "" }.into(),
-            Self::Risk => "ri".into(),
+            Self::Risk { wide } => if wide { "risk" } else { "" }.into(),
         }
     }
 
@@ -70,14 +72,14 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
     let answers = list.answered.then_some(Column::Answers { wide: false });
     let used: usize = sorted.iter().chain(&answers).map(|c| c.width()).sum();
     // The sign before the name, and the risk behind everything.
-    let needed = 2 + list.longest.min(NAME) + Column::Risk.width();
+    let needed = 2 + list.longest.min(NAME) + Column::Risk { wide: false }.width();
     let mut room = width.saturating_sub(used + needed);
     let mut take = |columns: usize| {
         let fits = room >= columns;
         room -= if fits { columns } else { 0 };
         fits
     };
-    let wide = list.answered && take(4);
+    let wide = list.answered && take(5);
     let mut take = |columns: usize| heads && take(columns);
     let shows = |id: &str| matches!(sorted, Some(Column::Value(m)) if m.id == id);
     let ttc = measure("ttc").filter(|m| !shows(m.id) && take(Column::Value(m).width()));
@@ -85,6 +87,10 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
     let duration = !matches!(sorted, Some(Column::Duration)) && take(6);
     let distance = measure("distance").filter(|m| !shows(m.id) && take(6));
     let country = take(4);
+    let more = wide || ttc.is_some() || obstacles || duration || sorted.is_some();
+    let risk = Column::Risk {
+        wide: more && take(2),
+    };
     let columns = [
         country.then_some(Column::Country),
         duration.then_some(Column::Duration),
@@ -93,9 +99,8 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
         ttc.map(Column::Value),
         sorted,
         answers.map(|_| Column::Answers { wide }),
-        Some(Column::Risk),
+        Some(risk),
     ];
-    let more = wide || ttc.is_some() || obstacles || duration || sorted.is_some();
     (columns.into_iter().flatten().collect(), more)
 }
 
@@ -136,7 +141,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
             };
             Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))
         }
-        Column::Risk => {
+        Column::Risk { .. } => {
             let (words, color) = match (taken, &row.facts) {
                 (Some(headline), _) => risk(model, Some(headline)),
                 (None, None) => ("·".into(), theme.dim),

@@ -90,7 +90,7 @@ pub fn ruler(
         let label = if tick.fract() == 0.0 {
             format!("{tick:.0}s")
         } else {
-            format!("{tick:.1}")
+            format!("{tick:.1}s")
         };
         // Marks come first: a label steps aside, or is left out where it cannot.
         let free = |from: usize| {

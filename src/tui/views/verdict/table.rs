@@ -36,7 +36,7 @@ pub enum Row {
 
 impl Row {
     /// The rows that are needed, in their order: what tells columns apart comes first.
-    pub fn of(ways: bool, truth: bool) -> Vec<Self> {
+    pub fn of(ways: bool, truth: bool, measured: bool) -> Vec<Self> {
         let all = [
             Self::Head,
             Self::Frame,
@@ -52,6 +52,7 @@ impl Row {
         let needed = |row: &Self| match row {
             Self::Frame | Self::How => ways,
             Self::Truth => truth,
+            Self::Tokens | Self::Time => measured,
             _ => true,
         };
         all.into_iter().filter(needed).collect()
