@@ -19,8 +19,10 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     } else {
         "ask · counting …"
     };
-    let inner = super::window(frame, screen, model, title, (84, 19));
     let text = Paragraph::new(text(model, card)).wrap(Wrap { trim: false });
+    let lines = text.line_count(u16::try_from(super::width_in(screen, 84)).unwrap_or(u16::MAX));
+    let height = u16::try_from(lines + 2).unwrap_or(u16::MAX);
+    let inner = super::window(frame, screen, model, title, (84, height));
     frame.render_widget(text, inner);
 }
 
@@ -47,9 +49,9 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
     );
     row("how", how, Style::new());
     let window = match plan.task {
-        Task::Collision => "of each, the end".to_string(),
+        Task::Collision => "the end of each scenario".to_string(),
         _ => format!(
-            "of each, the {} steps that end two before the last",
+            "of each scenario the {} steps that end two before the last",
             plan.decided.history
         ),
     };

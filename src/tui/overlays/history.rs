@@ -47,7 +47,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
 }
 
 /// Columns of how a run was asked: task, frame, techniques.
-const HOW: usize = 25;
+const HOW: usize = 21;
 
 /// How many runs there are.
 fn title(model: &Model) -> String {
@@ -165,14 +165,15 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static
     // Of the date the year goes first where there is little room.
     let whole = date(run.created_ms);
     let when = match width {
-        0..70 => whole.get(5..).unwrap_or(&whole).to_string(),
+        0..100 => whole.get(5..).unwrap_or(&whole).to_string(),
         _ => whole,
     };
     // Runs on one scenario differ in how they were asked; an excerpt of what is searched for comes first.
     let how = match width {
         86.. if run.excerpt.is_none() => {
             let techniques = run.techniques.replace("cp+cot+icl", "all");
-            let words = format!("{} {} {techniques}", run.task, run.frame);
+            let frame = run.frame.replace("cartesian", "cart");
+            let words = format!("{} {frame} {techniques}", run.task);
             format!("{} ", pad(&words, HOW))
         }
         _ => String::new(),

@@ -14,8 +14,11 @@ use crate::tui::widgets::words::{duration, fit, pad, thousands};
 const BELOW: u16 = 3;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-    let inner = super::window(frame, screen, model, &title(model), (120, 40));
     let jobs = &model.jobs;
+    // The rows, an empty one, what is below, and the borders.
+    let height = u16::try_from(jobs.all.len()).unwrap_or(u16::MAX);
+    let height = height.saturating_add(BELOW + 3).clamp(12, 40);
+    let inner = super::window(frame, screen, model, &title(model), (120, height));
     let dim = Style::new().fg(model.theme.dim);
     if jobs.all.is_empty() {
         let words = "nothing runs, and nothing ran in this session";
@@ -102,11 +105,10 @@ fn row(model: &Model, job: &Job, chosen: bool, width: u16) -> Line<'static> {
         Span::raw(pad(&job.title, rest)),
         Span::styled(format!(" {facts}"), Style::new().fg(theme.dim)),
     ]);
-    line.style(if chosen {
-        theme.selected()
-    } else {
-        theme.base()
-    })
+    match chosen {
+        true => theme.select(line),
+        false => line.style(theme.base()),
+    }
 }
 
 /// The selected task in whole words.

@@ -46,7 +46,7 @@ fn v_shows_template_and_description() {
 fn the_prompt_follows_every_key_and_the_draft_is_what_is_asked() {
     let mut bench = Bench::bundled();
     bench.press("e");
-    assert!(bench.frame(120, 40).contains("save as yours"));
+    assert!(bench.frame(120, 40).contains("Ctrl-s save"));
     // Down to the first line of the system message.
     bench.press("ctrl-g 1 0 enter");
     bench.type_text("Dear model! ");

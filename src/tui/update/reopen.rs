@@ -78,7 +78,7 @@ pub fn opened(model: &mut Model, id: OpenId) {
         doubts.push("its ego is another one than then");
     }
     let doubts: String = doubts.iter().map(|d| format!("; {d}")).collect();
-    let text = format!("run {}{doubts}", run.id);
+    let text = format!("run {} reopened{doubts}", run.id);
     if doubts.is_empty() {
         model.say(text);
     } else {

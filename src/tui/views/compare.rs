@@ -250,7 +250,10 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         let words = if running {
             format!(" {below} new lines below, G follows ")
         } else {
-            format!(" {below} more lines ")
+            format!(
+                " {below} more {} ",
+                if below == 1 { "line" } else { "lines" }
+            )
         };
         // In the border, where it covers no text; what was made of the answer stands on its left.
         let width = u16::try_from(words.width()).unwrap_or(area.width);

@@ -21,7 +21,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         "{}{} · {} · {} · {} ",
         running(model),
         model.task.name(),
-        model.frame.name(),
+        frame_name(model),
         model.techniques,
         asked_model(model, area.width)
     );
@@ -68,6 +68,14 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         ..area
     };
     frame.render_widget(Span::styled(asked, Style::new().fg(theme.title)), right);
+}
+
+/// The frame; that of the trajectory task has the same name as the task.
+fn frame_name(model: &Model) -> String {
+    match model.frame.name() {
+        name if name == model.task.name() => format!("{name} frame"),
+        name => name.to_string(),
+    }
 }
 
 /// Columns below which the built-in judge is called so, to leave room for the scenario's name.

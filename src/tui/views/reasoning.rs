@@ -10,8 +10,9 @@ use unicode_width::UnicodeWidthStr;
 use crate::evaluation::{Judged, Missing};
 use crate::tui::model::{Column, Model, Pane, Progress};
 use crate::tui::widgets::highlight::markdown;
-use crate::tui::widgets::words::fit_end;
+use crate::tui::widgets::words::{fit, fit_end};
 use crate::tui::widgets::{claimed, frame, scroll};
+use crate::verdict::Task;
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
@@ -20,10 +21,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         Some(column) => {
             let state = state(column);
             // The border's corners, two spaces, and the words around the name.
-            let room = usize::from(area.width).saturating_sub(state.width() + 4 + 15);
-            let name = fit_end(&column.model, room.max(8));
+            let inside = usize::from(area.width).saturating_sub(4);
+            let room = inside.saturating_sub(state.width() + 15);
+            let name = fit_end(&column.model, room.max(16));
             (
-                format!("reasoning · {name} · {state}"),
+                fit(&format!("reasoning · {name} · {state}"), inside),
                 answer(model, column),
             )
         }
@@ -99,6 +101,11 @@ fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model) -> Rect {
 fn reference(model: &Model) -> Text<'static> {
     match &model.answers.reference {
         Some(_) => said_text(model),
+        None if model.scene().is_some() && !Task::VERDICTS.contains(&model.task) => {
+            let words =
+                "the built-in judge proposes nothing: answers of language models stand here";
+            Text::styled(words, Style::new().fg(model.theme.dim))
+        }
         None => {
             let words = model
                 .open_error

@@ -8,6 +8,7 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span, Text};
+use unicode_width::UnicodeWidthStr;
 
 use self::table::{LABEL, Row, Table};
 use crate::evaluation::{Judged, Past};
@@ -33,11 +34,17 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let seen_now = seen(&model.answers, room);
     if let (Some(first), Some(last)) = (seen_now.clone().min(), seen_now.clone().max()) {
         let all = model.answers.columns.len();
-        let hint = match seen_now.len() == all {
-            true => format!(" · {all} answers"),
-            false if area.width < 50 => format!(" · {}–{} of {all}", first + 1, last + 1),
-            false => format!(" · answers {}–{} of {all}, [ ] others", first + 1, last + 1),
-        };
+        let (first, last) = (first + 1, last + 1);
+        let key = |action| model.look.key(action);
+        let keys = format!("{} {}", key(Action::PreviousAnswer), key(Action::NextAnswer));
+        // Inside the corners, with a space on both sides.
+        let left = usize::from(area.width).saturating_sub(4 + title.width());
+        let hints = [
+            format!(" · answers {first}–{last} of {all}, {keys} others"),
+            format!(" · {first}–{last} of {all} {keys}"),
+            format!(" · {first}–{last} of {all}"),
+        ];
+        let hint = hints.into_iter().find(|hint| hint.width() <= left).unwrap_or_default();
         title.push_span(Span::styled(hint, Style::new().fg(model.theme.dim)));
     }
     let inner = frame::pane(f, area, model, Pane::Verdict, title);
@@ -45,7 +52,14 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let other = matches!(model.task, Task::Attacker | Task::Trajectory);
     if other && model.scene().is_some() {
         let text = without_reference(model, seen_now, usize::from(inner.width));
-        scroll::text(f, inner, model, Pane::Verdict, text, Some(answers.verdict_top));
+        scroll::text(
+            f,
+            inner,
+            model,
+            Pane::Verdict,
+            text,
+            Some(answers.verdict_top),
+        );
         return;
     }
     let Some(reference) = &answers.reference else {
@@ -53,7 +67,14 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let error = model.open_error.clone();
         let words = error.unwrap_or_else(|| model.without_ego());
         let text = Text::styled(crate::text::visible(&words).into_owned(), dim);
-        scroll::text(f, inner, model, Pane::Verdict, text, Some(answers.verdict_top));
+        scroll::text(
+            f,
+            inner,
+            model,
+            Pane::Verdict,
+            text,
+            Some(answers.verdict_top),
+        );
         return;
     };
     let seen = seen(answers, room);
@@ -81,7 +102,14 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut text = Text::from(table.lines());
     text.push_line("");
     text.extend(comment(model, reference));
-    scroll::text(f, inner, model, Pane::Verdict, text, Some(answers.verdict_top));
+    scroll::text(
+        f,
+        inner,
+        model,
+        Pane::Verdict,
+        text,
+        Some(answers.verdict_top),
+    );
 }
 
 /// Answers to a task about which the built-in judge says nothing.
@@ -89,7 +117,11 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
     let answers = &model.answers;
     let dim = Style::new().fg(model.theme.dim);
     if seen.is_empty() {
-        let hint = "who could endanger the ego, and how, is a question for language models: m chooses one, r asks it";
+        let hint = format!(
+            "who could endanger the ego, and how, is a question for language models: {} chooses one, {} asks it",
+            model.look.key(Action::ChooseModel),
+            model.look.key(Action::Run)
+        );
         return Text::styled(hint, dim);
     }
     let width = room.saturating_sub(LABEL + 1) / seen.len();

@@ -141,11 +141,15 @@ pub fn summary(claims: &[Checked]) -> String {
 #[must_use]
 pub fn counts(claims: &[Checked]) -> String {
     let (right, wrong, unknown) = counted(claims);
-    let open = match unknown {
-        0 => String::new(),
-        n => format!(", {n} ? open"),
-    };
-    format!("{right} = right, {wrong} ≠ wrong{open}")
+    if !claims.is_empty() && right == claims.len() {
+        return "all = right".into();
+    }
+    let parts = [(right, "= right"), (wrong, "≠ wrong"), (unknown, "? open")];
+    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
+    let parts: Vec<String> = parts
+        .map(|(count, word)| format!("{count} {word}"))
+        .collect();
+    parts.join(", ")
 }
 
 #[cfg(test)]

@@ -171,7 +171,11 @@ pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
     let title = format!(
         " {} {}, {blind} of them blind · any key closes ",
         ratings.len(),
-        if ratings.len() == 1 { "rating" } else { "ratings" }
+        if ratings.len() == 1 {
+            "rating"
+        } else {
+            "ratings"
+        }
     );
     let inside = RATINGS.min(screen.width).saturating_sub(2);
     let rows = Paragraph::new(text.clone())
