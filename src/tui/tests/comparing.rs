@@ -112,7 +112,8 @@ fn columns_are_told_apart_by_the_way_they_were_asked() {
     assert_eq!(columns(&bench), expected);
     let frame = bench.frame(80, 24);
     let lines: Vec<&str> = frame.lines().collect();
-    let head = lines.iter().position(|l| l.contains("built-in")).unwrap();
+    let heads = |l: &&str| l.contains("built-in") && l.contains("│");
+    let head = lines.iter().position(|l| heads(l)).unwrap();
     assert!(lines[head + 1].contains("│frame ") && lines[head + 1].contains(" ego"));
     assert!(lines[head + 2].contains("│how ") && lines[head + 2].contains(" all"));
 }

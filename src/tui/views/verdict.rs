@@ -36,7 +36,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let all = model.answers.columns.len();
         let (first, last) = (first + 1, last + 1);
         let key = |action| model.look.key(action);
-        let keys = format!("{} {}", key(Action::PreviousAnswer), key(Action::NextAnswer));
+        let keys = format!(
+            "{} {}",
+            key(Action::PreviousAnswer),
+            key(Action::NextAnswer)
+        );
         // Inside the corners, with a space on both sides.
         let left = usize::from(area.width).saturating_sub(4 + title.width());
         let hints = [
@@ -44,7 +48,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             format!(" · {first}–{last} of {all} {keys}"),
             format!(" · {first}–{last} of {all}"),
         ];
-        let hint = hints.into_iter().find(|hint| hint.width() <= left).unwrap_or_default();
+        let hint = hints
+            .into_iter()
+            .find(|hint| hint.width() <= left)
+            .unwrap_or_default();
         title.push_span(Span::styled(hint, Style::new().fg(model.theme.dim)));
     }
     let inner = frame::pane(f, area, model, Pane::Verdict, title);
