@@ -39,11 +39,12 @@ fn text(model: &Model, typed: &str, columns: usize) -> Text<'static> {
         text.push_line(Line::styled(*name, title));
         for (keys, meaning) in rows {
             let mut label = format!("  {} ", pad(keys, width));
-            for words in wrapped(meaning, columns.saturating_sub(width + 3)) {
+            let room = columns.saturating_sub(width + 3).max(10);
+            for words in textwrap::wrap(meaning, room) {
                 let blank = " ".repeat(label.width());
                 text.push_line(Line::from(vec![
                     Span::styled(std::mem::replace(&mut label, blank), key),
-                    Span::raw(words),
+                    Span::raw(words.into_owned()),
                 ]));
             }
         }
@@ -54,24 +55,6 @@ fn text(model: &Model, typed: &str, columns: usize) -> Text<'static> {
         text.push_line(Line::styled(nothing, Style::new().fg(theme.dim)));
     }
     text
-}
-
-/// Words in lines of at most so many columns; a longer word has a line of its own.
-fn wrapped(words: &str, columns: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in words.split_whitespace() {
-        let last = lines.len() - 1;
-        let line = &mut lines[last];
-        if line.is_empty() {
-            line.push_str(word);
-        } else if line.width() + 1 + word.width() <= columns {
-            line.push(' ');
-            line.push_str(word);
-        } else {
-            lines.push(word.to_string());
-        }
-    }
-    lines
 }
 
 /// What matches; every word that is typed must be in a row.

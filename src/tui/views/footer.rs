@@ -216,6 +216,17 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         }
         None => {}
     }
+    if model.compare.open && model.compare.ratings.is_some() {
+        return fixed(&[("any key", "closes")]);
+    }
+    if model.compare.open && model.compare.marking.is_some() {
+        return fixed(&[
+            ("↑↓", "select"),
+            ("type", "words of your own"),
+            ("Enter", "mark"),
+            ("Esc", "leave it"),
+        ]);
+    }
     if model.prompt.editing {
         return editing(model);
     }

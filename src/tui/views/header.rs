@@ -17,14 +17,17 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
-    let asked = format!(
-        "{}{} · {} · {} · {} ",
-        running(model),
-        model.task.name(),
+    let (running, who) = (running(model), asked_model(model, area.width));
+    let task = model.task.name();
+    let mut asked = format!(
+        "{running}{task} · {} · {} · {who} ",
         frame_name(model),
-        model.techniques,
-        asked_model(model, area.width)
+        model.techniques
     );
+    // What runs matters more than how would be asked, and the scenario's name more than both.
+    if !running.is_empty() && asked.width() + LEAST > usize::from(area.width) {
+        asked = format!("{running}{task} · {who} ");
+    }
     let room = usize::from(area.width).saturating_sub(asked.chars().count() + 12);
     let mut line = Line::from(vec![Span::styled(" nearmiss ", bold)]);
     if let Some(opened) = &model.opened {
@@ -77,6 +80,9 @@ fn frame_name(model: &Model) -> String {
         name => name.to_string(),
     }
 }
+
+/// Columns that are left to the program's and the scenario's name.
+const LEAST: usize = 36;
 
 /// Columns below which the built-in judge is called so, to leave room for the scenario's name.
 const NARROW: u16 = 110;

@@ -43,11 +43,19 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         );
         // Inside the corners, with a space on both sides.
         let left = usize::from(area.width).saturating_sub(4 + title.width());
-        let hints = [
-            format!(" · answers {first}–{last} of {all}, {keys} others"),
-            format!(" · {first}–{last} of {all} {keys}"),
-            format!(" · {first}–{last} of {all}"),
-        ];
+        let hints = match seen_now.len() == all {
+            true if all == 1 => [String::new(), String::new(), String::new()],
+            true => [
+                format!(" · {keys} chooses one"),
+                format!(" · {keys}"),
+                String::new(),
+            ],
+            false => [
+                format!(" · answers {first}–{last} of {all}, {keys} others"),
+                format!(" · {first}–{last}/{all} {keys}"),
+                format!(" · {first}–{last} of {all}"),
+            ],
+        };
         let hint = hints
             .into_iter()
             .find(|hint| hint.width() <= left)
@@ -132,7 +140,12 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
         return Text::styled(hint, dim);
     }
     let width = room.saturating_sub(LABEL + 1) / seen.len();
-    let mut table = Table::new(model, width, Row::of(differ(&answers.columns), false, true));
+    let measured = answers.columns[seen.clone()].iter().any(is_measured);
+    let mut table = Table::new(
+        model,
+        width,
+        Row::of(differ(&answers.columns), false, measured),
+    );
     let ids: Vec<&str> = answers.columns[seen.clone()]
         .iter()
         .map(|c| c.model.as_str())

@@ -169,6 +169,9 @@ fn consumed(model: &Model, shown: Shown) -> (String, String) {
         }
         _ => "unknown".into(),
     };
+    if consumed.duration_ms.is_none() && consumed.cost_usd.is_none() {
+        return (tokens, "unknown".into());
+    }
     let time = consumed.duration_ms.map_or("unknown".into(), duration);
     let cost = consumed.cost_usd.map_or("cost unknown".into(), |usd| {
         format!("{:.3} ct", usd * 100.0)
