@@ -50,6 +50,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     // What is in a group stands further in than its head.
     let indent = match list.grouping {
         Grouping::None => "",
+        _ if inner.width < 30 => " ",
         _ => "  ",
     };
     let mut matching = list.read.has_words().then(Matching::default);

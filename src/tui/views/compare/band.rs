@@ -56,9 +56,12 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     for &place in order.iter().skip(first).take(rows) {
         let mut line = claimed::line(&claims[place], theme);
         if line.width() > usize::from(inner.width) {
-            let words = fit(&line.to_string(), usize::from(inner.width));
-            let style = line.spans.first().map_or(theme.base(), |sign| sign.style);
-            line = Line::styled(words, style);
+            // The sign keeps its colour; what is cut is said to be.
+            let sign = line.spans.first().map_or(0, Span::width);
+            if let Some(words) = line.spans.get_mut(1) {
+                let room = usize::from(inner.width).saturating_sub(sign);
+                words.content = fit(&words.content, room).into();
+            }
         }
         if picked == Some(place) {
             line = line.style(Style::new().add_modifier(Modifier::REVERSED));

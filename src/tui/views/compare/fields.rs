@@ -229,7 +229,7 @@ pub fn outcome(model: &Model, place: usize) -> Option<Line<'static>> {
     let (compare, theme) = (&model.compare, &model.theme);
     let mark = compare.marks.get(place).cloned().flatten();
     let chosen = match compare.choice {
-        Some(Choice::Best(best)) if best == place => Some(("* better", theme.safe)),
+        Some(Choice::Best(best)) if best == place => Some(("* best", theme.safe)),
         Some(Choice::Tie) => Some(("= tie", theme.accent)),
         Some(Choice::AllWrong) => Some(("x all wrong", theme.danger)),
         _ => None,

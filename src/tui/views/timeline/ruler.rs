@@ -95,7 +95,9 @@ pub fn ruler(
         // Marks come first: a label steps aside, or is left out where it cannot.
         let free = |from: usize| {
             let to = from + label.len();
-            to < width && !(from..to).any(|i| marked(i) || cells[i] != ' ')
+            // Two labels never touch.
+            let apart = from == 0 || cells[from - 1] == ' ';
+            to < width && apart && !(from..to).any(|i| marked(i) || cells[i] != ' ')
         };
         let beside = at.saturating_sub(label.len());
         let place = (at..=at + label.len()).find(|&from| free(from));
