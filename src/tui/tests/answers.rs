@@ -304,6 +304,24 @@ fn more_answers_than_fit_can_all_be_reached() {
 }
 
 #[test]
+fn the_verdict_is_scrolled_apart_from_the_reasoning() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.send(Msg::Answered(
+        id,
+        Ok(Box::new(answer("lab/small", true, 301))),
+    ));
+    bench.model.focus = Pane::Verdict;
+    bench.frame(80, 24);
+    let reasoning = bench.model.answers.scroll;
+    bench.press("shift-g");
+    assert!(bench.model.answers.verdict_top > 0);
+    assert_eq!(bench.model.answers.scroll, reasoning);
+    bench.press("g");
+    assert_eq!(bench.model.answers.verdict_top, 0);
+}
+
+#[test]
 fn obstacles_that_are_not_there_are_named() {
     let mut bench = asking();
     let (id, _) = bench.asked();

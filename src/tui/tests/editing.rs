@@ -344,3 +344,27 @@ fn source_at_200_by_60() {
     bench.press("shift-x");
     insta::assert_snapshot!(bench.frame(200, 60));
 }
+
+#[test]
+fn the_question_is_switched_and_what_is_beside_is_scrolled_while_editing() {
+    let mut bench = with(Keys::Plain);
+    let (text, cp) = (bench.model.prompt.text(), bench.model.techniques.cp);
+    bench.press("alt-1");
+    assert_ne!(bench.model.techniques.cp, cp);
+    bench.frame(120, 40);
+    bench.press("alt-down alt-down alt-up");
+    assert_eq!(bench.model.prompt.scroll, 1);
+    assert_eq!(bench.model.prompt.text(), text, "nothing was written");
+    bench.press("alt-f");
+    assert!(bench.model.prompt.editing);
+    assert_ne!(bench.model.prompt.text(), text, "that of the next frame");
+
+    let mut bench = with(Keys::Plain);
+    bench.model.size = (80, 24);
+    bench.press("ctrl-o");
+    bench.frame(80, 24);
+    bench.press("down");
+    assert_eq!(bench.model.prompt.scroll, 1, "in the editor's place");
+    bench.press("x");
+    assert!(!bench.model.prompt.turned, "what is written into is seen");
+}

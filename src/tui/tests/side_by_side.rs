@@ -156,6 +156,15 @@ fn what_arrives_is_followed_until_somebody_scrolls_up() {
     );
 }
 
+/// Whether the verdicts say who agrees with the built-in judge, or differs from it.
+fn agrees(frame: &str) -> bool {
+    let row = frame
+        .lines()
+        .find(|line| line.contains("verdict "))
+        .unwrap();
+    row.contains(['=', '≠'])
+}
+
 #[test]
 fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
     let mut bench = sized(two(), 120, 40);
@@ -176,6 +185,7 @@ fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
             assert!(!frame.contains(secret), "{secret}: {frame}");
         }
         assert!(frame.contains("as ******* i say"), "{frame}");
+        assert!(!agrees(&frame), "{frame}");
     }
     bench.press("right left w down");
     bench.type_text("it is 302");
@@ -198,6 +208,7 @@ fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
         bench.frame(120, 40).contains("lab/walrus"),
         "now it may be known"
     );
+    assert!(agrees(&bench.frame(120, 40)));
     bench.send(Msg::Rated(Ok(1)));
     bench.press("1");
     let count = bench
