@@ -96,7 +96,8 @@ pub fn ruler(
         let free = |from: usize| {
             let to = from + label.len();
             // Two labels never touch.
-            let apart = from == 0 || cells[from - 1] == ' ';
+            let before = from.checked_sub(1).and_then(|i| cells.get(i));
+            let apart = before.is_none_or(|cell| *cell == ' ');
             to < width && apart && !(from..to).any(|i| marked(i) || cells[i] != ' ')
         };
         let beside = at.saturating_sub(label.len());
