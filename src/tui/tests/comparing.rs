@@ -113,7 +113,7 @@ fn columns_are_told_apart_by_the_way_they_were_asked() {
     let frame = bench.frame(80, 24);
     let lines: Vec<&str> = frame.lines().collect();
     let heads = |l: &&str| l.contains("built-in") && l.contains("│");
-    let head = lines.iter().position(|l| heads(l)).unwrap();
+    let head = lines.iter().position(heads).unwrap();
     assert!(lines[head + 1].contains("│frame ") && lines[head + 1].contains(" ego"));
     assert!(lines[head + 2].contains("│how ") && lines[head + 2].contains(" all"));
 }
