@@ -210,7 +210,7 @@ impl Arranged {
                 edge: Edge::Right,
                 upright: true,
                 before: false,
-                usual: body.width * 46 / 100,
+                usual: (body.width * 46 + 50) / 100,
                 limits: (NARROW, body.width.saturating_sub(NARROW)),
             },
         );

@@ -13,9 +13,15 @@ fn area(model: &Model, size: (u16, u16), pane: Pane) -> Rect {
     found.unwrap().1
 }
 
-/// Presses `ctrl-w` and a key, drawing before as the loop does.
+/// Presses `ctrl-w` and a key; what is where is known before, as after a frame.
 fn chord(bench: &mut Bench, size: (u16, u16), key: &str) {
-    bench.frame(size.0, size.1);
+    let parts = split(Rect::new(0, 0, size.0, size.1), &bench.model).unwrap();
+    let drawn = &bench.model.drawn;
+    drawn.clear();
+    drawn.set_borders(&parts.borders);
+    for (pane, area) in parts.panes {
+        drawn.pane(pane, area);
+    }
     bench.press(&format!("ctrl-w {key}"));
 }
 
