@@ -16,7 +16,13 @@ fn findings(stdout: &str) -> Vec<(String, String, String)> {
 fn a_fresh_home_has_no_problems_and_nothing_is_made() {
     let home = Home::new();
     let ended = home.run(&["doctor"]).status(0);
-    for words in ["nearmiss 0.", "reference/geometry", "runs.sqlite yet", "the default keys", "OSC 52"] {
+    for words in [
+        "nearmiss 0.",
+        "reference/geometry",
+        "runs.sqlite yet",
+        "the default keys",
+        "OSC 52",
+    ] {
         assert!(ended.stdout.contains(words), "{words}: {}", ended.stdout);
     }
     for line in ended.stdout.lines() {
@@ -32,13 +38,22 @@ fn a_fresh_home_has_no_problems_and_nothing_is_made() {
 fn every_broken_file_is_a_problem_and_is_named() {
     let home = Home::new();
     let config = home.config();
-    home.write(config.join("keymap.toml"), "[global]\nplay = \"hyper\"\nfly = \"x\"\n");
+    home.write(
+        config.join("keymap.toml"),
+        "[global]\nplay = \"hyper\"\nfly = \"x\"\n",
+    );
     home.write(config.join("config.toml"), "mouse = 3\n");
     home.write(config.join("thresholds.toml"), "[nothing]\nx = 1\n");
-    home.write(config.join("themes/mine.toml"), "dark = true\n[roles]\ntext = \"blurple\"\n");
+    home.write(
+        config.join("themes/mine.toml"),
+        "dark = true\n[roles]\ntext = \"blurple\"\n",
+    );
     home.write(config.join("prompts/mine.md"), "no front matter");
     home.write(config.join(".env"), "this is sk-not-shown no line\n");
-    home.write(home.data().join("runs.sqlite"), "this is no database at all, only some words in a file");
+    home.write(
+        home.data().join("runs.sqlite"),
+        "this is no database at all, only some words in a file",
+    );
     home.write(home.data().join("tags.toml"), "a = 3\n");
     let ended = home.run(&["doctor"]).status(1);
     for words in [
@@ -52,14 +67,23 @@ fn every_broken_file_is_a_problem_and_is_named() {
         "runs.sqlite",
         "tags.toml",
     ] {
-        let named = ended.stdout.lines().any(|l| l.starts_with("problem ") && l.contains(words));
+        let named = ended
+            .stdout
+            .lines()
+            .any(|l| l.starts_with("problem ") && l.contains(words));
         assert!(named, "{words}: {}", ended.stdout);
     }
     assert!(!ended.stdout.contains("sk-not-shown"));
     assert!(ended.stderr.contains("problems"), "{}", ended.stderr);
     let json = home.run(&["doctor", "--json"]).status(1);
     let problems = findings(&json.stdout);
-    assert!(problems.iter().filter(|(_, state, _)| state == "problem").count() >= 9);
+    assert!(
+        problems
+            .iter()
+            .filter(|(_, state, _)| state == "problem")
+            .count()
+            >= 9
+    );
 }
 
 #[test]
@@ -82,7 +106,10 @@ fn keys_are_named_by_their_variables_alone() {
             assert!(!said.contains(secret), "{secret}: {said}");
         }
     }
-    assert!(run(&["doctor"]).contains("nothing runs there"), "port 9 is closed");
+    assert!(
+        run(&["doctor"]).contains("nothing runs there"),
+        "port 9 is closed"
+    );
 }
 
 #[test]
@@ -92,7 +119,9 @@ fn the_printed_configuration_is_one_and_says_where_it_is_from() {
                 header_env = { X-Team = \"LAB_TEAM\" }\n";
     let path = home.write(home.config().join("config.toml"), text);
     let mut command = home.command();
-    command.arg("--print-config").env("OPENAI_BASE_URL", "http://127.0.0.1:7/v1");
+    command
+        .arg("--print-config")
+        .env("OPENAI_BASE_URL", "http://127.0.0.1:7/v1");
     let output = command.output().unwrap();
     assert!(output.status.success());
     let said = String::from_utf8(output.stdout).unwrap();
@@ -105,7 +134,8 @@ fn the_printed_configuration_is_one_and_says_where_it_is_from() {
     ] {
         assert!(said.contains(&line), "{line}: {said}");
     }
-    let from_variable = |line: &str| line.contains("127.0.0.1:7") && line.ends_with("# OPENAI_BASE_URL");
+    let from_variable =
+        |line: &str| line.contains("127.0.0.1:7") && line.ends_with("# OPENAI_BASE_URL");
     assert!(said.lines().any(from_variable), "{said}");
     // What is printed can be used, and says the same.
     let parsed: toml::Table = said.parse().unwrap();

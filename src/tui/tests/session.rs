@@ -13,16 +13,14 @@ use crate::verdict::Task;
 fn kept(bench: &mut Bench) -> Option<Session> {
     bench.effects.clear();
     bench.press("q");
-    let mut effects = bench.effects.drain(..);
-    let found = effects.find_map(|effect| match effect {
-        Effect::Remember(session) => Some(*session),
-        _ => None,
-    });
     assert!(
-        effects.any(|e| matches!(e, Effect::Quit)),
+        matches!(bench.effects.last(), Some(Effect::Quit)),
         "kept before the end"
     );
-    found
+    bench.effects.drain(..).find_map(|effect| match effect {
+        Effect::Remember(session) => Some(*session),
+        _ => None,
+    })
 }
 
 /// The same after it was written and read.
