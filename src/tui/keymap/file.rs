@@ -243,14 +243,15 @@ mod tests {
     #[test]
     fn keys_are_changed_taken_off_and_added() {
         let text =
-            "[global]\nworst = []\npalette = \"x\"\nquit = [\"q\", \"space q\"]\nplay = \"f5\"\n";
+            "[global]\nworst = []\npalette = \"f9\"\nquit = [\"q\", \"space q\"]\nplay = \"f5\"\n";
         let map = Keymap::parse("keymap.toml", text).unwrap();
         let means = |names: &str| map.meaning(&Chord::parse(names).unwrap().0, Scope::Map);
-        assert_eq!(means("x"), Meaning::Action(Action::Palette));
+        assert_eq!(means("f9"), Meaning::Action(Action::Palette));
+        assert_eq!(means("x"), Meaning::Nothing);
         assert_eq!(means(":"), Meaning::Nothing);
         assert_eq!(means("space"), Meaning::Prefix);
         assert_eq!(means("space q"), Meaning::Action(Action::Quit));
-        assert_eq!(map.key_of(Action::CollisionStep), "x worst");
+        assert_eq!(map.key_of(Action::CollisionStep), "F9 worst");
     }
 
     #[test]

@@ -128,7 +128,7 @@ fn a_wrong_term_is_said_in_the_list() {
         assert!(frame.contains("! `tga:` is no"), "{frame}");
     }
     bench.press("esc ?");
-    let help: Vec<String> = (0..12)
+    let help: Vec<String> = (0..40)
         .map(|_| {
             bench.press("pagedown");
             bench.frame(120, 40)

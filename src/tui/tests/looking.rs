@@ -166,7 +166,7 @@ fn help_has_every_key_and_the_palette_every_action() {
     let mut bench = Bench::bundled();
     bench.press("?");
     let mut seen = String::new();
-    for _ in 0..12 {
+    for _ in 0..40 {
         seen.push_str(&bench.frame(120, 40));
         bench.press("pagedown");
     }
