@@ -20,6 +20,7 @@ fn run(arguments: cli::Arguments) -> cli::Outcome {
     let ego = cli::chosen_ego(&arguments)?;
     match &arguments.command {
         Some(command) => cli::run(command, &workbench()),
+        None if arguments.print_config => cli::print_config(),
         None if cli::has_terminal() => tui::run(arguments.paths, ego).map_err(cli::Failure::input),
         None => cli::without_terminal(&arguments.paths, &ego),
     }
@@ -30,6 +31,8 @@ fn workbench() -> cli::Workbench {
     cli::Workbench {
         themes: tui::themes,
         keys: tui::keys,
+        theme_mistakes: tui::theme_mistakes,
+        terminal: tui::terminal_here,
         screen: tui::screen,
     }
 }

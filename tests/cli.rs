@@ -5,6 +5,8 @@
 mod ask;
 #[path = "cli/convert.rs"]
 mod convert;
+#[path = "cli/doctor.rs"]
+mod doctor;
 #[path = "cli/egos.rs"]
 mod egos;
 #[path = "protobuf/encode.rs"]

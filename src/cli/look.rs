@@ -5,6 +5,7 @@ use std::path::Path;
 use super::{Failure, Outcome, output};
 use crate::config::Folders;
 use crate::picture::ScreenPainter;
+use crate::system::Terminal;
 
 /// Arguments of `themes`.
 #[derive(Debug, clap::Args)]
@@ -33,12 +34,19 @@ pub type ThemePainter = fn(Option<&str>, &Path, Option<&str>) -> Result<String, 
 /// See [`Workbench::keys`].
 pub type KeyPrinter = fn(&Path, Option<&str>, bool) -> Result<String, Vec<String>>;
 
+/// See [`Workbench::theme_mistakes`].
+pub type ThemeCheck = fn(&str, &Path) -> Vec<String>;
+
 /// What the workbench knows of itself. The program puts it in: commands and workbench do not know each other.
 pub struct Workbench {
     /// Previews of the theme of this name, or of all, from a folder of the user's, in so many colours.
     pub themes: ThemePainter,
     /// The keys of the user's keymap file, or of the preset of this name; as a file if so wished, else as a table.
     pub keys: KeyPrinter,
+    /// What is wrong with the theme of this name, and with all in a folder of the user's.
+    pub theme_mistakes: ThemeCheck,
+    /// What is known of the terminal.
+    pub terminal: fn() -> Terminal,
     /// Draws a screen of the workbench.
     pub screen: ScreenPainter,
 }

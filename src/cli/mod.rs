@@ -4,6 +4,7 @@ mod ask;
 mod convert;
 mod cost;
 mod describe;
+mod doctor;
 mod evaluate;
 mod export;
 mod filters;
@@ -18,6 +19,7 @@ mod models;
 mod open;
 mod output;
 mod parted;
+mod print_config;
 mod progress;
 mod prompt;
 mod prompts;
@@ -31,6 +33,7 @@ mod verdicts;
 
 pub use look::Workbench;
 pub use open::{EgoChoice, chosen_ego};
+pub use print_config::print_config;
 pub use verdicts::{has_terminal, without_terminal};
 
 use std::fmt::Display;
@@ -50,6 +53,9 @@ pub struct Arguments {
     /// Who is the ego in the workbench.
     #[command(flatten)]
     pub ego: EgoChoice,
+    /// Print the configuration that is in force, with where each value comes from.
+    #[arg(long, exclusive = true)]
+    pub print_config: bool,
 }
 
 /// The headless commands.
@@ -87,6 +93,8 @@ pub enum Command {
     Themes(look::Themes),
     /// The keys of the workbench, and a keymap file to begin with.
     Keys(look::Keys),
+    /// Whether everything is in order: terminal, files, store, models; and what to do where it is not.
+    Doctor(doctor::Doctor),
     /// Completions for a shell.
     Completions(generated::Completions),
     /// The manual page.
@@ -147,6 +155,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Import(arguments) => import::run(arguments),
         Command::Themes(arguments) => look::themes(arguments, workbench),
         Command::Keys(arguments) => look::keys(arguments, workbench),
+        Command::Doctor(arguments) => doctor::run(arguments, workbench),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),
     }

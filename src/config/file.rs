@@ -17,6 +17,8 @@ pub struct Config {
     pub glyphs: Option<String>,
     /// Whether the mouse is used.
     pub mouse: bool,
+    /// Whether the workbench comes back as it was left.
+    pub session: bool,
     /// Keys of the template editor: `plain`, `vim` or `emacs`.
     pub editor: Keys,
     /// The model asked first, as `provider/model`.
@@ -50,6 +52,7 @@ impl Default for Config {
             theme: None,
             glyphs: None,
             mouse: true,
+            session: true,
             editor: Keys::Plain,
             model: None,
             history: None,

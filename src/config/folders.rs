@@ -9,7 +9,7 @@ use etcetera::BaseStrategy;
 pub struct Folders {
     /// Configuration: `config.toml`, `keymap.toml`, `thresholds.toml`, `prompts/`, `themes/`.
     pub config: PathBuf,
-    /// Data: the store, drafts.
+    /// Data: the store, drafts, sessions.
     pub data: PathBuf,
 }
 
@@ -80,6 +80,12 @@ impl Folders {
     #[must_use]
     pub fn tags(&self) -> PathBuf {
         self.data.join("tags.toml")
+    }
+
+    /// What the workbench looked like when it was left.
+    #[must_use]
+    pub fn sessions(&self) -> PathBuf {
+        self.data.join("sessions")
     }
 
     /// The database of runs.

@@ -3,11 +3,13 @@
 mod file;
 mod folders;
 mod keys;
+mod settings;
 mod tags;
 mod text_file;
 
 pub use file::{Config, ConfigError};
 pub use folders::Folders;
 pub use keys::Keys;
+pub use settings::{Lines, Setting};
 pub use tags::Tags;
 pub use text_file::TextFile;

@@ -105,7 +105,7 @@ impl ModelEntry {
 }
 
 impl Provider {
-    fn key_state(&self, name: &str, environment: &Environment) -> KeyState {
+    pub(super) fn key_state(&self, name: &str, environment: &Environment) -> KeyState {
         if let Some(found) = self.key(environment) {
             return KeyState::Present(found.source);
         }
@@ -121,7 +121,37 @@ impl Provider {
     }
 }
 
+/// Where a provider is asked, and where its key is looked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Address {
+    /// The provider's name.
+    pub provider: String,
+    /// The address, without user, password and query.
+    pub url: String,
+    /// The variable that the address is from, if it is from one.
+    pub variable: Option<String>,
+    /// The variables that the key is looked for in.
+    pub keys: Vec<String>,
+}
+
 impl Registry {
+    /// Every provider that has an address, in the order of their names.
+    #[must_use]
+    pub fn addresses(&self, environment: &Environment) -> Vec<Address> {
+        let all = self.providers.iter().filter_map(|(name, provider)| {
+            let endpoint = provider.endpoint(name, "", environment).ok()?;
+            let variable = provider.base_url_env.clone();
+            let keys = provider.key_env.as_ref();
+            Some(Address {
+                provider: name.clone(),
+                url: endpoint.place().url,
+                variable: variable.filter(|name| environment.variable(name).is_some()),
+                keys: keys.map_or_else(Vec::new, |names| names.list().to_vec()),
+            })
+        });
+        all.collect()
+    }
+
     /// What a model, `provider/model`, costs on a day, if that is known.
     #[must_use]
     pub fn pricing(&self, id: &str, day: Date) -> Option<Pricing> {

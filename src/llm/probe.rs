@@ -5,7 +5,7 @@ use std::time::Duration;
 use futures_util::future::join_all;
 use serde_json::Value;
 
-use super::client::Client;
+use super::client::{Client, deepest};
 use super::dialect::Dialect;
 use super::endpoint::{Endpoint, Timeouts};
 use super::environment::Environment;
@@ -54,34 +54,73 @@ pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discov
 
 /// The names of the models at an endpoint; nothing if it does not say.
 async fn served(client: &Client, endpoint: &Endpoint) -> Option<Vec<String>> {
-    let mut url = endpoint.request_url("m").ok()?;
+    list(client, endpoint, PATIENCE).await.ok()
+}
+
+/// Why a server did not say what it serves.
+pub(super) enum Unlisted {
+    /// Its address or key cannot be used.
+    Setup(String),
+    /// It answered with this status.
+    Status(u16),
+    /// Nothing answered, in words; or not in time.
+    Silent(String),
+    /// It answered with something else than a list.
+    NoList,
+}
+
+/// Asks for the names of the models at an endpoint, which costs nothing; waits no longer than `patience` for each step.
+pub(super) async fn list(
+    client: &Client,
+    endpoint: &Endpoint,
+    patience: Duration,
+) -> Result<Vec<String>, Unlisted> {
+    let setup = |error: super::Error| Unlisted::Setup(error.to_string());
+    let mut url = endpoint.request_url("m").map_err(setup)?;
     let (ending, listing) = match endpoint.dialect {
         Dialect::OpenAiChat => ("/chat/completions", "/models"),
         Dialect::OpenAiResponses => ("/responses", "/models"),
         Dialect::Anthropic => ("/messages", "/models"),
         Dialect::Ollama => ("/api/chat", "/api/tags"),
-        Dialect::Gemini => return None,
+        Dialect::Gemini => ("/models/m:streamGenerateContent", "/models"),
     };
-    let path = format!("{}{listing}", url.path().strip_suffix(ending)?);
+    let path = url.path().strip_suffix(ending).ok_or(Unlisted::NoList)?;
+    let path = format!("{path}{listing}");
     url.set_path(&path);
-    let patience = Patience::starting_now(Timeouts {
-        connect: PATIENCE,
-        idle: PATIENCE,
-        total: PATIENCE,
+    if endpoint.dialect == Dialect::Gemini {
+        // It belongs to the streamed answer.
+        url.set_query(None);
+    }
+    let timeouts = Patience::starting_now(Timeouts {
+        connect: patience,
+        idle: patience,
+        total: patience,
     });
-    let mut request = client.http(PATIENCE).ok()?.get(url);
-    if let Some((name, value)) = endpoint.key_header().ok()? {
+    let mut request = client.http(patience).map_err(Unlisted::Setup)?.get(url);
+    if let Some((name, value)) = endpoint.key_header().map_err(setup)? {
         request = request.header(name, value);
     }
-    let response = patience.wait(request.send()).await.ok()?.ok()?;
-    if !response.status().is_success() {
-        return None;
+    if endpoint.dialect == Dialect::Anthropic {
+        request = request.header("anthropic-version", "2023-06-01");
     }
-    let body = whole(response, patience, LONGEST).await.ok()?;
-    let value: Value = serde_json::from_str(&body).ok()?;
+    let late = || Unlisted::Silent(format!("no answer in {} s", patience.as_secs_f64()));
+    let sent = timeouts.wait(request.send()).await.map_err(|_| late())?;
+    let response = sent.map_err(|error| Unlisted::Silent(deepest(&error)))?;
+    let status = response.status();
+    if !status.is_success() {
+        return Err(Unlisted::Status(status.as_u16()));
+    }
+    let body = whole(response, timeouts, LONGEST).await;
+    let body = body.map_err(|_| Unlisted::NoList)?;
+    names(endpoint.dialect, &body).ok_or(Unlisted::NoList)
+}
+
+/// The names in a list of models, in order.
+fn names(dialect: Dialect, body: &str) -> Option<Vec<String>> {
+    let value: Value = serde_json::from_str(body).ok()?;
     let name = |entry: &Value, key: &str| entry.get(key).and_then(Value::as_str).map(str::to_owned);
-    let (list, key) = match endpoint.dialect {
-        Dialect::Ollama => (value.get("models")?.as_array()?, "name"),
+    let (list, key) = match dialect {
+        Dialect::Ollama | Dialect::Gemini => (value.get("models")?.as_array()?, "name"),
         _ => (value.get("data")?.as_array()?, "id"),
     };
     let mut names: Vec<String> = list.iter().filter_map(|entry| name(entry, key)).collect();

@@ -3,6 +3,7 @@
 mod claim;
 mod database;
 mod filter;
+mod health;
 mod key;
 mod list;
 mod migrate;
@@ -17,6 +18,7 @@ mod write;
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
 pub use filter::{Decision, Filter, FilterError, moment};
+pub use health::Health;
 pub use key::Key;
 pub use list::Summary;
 pub use page::{Cursor, Edge, Interrupter, Page};

@@ -2,7 +2,7 @@
 
 use ratatui::layout::{Constraint, Layout, Rect};
 
-use super::model::{Model, Pane};
+use super::model::{Border, Edge, Model, Pane, Shares};
 
 /// The smallest terminal that the workbench fits into.
 pub const SMALLEST: (u16, u16) = (80, 24);
@@ -14,6 +14,8 @@ pub struct Parts {
     pub header: Rect,
     /// The panes that are shown.
     pub panes: Vec<(Pane, Rect)>,
+    /// The borders between them that can be moved.
+    pub borders: Vec<Border>,
     /// The line at the bottom.
     pub footer: Rect,
 }
@@ -30,18 +32,20 @@ pub fn split(screen: Rect, model: &Model) -> Option<Parts> {
         Constraint::Length(1),
     ])
     .areas(screen);
-    let panes = if model.prompt.editing {
-        vec![(Pane::Prompt, body)]
+    let mut arranged = Arranged::default();
+    if model.prompt.editing {
+        arranged.panes.push((Pane::Prompt, body));
     } else if model.zoomed {
-        alone(body, model.focus)
+        arranged.panes = alone(body, model.focus);
     } else if screen.width >= 110 && screen.height >= 32 {
-        wide(body)
+        arranged.wide(body, model.look.sizes.wide);
     } else {
-        compact(body, model.focus)
-    };
+        arranged.compact(body, model.look.sizes.compact, model.focus);
+    }
     Some(Parts {
         header,
-        panes,
+        panes: arranged.panes,
+        borders: arranged.borders,
         footer,
     })
 }
@@ -55,73 +59,241 @@ fn alone(body: Rect, pane: Pane) -> Vec<(Pane, Rect)> {
     vec![(pane, body)]
 }
 
-/// Everything at once.
-fn wide(body: Rect) -> Vec<(Pane, Rect)> {
-    let right = (body.width * 36 / 100).clamp(44, 84);
-    // Where there is room, the list shows more than names.
-    let list = match body.width {
-        ..160 => (body.width * 17 / 100).max(24),
-        wide => (wide * 21 / 100).min(48),
-    };
-    let prompt = (body.height * 26 / 100).clamp(8, 18);
-    let timeline = if body.height >= 45 { 8 } else { 6 };
-    let [left, right] =
-        Layout::horizontal([Constraint::Min(0), Constraint::Length(right)]).areas(body);
-    let [upper, prompt] =
-        Layout::vertical([Constraint::Min(0), Constraint::Length(prompt)]).areas(left);
-    let [list, middle] =
-        Layout::horizontal([Constraint::Length(list), Constraint::Min(0)]).areas(upper);
-    let [map, timeline] =
-        Layout::vertical([Constraint::Min(0), Constraint::Length(timeline)]).areas(middle);
-    let risk = (body.height / 4).clamp(8, 14);
-    let verdict = if body.height >= 45 { 17 } else { 14 };
-    let [verdict, reasoning, risk] = Layout::vertical([
-        Constraint::Length(verdict),
-        Constraint::Min(0),
-        Constraint::Length(risk),
-    ])
-    .areas(right);
-    vec![
-        (Pane::Scenarios, list),
-        (Pane::Map, map),
-        (Pane::Timeline, timeline),
-        (Pane::Prompt, prompt),
-        (Pane::Verdict, verdict),
-        (Pane::Reasoning, reasoning),
-        (Pane::Plot, risk),
-    ]
+/// Fewest columns of a pane.
+const NARROWEST: u16 = 18;
+/// Fewest columns of the map, and of the column on the right.
+const NARROW: u16 = 30;
+/// Fewest rows of a pane: its frame and two lines.
+const LOWEST: u16 = 4;
+/// Fewest rows of what needs more to be understood: map and plot.
+const LOW: u16 = 6;
+
+/// Where panes are, and the borders between them.
+#[derive(Default)]
+struct Arranged {
+    panes: Vec<(Pane, Rect)>,
+    borders: Vec<Border>,
 }
 
-/// Two columns: what is looked at on the left (list, map or prompt), what is said about it on the right.
-fn compact(body: Rect, focus: Pane) -> Vec<(Pane, Rect)> {
-    let [left, right] =
-        Layout::horizontal([Constraint::Percentage(54), Constraint::Percentage(46)]).areas(body);
-    let [upper, timeline] =
-        Layout::vertical([Constraint::Min(0), Constraint::Length(5)]).areas(left);
-    let shown = match focus {
-        Pane::Scenarios | Pane::Prompt => focus,
-        _ => Pane::Map,
-    };
-    let mut panes = Vec::new();
-    if shown == Pane::Scenarios {
-        // The map stays in sight while one looks through the list.
-        let [list, map] =
-            Layout::vertical([Constraint::Percentage(42), Constraint::Min(0)]).areas(upper);
-        panes.extend([(Pane::Scenarios, list), (Pane::Map, map)]);
-    } else {
-        panes.push((shown, upper));
+/// A cut across an area: which border it is, how far its pane usually goes, and how far it may.
+struct Cut {
+    edge: Edge,
+    /// Whether it goes from top to bottom.
+    upright: bool,
+    /// Whether its pane lies before it.
+    before: bool,
+    usual: u16,
+    limits: (u16, u16),
+}
+
+impl Arranged {
+    /// Cuts an area in two, with a border between them; `whole` is the area that shares are parts of.
+    fn cut(&mut self, area: Rect, whole: Rect, shares: Shares, wide: bool, cut: Cut) -> [Rect; 2] {
+        let total = if cut.upright {
+            whole.width
+        } else {
+            whole.height
+        };
+        let size = shares.cells(cut.edge, total, cut.usual, cut.limits);
+        let constraints = match cut.before {
+            true => [Constraint::Length(size), Constraint::Min(0)],
+            false => [Constraint::Min(0), Constraint::Length(size)],
+        };
+        let layout = match cut.upright {
+            true => Layout::horizontal(constraints),
+            false => Layout::vertical(constraints),
+        };
+        let [first, second] = layout.areas(area);
+        let strip = match cut.upright {
+            true => Rect {
+                x: second.x.saturating_sub(1),
+                width: 2,
+                ..area
+            },
+            false => Rect {
+                y: second.y.saturating_sub(1),
+                height: 2,
+                ..area
+            },
+        };
+        self.borders.push(Border {
+            edge: cut.edge,
+            wide,
+            strip,
+            upright: cut.upright,
+            before: cut.before,
+            size,
+            limits: cut.limits,
+            total,
+        });
+        [first, second]
     }
-    let [verdict, reasoning, risk] = Layout::vertical([
-        Constraint::Length(9),
-        Constraint::Min(0),
-        Constraint::Length(7),
-    ])
-    .areas(right);
-    panes.extend([
-        (Pane::Timeline, timeline),
-        (Pane::Verdict, verdict),
-        (Pane::Reasoning, reasoning),
-        (Pane::Plot, risk),
-    ]);
-    panes
+
+    /// Everything at once.
+    fn wide(&mut self, body: Rect, shares: Shares) {
+        // Where there is room, the list shows more than names.
+        let list = match body.width {
+            ..160 => (body.width * 17 / 100).max(24),
+            wide => (wide * 21 / 100).min(48),
+        };
+        let [left, right] = self.cut(
+            body,
+            body,
+            shares,
+            true,
+            Cut {
+                edge: Edge::Right,
+                upright: true,
+                before: false,
+                usual: (body.width * 36 / 100).clamp(44, 84),
+                limits: (NARROW, body.width.saturating_sub(NARROWEST + NARROW)),
+            },
+        );
+        let [upper, prompt] = self.cut(
+            left,
+            body,
+            shares,
+            true,
+            Cut {
+                edge: Edge::Prompt,
+                upright: false,
+                before: false,
+                usual: (body.height * 26 / 100).clamp(8, 18),
+                limits: (LOWEST, body.height.saturating_sub(LOW + LOWEST)),
+            },
+        );
+        let [list, middle] = self.cut(
+            upper,
+            body,
+            shares,
+            true,
+            Cut {
+                edge: Edge::List,
+                upright: true,
+                before: true,
+                usual: list,
+                limits: (NARROWEST, left.width.saturating_sub(NARROW)),
+            },
+        );
+        let [map, timeline] = self.cut(
+            middle,
+            body,
+            shares,
+            true,
+            Cut {
+                edge: Edge::Timeline,
+                upright: false,
+                before: false,
+                usual: if body.height >= 45 { 8 } else { 6 },
+                limits: (LOWEST, upper.height.saturating_sub(LOW)),
+            },
+        );
+        self.panes.extend([
+            (Pane::Scenarios, list),
+            (Pane::Map, map),
+            (Pane::Timeline, timeline),
+            (Pane::Prompt, prompt),
+        ]);
+        let verdict = if body.height >= 45 { 17 } else { 14 };
+        let risk = (body.height / 4).clamp(8, 14);
+        self.answers(right, body, shares, true, (verdict, risk));
+    }
+
+    /// Two columns: what is looked at on the left (list, map or prompt), what is said about it on the right.
+    fn compact(&mut self, body: Rect, shares: Shares, focus: Pane) {
+        let [left, right] = self.cut(
+            body,
+            body,
+            shares,
+            false,
+            Cut {
+                edge: Edge::Right,
+                upright: true,
+                before: false,
+                usual: (body.width * 46 + 50) / 100,
+                limits: (NARROW, body.width.saturating_sub(NARROW)),
+            },
+        );
+        let [upper, timeline] = self.cut(
+            left,
+            body,
+            shares,
+            false,
+            Cut {
+                edge: Edge::Timeline,
+                upright: false,
+                before: false,
+                usual: 5,
+                limits: (LOWEST, body.height.saturating_sub(LOWEST + LOW)),
+            },
+        );
+        let shown = match focus {
+            Pane::Scenarios | Pane::Prompt => focus,
+            _ => Pane::Map,
+        };
+        if shown == Pane::Scenarios {
+            // The map stays in sight while one looks through the list.
+            let [list, map] = self.cut(
+                upper,
+                body,
+                shares,
+                false,
+                Cut {
+                    edge: Edge::List,
+                    upright: false,
+                    before: true,
+                    usual: (f64::from(upper.height) * 0.42).round() as u16,
+                    limits: (LOWEST, upper.height.saturating_sub(LOW)),
+                },
+            );
+            self.panes
+                .extend([(Pane::Scenarios, list), (Pane::Map, map)]);
+        } else {
+            self.panes.push((shown, upper));
+        }
+        self.panes.push((Pane::Timeline, timeline));
+        self.answers(right, body, shares, false, (9, 7));
+    }
+
+    /// The column on the right: verdicts, reasoning and plot, of which the first and the last usually have so many rows.
+    fn answers(&mut self, area: Rect, body: Rect, shares: Shares, wide: bool, usual: (u16, u16)) {
+        let rest = area.height.saturating_sub(LOWEST);
+        let verdict = shares.cells(
+            Edge::Verdict,
+            body.height,
+            usual.0,
+            (LOWEST, rest.saturating_sub(LOW)),
+        );
+        let [upper, plot] = self.cut(
+            area,
+            body,
+            shares,
+            wide,
+            Cut {
+                edge: Edge::Plot,
+                upright: false,
+                before: false,
+                usual: usual.1,
+                limits: (LOW, rest.saturating_sub(verdict)),
+            },
+        );
+        let [verdict, reasoning] = self.cut(
+            upper,
+            body,
+            shares,
+            wide,
+            Cut {
+                edge: Edge::Verdict,
+                upright: false,
+                before: true,
+                usual: usual.0,
+                limits: (LOWEST, upper.height.saturating_sub(LOWEST)),
+            },
+        );
+        self.panes.extend([
+            (Pane::Verdict, verdict),
+            (Pane::Reasoning, reasoning),
+            (Pane::Plot, plot),
+        ]);
+    }
 }

@@ -1,6 +1,7 @@
 //! What reaches `update`, and what it asks for in return: both are data.
 
 pub mod runs;
+pub mod session;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -81,6 +82,8 @@ pub enum Msg {
     Source(usize, Result<Box<Source>, String>),
     /// A picture was saved, and where; or why not.
     Pictured(Result<String, String>),
+    /// A while has passed since something changed: the session is to be kept.
+    KeepSession,
     /// Something went wrong outside.
     Complaint(String),
     /// The program is asked to end.
@@ -188,6 +191,10 @@ pub enum Effect {
     ReadRatings,
     /// Keep the draft of a template (its file and text) for the next start; nothing removes it.
     KeepDraft(String, Option<String>),
+    /// Say [`Msg::KeepSession`] after a while.
+    RememberLater,
+    /// Keep what the workbench looks like for the next start.
+    Remember(Box<session::Session>),
     /// Ask a model; anew, even where the store has its answer, if `fresh`.
     Ask {
         /// The question's number.

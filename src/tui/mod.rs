@@ -26,4 +26,4 @@ mod widgets;
 
 pub use run::{Ended, run};
 pub use screen::screen;
-pub use shell::{keys, themes};
+pub use shell::{keys, terminal_here, theme_mistakes, themes};

@@ -20,6 +20,8 @@ mod plot;
 mod prices;
 mod prompt;
 mod question;
+mod recall;
+mod sizes;
 mod timeline;
 mod values;
 
@@ -51,6 +53,8 @@ pub use picture::pictures_shown;
 pub use plot::Plot;
 pub use prices::Prices;
 pub use prompt::{EntryLine, PromptPane, PromptView};
+pub use recall::Recall;
+pub use sizes::{Border, Edge, Shares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
 
@@ -243,6 +247,8 @@ pub struct Model {
     pub overlays: Vec<Overlay>,
     /// Messages.
     pub toasts: Vec<Toast>,
+    /// The session: what comes back of it, and what is kept.
+    pub recall: Recall,
     /// Colours.
     pub theme: Theme,
     /// Keys, and what else of the look can change.
@@ -309,6 +315,7 @@ impl Model {
             uptime: Duration::ZERO,
             overlays: Vec::new(),
             toasts: Vec::new(),
+            recall: Recall::default(),
             theme,
             look: Look::default(),
             mouse: config.mouse,
@@ -370,16 +377,6 @@ impl Model {
             ..Settings::default()
         };
         said.with(&defaults.unwrap_or_default())
-    }
-
-    /// The frame after the present one that has a template for the task.
-    #[must_use]
-    pub fn next_frame(&self) -> Frame {
-        let all = Frame::ALL;
-        let now = all.iter().position(|f| *f == self.frame).unwrap_or(0);
-        let mut after = (1..=all.len()).map(|n| all[(now + n) % all.len()]);
-        let fits = |f: &Frame| self.library.find(self.task.name(), f.name()).is_some();
-        after.find(fits).unwrap_or(self.frame)
     }
 
     /// Whether time has to pass: something plays, or a message fades.

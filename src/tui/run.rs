@@ -15,13 +15,13 @@ use super::message::{Effect, Msg, Outside};
 use super::model::Model;
 use super::outside;
 use super::reload::{self, Stamps};
-use super::tasks::{Remaining, Tasks};
+use super::tasks::{Remaining, Tasks, session};
 use super::terminal::{Events, Screen, give_back_on_panic};
 use super::update::{start, update};
 use super::{screen, views, widgets};
 use crate::config::Folders;
 use crate::scenario::{Entry, Place, WantedEgo, not_standard_input};
-use crate::store::Store;
+use crate::store::{Filter, Store};
 use crate::system;
 
 /// Why the workbench ended.
@@ -54,6 +54,19 @@ pub fn run(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     ended
 }
 
+/// Whether somebody is here for the first time: nothing was ever asked, and nothing was left.
+fn is_new(folders: &Folders, store: Option<&Store>) -> bool {
+    let everything = Filter {
+        deleted: true,
+        ..Filter::default()
+    };
+    let empty = |filter: &Filter| {
+        let listed = store.and_then(|store| store.list(filter, 1).ok());
+        listed.is_some_and(|runs| runs.is_empty())
+    };
+    !session::any(&folders.sessions()) && empty(&Filter::default()) && empty(&everything)
+}
+
 fn the_terminal(error: &std::io::Error) -> String {
     format!("the terminal: {}", system::words(error))
 }
@@ -62,7 +75,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     give_back_on_panic();
     let folders = Folders::find()?;
     let stamps = Stamps::of(&folders);
-    let (mut model, models, background) = prepare(paths, &folders);
+    let (mut model, models, background) = prepare(paths, &ego, &folders);
     let mut screen = Screen::take(model.mouse).map_err(|e| the_terminal(&e))?;
     model.size = screen.size().map_err(|e| the_terminal(&e))?;
     model.camera.shape_cells(screen.cell_aspect());
@@ -78,6 +91,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
             None
         }
     };
+    model.recall.hint = is_new(&folders, store.as_deref());
     let (sender, receiver) = unbounded_channel();
     tokio::spawn(reload::watch(folders.clone(), stamps, sender.clone()));
     let tasks = Tasks::new(

@@ -3,7 +3,11 @@
 use std::path::Path;
 
 use super::keymap::{Keymap, Preset, as_file, as_table};
-use super::theme::{Depth, preview};
+use super::layout::SMALLEST;
+use super::model::Glyphs;
+use super::theme::{Depth, Theme, preview};
+use super::{background, terminal};
+use crate::system::Terminal;
 
 /// A list of all themes, or everything about the one called `name`, in the colours of the terminal or of `depth`:
 /// `true`, `256`, `16` or `none`, and plain text for `plain`. The user's themes are in `folder`.
@@ -33,4 +37,41 @@ pub fn keys(file: &Path, preset: Option<&str>, print: bool) -> Result<String, Ve
         None => Keymap::load(file)?,
     };
     Ok(if print { as_file(&map) } else { as_table(&map) })
+}
+
+/// What is wrong with the theme called `chosen`, and with every theme in the user's `folder`: with file, line and key.
+#[must_use]
+pub fn theme_mistakes(chosen: &str, folder: &Path) -> Vec<String> {
+    let all = Theme::all(folder).into_iter();
+    let mut mistakes: Vec<String> = all
+        .filter_map(|named| named.theme.err())
+        .flatten()
+        .collect();
+    if let Err(mistake) = Theme::load(chosen, folder, true)
+        && mistakes.is_empty()
+    {
+        mistakes.push(mistake);
+    }
+    mistakes
+}
+
+/// What is known of the terminal that the program runs in. One that is there is asked for its background, for a tenth
+/// of a second at most.
+#[must_use]
+pub fn terminal_here() -> Terminal {
+    let env = |name: &str| std::env::var(name).ok();
+    let depth = Depth::of_environment(env);
+    let named = Depth::NAMED.iter().find(|(_, d)| *d == depth);
+    let size = terminal::size_here();
+    let dark = size.and_then(|_| {
+        let asked = background::ask(env);
+        (!asked.late).then_some(asked.dark)
+    });
+    Terminal {
+        size,
+        least: SMALLEST,
+        colours: named.map_or("none", |(name, _)| name),
+        unicode: Glyphs::of_environment(env) == Glyphs::Unicode,
+        dark,
+    }
 }

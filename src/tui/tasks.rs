@@ -5,6 +5,7 @@ pub mod history;
 mod pictures;
 mod queue;
 mod scenarios;
+pub mod session;
 mod templates;
 
 use std::collections::HashMap;
@@ -157,6 +158,8 @@ impl Tasks {
                 });
             }
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
+            Effect::RememberLater => self.remember_later(),
+            Effect::Remember(session) => self.remember(&session),
             Effect::Ask {
                 id,
                 question,

@@ -1,6 +1,6 @@
 //! The terminal: one guard owns raw mode, the alternate screen, mouse, paste and cursor, and gives them all back.
 
-use std::io::{self, Stdout, Write, stdout};
+use std::io::{self, IsTerminal, Stdout, Write, stdout};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -130,6 +130,13 @@ impl Screen {
         self.terminal = Terminal::new(CrosstermBackend::new(stdout()))?;
         Ok(())
     }
+}
+
+/// Columns and rows of the terminal that standard output is, if it is one.
+#[must_use]
+pub fn size_here() -> Option<(u16, u16)> {
+    let there = stdout().is_terminal();
+    there.then(|| crossterm::terminal::size().ok()).flatten()
 }
 
 /// Whether an interrupt ends the program, as it does unless somebody else has the terminal.

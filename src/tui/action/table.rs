@@ -31,6 +31,15 @@ table! {
     Palette, Global, "palette", [":", "ctrl-p"], 11, "palette", "All actions by name.";
     Cancel, Global, "cancel", ["esc", "ctrl-c"], 0, "cancel", "Close what is open, or cancel the running request; Ctrl-C quits when there is nothing to cancel.";
     Zoom, Global, "zoom-pane", ["z", "ctrl-w z"], 0, "zoom", "Show the pane alone, or all of them again.";
+    WidenPane, Global, "widen-pane", ["ctrl-w >"], 0, "wider", "Make the pane wider; borders can be dragged with the mouse too.";
+    NarrowPane, Global, "narrow-pane", ["ctrl-w <"], 0, "narrower", "Make the pane narrower.";
+    TallerPane, Global, "taller-pane", ["ctrl-w +"], 0, "taller", "Make the pane taller.";
+    LowerPane, Global, "lower-pane", ["ctrl-w -"], 0, "lower", "Make the pane lower.";
+    EvenPanes, Global, "reset-panes", ["ctrl-w ="], 0, "usual sizes", "Give all panes their usual sizes.";
+    FocusLeft, Global, "pane-left", ["ctrl-w h", "ctrl-w left"], 0, "left", "Go to the pane on the left.";
+    FocusDown, Global, "pane-down", ["ctrl-w j", "ctrl-w down"], 0, "below", "Go to the pane below.";
+    FocusUp, Global, "pane-up", ["ctrl-w k", "ctrl-w up"], 0, "above", "Go to the pane above.";
+    FocusRight, Global, "pane-right", ["ctrl-w l", "ctrl-w right"], 0, "right", "Go to the pane on the right.";
     JumpBack, Global, "jump-back", ["shift-left", ","], 0, "-1 s", "Ten time steps back.";
     JumpForward, Global, "jump-forward", ["shift-right", "."], 0, "+1 s", "Ten time steps forward.";
     FirstStep, Global, "first-step", ["home", "0"], 0, "start", "Go to the first time step.";

@@ -4,13 +4,14 @@ use std::cell::{Cell, RefCell};
 
 use ratatui::layout::{Position, Rect};
 
-use super::Pane;
+use super::{Border, Pane};
 use crate::geometry::Point;
 
 /// What the last frame looked like.
 #[derive(Debug, Default)]
 pub struct Drawn {
     panes: RefCell<Vec<(Pane, Rect)>>,
+    borders: RefCell<Vec<Border>>,
     texts: RefCell<Vec<(Pane, Extent)>>,
     map: RefCell<Option<MapDrawn>>,
     scales: RefCell<Vec<Rect>>,
@@ -60,6 +61,7 @@ impl Drawn {
     /// Begins a new frame.
     pub fn clear(&self) {
         self.panes.borrow_mut().clear();
+        self.borders.borrow_mut().clear();
         self.texts.borrow_mut().clear();
         *self.map.borrow_mut() = None;
         self.scales.borrow_mut().clear();
@@ -82,6 +84,27 @@ impl Drawn {
     /// A pane is here.
     pub fn pane(&self, pane: Pane, area: Rect) {
         self.panes.borrow_mut().push((pane, area));
+    }
+
+    /// These borders can be moved.
+    pub fn set_borders(&self, borders: &[Border]) {
+        self.borders.borrow_mut().extend_from_slice(borders);
+    }
+
+    /// The borders that can be moved.
+    #[must_use]
+    pub fn borders(&self) -> Vec<Border> {
+        self.borders.borrow().clone()
+    }
+
+    /// The area of a pane; nothing where it is not shown.
+    #[must_use]
+    pub fn area(&self, pane: Pane) -> Option<Rect> {
+        let panes = self.panes.borrow();
+        panes
+            .iter()
+            .find(|(p, _)| *p == pane)
+            .map(|(_, area)| *area)
     }
 
     /// A pane's text has this extent.

@@ -1,6 +1,8 @@
 //! How the workbench looks and which keys it takes: what can be changed while it runs.
 
-use super::{Model, Overlay, Picker};
+use ratatui::layout::Position;
+
+use super::{Border, Model, Overlay, Picker, Sizes};
 use crate::tui::action::Action;
 use crate::tui::keymap::{Key, Keymap, Preset};
 use crate::tui::theme::{AUTO, Depth, Named, Theme};
@@ -33,6 +35,10 @@ pub struct Look {
     pub glyphs: Glyphs,
     /// The same for `glyphs = "auto"`, as the environment has it.
     pub glyphs_here: Glyphs,
+    /// How big the panes are.
+    pub sizes: Sizes,
+    /// The border that the mouse holds, as it was when it was taken, and where.
+    pub held: Option<(Border, Position)>,
 }
 
 impl Default for Look {
@@ -46,6 +52,8 @@ impl Default for Look {
             dark: true,
             glyphs: Glyphs::Unicode,
             glyphs_here: Glyphs::Unicode,
+            sizes: Sizes::default(),
+            held: None,
         }
     }
 }

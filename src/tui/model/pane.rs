@@ -32,6 +32,20 @@ impl Pane {
         Self::Plot,
     ];
 
+    /// Its name in session files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scenarios => "scenarios",
+            Self::Map => "map",
+            Self::Timeline => "timeline",
+            Self::Prompt => "prompt",
+            Self::Verdict => "verdict",
+            Self::Reasoning => "reasoning",
+            Self::Plot => "plot",
+        }
+    }
+
     /// Whose keys it takes.
     #[must_use]
     pub fn scope(self) -> Scope {

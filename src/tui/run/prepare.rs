@@ -5,18 +5,22 @@ use std::sync::Arc;
 
 use super::super::background::{self, Background};
 use super::super::keymap::{Keymap, Preset};
+use super::super::message::session::Where;
 use super::super::model::{Glyphs, Look, Model, Prices};
-use super::super::tasks::thresholds;
+use super::super::tasks::{self, thresholds};
 use super::super::theme::{AUTO, Depth, Theme};
+use super::super::update::session;
 use super::super::user_file::first;
 use crate::config::{Config, Folders};
 use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
+use crate::scenario::WantedEgo;
 use crate::system;
 
 /// The model at the start; what is wrong with the user's files is said, and the defaults are used.
 pub fn prepare(
     paths: Vec<PathBuf>,
+    ego: &WantedEgo,
     folders: &Folders,
 ) -> (Model, (Registry, Environment), Background) {
     let mut complaints = Vec::new();
@@ -72,10 +76,26 @@ pub fn prepare(
     }
     model.prompt.prices = Prices::new(registry.clone(), jiff::Zoned::now().date());
     complaints.extend(take_up_drafts(&mut model, folders));
+    take_up_session(&mut model, ego, folders);
     for complaint in complaints {
         model.complain(complaint);
     }
     (model, (registry, environment), background)
+}
+
+/// Takes up the last session of the same paths, unless the configuration says that sessions are not kept.
+fn take_up_session(model: &mut Model, ego: &WantedEgo, folders: &Folders) {
+    model.recall.here = std::env::current_dir().unwrap_or_default();
+    model.recall.on = model.config.session;
+    if !model.recall.on {
+        return;
+    }
+    model.recall.paths = Where::of_arguments(&model.paths, &model.recall.here);
+    match tasks::session::read(&folders.sessions(), &model.recall.paths) {
+        Ok(Some(found)) => session::restore(model, found, *ego != WantedEgo::Beside),
+        Ok(None) => {}
+        Err(error) => model.tell(format!("{error}; a new session begins")),
+    }
 }
 
 /// Takes up what an earlier session left in the editor, and says so; gives back what cannot be read.

@@ -6,7 +6,7 @@ use super::super::message::{Effect, StoredOf};
 use super::super::model::{Column, Model, Overlay, Pane, Picker, PromptView, Shown};
 use super::{
     answers, batch, claims, clock, compare, editing, history, jobs, list, look, map, obstacles,
-    open_current, picture, plot, rating, source, task, timeline,
+    open_current, panes, picture, plot, rating, session, source, task, timeline,
 };
 use crate::scenario::EgoSource;
 
@@ -45,6 +45,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         NextPane => focus_next(model, 1),
         PreviousPane => focus_next(model, Pane::ALL.len() - 1),
         Zoom => model.zoomed = !model.zoomed,
+        WidenPane | NarrowPane | TallerPane | LowerPane => panes::resize(model, action),
+        EvenPanes => panes::reset(model),
+        FocusLeft | FocusDown | FocusUp | FocusRight => panes::go(model, action),
         Filter => {
             model.focus = Pane::Scenarios;
             model.list.filtering = true;
@@ -133,6 +136,7 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
 /// Leaves; the draft is kept for the next start.
 pub fn quit(model: &mut Model) -> Vec<Effect> {
     let mut effects = editing::keep(model);
+    effects.extend(session::keep(model));
     effects.push(Effect::Quit);
     effects
 }

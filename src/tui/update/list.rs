@@ -2,7 +2,7 @@
 
 use super::super::message::{AskId, Effect};
 use super::super::model::{HEADLINE, Line, Model, Order, Overlay, Pane, Picker};
-use super::open_current;
+use super::{open_current, session};
 use crate::config::Tags;
 use crate::scenario::{Entry, Found, PassedOver};
 
@@ -12,8 +12,9 @@ pub fn found(model: &mut Model, found: Result<Found, String>) -> Vec<Effect> {
         Ok(found) => {
             let survey = found.entries.iter().cloned().enumerate().collect();
             model.list.fill(found);
-            let mut effects = open_current(model);
+            let mut effects = session::open_found(model);
             effects.push(Effect::Survey(survey));
+            effects.extend(rank(model));
             effects
         }
         Err(message) => nothing_found(model, message),
@@ -27,10 +28,12 @@ pub fn listed(model: &mut Model, entries: Vec<Entry>) -> Vec<Effect> {
     model.list.add(entries);
     if before > 0 {
         // Sorted by a measure already, the values of all are asked for when all are there.
-        return vec![Effect::SurveyMore(new)];
+        let mut effects = session::open_found(model);
+        effects.push(Effect::SurveyMore(new));
+        return effects;
     }
     model.list.settle();
-    let mut effects = open_current(model);
+    let mut effects = session::open_found(model);
     effects.push(Effect::Survey(new));
     effects
 }
@@ -41,7 +44,9 @@ pub fn searched(model: &mut Model, ended: Result<Vec<PassedOver>, String>) -> Ve
         Ok(passed_over) => {
             model.list.found = true;
             model.list.passed_over = passed_over;
-            rank(model)
+            let mut effects = session::open_found(model);
+            effects.extend(rank(model));
+            effects
         }
         Err(message) => nothing_found(model, message),
     }

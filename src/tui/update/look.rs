@@ -29,8 +29,12 @@ pub fn take(model: &mut Model, picker: &Picker) -> Vec<Effect> {
             Ok(theme) => {
                 model.theme = theme;
                 model.look.chosen.clone_from(name);
+                let while_it_lasts = match model.recall.on {
+                    true => "for this session",
+                    false => "until you quit",
+                };
                 model.say(format!(
-                    "until you quit; `theme = {name:?}` in config.toml keeps it"
+                    "{while_it_lasts}; `theme = {name:?}` in config.toml keeps it"
                 ));
             }
             Err(why) => {

@@ -16,11 +16,13 @@ mod map;
 mod obstacles;
 mod opening;
 mod overlays;
+mod panes;
 mod picture;
 mod plot;
 mod pointer;
 mod rating;
 mod reopen;
+pub mod session;
 mod source;
 mod task;
 mod timeline;
@@ -47,12 +49,14 @@ pub fn start(model: &Model) -> Vec<Effect> {
 /// Takes one message.
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     jobs::hear(model, &msg);
+    session::hear(model, &msg);
     let mut effects = take(model, msg);
     compare::follow(model);
     claims::follow(model);
     effects.extend(values::follow(model));
     map::follow(model);
     jobs::follow(model, &effects);
+    effects.extend(session::follow(model));
     effects
 }
 
@@ -141,6 +145,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             picture::saved(model, saved);
             Vec::new()
         }
+        Msg::KeepSession => session::keep(model),
         Msg::Complaint(text) => {
             model.complain(text);
             Vec::new()

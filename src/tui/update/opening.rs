@@ -5,7 +5,7 @@ use super::super::clock::Clock;
 use super::super::loaded::Opened;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, Notice, Shown, Values};
-use super::{actions, answers, clock, plot, reopen, timeline};
+use super::{actions, answers, clock, plot, reopen, session, timeline};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
 
@@ -23,6 +23,7 @@ pub fn open(model: &mut Model, place: usize, ego: Option<i64>) -> Vec<Effect> {
     model.opening = Some((id, ego));
     model.list.opened = Some(place);
     let entry = model.list.rows[place].entry.clone();
+    session::opening(model, &entry);
     vec![Effect::Open(id, entry, ego)]
 }
 
@@ -34,6 +35,11 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     timeline::opened(model, id);
     let opened = match result {
         Ok(opened) => opened,
+        Err(_) if session::is_wanted(model) && ego.is_some() => {
+            // The obstacle that was the ego is no longer in the file.
+            let place = model.list.opened;
+            return place.map_or_else(Vec::new, |place| open(model, place, None));
+        }
         Err(message) if ego.is_some() && model.opened.is_some() => {
             // What is open stays.
             model.complain(message);
@@ -89,6 +95,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     plot::refresh(model);
     model.refresh();
     reopen::opened(model, id);
+    session::opened(model);
     actions::load_stored(model).into_iter().collect()
 }
 

@@ -5,7 +5,7 @@ use ratatui::layout::{Position, Rect};
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
 use super::super::model::{Model, Notice, On, Overlay, Pane};
-use super::{actions, clock, compare, history, list, map, open_current};
+use super::{actions, clock, compare, history, list, map, open_current, panes};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
@@ -29,6 +29,9 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
         && matches!(mouse, Mouse::Drag(_) | Mouse::Release(_))
     {
         hold(model, held, mouse, at);
+        return Vec::new();
+    }
+    if panes::on_mouse(model, mouse, at) {
         return Vec::new();
     }
     let Some((pane, area)) = model.drawn.pane_at(at) else {

@@ -3,6 +3,7 @@
 mod compare;
 mod footer;
 mod header;
+mod hint;
 mod map;
 mod plot;
 mod prompt;
@@ -42,6 +43,7 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
         toasts::draw(frame, &parts, model);
         return;
     }
+    model.drawn.set_borders(&parts.borders);
     header::draw(frame, parts.header, model);
     for &(pane, area) in &parts.panes {
         match pane {
@@ -54,6 +56,7 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
             Pane::Plot => plot::draw(frame, area, model),
         }
     }
+    hint::draw(frame, &parts, model);
     footer::draw(frame, parts.footer, model);
     overlays::draw(frame, screen, model);
     toasts::draw(frame, &parts, model);

@@ -19,6 +19,15 @@ pub enum Grouping {
 }
 
 impl Grouping {
+    /// Every one.
+    pub const ALL: [Self; 5] = [
+        Self::None,
+        Self::Country,
+        Self::Folder,
+        Self::Tag,
+        Self::Verdict,
+    ];
+
     /// The one after it; after the last one, none.
     #[must_use]
     pub fn next(self) -> Self {

@@ -1,0 +1,148 @@
+//! The user's files: folders, configuration, keys, thresholds, prompts, themes and tags.
+
+use std::path::Path;
+
+use super::Finding;
+use crate::cli::Workbench;
+use crate::cli::open::user_thresholds;
+use crate::config::{Config, Folders, Tags};
+use crate::prompts::Library;
+
+/// The configuration, or the defaults, and what is to be said of it.
+pub fn config(folders: &Folders) -> (Config, Finding) {
+    let path = folders.config_file();
+    let shown = path.display();
+    let (config, mistake) = super::usable(Config::read(&path));
+    let said = match mistake {
+        Some(mistake) => Finding::problem(
+            "config",
+            mistake,
+            "commands stop, and the workbench uses the defaults, until that is mended",
+        ),
+        None if path.exists() => {
+            let words =
+                format!("{shown} is right; `nearmiss --print-config` shows what is in force");
+            Finding::ok("config", words)
+        }
+        None => Finding::ok("config", format!("the defaults: there is no {shown}")),
+    };
+    (config, said)
+}
+
+pub fn look(folders: &Folders, config: &Config, workbench: &Workbench) -> Vec<Finding> {
+    let mut found = vec![
+        folder("configuration", &folders.config, "NEARMISS_CONFIG"),
+        folder("data", &folders.data, "NEARMISS_DATA"),
+    ];
+    found.extend(keys(folders, workbench));
+    found.push(match user_thresholds(folders) {
+        Err(failure) => Finding::problem(
+            "thresholds",
+            failure.message,
+            "mend that, or move the file away",
+        ),
+        Ok(_) => own_or_shipped(
+            "thresholds",
+            &folders.thresholds(),
+            "the shipped thresholds",
+        ),
+    });
+    found.extend(prompts(folders));
+    found.extend(themes(folders, config, workbench));
+    if let Err(error) = Tags::read(&folders.tags()) {
+        found.push(Finding::problem(
+            "tags",
+            error,
+            "mend that, or move the file away",
+        ));
+    }
+    found
+}
+
+fn own_or_shipped(area: &'static str, path: &Path, shipped: &str) -> Finding {
+    match path.exists() {
+        true => Finding::ok(area, format!("{} is right", path.display())),
+        false => Finding::ok(area, format!("{shipped}: there is no {}", path.display())),
+    }
+}
+
+/// Whether something can be written into a folder, or it can be made.
+fn folder(what: &str, path: &Path, variable: &str) -> Finding {
+    const AREA: &str = "folders";
+    let shown = path.display();
+    let set = std::env::var_os(variable).is_some_and(|value| !value.is_empty());
+    let from = if set { variable } else { "the usual place" };
+    let there = path.ancestors().find(|folder| folder.exists());
+    let Some(there) = there.filter(|there| !there.as_os_str().is_empty()) else {
+        let there = Path::new(".");
+        return written(what, there, &format!("{shown} ({from})"), variable);
+    };
+    let words = match there == path {
+        true => format!("{shown} ({from})"),
+        false => format!("{shown} ({from}) is made when something is written there"),
+    };
+    if !there.is_dir() {
+        let file = there.display();
+        return Finding::problem(
+            AREA,
+            format!("{what}: {shown} cannot be a folder, {file} is a file"),
+            format!("set {variable} to a folder"),
+        );
+    }
+    written(what, there, &words, variable)
+}
+
+fn written(what: &str, there: &Path, words: &str, variable: &str) -> Finding {
+    match tempfile::tempfile_in(there) {
+        Ok(_) => Finding::ok("folders", format!("{what}: {words}")),
+        Err(error) => Finding::problem(
+            "folders",
+            format!(
+                "{what}: {words}: nothing can be written: {}",
+                crate::system::words(&error)
+            ),
+            format!("make it writable, or set {variable} to another folder"),
+        ),
+    }
+}
+
+fn keys(folders: &Folders, workbench: &Workbench) -> Vec<Finding> {
+    let path = folders.keymap();
+    match (workbench.keys)(&path, None, false) {
+        Ok(_) => vec![own_or_shipped("keys", &path, "the default keys")],
+        Err(mistakes) => {
+            let todo = "the default keys are in use until that is mended";
+            let each = mistakes.into_iter();
+            each.map(|mistake| Finding::problem("keys", mistake, todo))
+                .collect()
+        }
+    }
+}
+
+fn prompts(folders: &Folders) -> Vec<Finding> {
+    let library = Library::load(Some(&folders.prompts()));
+    if library.problems.is_empty() {
+        let words = "every template can be used; `nearmiss prompts` lists them";
+        return vec![Finding::ok("prompts", words)];
+    }
+    let problems = library.problems.iter();
+    let todo = "mend that, or move the file away; `nearmiss prompts` lists what is in use";
+    problems
+        .map(|problem| Finding::problem("prompts", problem.to_string(), todo))
+        .collect()
+}
+
+fn themes(folders: &Folders, config: &Config, workbench: &Workbench) -> Vec<Finding> {
+    let chosen = config.theme.as_deref().unwrap_or("auto");
+    let mistakes = (workbench.theme_mistakes)(chosen, &folders.themes());
+    if mistakes.is_empty() {
+        return vec![Finding::ok(
+            "themes",
+            format!("`{chosen}` is chosen and can be used"),
+        )];
+    }
+    let todo = "mend that, or choose another theme; `nearmiss themes` lists them";
+    let each = mistakes.into_iter();
+    each.map(|mistake| Finding::problem("themes", mistake, todo))
+        .collect()
+}

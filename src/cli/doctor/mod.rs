@@ -1,0 +1,151 @@
+//! `nearmiss doctor`: whether everything that the program needs is in order, and what to do where it is not.
+
+mod files;
+mod models;
+mod store;
+mod terminal;
+
+use serde_json::{Value, json};
+
+use super::{Failure, Outcome, Workbench, output};
+use crate::config::{Config, Folders};
+
+/// Arguments of `doctor`.
+#[derive(Debug, clap::Args)]
+pub struct Doctor {
+    /// One JSON object instead of lines.
+    #[arg(long)]
+    json: bool,
+    /// Ask every provider whose key is there for its list of models, too; without it nothing leaves this machine.
+    #[arg(long)]
+    online: bool,
+}
+
+/// How something is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    Ok,
+    Warning,
+    Problem,
+}
+
+impl State {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Warning => "warning",
+            Self::Problem => "problem",
+        }
+    }
+}
+
+/// A line: what was looked at, how it is, and what to do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Finding {
+    area: &'static str,
+    state: State,
+    what: String,
+    todo: Option<String>,
+}
+
+impl Finding {
+    fn ok(area: &'static str, what: impl Into<String>) -> Self {
+        Self {
+            area,
+            state: State::Ok,
+            what: what.into(),
+            todo: None,
+        }
+    }
+
+    fn warning(area: &'static str, what: impl Into<String>, todo: impl Into<String>) -> Self {
+        Self {
+            state: State::Warning,
+            todo: Some(todo.into()),
+            ..Self::ok(area, what)
+        }
+    }
+
+    fn problem(area: &'static str, what: impl Into<String>, todo: impl Into<String>) -> Self {
+        Self {
+            state: State::Problem,
+            ..Self::warning(area, what, todo)
+        }
+    }
+
+    fn line(&self) -> String {
+        let todo = self.todo.iter().map(|todo| format!("; {todo}"));
+        let todo: String = todo.collect();
+        let state = self.state.word();
+        format!("{state:<8} {:<11} {}{todo}\n", self.area, self.what)
+    }
+
+    fn document(&self) -> Value {
+        json!({
+            "area": self.area,
+            "state": self.state.word(),
+            "what": self.what,
+            "todo": self.todo,
+        })
+    }
+}
+
+/// Runs `doctor`.
+pub fn run(arguments: &Doctor, workbench: &Workbench) -> Outcome {
+    let mut found = vec![program()];
+    found.extend(terminal::look(&(workbench.terminal)()));
+    match Folders::find() {
+        Ok(folders) => {
+            let (config, said) = files::config(&folders);
+            found.push(said);
+            found.extend(files::look(&folders, &config, workbench));
+            found.extend(store::look(&folders));
+            found.extend(models::look(&folders, &config, arguments.online)?);
+        }
+        Err(error) => {
+            let todo = "set both variables";
+            found.push(Finding::problem("folders", error, todo));
+        }
+    }
+    let count = |state: State| found.iter().filter(|f| f.state == state).count();
+    let (warnings, problems) = (count(State::Warning), count(State::Problem));
+    if arguments.json {
+        output::json(&json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "findings": found.iter().map(Finding::document).collect::<Vec<_>>(),
+            "warnings": warnings,
+            "problems": problems,
+        }))?;
+    } else {
+        let text: String = found.iter().map(Finding::line).collect();
+        output::text(&output::visible(&text))?;
+    }
+    if problems == 0 {
+        return Ok(());
+    }
+    Err(Failure {
+        message: format!("{problems} of {} lines are problems", found.len()),
+        status: 1,
+    })
+}
+
+fn program() -> Finding {
+    let build = match cfg!(debug_assertions) {
+        true => "a debug build: slow; `cargo build --release` makes a fast one",
+        false => "a release build",
+    };
+    let version = env!("CARGO_PKG_VERSION");
+    let (system, machine) = (std::env::consts::OS, std::env::consts::ARCH);
+    Finding::ok(
+        "program",
+        format!("nearmiss {version}, {build}, for {system} on {machine}"),
+    )
+}
+
+/// The configuration; the defaults where it cannot be used.
+fn usable(read: Result<Config, crate::config::ConfigError>) -> (Config, Option<String>) {
+    match read {
+        Ok(config) => (config, None),
+        Err(error) => (Config::default(), Some(error.mistake_in_words())),
+    }
+}

@@ -1,0 +1,135 @@
+//! The providers of language models: keys, servers on this machine, and on request whether others can be reached.
+
+use std::path::Path;
+
+use super::Finding;
+use crate::cli::Failure;
+use crate::config::{Config, Folders};
+use crate::judge;
+use crate::llm::{Environment, KeyState, Reach, Reached, Registry, reach};
+
+const AREA: &str = "models";
+
+pub fn look(folders: &Folders, config: &Config, online: bool) -> Result<Vec<Finding>, Failure> {
+    let chosen = config.model.as_deref().unwrap_or(judge::MODEL);
+    let registry = match Registry::new(&config.providers) {
+        Ok(registry) => registry,
+        Err(error) => {
+            let todo = "mend that; the built-in providers are not asked until then";
+            return Ok(vec![Finding::problem(AREA, error.to_string(), todo)]);
+        }
+    };
+    let environment = Environment::with_files(&[Path::new("."), &folders.config]);
+    let mut found: Vec<Finding> = environment
+        .problems
+        .iter()
+        .map(|problem| Finding::problem("keys", problem, "mend that line"))
+        .collect();
+    if let Err(error) = registry.resolve(chosen, &environment)
+        && chosen != judge::MODEL
+    {
+        found.push(Finding::problem(
+            AREA,
+            error.to_string(),
+            "change `model` in config.toml",
+        ));
+    }
+    found.push(Finding::ok(
+        AREA,
+        format!("{}: built in, needs nothing", judge::MODEL),
+    ));
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(Failure::input)?;
+    let reached = runtime.block_on(reach(&registry, &environment, online));
+    let provider = chosen.split('/').next();
+    let lines = reached.iter();
+    found.extend(lines.map(|reached| line(reached, provider == Some(&reached.provider), online)));
+    Ok(found)
+}
+
+/// What is to be said of a provider; more where its model is asked first.
+fn line(reached: &Reached, chosen: bool, online: bool) -> Finding {
+    let (place, here) = (&reached.place, reached.here);
+    let wanted = chosen || reached.key_wanted;
+    let key = match &reached.key {
+        KeyState::NotNeeded => "no key needed".to_string(),
+        KeyState::Present(source) => format!("key in {source}"),
+        KeyState::Command(command) => format!("key from {command}, which was not run"),
+        KeyState::Missing(names) => {
+            let words = format!("{place}: no key in {names}");
+            return match wanted {
+                true => Finding::warning(AREA, words, format!("set {names} to ask it")),
+                false => Finding::ok(AREA, words),
+            };
+        }
+    };
+    let words = |what: &str| format!("{place}: {key}; {what}");
+    match &reached.reach {
+        Reach::Serves(models) => Finding::ok(
+            AREA,
+            words(&format!("it answers and lists {models} models")),
+        ),
+        Reach::Refused(status) => Finding::problem(
+            AREA,
+            words(&format!("it refuses the key (status {status})")),
+            "get a new key, or take this one away",
+        ),
+        Reach::Answers(None) => Finding::ok(AREA, words("it answers, and lists no models")),
+        Reach::Answers(Some(status)) => Finding::warning(
+            AREA,
+            words(&format!(
+                "it answers with status {status} where it should list its models"
+            )),
+            "look whether the address is right and the service in order",
+        ),
+        Reach::Silent(_) if here && !chosen => Finding::ok(AREA, words("nothing runs there")),
+        Reach::Silent(why) if here => Finding::warning(
+            AREA,
+            words(&format!("nothing runs there ({why})")),
+            "start the server whose model is asked first",
+        ),
+        Reach::Silent(why) => Finding::warning(
+            AREA,
+            words(&format!("it cannot be reached: {why}")),
+            "look at the network, the address and the proxy",
+        ),
+        Reach::Wrong(why) => Finding::problem(AREA, why.clone(), "mend the address or the key"),
+        Reach::NotAsked if online => Finding::ok(AREA, words("not asked")),
+        Reach::NotAsked => Finding::ok(AREA, words("not asked; --online does")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::State;
+    use super::*;
+
+    #[test]
+    fn what_is_asked_first_is_missed_and_the_rest_is_not() {
+        let reached = |key: KeyState, here: bool, reach: Reach| Reached {
+            provider: "lab".into(),
+            place: "lab (http://x)".into(),
+            here,
+            key,
+            key_wanted: false,
+            reach,
+        };
+        let missing = reached(KeyState::Missing("LAB_KEY".into()), false, Reach::NotAsked);
+        let silent = reached(KeyState::NotNeeded, true, Reach::Silent("refused".into()));
+        for one in [&missing, &silent] {
+            assert_eq!(line(one, false, false).state, State::Ok);
+            assert_eq!(line(one, true, false).state, State::Warning);
+        }
+        let key = || KeyState::Present("LAB_KEY".into());
+        let refused = reached(key(), false, Reach::Refused(401));
+        assert_eq!(line(&refused, false, true).state, State::Problem);
+        let serves = reached(key(), false, Reach::Serves(3));
+        let said = line(&serves, false, true).line();
+        assert!(
+            said.contains("key in LAB_KEY") && said.contains("3 models"),
+            "{said}"
+        );
+    }
+}

@@ -1,0 +1,65 @@
+//! The store of runs.
+
+use super::Finding;
+use crate::config::Folders;
+use crate::store::Health;
+
+const AREA: &str = "store";
+
+pub fn look(folders: &Folders) -> Vec<Finding> {
+    let path = folders.store();
+    let shown = path.display();
+    let other = "move it away, or set NEARMISS_DATA to another folder";
+    let health = match Health::of(&path) {
+        Ok(Some(health)) => health,
+        Ok(None) => {
+            let words = format!("there is no {shown} yet; the first question makes it");
+            return vec![Finding::ok(AREA, words)];
+        }
+        Err(error) => return vec![Finding::problem(AREA, format!("{shown}: {error}"), other)],
+    };
+    let mut found = Vec::new();
+    let (version, known) = (health.version, health.known);
+    found.push(match version.cmp(&known) {
+        std::cmp::Ordering::Greater => Finding::problem(
+            AREA,
+            format!("{shown} has version {version}, this program knows {known}"),
+            "use a newer nearmiss, or set NEARMISS_DATA to another folder",
+        ),
+        std::cmp::Ordering::Less => Finding::ok(
+            AREA,
+            format!(
+                "{shown} has version {version} and is brought to {known} when it is next opened"
+            ),
+        ),
+        std::cmp::Ordering::Equal => {
+            let runs = health.runs.unwrap_or_default();
+            let kib = health.bytes.div_ceil(1024);
+            Finding::ok(
+                AREA,
+                format!("{shown}: version {version}, {kib} KiB, {runs} runs"),
+            )
+        }
+    });
+    if health.damage.is_empty() {
+        found.push(Finding::ok(AREA, "the quick check finds nothing wrong"));
+    }
+    for line in &health.damage {
+        let todo = format!("`nearmiss export -o FILE` saves what can be read; then {other}");
+        found.push(Finding::problem(AREA, format!("damaged: {line}"), todo));
+    }
+    found.push(match health.locked {
+        None => Finding::ok(AREA, "it can be written"),
+        Some(why) if why.contains("locked") || why.contains("busy") => Finding::warning(
+            AREA,
+            format!("another program is writing ({why})"),
+            "runs are kept as soon as that is done",
+        ),
+        Some(why) => Finding::problem(
+            AREA,
+            format!("it cannot be written: {why}"),
+            "runs are not kept; make it writable, or set NEARMISS_DATA to another folder",
+        ),
+    });
+    found
+}

@@ -1,0 +1,137 @@
+//! `nearmiss --print-config`: the configuration that is in force, as TOML, with where each value comes from.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use toml::Value;
+
+use super::{Failure, Outcome, output};
+use crate::config::{Config, Folders, Lines, TextFile};
+use crate::llm::{Address, Environment, Registry};
+
+/// Prints the configuration. Keys are never in it, only the variables they are looked for in.
+///
+/// # Errors
+/// A file of the user's cannot be used.
+pub fn print_config() -> Outcome {
+    let folders = Folders::find().map_err(Failure::input)?;
+    let path = folders.config_file();
+    let said = TextFile::read_if_there(&path).map_err(Failure::input)?;
+    let config = Config::read(&path).map_err(|error| Failure::input(error.mistake_in_words()))?;
+    let registry = Registry::new(&config.providers).map_err(Failure::input)?;
+    let environment = Environment::with_files(&[Path::new("."), &folders.config]);
+    let text = said.as_ref().map_or("", |said| &said.text);
+    let page = Page {
+        lines: Lines::of(text),
+        file: path.display().to_string(),
+    };
+    let mut out = String::new();
+    for (what, folder, variable) in [
+        ("configuration", &folders.config, "NEARMISS_CONFIG"),
+        ("data", &folders.data, "NEARMISS_DATA"),
+    ] {
+        let set = std::env::var_os(variable).is_some_and(|value| !value.is_empty());
+        let from = if set { variable } else { "default" };
+        out += &format!("# {what}: {}  # {from}\n", folder.display());
+    }
+    out += "\n";
+    out += &page.settings(&config);
+    out += &page.providers(&config, &registry.addresses(&environment));
+    output::text(&output::visible(&out))
+}
+
+struct Page<'a> {
+    lines: Lines<'a>,
+    file: String,
+}
+
+impl Page<'_> {
+    /// Where a key is said: in the file, or nowhere.
+    fn source(&self, names: &[&str]) -> String {
+        match self.lines.line(names) {
+            Some(line) => format!("{}:{line}", self.file),
+            None => "default".into(),
+        }
+    }
+
+    fn settings(&self, config: &Config) -> String {
+        let line = |setting: crate::config::Setting| {
+            let (key, source) = (setting.key, self.source(&[setting.key]));
+            match (setting.value, user_variable()) {
+                (Some(value), _) => format!("{key} = {value}  # {source}\n"),
+                (None, Some(variable)) if key == "person" => {
+                    format!("{key} = {}  # {variable}\n", Value::String(config.person()))
+                }
+                (None, _) => format!("# {key} is not set: {}  # {source}\n", setting.unset),
+            }
+        };
+        config.settings().into_iter().map(line).collect()
+    }
+
+    fn providers(&self, config: &Config, addresses: &[Address]) -> String {
+        let with_address = addresses.iter().map(|address| address.provider.as_str());
+        let names: BTreeSet<&str> = with_address
+            .chain(config.providers.keys().map(String::as_str))
+            .collect();
+        let of = |name: &str| addresses.iter().find(|address| address.provider == name);
+        let one = |name: &str| {
+            let said = config.providers.get(name).and_then(Value::as_table);
+            self.provider(name, of(name), said.unwrap_or(&toml::Table::new()))
+        };
+        names.into_iter().map(one).collect()
+    }
+
+    fn provider(&self, name: &str, address: Option<&Address>, said: &toml::Table) -> String {
+        let quoted = Value::String(name.into()).to_string();
+        let bare = name
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
+        let mut out = format!("\n[provider.{}]\n", if bare { name } else { &quoted });
+        if let Some(address) = address {
+            let url = Value::String(address.url.clone());
+            let source = address.variable.clone();
+            let source = source.unwrap_or_else(|| self.source(&["provider", name, "base_url"]));
+            out += &format!("base_url = {url}  # {source}\n");
+            let keys = address.keys.iter().cloned().map(Value::String).collect();
+            let source = self.source(&["provider", name, "key_env"]);
+            out += &format!("key_env = {}  # {source}\n", Value::Array(keys));
+        }
+        for (key, value) in said {
+            let source = self.source(&["provider", name, key]);
+            match key.as_str() {
+                "base_url" | "key_env" if address.is_some() => {}
+                // Its arguments may be secrets.
+                "key_command" => out += &format!("# key_command is set  # {source}\n"),
+                // An address may hold a password.
+                "base_url" => out += &format!("# base_url cannot be used  # {source}\n"),
+                key => out += &format!("{key} = {}  # {source}\n", inline(value)),
+            }
+        }
+        out
+    }
+}
+
+/// A value on one line, tables too.
+fn inline(value: &Value) -> String {
+    match value {
+        Value::Table(table) => {
+            let pairs = table.iter().map(|(key, value)| {
+                let key = Value::String(key.clone());
+                format!("{key} = {}", inline(value))
+            });
+            format!("{{ {} }}", pairs.collect::<Vec<_>>().join(", "))
+        }
+        Value::Array(values) => {
+            let values: Vec<String> = values.iter().map(inline).collect();
+            format!("[{}]", values.join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
+/// The variable that the user's name is from.
+fn user_variable() -> Option<&'static str> {
+    let names = ["USER", "LOGNAME", "USERNAME"].into_iter();
+    let mut names = names.filter(|name| std::env::var(name).is_ok_and(|n| !n.trim().is_empty()));
+    names.next()
+}

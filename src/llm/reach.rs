@@ -1,0 +1,101 @@
+//! Which providers can be reached, and whether they take the key: a list of models is asked for, nothing else.
+
+use std::time::Duration;
+
+use futures_util::future::join_all;
+
+use super::client::Client;
+use super::environment::Environment;
+use super::listing::KeyState;
+use super::probe::{Unlisted, list};
+use super::registry::Registry;
+
+/// How long a server on this machine may take, and one elsewhere.
+const HERE: Duration = Duration::from_millis(800);
+const ELSEWHERE: Duration = Duration::from_secs(10);
+
+/// What came of trying to reach a provider.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Reach {
+    /// It serves so many models.
+    Serves(usize),
+    /// It refused the key, with this status.
+    Refused(u16),
+    /// It answered with another status, or not with a list.
+    Answers(Option<u16>),
+    /// Nothing answered: in words.
+    Silent(String),
+    /// It cannot be asked: in words.
+    Wrong(String),
+    /// Nobody asked it: it is elsewhere, and either that was not wished or there is no key.
+    NotAsked,
+}
+
+/// A provider and what came of trying to reach it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reached {
+    /// Its name.
+    pub provider: String,
+    /// Name and address, without secrets.
+    pub place: String,
+    /// Whether it is on this machine.
+    pub here: bool,
+    /// Whether its key is there.
+    pub key: KeyState,
+    /// Whether the user's configuration wants the key sent.
+    pub key_wanted: bool,
+    /// What came of it.
+    pub reach: Reach,
+}
+
+/// Tries every provider on this machine, all at once, and the others only where `online` and their key is there without
+/// a command. What is sent is a request for the list of models, which costs nothing. In the order of the names.
+pub async fn reach(registry: &Registry, environment: &Environment, online: bool) -> Vec<Reached> {
+    let (here, elsewhere) = (Client::direct(), Client::new());
+    let all = registry.providers.iter().map(|(name, provider)| {
+        let key = provider.key_state(name, environment);
+        let found = provider.endpoint(name, "", environment);
+        let (client_here, client_elsewhere) = (here.clone(), elsewhere.clone());
+        async move {
+            let key_wanted = provider.key_wanted;
+            let reached = |place: String, here: bool, reach: Reach| Reached {
+                provider: name.clone(),
+                place,
+                here,
+                key: key.clone(),
+                key_wanted,
+                reach,
+            };
+            let mut endpoint = match found {
+                Ok(endpoint) => endpoint,
+                Err(error) => {
+                    return reached(name.clone(), false, Reach::Wrong(error.to_string()));
+                }
+            };
+            let (place, is_here) = (endpoint.place().to_string(), endpoint.is_here());
+            let has_key = matches!(key, KeyState::Present(_));
+            if !is_here && !(online && has_key) {
+                return reached(place, is_here, Reach::NotAsked);
+            }
+            if let Some(found) = provider.key(environment) {
+                endpoint.key = Some(found.key);
+                endpoint.key_source = Some(found.source);
+            }
+            // A proxy has no business with this machine.
+            let (client, patience) = match is_here {
+                true => (client_here, HERE),
+                false => (client_elsewhere, ELSEWHERE),
+            };
+            let reach = match list(&client, &endpoint, patience).await {
+                Ok(models) => Reach::Serves(models.len()),
+                Err(Unlisted::Status(status @ (401 | 403))) => Reach::Refused(status),
+                Err(Unlisted::Status(status)) => Reach::Answers(Some(status)),
+                Err(Unlisted::NoList) => Reach::Answers(None),
+                Err(Unlisted::Silent(why)) => Reach::Silent(why),
+                Err(Unlisted::Setup(why)) => Reach::Wrong(why),
+            };
+            reached(place, is_here, reach)
+        }
+    });
+    join_all(all).await
+}

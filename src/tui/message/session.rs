@@ -1,0 +1,242 @@
+//! What is remembered of the workbench from one start to the next, and its file.
+//!
+//! Every set of paths has a file of its own, so that nothing of one reaches another.
+
+use std::path::{Component, Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::scenario::{ContentHash, Entry, Place};
+use crate::tui::model::{Layers, Sizes};
+
+/// The version of the files that are written.
+const VERSION: u32 = 1;
+
+/// What the workbench looked like.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Session {
+    /// The version of the file.
+    pub version: u32,
+    /// What the workbench was started with, in order; empty for the bundled scenarios.
+    pub paths: Vec<Where>,
+    /// The task.
+    pub task: String,
+    /// The frame.
+    pub frame: String,
+    /// The techniques, where they were chosen.
+    pub techniques: Option<String>,
+    /// The model, where it is not the one of the configuration.
+    pub model: Option<Instead>,
+    /// The theme, where it is not the one of the configuration.
+    pub theme: Option<Instead>,
+    /// The pane that has the keys.
+    pub focus: String,
+    /// Whether it is shown alone.
+    pub zoomed: bool,
+    /// The filter of the list.
+    pub filter: String,
+    /// By what the list is sorted, and whether the other way around.
+    pub sort: (String, bool),
+    /// By what it is grouped.
+    pub group: String,
+    /// The measure that is plotted.
+    pub plot: String,
+    /// The marked scenarios, in order.
+    pub marks: Vec<Where>,
+    /// How big the panes are.
+    pub sizes: Sizes,
+    /// The layers of the map.
+    pub layers: Layers,
+    /// The opened scenario.
+    pub opened: Option<Opened>,
+}
+
+/// The opened scenario and how it was looked at.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Opened {
+    /// Which one.
+    pub scenario: Where,
+    /// The obstacle that was taken as its ego.
+    pub ego: Option<i64>,
+    /// The time step.
+    pub step: i64,
+    /// The picked obstacle.
+    pub picked: Option<i64>,
+    /// How the map was seen.
+    pub camera: View,
+}
+
+/// How the map was seen; metres.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct View {
+    /// Width of a cell.
+    pub cell: f64,
+    /// The middle.
+    pub center: [f64; 2],
+    /// The middle seen from the ego.
+    pub shift: [f64; 2],
+    /// Whether the ego is followed.
+    pub follow: bool,
+    /// Whether it drives upwards.
+    pub ego_up: bool,
+}
+
+/// Where a scenario or a folder of them is.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Where {
+    /// A file or folder, from the root.
+    File(PathBuf),
+    /// A bundled scenario, by its name.
+    Bundled(String),
+}
+
+/// What was chosen in the place of what the configuration said then.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Instead {
+    /// What was chosen.
+    pub chosen: String,
+    /// What the configuration said; nothing where it did not say.
+    pub of: Option<String>,
+}
+
+impl Where {
+    /// Where an entry lies, of a program that was started in the folder `here`. Links are not followed.
+    #[must_use]
+    pub fn of(entry: &Entry, here: &Path) -> Self {
+        match &entry.place {
+            Place::File(path) => Self::File(plain(&here.join(path))),
+            Place::Bundled(_) => Self::Bundled(entry.name.clone()),
+        }
+    }
+
+    /// The paths that the workbench is started with, each once and in order. Looks at the disk: they are the same by
+    /// another name of a folder on their way, too.
+    #[must_use]
+    pub fn of_arguments(paths: &[PathBuf], here: &Path) -> Vec<Self> {
+        let wheres = paths.iter().map(|path| {
+            let lies = Self::of(&Entry::of_argument(path), here);
+            match &lies {
+                Self::File(file) => file.canonicalize().map_or(lies, Self::File),
+                Self::Bundled(_) => lies,
+            }
+        });
+        let mut all: Vec<Self> = wheres.collect();
+        all.sort();
+        all.dedup();
+        all
+    }
+}
+
+/// A path without detours.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => drop(plain.pop()),
+            part => plain.push(part),
+        }
+    }
+    plain
+}
+
+impl Instead {
+    /// What was chosen, if the configuration said something else and says the same still.
+    #[must_use]
+    pub fn still(&self, of: Option<&String>) -> Option<&str> {
+        (self.of.as_ref() == of).then_some(self.chosen.as_str())
+    }
+
+    /// What is chosen, if it is not what the configuration says.
+    #[must_use]
+    pub fn chosen(chosen: &str, of: Option<&String>, usual: &str) -> Option<Self> {
+        let said = of.map_or(usual, String::as_str);
+        (said != chosen).then(|| Self {
+            chosen: chosen.to_string(),
+            of: of.cloned(),
+        })
+    }
+}
+
+impl Default for Session {
+    fn default() -> Self {
+        Self {
+            version: VERSION,
+            paths: Vec::new(),
+            task: String::new(),
+            frame: String::new(),
+            techniques: None,
+            model: None,
+            theme: None,
+            focus: String::new(),
+            zoomed: false,
+            filter: String::new(),
+            sort: (String::new(), false),
+            group: String::new(),
+            plot: String::new(),
+            marks: Vec::new(),
+            sizes: Sizes::default(),
+            layers: Layers::default(),
+            opened: None,
+        }
+    }
+}
+
+impl Session {
+    /// The name of the file of these paths.
+    #[must_use]
+    pub fn file_name(paths: &[Where]) -> String {
+        if paths.is_empty() {
+            return "bundled.json".into();
+        }
+        let said = format!("{paths:?}");
+        let hash = ContentHash::of(said.as_bytes()).to_string();
+        format!("{}.json", &hash[..16])
+    }
+
+    /// The text of its file.
+    ///
+    /// # Errors
+    /// A path is no text.
+    pub fn text(&self) -> Result<String, String> {
+        let text = serde_json::to_string_pretty(self).map_err(|error| error.to_string())?;
+        Ok(text + "\n")
+    }
+
+    /// Reads the text of the file of these paths.
+    ///
+    /// # Errors
+    /// It is none, is of another version, or of other paths: in words.
+    pub fn parse(text: &str, paths: &[Where]) -> Result<Self, String> {
+        let value: serde_json::Value =
+            serde_json::from_str(text).map_err(|error| format!("it is damaged ({error})"))?;
+        let version = value.get("version").and_then(serde_json::Value::as_u64);
+        if version != Some(u64::from(VERSION)) {
+            return Err("another version of nearmiss wrote it".into());
+        }
+        let session: Self =
+            serde_json::from_value(value).map_err(|error| format!("it is damaged ({error})"))?;
+        if session.paths != paths {
+            return Err("it is of other scenarios".into());
+        }
+        let of = |instead: &Option<Instead>| instead.as_ref().map(|i| i.chosen.clone());
+        let words = [
+            of(&session.model),
+            of(&session.theme),
+            Some(session.filter.clone()),
+        ];
+        if words
+            .iter()
+            .flatten()
+            .any(|word| word.chars().any(char::is_control))
+        {
+            return Err("it is damaged (there are control characters in it)".into());
+        }
+        Ok(session)
+    }
+}

@@ -1,0 +1,31 @@
+//! The session: what of the last one has yet to come back, and what was kept of this one.
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+
+use crate::tui::message::session::{Opened, Session, Where};
+
+/// What the workbench knows of sessions.
+#[derive(Debug, Default)]
+pub struct Recall {
+    /// Whether this session is kept.
+    pub on: bool,
+    /// The folder that the program was started in.
+    pub here: PathBuf,
+    /// What it was started with.
+    pub paths: Vec<Where>,
+    /// Scenarios of the list that were looked at for what has yet to come back.
+    pub seen: usize,
+    /// Marked scenarios that are not found again yet.
+    pub marks: HashSet<Where>,
+    /// The scenario that was open last time, until it is open again or another one is chosen.
+    pub wanted: Option<Opened>,
+    /// What was kept last.
+    pub kept: Option<Box<Session>>,
+    /// Whether something may have changed since.
+    pub changed: bool,
+    /// Whether keeping is already asked for.
+    pub asked: bool,
+    /// Whether somebody who is here for the first time is shown the way to a verdict.
+    pub hint: bool,
+}

@@ -1,0 +1,192 @@
+//! Session files: read at the start, written whole while the workbench is in use.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use super::super::message::Msg;
+use super::super::message::session::{Session, Where};
+use super::Tasks;
+use crate::config::{Folders, TextFile};
+use crate::system;
+
+/// How long after a change the session is kept: what a killed program loses.
+const REST: Duration = Duration::from_secs(2);
+
+/// Sessions that are kept: those of so many sets of paths, the last used ones.
+const MOST: usize = 100;
+
+impl Tasks {
+    /// Says after a while that the session is to be kept.
+    pub(super) fn remember_later(&self) {
+        let sender = self.sender.clone();
+        tokio::spawn(async move {
+            tokio::time::sleep(REST).await;
+            // Nobody listens when the loop has ended.
+            let _ = sender.send(Msg::KeepSession);
+        });
+    }
+
+    /// At once and not in the background: the program may be about to end.
+    pub(super) fn remember(&self, session: &Session) {
+        if let Err(error) = write(&self.folders.sessions(), session) {
+            let _ = self
+                .sender
+                .send(Msg::Complaint(format!("{error}; the session is not kept")));
+        }
+    }
+}
+
+fn write(folder: &Path, session: &Session) -> Result<(), String> {
+    let path = folder.join(Session::file_name(&session.paths));
+    let new = !path.exists();
+    let text = session.text();
+    let text = text.map_err(|error| format!("{}: {error}", path.display()))?;
+    Folders::write(&path, &text)
+        .map_err(|error| format!("{}: {}", path.display(), system::words(&error)))?;
+    if new {
+        forget_oldest(folder);
+    }
+    Ok(())
+}
+
+/// Session files that were not used for the longest time go. One that cannot be removed stays.
+fn forget_oldest(folder: &Path) {
+    let mut files = files(folder);
+    files.sort_by_key(|(time, _)| std::cmp::Reverse(*time));
+    for (_, path) in files.into_iter().skip(MOST) {
+        let _ = std::fs::remove_file(path);
+    }
+}
+
+fn files(folder: &Path) -> Vec<(SystemTime, PathBuf)> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path());
+    let ours = paths.filter(|path| path.extension().is_some_and(|end| end == "json"));
+    ours.filter_map(|path| Some((path.metadata().ok()?.modified().ok()?, path)))
+        .collect()
+}
+
+/// Whether there is a session of any paths.
+#[must_use]
+pub fn any(folder: &Path) -> bool {
+    !files(folder).is_empty()
+}
+
+/// The last session of these paths, if there is one.
+///
+/// # Errors
+/// Its file cannot be used: which, and why.
+pub fn read(folder: &Path, paths: &[Where]) -> Result<Option<Session>, String> {
+    let path = folder.join(Session::file_name(paths));
+    let Some(said) = TextFile::read_if_there(&path)? else {
+        return Ok(None);
+    };
+    let session = Session::parse(&said.text, paths);
+    session
+        .map(Some)
+        .map_err(|error| format!("{}: {error}", said.file))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::config::Config;
+    use crate::prompts::Library;
+    use crate::tui::model::Model;
+    use crate::tui::theme::Theme;
+
+    fn session(paths: &[PathBuf]) -> Session {
+        let model = Model::new(
+            paths.to_vec(),
+            Config::default(),
+            Theme::default_theme(),
+            Library::load(None),
+            Vec::new(),
+        );
+        let mut session = crate::tui::update::session::of(&model);
+        session.paths = Where::of_arguments(paths, Path::new("/"));
+        session
+    }
+
+    #[test]
+    fn every_set_of_paths_has_a_session_of_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let sessions = folder.path().join("sessions");
+        assert!(!any(&sessions));
+        let (one, two) = (folder.path().join("one"), folder.path().join("two"));
+        std::fs::create_dir_all(&one).unwrap();
+        std::fs::create_dir_all(&two).unwrap();
+        let both = [one.clone(), two.clone()];
+        let mut kept = session(&both);
+        kept.filter = "brem".into();
+        write(&sessions, &kept).unwrap();
+        assert!(any(&sessions));
+        let of = |paths: &[PathBuf]| {
+            read(&sessions, &Where::of_arguments(paths, Path::new("/"))).unwrap()
+        };
+        assert_eq!(of(&both).as_ref(), Some(&kept));
+        let turned = [two.join("../two"), one.clone(), one.clone()];
+        assert_eq!(
+            of(&turned).as_ref(),
+            Some(&kept),
+            "the same, said otherwise"
+        );
+        for other in [&[][..], &[one][..], &[two][..]] {
+            assert_eq!(of(other), None);
+        }
+        write(&sessions, &session(&[])).unwrap();
+        assert_eq!(of(&[]), Some(session(&[])));
+        assert_eq!(of(&both), Some(kept));
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_used_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bundled.json");
+        let good = session(&[]).text().unwrap();
+        for (text, why) in [
+            ("", "damaged"),
+            (&good[..good.len() / 2], "damaged"),
+            ("[1, 2]", "another version"),
+            (
+                &good.replace("\"version\": 1", "\"version\": 7"),
+                "another version",
+            ),
+            (
+                &good.replace("\"zoomed\": false", "\"zoomed\": 3"),
+                "damaged",
+            ),
+            (&good.replace("\"zoomed\"", "\"unknown\""), "damaged"),
+            (
+                &good.replace("\"paths\": []", "\"paths\": [{\"bundled\": \"A\"}]"),
+                "other scenarios",
+            ),
+        ] {
+            assert_ne!(text, good);
+            std::fs::write(&path, text).unwrap();
+            let error = read(folder.path(), &[]).unwrap_err();
+            assert!(
+                error.contains("bundled.json: ") && error.contains(why),
+                "{error}"
+            );
+        }
+        std::fs::write(&path, &good).unwrap();
+        assert_eq!(read(folder.path(), &[]), Ok(Some(session(&[]))));
+    }
+
+    #[test]
+    fn only_so_many_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        for i in 0..MOST + 5 {
+            let path = folder.path().join(format!("{i:03}.json"));
+            let file = std::fs::File::create(&path).unwrap();
+            let time = SystemTime::UNIX_EPOCH + Duration::from_secs(i as u64);
+            file.set_modified(time).unwrap();
+        }
+        write(folder.path(), &session(&[])).unwrap();
+        assert_eq!(files(folder.path()).len(), MOST);
+        let there = |name: &str| folder.path().join(name).exists();
+        assert!(there("bundled.json") && there("104.json") && !there("005.json"));
+    }
+}

@@ -1,0 +1,164 @@
+//! Panes that are made bigger and smaller, by keys and by the mouse.
+
+use ratatui::layout::{Position, Rect};
+
+use super::bench::Bench;
+use crate::tui::layout::split;
+use crate::tui::message::{Mouse, Msg};
+use crate::tui::model::{Model, Pane, Sizes};
+
+fn area(model: &Model, size: (u16, u16), pane: Pane) -> Rect {
+    let parts = split(Rect::new(0, 0, size.0, size.1), model).unwrap();
+    let found = parts.panes.iter().find(|(p, _)| *p == pane);
+    found.unwrap().1
+}
+
+/// Presses `ctrl-w` and a key; what is where is known before, as after a frame.
+fn chord(bench: &mut Bench, size: (u16, u16), key: &str) {
+    let parts = split(Rect::new(0, 0, size.0, size.1), &bench.model).unwrap();
+    let drawn = &bench.model.drawn;
+    drawn.clear();
+    drawn.set_borders(&parts.borders);
+    for (pane, area) in parts.panes {
+        drawn.pane(pane, area);
+    }
+    bench.press(&format!("ctrl-w {key}"));
+}
+
+#[test]
+fn the_pane_with_the_keys_grows_and_shrinks() {
+    let size = (200, 60);
+    let mut bench = Bench::bundled();
+    for (pane, wider, taller) in [
+        (Pane::Scenarios, true, true),
+        (Pane::Map, true, true),
+        (Pane::Prompt, true, true),
+        (Pane::Verdict, true, true),
+        (Pane::Reasoning, true, true),
+        (Pane::Plot, true, true),
+    ] {
+        bench.model.focus = pane;
+        let whole = |model: &Model| {
+            let mut all = area(model, size, pane);
+            if pane == Pane::Map {
+                all = all.union(area(model, size, Pane::Timeline));
+            }
+            (all.width, all.height)
+        };
+        let before = whole(&bench.model);
+        chord(&mut bench, size, ">");
+        chord(&mut bench, size, "+");
+        let after = whole(&bench.model);
+        assert_eq!(
+            (after.0 == before.0 + 4, after.1 == before.1 + 2),
+            (wider, taller),
+            "{pane:?}"
+        );
+        chord(&mut bench, size, "<");
+        chord(&mut bench, size, "-");
+        assert_eq!(whole(&bench.model), before, "{pane:?}");
+    }
+    chord(&mut bench, size, ">");
+    assert_ne!(bench.model.look.sizes, Sizes::default());
+    chord(&mut bench, size, "=");
+    assert_eq!(bench.model.look.sizes, Sizes::default());
+}
+
+#[test]
+fn nothing_vanishes_whatever_is_pressed_and_in_whatever_terminal() {
+    let sizes = [(80, 24), (100, 50), (110, 32), (140, 40), (220, 70)];
+    for pane in Pane::ALL {
+        for keys in ["> +", "< -", "> -", "< +"] {
+            let mut bench = Bench::bundled();
+            for big in [(80, 24), (200, 60)] {
+                bench.model.focus = pane;
+                for _ in 0..40 {
+                    for key in keys.split(' ') {
+                        chord(&mut bench, big, key);
+                    }
+                }
+            }
+            for focus in Pane::ALL {
+                bench.model.focus = focus;
+                for (columns, rows) in sizes {
+                    let screen = Rect::new(0, 0, columns, rows);
+                    let parts = split(screen, &bench.model).unwrap();
+                    let cells: u32 = parts.panes.iter().map(|(_, a)| a.area()).sum();
+                    assert_eq!(cells, u32::from(columns) * u32::from(rows - 2));
+                    for (shown, area) in &parts.panes {
+                        let small = area.width < 18 || area.height < 4;
+                        assert!(!small, "{pane:?} {keys}: {shown:?} {area} of {screen}");
+                    }
+                }
+            }
+            bench.frame(80, 24);
+        }
+    }
+}
+
+#[test]
+fn borders_are_dragged_within_limits_and_clicks_on_them_focus() {
+    let size = (160, 50);
+    let mut bench = Bench::bundled();
+    bench.frame(size.0, size.1);
+    let before = area(&bench.model, size, Pane::Scenarios);
+    let at = |x, y| Position::new(x, y);
+    let step = bench.model.clock.step();
+    bench.send(Msg::Mouse(Mouse::Press(at(before.right() - 1, 10))));
+    for x in [before.right() + 3, before.right() + 9] {
+        bench.send(Msg::Mouse(Mouse::Drag(at(x, 12))));
+        bench.frame(size.0, size.1);
+    }
+    bench.send(Msg::Mouse(Mouse::Release(at(before.right() + 9, 12))));
+    let after = area(&bench.model, size, Pane::Scenarios);
+    assert_eq!(after.width, before.width + 10);
+    bench.send(Msg::Mouse(Mouse::Drag(at(40, 12))));
+    assert_eq!(area(&bench.model, size, Pane::Scenarios), after, "let go");
+
+    let map = area(&bench.model, size, Pane::Map);
+    bench.frame(size.0, size.1);
+    bench.send(Msg::Mouse(Mouse::Press(at(map.x + 30, map.bottom()))));
+    bench.send(Msg::Mouse(Mouse::Drag(at(map.x + 30, 1))));
+    bench.send(Msg::Mouse(Mouse::Release(at(map.x + 30, 1))));
+    assert_eq!(area(&bench.model, size, Pane::Map).height, 6, "no smaller");
+    assert_eq!(bench.model.clock.step(), step, "no seeking meanwhile");
+
+    let reasoning = area(&bench.model, size, Pane::Reasoning);
+    bench.frame(size.0, size.1);
+    bench.send(Msg::Mouse(Mouse::Press(at(reasoning.x + 5, reasoning.y))));
+    bench.send(Msg::Mouse(Mouse::Release(at(reasoning.x + 5, reasoning.y))));
+    assert_eq!(bench.model.focus, Pane::Reasoning);
+    assert_eq!(area(&bench.model, size, Pane::Reasoning), reasoning);
+}
+
+#[test]
+fn the_keys_move_by_direction() {
+    let mut bench = Bench::bundled();
+    let walk = [
+        ("l", Pane::Map),
+        ("l", Pane::Verdict),
+        ("l", Pane::Verdict),
+        ("j", Pane::Reasoning),
+        ("down", Pane::Plot),
+        ("h", Pane::Prompt),
+        ("k", Pane::Map),
+        ("left", Pane::Scenarios),
+        ("j", Pane::Prompt),
+        ("l", Pane::Plot),
+        ("k", Pane::Reasoning),
+    ];
+    for (key, pane) in walk {
+        bench.press(&format!("ctrl-w {key}"));
+        assert_eq!(bench.model.focus, pane);
+    }
+}
+
+#[test]
+fn alone_there_is_nothing_to_move() {
+    let mut bench = Bench::bundled();
+    bench.model.focus = Pane::Plot;
+    bench.press("z");
+    chord(&mut bench, (120, 40), ">");
+    assert_eq!(bench.model.look.sizes, Sizes::default());
+    assert!(bench.model.toasts[0].text.contains("make room"));
+}

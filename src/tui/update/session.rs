@@ -1,0 +1,257 @@
+//! The session: what the workbench looks like is written down, and comes back at the next start.
+
+use super::super::message::session::{Instead, Opened, Session, View, Where};
+use super::super::message::{Effect, Msg};
+use super::super::model::{Grouping, Model, Order, Pane};
+use super::{clock, open, open_current};
+use crate::geometry::{Point, Vector};
+use crate::judge;
+use crate::metrics::measure;
+use crate::prompts::Techniques;
+use crate::scenario::Entry;
+use crate::text::Frame;
+use crate::verdict::Task;
+
+/// What the workbench looks like.
+#[must_use]
+pub fn of(model: &Model) -> Session {
+    let rows = model.list.rows.iter().map(|row| &row.entry);
+    let marked = rows.filter(|entry| model.marks.has(entry));
+    let mut marks: Vec<Where> = marked.map(|entry| lies(model, entry)).collect();
+    marks.extend(model.recall.marks.iter().cloned());
+    marks.sort();
+    let config = &model.config;
+    Session {
+        paths: model.recall.paths.clone(),
+        task: model.task.name().into(),
+        frame: model.frame.name().into(),
+        techniques: model
+            .techniques_chosen
+            .then(|| model.techniques.to_string()),
+        model: Instead::chosen(&model.model, config.model.as_ref(), judge::MODEL),
+        theme: Instead::chosen(&model.look.chosen, config.theme.as_ref(), "auto"),
+        focus: model.focus.name().into(),
+        zoomed: model.zoomed,
+        filter: model.list.filter.clone(),
+        sort: (model.list.order.id().into(), model.list.turned),
+        group: model.list.grouping.name().into(),
+        plot: model.plot.measure.id.into(),
+        marks,
+        sizes: model.look.sizes,
+        layers: model.map.layers.clone(),
+        opened: opened_of(model).or_else(|| model.recall.wanted.clone()),
+        ..Session::default()
+    }
+}
+
+fn opened_of(model: &Model) -> Option<Opened> {
+    model.opened.as_ref()?;
+    if model.opening.is_some() {
+        // What is on the screen is another one.
+        return model.recall.kept.as_ref()?.opened.clone();
+    }
+    let entry = &model.list.rows.get(model.list.opened?)?.entry;
+    let camera = &model.camera;
+    Some(Opened {
+        scenario: lies(model, entry),
+        ego: model.taken,
+        step: model.clock.step(),
+        picked: model.picked,
+        camera: View {
+            cell: camera.cell,
+            center: [camera.center.x, camera.center.y],
+            shift: [camera.shift.x, camera.shift.y],
+            follow: camera.follow,
+            ego_up: camera.ego_up,
+        },
+    })
+}
+
+fn lies(model: &Model, entry: &Entry) -> Where {
+    Where::of(entry, &model.recall.here)
+}
+
+/// Takes up a session before anything is open; what is not known any more stays as it is without one. An obstacle as
+/// the ego comes back only where nobody chose another ego.
+pub fn restore(model: &mut Model, session: Session, ego_chosen: bool) {
+    model.recall.kept = Some(Box::new(session.clone()));
+    model.task = Task::parse(&session.task).unwrap_or(model.task);
+    model.frame = Frame::parse(&session.frame).unwrap_or(model.frame);
+    if let Some(Ok(techniques)) = session.techniques.as_deref().map(Techniques::parse) {
+        model.techniques = techniques;
+        model.techniques_chosen = true;
+    }
+    let chosen = |instead: &Option<Instead>, of: Option<&String>| {
+        let still = instead.as_ref()?.still(of)?;
+        Some(still.to_string())
+    };
+    if let Some(id) = chosen(&session.model, model.config.model.as_ref()) {
+        model.model = id;
+    }
+    if let Some(name) = chosen(&session.theme, model.config.theme.as_ref())
+        && let Ok(theme) = model.look.theme(&name)
+    {
+        model.theme = theme;
+        model.look.chosen = name;
+    }
+    let mut panes = Pane::ALL.into_iter();
+    model.focus = panes
+        .find(|p| p.name() == session.focus)
+        .unwrap_or(model.focus);
+    model.zoomed = session.zoomed;
+    model.look.sizes = session.sizes;
+    model.map.layers = session.layers;
+    if let Some(plotted) = measure(&session.plot) {
+        model.plot.measure = plotted;
+    }
+    let mut plain = Order::PLAIN.into_iter();
+    let (sort, turned) = session.sort;
+    let order = plain.find(|order| order.id() == sort);
+    if let Some(order) = order.or_else(|| measure(&sort).map(Order::Measure)) {
+        model.list.set_order(order);
+        model.list.turned = turned;
+    }
+    let mut groups = Grouping::ALL.into_iter();
+    if let Some(grouping) = groups.find(|g| g.name() == session.group) {
+        model.list.group_by(grouping);
+    }
+    model.list.set_filter(session.filter);
+    model.recall.marks = session.marks.into_iter().collect();
+    let opened = session.opened.map(|opened| Opened {
+        ego: opened.ego.filter(|_| !ego_chosen),
+        ..opened
+    });
+    model.recall.wanted = opened;
+}
+
+/// Scenarios were found: those that were marked last time are marked again, and the one that was open is opened as soon
+/// as it is there; where it is not, the selected one.
+pub fn open_found(model: &mut Model) -> Vec<Effect> {
+    let again = find_again(model);
+    if model.list.opened.is_some() {
+        return Vec::new();
+    }
+    model.list.settle();
+    match (again, &model.recall.wanted) {
+        (Some(place), Some(wanted)) => {
+            let ego = wanted.ego;
+            // What the filter holds back is open all the same, as it was.
+            model.list.select(place);
+            open(model, place, ego)
+        }
+        (None, Some(_)) if !model.list.found => Vec::new(),
+        _ => {
+            model.recall.wanted = None;
+            open_current(model)
+        }
+    }
+}
+
+/// Looks through the scenarios that are new in the list; gives the place of the one that was open last time.
+fn find_again(model: &mut Model) -> Option<usize> {
+    let recall = &mut model.recall;
+    let new = std::mem::replace(&mut recall.seen, model.list.rows.len());
+    if recall.wanted.is_none() && recall.marks.is_empty() {
+        return None;
+    }
+    let mut found = None;
+    for (place, row) in model.list.rows.iter().enumerate().skip(new) {
+        let lies = Where::of(&row.entry, &recall.here);
+        if recall.wanted.as_ref().is_some_and(|w| w.scenario == lies) {
+            found = Some(place);
+        }
+        if recall.marks.remove(&lies) {
+            model.marks.toggle(&row.entry);
+        }
+    }
+    if model.list.found {
+        recall.marks.clear();
+    }
+    found
+}
+
+/// Whether what is being opened is what was open last time.
+#[must_use]
+pub fn is_wanted(model: &Model) -> bool {
+    model.recall.wanted.is_some()
+}
+
+/// A scenario is about to be opened: where it is another one, the last session's is wanted no longer.
+pub fn opening(model: &mut Model, entry: &Entry) {
+    let lies = lies(model, entry);
+    let wanted = model.recall.wanted.as_ref();
+    if wanted.is_some_and(|wanted| wanted.scenario != lies) {
+        model.recall.wanted = None;
+    }
+}
+
+/// A scenario was opened: if it is that of the last session, it is looked at as it was.
+pub fn opened(model: &mut Model) {
+    let Some(wanted) = model.recall.wanted.take() else {
+        return;
+    };
+    model.clock.go(wanted.step);
+    let there = |id: &i64| {
+        let opened = model.opened.as_ref();
+        opened.is_some_and(|opened| opened.scenario.obstacle(*id).is_some())
+    };
+    model.picked = wanted.picked.filter(there);
+    let View {
+        cell,
+        center,
+        shift,
+        follow,
+        ego_up,
+    } = wanted.camera;
+    let numbers = [cell, center[0], center[1], shift[0], shift[1]];
+    if numbers.iter().all(|n| n.is_finite()) && cell > 0.0 {
+        let camera = &mut model.camera;
+        camera.cell = cell;
+        // Within what can be zoomed to.
+        camera.zoom(1.0);
+        camera.center = Point::new(center[0], center[1]);
+        camera.shift = Vector::new(shift[0], shift[1]);
+        camera.follow = follow;
+        camera.ego_up = ego_up;
+    }
+    clock::stepped(model);
+    model.refresh();
+}
+
+/// Something happened that a session may remember.
+pub fn hear(model: &mut Model, msg: &Msg) {
+    let by_hand = matches!(
+        msg,
+        Msg::Key(_) | Msg::Mouse(_) | Msg::Paste(_) | Msg::Opened(..)
+    );
+    model.recall.changed |= by_hand;
+    if let Msg::Answered(_, Ok(answer)) = msg
+        && answer.verdict().is_some()
+    {
+        model.recall.hint = false;
+    }
+}
+
+/// Something changed: it is kept after a while.
+pub fn follow(model: &mut Model) -> Option<Effect> {
+    let recall = &mut model.recall;
+    let due = recall.on && recall.changed && !recall.asked;
+    recall.asked |= due;
+    due.then_some(Effect::RememberLater)
+}
+
+/// Keeps what the workbench looks like, if that is another look than was kept last.
+pub fn keep(model: &mut Model) -> Vec<Effect> {
+    model.recall.asked = false;
+    // What plays moves on by itself.
+    model.recall.changed = model.clock.playing;
+    if !model.recall.on {
+        return Vec::new();
+    }
+    let session = Box::new(of(model));
+    if model.recall.kept.as_ref() == Some(&session) {
+        return Vec::new();
+    }
+    model.recall.kept = Some(session.clone());
+    vec![Effect::Remember(session)]
+}

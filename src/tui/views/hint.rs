@@ -1,0 +1,55 @@
+//! The way to a first verdict, for who is here for the first time: three keys, over the reasoning.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Clear, Paragraph};
+use unicode_width::UnicodeWidthStr;
+
+use crate::judge;
+use crate::text::visible;
+use crate::tui::action::Action;
+use crate::tui::layout::Parts;
+use crate::tui::model::{Model, Pane};
+use crate::tui::widgets::words::{fit, pad};
+
+pub fn draw(frame: &mut Frame<'_>, parts: &Parts, model: &Model) {
+    let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
+    let (true, Some((_, pane))) = (model.recall.hint, reasoning) else {
+        return;
+    };
+    let asks = match model.model.as_str() {
+        judge::MODEL => "ask the built-in judge".to_string(),
+        other => format!("ask {}", visible(other)),
+    };
+    let rows = [
+        (Action::Down, "open the next scenario".to_string()),
+        (Action::CollisionStep, "go to its worst moment".into()),
+        (Action::Run, asks),
+    ];
+    let rows = rows.map(|(action, words)| (model.look.key(action), words));
+    let keys = rows.iter().map(|(key, _)| key.width()).max().unwrap_or(0);
+    let height = (rows.len() as u16 + 2).min(pane.height);
+    let area = Rect {
+        y: pane.bottom() - height,
+        height,
+        ..*pane
+    };
+    let theme = &model.theme;
+    let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    let block = Block::bordered()
+        .border_style(Style::new().fg(theme.accent))
+        .title(Span::styled(" three keys to a first verdict ", bold))
+        .style(theme.base());
+    let room = usize::from(area.width).saturating_sub(keys + 5);
+    let lines = rows.iter().map(|(key, words)| {
+        Line::from(vec![
+            Span::styled(format!(" {}  ", pad(key, keys)), bold),
+            Span::raw(fit(words, room)),
+        ])
+    });
+    let text = Paragraph::new(lines.collect::<Vec<_>>()).block(block);
+    frame.render_widget(Clear, area);
+    frame.render_widget(text, area);
+}

@@ -1,0 +1,146 @@
+//! `doctor` and `--print-config`: what is in order, what is not, and never a key.
+
+use serde_json::Value;
+
+use super::support::program::Home;
+
+fn findings(stdout: &str) -> Vec<(String, String, String)> {
+    let document: Value = serde_json::from_str(stdout).unwrap();
+    let text = |finding: &Value, key: &str| finding[key].as_str().unwrap().to_string();
+    let all = document["findings"].as_array().unwrap().iter();
+    all.map(|f| (text(f, "area"), text(f, "state"), text(f, "what")))
+        .collect()
+}
+
+#[test]
+fn a_fresh_home_has_no_problems_and_nothing_is_made() {
+    let home = Home::new();
+    let ended = home.run(&["doctor"]).status(0);
+    for words in [
+        "nearmiss 0.",
+        "reference/geometry",
+        "runs.sqlite yet",
+        "the default keys",
+        "OSC 52",
+    ] {
+        assert!(ended.stdout.contains(words), "{words}: {}", ended.stdout);
+    }
+    for line in ended.stdout.lines() {
+        let word = line.split_whitespace().next();
+        assert!(matches!(word, Some("ok" | "warning")), "{line}");
+    }
+    assert_eq!(std::fs::read_dir(home.data()).unwrap().count(), 0);
+    let json = home.run(&["doctor", "--json"]).status(0);
+    assert!(findings(&json.stdout).len() > 10);
+}
+
+#[test]
+fn every_broken_file_is_a_problem_and_is_named() {
+    let home = Home::new();
+    let config = home.config();
+    home.write(
+        config.join("keymap.toml"),
+        "[global]\nplay = \"hyper\"\nfly = \"x\"\n",
+    );
+    home.write(config.join("config.toml"), "mouse = 3\n");
+    home.write(config.join("thresholds.toml"), "[nothing]\nx = 1\n");
+    home.write(
+        config.join("themes/mine.toml"),
+        "dark = true\n[roles]\ntext = \"blurple\"\n",
+    );
+    home.write(config.join("prompts/mine.md"), "no front matter");
+    home.write(config.join(".env"), "this is sk-not-shown no line\n");
+    home.write(
+        home.data().join("runs.sqlite"),
+        "this is no database at all, only some words in a file",
+    );
+    home.write(home.data().join("tags.toml"), "a = 3\n");
+    let ended = home.run(&["doctor"]).status(1);
+    for words in [
+        "keymap.toml:2: global.play",
+        "keymap.toml:3: global.fly",
+        "config.toml:1",
+        "thresholds.toml",
+        "mine.toml:3: roles.text",
+        "mine.md",
+        "line 1 is not NAME=value",
+        "runs.sqlite",
+        "tags.toml",
+    ] {
+        let named = ended
+            .stdout
+            .lines()
+            .any(|l| l.starts_with("problem ") && l.contains(words));
+        assert!(named, "{words}: {}", ended.stdout);
+    }
+    assert!(!ended.stdout.contains("sk-not-shown"));
+    assert!(ended.stderr.contains("problems"), "{}", ended.stderr);
+    let json = home.run(&["doctor", "--json"]).status(1);
+    let problems = findings(&json.stdout);
+    assert!(
+        problems
+            .iter()
+            .filter(|(_, state, _)| state == "problem")
+            .count()
+            >= 9
+    );
+}
+
+#[test]
+fn keys_are_named_by_their_variables_alone() {
+    let home = Home::new();
+    let text = "model = \"lab/small\"\n\n[provider.lab]\nbase_url = \"http://me:hunter22@127.0.0.1:9/v1?key=topsecret\"\n\
+                key_env = \"LAB_KEY\"\nattempts = 1\n[provider.other]\nbase_url = \"https://other.example\"\n\
+                key_command = [\"pass\", \"arg-secret\"]\n";
+    home.write(home.config().join("config.toml"), text);
+    let run = |arguments: &[&str]| {
+        let mut command = home.command();
+        command.args(arguments).env("LAB_KEY", "sk-verysecret");
+        let output = command.output().unwrap();
+        String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap()
+    };
+    for arguments in [&["doctor"][..], &["doctor", "--json"], &["--print-config"]] {
+        let said = run(arguments);
+        assert!(said.contains("LAB_KEY"), "{said}");
+        for secret in ["verysecret", "hunter22", "topsecret", "arg-secret"] {
+            assert!(!said.contains(secret), "{secret}: {said}");
+        }
+    }
+    assert!(
+        run(&["doctor"]).contains("nothing runs there"),
+        "port 9 is closed"
+    );
+}
+
+#[test]
+fn the_printed_configuration_is_one_and_says_where_it_is_from() {
+    let home = Home::new();
+    let text = "# mine\nmouse = false\n[provider.lab]\nbase_url = \"http://127.0.0.1:9\"\nattempts = 2\n\
+                header_env = { X-Team = \"LAB_TEAM\" }\n";
+    let path = home.write(home.config().join("config.toml"), text);
+    let mut command = home.command();
+    command
+        .arg("--print-config")
+        .env("OPENAI_BASE_URL", "http://127.0.0.1:7/v1");
+    let output = command.output().unwrap();
+    assert!(output.status.success());
+    let said = String::from_utf8(output.stdout).unwrap();
+    let shown = path.display();
+    for line in [
+        format!("mouse = false  # {shown}:2"),
+        "session = true  # default".into(),
+        format!("attempts = 2  # {shown}:5"),
+        "# NEARMISS_CONFIG".into(),
+    ] {
+        assert!(said.contains(&line), "{line}: {said}");
+    }
+    let from_variable =
+        |line: &str| line.contains("127.0.0.1:7") && line.ends_with("# OPENAI_BASE_URL");
+    assert!(said.lines().any(from_variable), "{said}");
+    // What is printed can be used, and says the same.
+    let parsed: toml::Table = said.parse().unwrap();
+    assert_eq!(parsed["mouse"].as_bool(), Some(false));
+    home.write(home.config().join("config.toml"), &said);
+    let again = home.run(&["--print-config"]).status(0);
+    assert!(again.stdout.contains("mouse = false"), "{}", again.stdout);
+}
