@@ -33,7 +33,11 @@ fn scenarios() -> Vec<Entry> {
         let file = root.join("scenarios").join(format!("{}.xml", e.name));
         file.metadata().map_or(0, |m| m.len())
     };
-    bundled().into_iter().max_by_key(bytes).into_iter().collect()
+    bundled()
+        .into_iter()
+        .max_by_key(bytes)
+        .into_iter()
+        .collect()
 }
 
 /// An answer of so many bytes at least, with claims about an obstacle in it and JSON at the end.
@@ -92,7 +96,9 @@ fn busiest(criterion: &mut Criterion) {
         group.bench_function("with_answers", |b| b.iter(|| step(&mut stage, &mut n)));
         stage.press("shift-p shift-p");
         println!("{} paths, {} claims", stage.paths(), stage.claims());
-        group.bench_function("with_answers_and_paths", |b| b.iter(|| step(&mut stage, &mut n)));
+        group.bench_function("with_answers_and_paths", |b| {
+            b.iter(|| step(&mut stage, &mut n))
+        });
         group.bench_function("the_same_step", |b| b.iter(|| stage.draw()));
         stage.press("a");
         group.bench_function("the_whole_map", |b| b.iter(|| step(&mut stage, &mut n)));
@@ -106,7 +112,9 @@ fn busiest(criterion: &mut Criterion) {
 
 /// A long answer: at rest, while it grows, and the update of a chunk alone.
 fn streaming(criterion: &mut Criterion) {
-    let Some(entry) = scenarios().into_iter().next() else { return };
+    let Some(entry) = scenarios().into_iter().next() else {
+        return;
+    };
     let mut group = criterion.benchmark_group("200 kB answer");
     group.sample_size(20);
     let mut stage = stage(&entry);

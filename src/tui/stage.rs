@@ -88,8 +88,9 @@ impl Stage {
     /// An answer has ended, and this was all of it.
     pub fn end(&mut self, answer: usize, text: &str) {
         let column = self.model.column_mut(self.asked[answer]);
-        let (model, how, window) =
-            column.map_or_else(Default::default, |c| (c.model.clone(), c.how.clone(), c.steps));
+        let (model, how, window) = column.map_or_else(Default::default, |c| {
+            (c.model.clone(), c.how.clone(), c.steps)
+        });
         let whole = Answer {
             run: None,
             model,
@@ -144,8 +145,15 @@ impl Stage {
     #[must_use]
     pub fn screen(&self) -> String {
         let buffer = self.terminal.backend().buffer();
-        let rows = buffer.content().chunks(usize::from(buffer.area.width).max(1));
-        rows.map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect::<String>() + "\n")
-            .collect()
+        let rows = buffer
+            .content()
+            .chunks(usize::from(buffer.area.width).max(1));
+        rows.map(|row| {
+            row.iter()
+                .map(ratatui::buffer::Cell::symbol)
+                .collect::<String>()
+                + "\n"
+        })
+        .collect()
     }
 }

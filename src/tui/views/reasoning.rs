@@ -40,7 +40,14 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         None => said.map_or_else(|| unjudged(model), |said| vec![said]),
         Some(column) => answer(model, column, said),
     };
-    let extent = scroll::page(f, inner, model, Pane::Reasoning, parts, model.answers.scroll);
+    let extent = scroll::page(
+        f,
+        inner,
+        model,
+        Pane::Reasoning,
+        parts,
+        model.answers.scroll,
+    );
     let below = extent.lines.saturating_sub(extent.top + extent.rows);
     let running = model.answers.column().is_some_and(Column::is_running);
     if running && model.answers.scroll.is_some() && below > 0 {

@@ -241,3 +241,70 @@ pub fn height(line: Line<'_>, width: u16) -> usize {
     let wrapped = Paragraph::new(line).wrap(Wrap { trim: false });
     wrapped.line_count(width)
 }
+
+#[cfg(test)]
+mod tests {
+    use ratatui::buffer::Buffer;
+    use ratatui::layout::Rect;
+    use ratatui::text::Text;
+    use ratatui::widgets::Widget;
+
+    use super::*;
+    use crate::tui::widgets::highlight::load;
+
+    const TEXT: &str = "# Why\n\nObstacle **7** is in front of the ego, which is *slower* than it is, ü and all.\n\
+        ```json\n{\n \"a\": \"}\",\n \"b\": [1, 2]\n}\n```\n- one\n- two `raw`\n\n{\"open\": [\n 1,";
+
+    fn all(reading: &mut Reading, theme: &Theme) -> Vec<Line<'static>> {
+        let rows = reading.rows();
+        reading.seen(0, rows, &Marks::default(), theme).0
+    }
+
+    #[test]
+    fn what_grows_is_as_if_it_were_read_at_once() {
+        load();
+        let theme = Theme::default_theme();
+        let none = Marks::default();
+        let mut growing = Reading::answer();
+        for end in (0..=TEXT.len()).filter(|&end| TEXT.is_char_boundary(end)) {
+            let text = &TEXT[..end];
+            growing.follow(text, &none, 20, &theme);
+            let mut fresh = Reading::answer();
+            fresh.follow(text, &none, 20, &theme);
+            assert_eq!(growing.rows(), fresh.rows(), "{text}");
+            assert_eq!(all(&mut growing, &theme), all(&mut fresh, &theme), "{text}");
+        }
+        assert!(
+            growing.rows() > TEXT.lines().count(),
+            "some lines are broken"
+        );
+        let colors = all(&mut growing, &theme).into_iter().flat_map(|l| l.spans);
+        let colors: std::collections::HashSet<_> = colors.map(|s| s.style.fg).collect();
+        assert!(colors.len() > 3, "{colors:?}");
+        // Another text, another width.
+        growing.follow("short", &none, 5, &theme);
+        assert_eq!((growing.rows(), all(&mut growing, &theme).len()), (1, 1));
+    }
+
+    #[test]
+    fn every_part_of_it_is_where_it_is_in_the_whole() {
+        let theme = Theme::default_theme();
+        let none = Marks::default();
+        let mut reading = Reading::answer();
+        reading.follow(TEXT, &none, 17, &theme);
+        let area = Rect::new(0, 0, 17, 4);
+        let show = |lines: Vec<Line<'static>>, above: usize| {
+            let mut buffer = Buffer::empty(area);
+            let words = Paragraph::new(Text::from(lines)).wrap(Wrap { trim: false });
+            let above = u16::try_from(above).unwrap_or(u16::MAX);
+            words.scroll((above, 0)).render(area, &mut buffer);
+            buffer
+        };
+        let whole = all(&mut reading, &theme);
+        for top in 0..reading.rows() {
+            let (lines, above) = reading.seen(top, 4, &none, &theme);
+            assert!(lines.len() <= 4, "{top}");
+            assert_eq!(show(lines, above), show(whole.clone(), top), "{top}");
+        }
+    }
+}

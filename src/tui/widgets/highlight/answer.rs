@@ -44,9 +44,8 @@ impl Parts {
     /// The language of the part that begins with the next line, if one does.
     fn begun_by(&mut self, line: &str) -> Option<Language> {
         let closed = std::mem::take(&mut self.closed);
-        let begins = self.open.is_none()
-            && line.trim_start().starts_with(['{', '['])
-            && !is_link(line);
+        let begins =
+            self.open.is_none() && line.trim_start().starts_with(['{', '[']) && !is_link(line);
         if begins {
             self.open = Some(Depth::default());
         }
