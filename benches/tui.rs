@@ -138,5 +138,29 @@ fn streaming(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, busiest, streaming);
+/// Thousands of scenarios in the list: going through it, and typing a filter.
+fn thousands(criterion: &mut Criterion) {
+    let Some(entry) = bundled().into_iter().next() else {
+        return;
+    };
+    let mut group = criterion.benchmark_group("2000 scenarios");
+    group.sample_size(20);
+    let mut stage = stage(&entry);
+    group.bench_function("nothing", |b| b.iter(|| stage.draw_nothing()));
+    let name = |i: usize| format!("f{}/DEU_Town{i:04}-1_1_T-1.xml", i % 7);
+    let entries = (0..2_000).map(|i| Entry::of_file(Path::new(&name(i))));
+    stage.list(entries.collect());
+    group.bench_function("frame", |b| b.iter(|| stage.draw()));
+    group.bench_function("filter_and_frame", |b| {
+        b.iter(|| {
+            stage.press("/ t o w n 1 2");
+            stage.draw();
+            assert!((1..2_000).contains(&stage.listed()));
+            stage.press("esc");
+        })
+    });
+    group.finish();
+}
+
+criterion_group!(benches, busiest, streaming, thousands);
 criterion_main!(benches);

@@ -57,6 +57,17 @@ impl Stage {
         update(&mut self.model, msg)
     }
 
+    /// These scenarios too are found, whether or not they can be read.
+    pub fn list(&mut self, entries: Vec<Entry>) {
+        self.send(Msg::Listed(entries));
+    }
+
+    /// How many scenarios the list shows.
+    #[must_use]
+    pub fn listed(&self) -> usize {
+        self.model.list.lines.len()
+    }
+
     /// Presses keys by their names, separated by spaces.
     ///
     /// # Panics
