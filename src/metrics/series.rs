@@ -113,10 +113,7 @@ impl Series {
     /// The smallest value of a measure at one step, and whose it is.
     #[must_use]
     pub fn lowest_at(&self, measure: &str, step: i64) -> Option<(i64, f64)> {
-        let values = self.obstacles.iter().filter_map(|&id| {
-            let value = self.at(measure, id, step).value()?;
-            Some((id, value))
-        });
+        let values = self.values_at(measure, step);
         values.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
@@ -124,11 +121,23 @@ impl Series {
     #[must_use]
     pub fn most_dangerous_at(&self, measure: &str, step: i64) -> Option<(i64, f64)> {
         let danger = self.measures.iter().find(|m| m.id == measure)?.danger;
-        let values = self.obstacles.iter().filter_map(|&id| {
-            let value = self.at(measure, id, step).value()?;
-            Some((id, value))
-        });
+        let values = self.values_at(measure, step);
         values.min_by(|a, b| danger.compare(a.1, b.1))
+    }
+
+    /// The values of a measure at one step, each with its obstacle, in the file's order.
+    fn values_at(&self, measure: &str, step: i64) -> impl Iterator<Item = (i64, f64)> {
+        let length = self.length();
+        let place = usize::try_from(step - self.steps.start).ok();
+        let place = place.filter(|&place| place < length);
+        let measure = self.measures.iter().position(|m| m.id == measure);
+        let start = measure.map(|m| m * self.obstacles.len() * length);
+        // Of every obstacle the reading at the step: the rows lie one after the other.
+        let first = start.zip(place).map(|(start, place)| start + place);
+        let readings = first.map_or(&[][..], |first| &self.readings[first..]);
+        let column = readings.iter().step_by(length.max(1));
+        let values = self.obstacles.iter().zip(column);
+        values.filter_map(|(&id, reading)| Some((id, reading.value()?)))
     }
 
     /// The most dangerous value of a measure over all steps, and the first step at which it occurs.

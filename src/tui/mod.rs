@@ -14,6 +14,9 @@ mod reload;
 mod run;
 mod screen;
 mod shell;
+/// The workbench without a terminal, for benches.
+#[doc(hidden)]
+pub mod stage;
 mod tasks;
 mod terminal;
 #[cfg(test)]

@@ -37,7 +37,7 @@ pub use compare::{
     Blind, Compare, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED, REASONS,
     shuffle,
 };
-pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn};
+pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn, Readings};
 pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
 pub use history::{COUNTED, History, PAGE, Typing};
 pub use jobs::{Job, JobKind, JobState, Jobs};

@@ -1,6 +1,7 @@
 //! The loop: drain all messages, draw once if something changed, at most sixty times a second, else sleep.
 
 mod ending;
+mod pace;
 mod prepare;
 
 use std::path::PathBuf;
@@ -10,6 +11,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use self::ending::Ending;
+use self::pace::Pace;
 use self::prepare::prepare;
 use super::message::{Effect, Msg, Outside};
 use super::model::Model;
@@ -26,9 +28,6 @@ use crate::system;
 
 /// Why the workbench ended.
 pub type Ended = Result<(), String>;
-
-/// Least time between two frames.
-const FRAME: Duration = Duration::from_micros(16_667);
 
 /// Runs the workbench on the scenarios at `paths`, or on the bundled ones, with this ego.
 ///
@@ -134,14 +133,9 @@ impl Loop {
         let mut ending = Ending::listen()?;
         let begun = Instant::now();
         let mut passed = begun;
-        let mut drawn = Instant::now();
-        let mut changed = true;
+        let mut pace = Pace::begin(begun);
         loop {
-            let wait = match (changed, self.model.moves()) {
-                (true, _) => Some(FRAME.saturating_sub(drawn.elapsed())),
-                (false, true) => Some(FRAME * 2),
-                (false, false) => None,
-            };
+            let wait = pace.wait(Instant::now(), self.model.moves());
             let first = tokio::select! {
                 event = events.next() => match event {
                     Some(event) => Some(event?),
@@ -163,7 +157,7 @@ impl Loop {
                 msgs.push(Msg::Passed(elapsed));
             }
             for msg in msgs {
-                changed = true;
+                pace.change();
                 let suspends = self.apply(msg)?;
                 match suspends {
                     Step::Quit => return Ok(()),
@@ -173,7 +167,7 @@ impl Loop {
                         self.screen.suspend()?;
                         events = Events::listen(false);
                         self.model.size = self.screen.size()?;
-                        changed = true;
+                        pace.change();
                     }
                     Step::EditOutside(sent) => {
                         let result = match outside::command(|name| std::env::var(name).ok()) {
@@ -190,16 +184,15 @@ impl Loop {
                         for effect in update(&mut self.model, Msg::EditedOutside(sent, result)) {
                             self.tasks.perform(effect);
                         }
-                        changed = true;
+                        pace.change();
                     }
                     Step::On => {}
                 }
             }
-            if changed && drawn.elapsed() >= FRAME {
+            if pace.is_due(Instant::now()) {
                 self.apply(Msg::Drawing)?;
                 self.screen.draw(|frame| views::draw(frame, &self.model))?;
-                drawn = Instant::now();
-                changed = false;
+                pace.drawn(Instant::now());
             }
         }
     }

@@ -106,7 +106,7 @@ const TUI_ALLOWED: [(&str, &[&str]); 4] = [
 const TUI_ENDS: [&str; 6] = ["views", "overlays", "update", "tasks", "terminal", "run"];
 
 /// The loop, and the workbench without a terminal: like the root module, they put the parts together.
-const TUI_LOOPS: [&str; 2] = ["run", "screen"];
+const TUI_LOOPS: [&str; 3] = ["run", "screen", "stage"];
 
 /// How a program writes to a terminal.
 const WRITING: [&str; 8] = [

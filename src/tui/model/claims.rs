@@ -1,6 +1,8 @@
 //! The claims of the answers that are looked at, held against the geometry.
 
+use std::cell::RefCell;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
 
 use super::{Model, Shown};
 use crate::evaluation::claims::{Checked, Judgement};
@@ -13,6 +15,36 @@ pub struct Claims {
     known: Vec<(u64, Vec<Checked>)>,
     /// The picked one: in which text, and which of its claims.
     pub picked: Option<(u64, usize)>,
+    /// Answers that were read lately, beside what they were made of; the newest last.
+    documents: RefCell<Vec<(Source, Arc<Document>)>>,
+}
+
+/// What an answer as it is read is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Parts<'a> {
+    reasoning: &'a str,
+    text: &'a str,
+    window: Option<(i64, i64)>,
+    whole: bool,
+}
+
+/// The same, kept. To compare it costs little, to make the document of a long answer does not.
+#[derive(Debug)]
+struct Source {
+    reasoning: String,
+    text: String,
+    window: Option<(i64, i64)>,
+    whole: bool,
+    scene: Option<(String, String)>,
+}
+
+impl Source {
+    fn is(&self, parts: &Parts<'_>, scene: &Option<(String, String)>) -> bool {
+        (self.window, self.whole) == (parts.window, parts.whole)
+            && self.text == parts.text
+            && self.reasoning == parts.reasoning
+            && self.scene == *scene
+    }
 }
 
 /// An answer as it is read: safe to show, in one piece.
@@ -79,40 +111,71 @@ pub fn counted(claims: &[Checked]) -> (usize, usize, usize) {
 impl Model {
     /// An answer as it is read; nothing where there is none.
     #[must_use]
-    pub fn document(&self, shown: Shown) -> Option<Document> {
-        let (text, window, whole) = match shown {
-            Shown::Reference => {
-                let judgement = self.answers.reference.as_ref()?;
-                let window = self.window().map(|w| (w.first(), w.last()));
-                (visible(&judgement.reasoning).into_owned(), window, true)
-            }
+    pub fn document(&self, shown: Shown) -> Option<Arc<Document>> {
+        let parts = match shown {
+            Shown::Reference => Parts {
+                reasoning: "",
+                text: &self.answers.reference.as_ref()?.reasoning,
+                window: self.window().map(|w| (w.first(), w.last())),
+                whole: true,
+            },
             Shown::Column(place) => {
                 let column = self.answers.columns.get(place)?;
-                let text = match (column.reasoning.is_empty(), column.text.is_empty()) {
-                    (true, _) => column.text.clone(),
-                    (false, true) => column.reasoning.clone(),
-                    (false, false) => {
-                        format!("{}\n\n{ANSWER}\n{}", column.reasoning, column.text)
-                    }
-                };
-                (
-                    visible(&text).into_owned(),
-                    column.steps,
-                    !column.is_running(),
-                )
+                Parts {
+                    reasoning: &column.reasoning,
+                    text: &column.text,
+                    window: column.steps,
+                    whole: !column.is_running(),
+                }
             }
         };
-        let mut hasher = DefaultHasher::new();
-        (&text, window).hash(&mut hasher);
-        if let Some(scene) = self.scene() {
-            scene.scenario.hash.to_string().hash(&mut hasher);
-            scene.ego.to_string().hash(&mut hasher);
+        let scene = self
+            .scene()
+            .map(|s| (s.scenario.hash.to_string(), s.ego.to_string()));
+        let mut kept = self.claims.documents.borrow_mut();
+        if let Some((_, known)) = kept.iter().find(|(source, _)| source.is(&parts, &scene)) {
+            return Some(known.clone());
         }
-        Some(Document {
-            text,
-            window,
-            whole,
-            key: hasher.finish(),
-        })
+        let document = Arc::new(document(&parts, scene.as_ref()));
+        if kept.len() >= MOST {
+            kept.remove(0);
+        }
+        let source = Source {
+            reasoning: parts.reasoning.into(),
+            text: parts.text.into(),
+            window: parts.window,
+            whole: parts.whole,
+            scene,
+        };
+        // Of one that arrives the latest state is enough.
+        kept.retain(|(s, _)| s.whole || !source.text.starts_with(&s.text));
+        kept.push((source, document.clone()));
+        Some(document)
+    }
+}
+
+fn document(parts: &Parts<'_>, scene: Option<&(String, String)>) -> Document {
+    let Parts {
+        reasoning,
+        text,
+        window,
+        whole,
+    } = *parts;
+    let text = match (reasoning.is_empty(), text.is_empty()) {
+        (true, _) => visible(text).into_owned(),
+        (false, true) => visible(reasoning).into_owned(),
+        (false, false) => visible(&format!("{reasoning}\n\n{ANSWER}\n{text}")).into_owned(),
+    };
+    let mut hasher = DefaultHasher::new();
+    (&text, window).hash(&mut hasher);
+    if let Some((scenario, ego)) = scene {
+        scenario.hash(&mut hasher);
+        ego.hash(&mut hasher);
+    }
+    Document {
+        text,
+        window,
+        whole,
+        key: hasher.finish(),
     }
 }

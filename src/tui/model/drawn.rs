@@ -4,8 +4,9 @@ use std::cell::{Cell, RefCell};
 
 use ratatui::layout::{Position, Rect};
 
-use super::{Border, Pane};
+use super::{Border, Pane, Shown};
 use crate::geometry::Point;
+use crate::tui::widgets::reading::Reading;
 
 /// What the last frame looked like.
 #[derive(Debug, Default)]
@@ -18,6 +19,43 @@ pub struct Drawn {
     history: Cell<Option<HistoryDrawn>>,
     list: RefCell<Option<Rect>>,
     columns: RefCell<Vec<(Extent, Vec<usize>)>>,
+    /// Long texts as they were drawn last.
+    pub readings: RefCell<Readings>,
+}
+
+/// Long texts as they were drawn last. They outlive the frame: what did not change is not worked out again.
+#[derive(Debug)]
+pub struct Readings {
+    /// The system's message of the prompt.
+    pub system: Reading,
+    /// The user's message.
+    pub user: Reading,
+    /// The built-in judge's reasoning, then the answers by their columns.
+    answers: Vec<Reading>,
+}
+
+impl Default for Readings {
+    fn default() -> Self {
+        Self {
+            system: Reading::markdown(),
+            user: Reading::markdown(),
+            answers: Vec::new(),
+        }
+    }
+}
+
+impl Readings {
+    /// An answer's text.
+    pub fn answer(&mut self, shown: Shown) -> &mut Reading {
+        let place = match shown {
+            Shown::Reference => 0,
+            Shown::Column(column) => column + 1,
+        };
+        if self.answers.len() <= place {
+            self.answers.resize_with(place + 1, Reading::answer);
+        }
+        &mut self.answers[place]
+    }
 }
 
 /// The history as it was drawn.

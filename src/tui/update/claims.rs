@@ -1,6 +1,6 @@
 //! Claims in answers: looked for once an answer is whole, and gone through one by one.
 
-use super::super::model::{Model, Shown};
+use super::super::model::{Column, Model, Shown};
 use super::clock;
 use crate::evaluation::claims::{Subject, checked};
 
@@ -12,6 +12,14 @@ pub fn follow(model: &mut Model) {
         vec![model.answers.shown]
     };
     for shown in seen {
+        // What still arrives is not read for every piece of it.
+        let column = match shown {
+            Shown::Reference => None,
+            Shown::Column(place) => model.answers.columns.get(place),
+        };
+        if column.is_some_and(Column::is_running) {
+            continue;
+        }
         let Some(document) = model.document(shown) else {
             continue;
         };

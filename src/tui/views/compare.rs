@@ -15,7 +15,7 @@ use self::fields::Field;
 use super::map;
 use crate::tui::layout::Parts;
 use crate::tui::model::{Column, Extent, Model, NARROWEST_COMPARED, Shown};
-use crate::tui::widgets::claimed;
+use crate::tui::widgets::reading::Marks;
 use crate::tui::widgets::words::{fit, fit_end};
 
 /// Rows of the screen from which on the map has room.
@@ -195,30 +195,27 @@ fn column(
 fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown) {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
-    let (text, rows) = match model.document(shown) {
-        Some(document) if !document.text.trim().is_empty() => {
-            let claims = model.claims.of(document.key);
-            let picked = model.claims.picked_of(document.key);
-            let safe = hidden::text(model, shown, document.text);
-            claimed::text(&safe, claims, picked, theme)
-        }
-        _ => (Text::styled("nothing has arrived", dim), Vec::new()),
+    let document = model.document(shown);
+    let Some(document) = document.filter(|d| !d.text.trim().is_empty()) else {
+        f.render_widget(Line::styled("nothing has arrived", dim), area);
+        let extent = Extent {
+            lines: 1,
+            rows: usize::from(area.height),
+            top: 0,
+        };
+        return model.drawn.next_column(extent, Vec::new());
     };
-    // A line of the text takes several rows: those before a claim say where it is.
-    let heights: Vec<usize> = text
-        .lines
-        .iter()
-        .map(|line| {
-            Paragraph::new(line.clone())
-                .wrap(Wrap { trim: false })
-                .line_count(area.width)
-        })
-        .collect();
-    let lines: usize = heights.iter().sum();
-    let claim_rows = rows
-        .iter()
-        .map(|row| heights[..*row].iter().sum())
-        .collect();
+    let marks = Marks {
+        claims: model.claims.of(document.key),
+        key: document.key,
+        picked: model.claims.picked_of(document.key),
+    };
+    let safe = hidden::text(model, shown, &document.text);
+    let mut readings = model.drawn.readings.borrow_mut();
+    let reading = readings.answer(shown);
+    reading.follow(&safe, &marks, area.width, theme);
+    let lines = reading.rows();
+    let claim_rows = reading.rows_of_claims(marks.claims.len());
     let height = usize::from(area.height);
     let last = lines.saturating_sub(height);
     let top = model
@@ -229,13 +226,10 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         .flatten()
         .unwrap_or(last)
         .min(last);
-    let scrolled = u16::try_from(top).unwrap_or(u16::MAX);
-    f.render_widget(
-        Paragraph::new(text)
-            .wrap(Wrap { trim: false })
-            .scroll((scrolled, 0)),
-        area,
-    );
+    let (seen, above) = reading.seen(top, height, &marks, theme);
+    let words = Paragraph::new(Text::from(seen)).wrap(Wrap { trim: false });
+    let above = u16::try_from(above).unwrap_or(u16::MAX);
+    f.render_widget(words.scroll((above, 0)), area);
     model.drawn.next_column(
         Extent {
             lines,

@@ -7,14 +7,15 @@ mod editor;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
-use ratatui::text::{Line, Span, Text};
+use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::text::visible;
 use crate::tui::action::Action;
-use crate::tui::model::{Extent, HEAVY, Model, Pane, PromptView};
-use crate::tui::widgets::highlight::markdown;
+use crate::tui::model::{Extent, HEAVY, Model, Pane, PromptView, Readings};
+use crate::tui::widgets::reading::{Marks, Reading};
+use crate::tui::widgets::scroll::Part;
 use crate::tui::widgets::words::thousands;
 use crate::tui::widgets::{frame, scroll};
 
@@ -31,25 +32,34 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
     let prompt = &model.prompt;
     let there = !prompt.file().is_empty();
-    let text = match (view, &prompt.question) {
+    let mut readings = model.drawn.readings.borrow_mut();
+    let Readings { system, user, .. } = &mut *readings;
+    let line = |line| vec![Part::Line(line)];
+    let parts = match (view, &prompt.question) {
         (PromptView::Template, _) if there => return template(f, area, model),
-        (PromptView::Diff, _) if there => diff::text(model),
-        (PromptView::Description, Some(question)) => markdown(&question.description, &model.theme),
+        (PromptView::Diff, _) if there => {
+            let text = diff::text(model);
+            scroll::text(f, area, model, Pane::Prompt, text, Some(prompt.scroll));
+            return;
+        }
+        (PromptView::Description, Some(question)) => {
+            vec![Part::Text(user, &question.description, Marks::default())]
+        }
         (PromptView::Rendered, Some(question)) => {
             let label = |word: &'static str| {
-                Line::styled(
+                line(Line::styled(
                     word,
                     Style::new()
                         .fg(model.theme.picked)
                         .add_modifier(Modifier::BOLD),
-                )
+                ))
             };
-            let mut text = Text::from(label("system"));
-            text.extend(message(&question.prompt.system, model));
-            text.push_line("");
-            text.push_line(label("user"));
-            text.extend(message(&question.prompt.user, model));
-            text
+            let mut parts = label("system");
+            parts.extend(message(&question.prompt.system, system, model));
+            parts.extend(line(Line::default()));
+            parts.extend(label("user"));
+            parts.extend(message(&question.prompt.user, user, model));
+            parts
         }
         _ => {
             let words = model.without_ego();
@@ -57,23 +67,24 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
             return f.render_widget(words.style(Style::new().fg(model.theme.dim)), area);
         }
     };
-    scroll::text(f, area, model, Pane::Prompt, text, Some(prompt.scroll));
+    scroll::page(f, area, model, Pane::Prompt, parts, Some(prompt.scroll));
 }
 
 /// A message; of a heavy one the beginning, which is plain: all of it would take too long in every frame.
-fn message(text: &str, model: &Model) -> Text<'static> {
+fn message<'a>(text: &'a str, reading: &'a mut Reading, model: &Model) -> Vec<Part<'a>> {
     if text.len() <= HEAVY {
-        return markdown(text, &model.theme);
+        return vec![Part::Text(reading, text, Marks::default())];
     }
     let begin = text
         .lines()
         .take(BEGINNING)
         .map(|line| visible(line).into_owned());
-    let mut shown = Text::from(begin.map(Line::from).collect::<Vec<_>>());
+    let mut shown: Vec<_> = begin.map(|line| Part::Line(Line::from(line))).collect();
     let left = text.lines().count().saturating_sub(BEGINNING);
     if left > 0 {
         let words = format!("… {} more lines", thousands(left as u64));
-        shown.push_line(Line::styled(words, Style::new().fg(model.theme.dim)));
+        let line = Line::styled(words, Style::new().fg(model.theme.dim));
+        shown.push(Part::Line(line));
     }
     shown
 }

@@ -10,29 +10,50 @@ use unicode_width::UnicodeWidthStr;
 use crate::evaluation::{Judged, Missing};
 use crate::tui::model::{Column, Model, Pane, Progress};
 use crate::tui::widgets::highlight::markdown;
+use crate::tui::widgets::reading::Marks;
+use crate::tui::widgets::scroll::Part;
 use crate::tui::widgets::words::{fit, fit_end};
 use crate::tui::widgets::{claimed, frame, scroll};
 use crate::verdict::Task;
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
-    let (title, text) = match model.answers.column() {
-        None => ("reasoning · built-in".to_string(), reference(model)),
+    let title = match model.answers.column() {
+        None => "reasoning · built-in".to_string(),
         Some(column) => {
             let state = state(column);
             // The border's corners, two spaces, and the words around the name.
             let inside = usize::from(area.width).saturating_sub(4);
             let room = inside.saturating_sub(state.width() + 15);
             let name = fit_end(&column.model, room.max(16));
-            (
-                fit(&format!("reasoning · {name} · {state}"), inside),
-                answer(model, column),
-            )
+            fit(&format!("reasoning · {name} · {state}"), inside)
         }
     };
     let inner = frame::pane(f, area, model, Pane::Reasoning, Line::from(title));
-    let inner = claims(f, inner, model);
-    let extent = scroll::text(f, inner, model, Pane::Reasoning, text, model.answers.scroll);
+    let document = model.document(model.answers.shown);
+    let marks = document.as_ref().map_or_else(Marks::default, |d| Marks {
+        claims: model.claims.of(d.key),
+        key: d.key,
+        picked: model.claims.picked_of(d.key),
+    });
+    let inner = claims(f, inner, model, &marks);
+    let mut readings = model.drawn.readings.borrow_mut();
+    let said = document.as_ref().map(|document| {
+        let reading = readings.answer(model.answers.shown);
+        Part::Text(reading, &document.text, marks)
+    });
+    let parts = match model.answers.column() {
+        None => said.map_or_else(|| unjudged(model), |said| vec![said]),
+        Some(column) => answer(model, column, said),
+    };
+    let extent = scroll::page(
+        f,
+        inner,
+        model,
+        Pane::Reasoning,
+        parts,
+        model.answers.scroll,
+    );
     let below = extent.lines.saturating_sub(extent.top + extent.rows);
     let running = model.answers.column().is_some_and(Column::is_running);
     if running && model.answers.scroll.is_some() && below > 0 {
@@ -52,29 +73,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
 }
 
-/// What the shown answer says, with its claims marked.
-fn said_text(model: &Model) -> Text<'static> {
-    let Some(document) = model.document(model.answers.shown) else {
-        return Text::default();
-    };
-    let claims = model.claims.of(document.key);
-    let picked = model.claims.picked_of(document.key);
-    claimed::text(&document.text, claims, picked, &model.theme).0
-}
-
 /// Below the text: the picked claim, or how many there are; gives what is left for the text.
-fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model) -> Rect {
-    let Some(document) = model.document(model.answers.shown) else {
-        return inner;
-    };
-    let claims = model.claims.of(document.key);
+fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &Marks<'_>) -> Rect {
+    let claims = marks.claims;
     if claims.is_empty() || inner.height < 6 {
         return inner;
     }
-    let picked = model
-        .claims
-        .picked_of(document.key)
-        .and_then(|place| claims.get(place));
+    let picked = marks.picked.and_then(|place| claims.get(place));
     let line = match picked {
         Some(claim) => claimed::line(claim, &model.theme),
         None => Line::styled(
@@ -98,22 +103,19 @@ fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model) -> Rect {
     }
 }
 
-fn reference(model: &Model) -> Text<'static> {
-    match &model.answers.reference {
-        Some(_) => said_text(model),
-        None if model.scene().is_some() && !Task::VERDICTS.contains(&model.task) => {
-            let words =
-                "the built-in judge proposes nothing: answers of language models stand here";
-            Text::styled(words, Style::new().fg(model.theme.dim))
-        }
-        None => {
-            let words = model
-                .open_error
-                .clone()
-                .unwrap_or_else(|| format!("nothing to judge yet: {}", model.without_ego()));
-            markdown(&words, &model.theme)
-        }
-    }
+/// Why the built-in judge says nothing.
+fn unjudged(model: &Model) -> Vec<Part<'static>> {
+    let text = if model.scene().is_some() && !Task::VERDICTS.contains(&model.task) {
+        let words = "the built-in judge proposes nothing: answers of language models stand here";
+        Text::styled(words, Style::new().fg(model.theme.dim))
+    } else {
+        let words = model
+            .open_error
+            .clone()
+            .unwrap_or_else(|| format!("nothing to judge yet: {}", model.without_ego()));
+        markdown(&words, &model.theme)
+    };
+    text.lines.into_iter().map(Part::Line).collect()
 }
 
 fn state(column: &Column) -> String {
@@ -131,42 +133,46 @@ fn state(column: &Column) -> String {
     }
 }
 
-fn answer(model: &Model, column: &Column) -> Text<'static> {
+fn answer<'a>(model: &Model, column: &Column, text: Option<Part<'a>>) -> Vec<Part<'a>> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
-    let mut text = Text::default();
+    let mut parts = Vec::new();
+    let in_color = |words: &str, color| {
+        let words = crate::text::visible(words).into_owned();
+        let text = Text::styled(words, Style::new().fg(color));
+        let style = text.style;
+        text.lines
+            .into_iter()
+            .map(move |line| Part::Line(line.patch_style(style)))
+    };
     let said = !column.text.is_empty() || !column.reasoning.is_empty();
+    let how = || Part::Line(Line::styled(column.how.clone(), dim));
     // Where nothing was said, the reason is what there is to read: it comes first.
     if !column.how.is_empty() && (said || why_missing(column).is_none()) {
-        text.push_line(Line::styled(column.how.clone(), dim));
-        text.push_line("");
+        parts.push(how());
+        parts.push(Part::Line(Line::default()));
     }
     if said {
-        text.extend(said_text(model));
+        parts.extend(text);
     }
     if let Some(why) = why_missing(column) {
         if said {
-            text.push_line("");
+            parts.push(Part::Line(Line::default()));
         }
-        let why = crate::text::visible(&why).into_owned();
-        text.extend(Text::styled(why, Style::new().fg(theme.danger)));
+        parts.extend(in_color(&why, theme.danger));
         if !said {
-            text.push_line(Line::styled(column.how.clone(), dim));
+            parts.push(how());
         }
     }
     match &column.progress {
-        Progress::Retrying(why) => {
-            text.extend(Text::styled(
-                crate::text::visible(why).into_owned(),
-                Style::new().fg(theme.warning),
-            ));
-        }
+        Progress::Retrying(why) => parts.extend(in_color(why, theme.warning)),
         Progress::Waiting(_) if !said => {
-            text.push_line(Line::styled("the question is on its way…", dim));
+            let words = "the question is on its way…";
+            parts.push(Part::Line(Line::styled(words, dim)));
         }
         _ => {}
     }
-    text
+    parts
 }
 
 /// Why there is no verdict, once that is known.

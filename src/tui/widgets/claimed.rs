@@ -1,9 +1,8 @@
 //! Text with the claims in it marked: underlined, with a sign that says whether they hold.
 
 use ratatui::style::{Modifier, Style};
-use ratatui::text::{Line, Span, Text};
+use ratatui::text::{Line, Span};
 
-use super::highlight::answer;
 use crate::evaluation::claims::{Checked, Judgement};
 use crate::tui::model::counted;
 use crate::tui::theme::Theme;
@@ -20,55 +19,9 @@ fn sign(judgement: Judgement, theme: &Theme) -> (&'static str, Style) {
     }
 }
 
-/// A text that is safe to show, highlighted as Markdown and JSON, its claims marked; and the lines in which they begin.
-#[must_use]
-pub fn text(
-    document: &str,
-    claims: &[Checked],
-    picked: Option<usize>,
-    theme: &Theme,
-) -> (Text<'static>, Vec<usize>) {
-    let mut lines = Vec::new();
-    let mut rows = vec![0; claims.len()];
-    let mut start = 0;
-    let plain = answer(document, theme);
-    for (row, (line, source)) in plain
-        .lines
-        .into_iter()
-        .zip(document.split('\n'))
-        .enumerate()
-    {
-        let end = start + source.len();
-        let here: Vec<(usize, &Checked)> = claims
-            .iter()
-            .enumerate()
-            .filter(|(_, c)| c.claim.span.start >= start && c.claim.span.end <= end)
-            .collect();
-        for (place, _) in &here {
-            rows[*place] = row;
-        }
-        lines.push(if here.is_empty() {
-            line
-        } else {
-            marked(line, &here, start, picked, theme)
-        });
-        start = end + 1;
-    }
-    (
-        Text {
-            lines,
-            ..plain_style(theme)
-        },
-        rows,
-    )
-}
-
-fn plain_style(theme: &Theme) -> Text<'static> {
-    Text::default().style(theme.base())
-}
-
 /// A line with its claims marked; `start` is where it begins in the text.
-fn marked(
+#[must_use]
+pub fn marked(
     line: Line<'static>,
     claims: &[(usize, &Checked)],
     start: usize,
@@ -156,6 +109,7 @@ pub fn counts(claims: &[Checked]) -> String {
 mod tests {
     use super::*;
     use crate::evaluation::claims::{Basis, Claim, Quantity, Side, Stated};
+    use crate::tui::widgets::reading::{Marks, Reading};
 
     #[test]
     fn claims_are_marked_where_they_stand() {
@@ -185,14 +139,21 @@ mod tests {
             claim("left", Judgement::Right),
         ];
         let theme = Theme::default_theme();
-        let (text, rows) = text(document, &claims, Some(1), &theme);
-        assert_eq!(rows, [1, 3]);
-        let shown: Vec<String> = text.lines.iter().map(ToString::to_string).collect();
+        let marks = Marks {
+            claims: &claims,
+            key: 1,
+            picked: Some(1),
+        };
+        let mut reading = Reading::answer();
+        reading.follow(document, &marks, 40, &theme);
+        assert_eq!(reading.rows_of_claims(2), [1, 3]);
+        let (lines, _) = reading.seen(0, 9, &marks, &theme);
+        let shown: Vec<String> = lines.iter().map(ToString::to_string).collect();
         assert_eq!(
             shown,
             ["# ü head", "7 is behind≠ the ego", "", "and 7 is left="]
         );
-        let picked = text.lines[3].spans.iter().find(|s| s.content == "left");
+        let picked = lines[3].spans.iter().find(|s| s.content == "left");
         assert!(picked.is_some_and(|s| s.style.add_modifier.contains(Modifier::REVERSED)));
         assert_eq!(summary(&claims), "2 claims: 1 = right, 1 ≠ wrong");
         assert_eq!(

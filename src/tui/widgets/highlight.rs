@@ -5,22 +5,22 @@
 mod answer;
 mod template;
 
+use std::borrow::Cow;
 use std::str::FromStr;
 use std::sync::OnceLock;
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
-use syntect::easy::HighlightLines;
 use syntect::highlighting::{
-    Color as Rgba, FontStyle, ScopeSelectors, StyleModifier, Theme as Scopes, ThemeItem,
-    ThemeSettings,
+    Color as Rgba, FontStyle, HighlightIterator, HighlightState, Highlighter, ScopeSelectors,
+    StyleModifier, Theme as Scopes, ThemeItem, ThemeSettings,
 };
-use syntect::parsing::{SyntaxReference, SyntaxSet};
+use syntect::parsing::{ParseState, ScopeStack, SyntaxReference, SyntaxSet};
 
 use crate::text::visible;
 use crate::tui::theme::Theme;
 
-pub use answer::answer;
+pub use answer::AnswerPainter;
 pub use template::template;
 
 static SYNTAXES: OnceLock<SyntaxSet> = OnceLock::new();
@@ -73,41 +73,68 @@ pub fn lines<'t>(
     lines: impl Iterator<Item = &'t str>,
     theme: &Theme,
 ) -> Vec<Line<'static>> {
-    let lines = lines.map(visible);
-    let Some(set) = SYNTAXES.get() else {
-        return lines
-            .map(|l| Line::styled(l.into_owned(), theme.base()))
-            .collect();
-    };
-    let colors = Colors::of(theme);
-    let scopes = scopes(&|i| Rgba {
-        r: i,
-        g: 0,
-        b: 0,
-        a: 255,
-    });
-    let mut highlighter = HighlightLines::new(language.syntax(set), &scopes);
-    let line = |line: std::borrow::Cow<'_, str>| {
-        if line.len() > LONGEST {
-            return Line::styled(line.into_owned(), theme.base());
+    let mut painter = Painter::new(language);
+    lines.map(|line| painter.line(line, theme)).collect()
+}
+
+/// Highlights one line after the other, each as those before it make it.
+#[derive(Debug, Clone)]
+pub struct Painter {
+    language: Language,
+    /// Nothing before the first line.
+    state: Option<(ParseState, HighlightState)>,
+}
+
+impl Painter {
+    /// For a text that begins.
+    #[must_use]
+    pub fn new(language: Language) -> Self {
+        Self {
+            language,
+            state: None,
         }
+    }
+
+    /// The next line, safe to show, highlighted once the syntaxes are loaded.
+    pub fn line(&mut self, line: &str, theme: &Theme) -> Line<'static> {
+        let line = visible(line);
+        let plain = |line: Cow<'_, str>| Line::styled(line.into_owned(), theme.base());
+        let Some(set) = SYNTAXES.get() else {
+            return plain(line);
+        };
+        if line.len() > LONGEST {
+            return plain(line);
+        }
+        let highlighter = highlighter();
+        let (parse, style) = self.state.get_or_insert_with(|| {
+            let parse = ParseState::new(self.language.syntax(set));
+            (parse, HighlightState::new(highlighter, ScopeStack::new()))
+        });
         // The syntaxes expect lines to end.
         let ended = format!("{line}\n");
-        match highlighter.highlight_line(&ended, set) {
-            Ok(pieces) => Line::from_iter(pieces.into_iter().map(|(style, piece)| {
-                let mut ours = Style::new().fg(colors.0[usize::from(style.foreground.r).min(6)]);
-                if style.font_style.contains(FontStyle::BOLD) {
-                    ours = ours.add_modifier(Modifier::BOLD);
-                }
-                if style.font_style.contains(FontStyle::ITALIC) {
-                    ours = ours.add_modifier(Modifier::ITALIC);
-                }
-                Span::styled(piece.trim_end_matches('\n').to_string(), ours)
-            })),
-            Err(_) => Line::styled(line.into_owned(), theme.base()),
-        }
-    };
-    lines.map(line).collect()
+        let Ok(ops) = parse.parse_line(&ended, set) else {
+            return plain(line);
+        };
+        let colors = Colors::of(theme);
+        let pieces = HighlightIterator::new(style, &ops, &ended, highlighter);
+        Line::from_iter(pieces.map(|(style, piece)| {
+            let mut ours = Style::new().fg(colors.0[usize::from(style.foreground.r).min(6)]);
+            if style.font_style.contains(FontStyle::BOLD) {
+                ours = ours.add_modifier(Modifier::BOLD);
+            }
+            if style.font_style.contains(FontStyle::ITALIC) {
+                ours = ours.add_modifier(Modifier::ITALIC);
+            }
+            Span::styled(piece.trim_end_matches('\n').to_string(), ours)
+        }))
+    }
+}
+
+/// The rules of [`scopes`], made once.
+fn highlighter() -> &'static Highlighter<'static> {
+    static SCOPES: OnceLock<Scopes> = OnceLock::new();
+    static HIGHLIGHTER: OnceLock<Highlighter<'static>> = OnceLock::new();
+    HIGHLIGHTER.get_or_init(|| Highlighter::new(SCOPES.get_or_init(scopes)))
 }
 
 /// Lines are highlighted up to here, bytes.
@@ -131,7 +158,13 @@ impl Colors {
 }
 
 /// What is coloured how: scopes of the syntaxes, with numbers of [`Colors`].
-fn scopes(color: &dyn Fn(u8) -> Rgba) -> Scopes {
+fn scopes() -> Scopes {
+    let color = |number| Rgba {
+        r: number,
+        g: 0,
+        b: 0,
+        a: 255,
+    };
     let rules: [(&str, u8, FontStyle); 8] = [
         ("markup.heading", 1, FontStyle::BOLD),
         ("markup.bold", 0, FontStyle::BOLD),

@@ -5,6 +5,7 @@ pub mod claimed;
 pub mod fill;
 pub mod frame;
 pub mod highlight;
+pub mod reading;
 pub mod row;
 pub mod scroll;
 pub mod words;

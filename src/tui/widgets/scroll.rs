@@ -3,9 +3,10 @@
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use ratatui::text::Text;
+use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Scrollbar, ScrollbarOrientation, ScrollbarState, Wrap};
 
+use super::reading::{Marks, Reading, height};
 use crate::tui::model::{Extent, Model, Pane};
 
 /// Draws `text` from line `top`, or its end for `None`; remembers the extent for the page keys.
@@ -23,12 +24,85 @@ pub fn text(
         ..area
     };
     let paragraph = Paragraph::new(text).wrap(Wrap { trim: false });
-    let lines = paragraph.line_count(inner.width);
+    let extent = extent(paragraph.line_count(inner.width), area, top);
+    let scrolled = u16::try_from(extent.top).unwrap_or(u16::MAX);
+    frame.render_widget(paragraph.scroll((scrolled, 0)), inner);
+    bar(frame, area, model, pane, extent);
+    extent
+}
+
+/// A part of a page.
+pub enum Part<'a> {
+    /// A line.
+    Line(Line<'static>),
+    /// A long text, as it was drawn last and as it is now.
+    Text(&'a mut Reading, &'a str, Marks<'a>),
+}
+
+/// Draws parts below each other like [`text`]; of long texts only what is seen is worked out.
+pub fn page(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    pane: Pane,
+    mut parts: Vec<Part<'_>>,
+    top: Option<usize>,
+) -> Extent {
+    let theme = &model.theme;
+    let inner = Rect {
+        width: area.width.saturating_sub(1),
+        ..area
+    };
+    let mut lines = 0;
+    let mut starts = Vec::new();
+    for part in &mut parts {
+        starts.push(lines);
+        lines += match part {
+            Part::Line(line) => height(line.clone(), inner.width),
+            Part::Text(reading, text, marks) => {
+                reading.follow(text, marks, inner.width, theme);
+                reading.rows()
+            }
+        };
+    }
+    starts.push(lines);
+    let extent = extent(lines, area, top);
+    let (top, end) = (extent.top, extent.top + extent.rows);
+    let mut seen = Vec::new();
+    let mut above = 0;
+    for (part, rows) in parts.into_iter().zip(starts.windows(2)) {
+        if rows[1] <= top || rows[0] >= end {
+            continue;
+        }
+        let hidden = top.saturating_sub(rows[0]);
+        let (some, cut) = match part {
+            Part::Line(line) => (vec![line], hidden),
+            Part::Text(reading, _, marks) => reading.seen(hidden, extent.rows, &marks, theme),
+        };
+        if seen.is_empty() {
+            above = cut;
+        }
+        seen.extend(some);
+    }
+    let words = Paragraph::new(Text::from(seen)).wrap(Wrap { trim: false });
+    let above = u16::try_from(above).unwrap_or(u16::MAX);
+    frame.render_widget(words.scroll((above, 0)), inner);
+    bar(frame, area, model, pane, extent);
+    extent
+}
+
+/// Where a text of so many rows stands.
+fn extent(lines: usize, area: Rect, top: Option<usize>) -> Extent {
     let rows = usize::from(area.height);
     let last = lines.saturating_sub(rows);
     let top = top.unwrap_or(last).min(last);
-    let scrolled = u16::try_from(top).unwrap_or(u16::MAX);
-    frame.render_widget(paragraph.scroll((scrolled, 0)), inner);
+    Extent { lines, rows, top }
+}
+
+/// Remembers the extent for the page keys, and draws the scroll bar.
+fn bar(frame: &mut Frame<'_>, area: Rect, model: &Model, pane: Pane, extent: Extent) {
+    let Extent { lines, rows, top } = extent;
+    let last = lines.saturating_sub(rows);
     if last > 0 {
         let mut state = ScrollbarState::new(last + 1)
             .position(top)
@@ -41,7 +115,5 @@ pub fn text(
             .style(Style::new().fg(model.theme.dim));
         frame.render_stateful_widget(bar, area, &mut state);
     }
-    let extent = Extent { lines, rows, top };
     model.drawn.text(pane, extent);
-    extent
 }

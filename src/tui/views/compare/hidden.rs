@@ -1,5 +1,7 @@
 //! What must not be seen in blind mode: whose an answer is.
 
+use std::borrow::Cow;
+
 use crate::judge;
 use crate::tui::model::{Model, Shown};
 
@@ -17,7 +19,8 @@ pub fn name(model: &Model, shown: Shown) -> String {
 }
 
 /// The text of an answer without the names of its model. Every place in it stays where it was.
-pub fn text(model: &Model, shown: Shown, mut text: String) -> String {
+pub fn text<'t>(model: &Model, shown: Shown, text: &'t str) -> Cow<'t, str> {
+    let mut text = Cow::Borrowed(text);
     let Shown::Column(place) = shown else {
         return text;
     };
@@ -48,7 +51,7 @@ pub fn text(model: &Model, shown: Shown, mut text: String) -> String {
 }
 
 /// `text` with every occurrence of a name, in any case, blotted out.
-fn without(text: String, name: &str) -> String {
+fn without<'t>(text: Cow<'t, str>, name: &str) -> Cow<'t, str> {
     let (lower, name) = (text.to_ascii_lowercase(), name.to_ascii_lowercase());
     if name.is_empty() || !name.is_ascii() || !lower.contains(&name) {
         return text;
@@ -61,7 +64,7 @@ fn without(text: String, name: &str) -> String {
         from = at + found.len();
     }
     blotted.push_str(&text[from..]);
-    blotted
+    Cow::Owned(blotted)
 }
 
 #[cfg(test)]

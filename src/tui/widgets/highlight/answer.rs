@@ -1,52 +1,66 @@
 //! Answers of models: Markdown, with the JSON in it as JSON.
 
-use ratatui::text::Text;
+use ratatui::text::Line;
 
-use super::{Language, lines};
+use super::{Language, Painter};
 use crate::tui::theme::Theme;
 
-/// A text, safe to show: what is JSON in it is highlighted as that, the rest as Markdown.
-#[must_use]
-pub fn answer(text: &str, theme: &Theme) -> Text<'static> {
-    let mut shown = Text::default();
-    for (language, part) in parts(text) {
-        shown.extend(lines(language, part.lines(), theme));
+/// Highlights an answer line by line: what is JSON in it as that, the rest as Markdown.
+#[derive(Debug, Clone)]
+pub struct AnswerPainter {
+    parts: Parts,
+    painter: Painter,
+}
+
+impl AnswerPainter {
+    /// For a text that begins.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            parts: Parts::default(),
+            painter: Painter::new(Language::Markdown),
+        }
     }
-    shown
+
+    /// The next line, safe to show.
+    pub fn line(&mut self, line: &str, theme: &Theme) -> Line<'static> {
+        if let Some(language) = self.parts.begun_by(line) {
+            self.painter = Painter::new(language);
+        }
+        self.painter.line(line, theme)
+    }
 }
 
 /// The parts of an answer in their order. JSON begins with a brace or bracket that a line begins with, and ends
 /// with the line in which they close; in fences or not. One that does not close yet is JSON to the end.
-fn parts(text: &str) -> Vec<(Language, &str)> {
-    let mut parts = Vec::new();
-    let (mut start, mut at) = (0, 0);
-    let mut open: Option<Depth> = None;
-    for line in text.split_inclusive('\n') {
-        let begins = || line.trim_start().starts_with(['{', '[']) && !is_link(line);
-        if open.is_none() && begins() {
-            if at > start {
-                parts.push((Language::Markdown, &text[start..at]));
-            }
-            start = at;
-            open = Some(Depth::default());
+#[derive(Debug, Clone, Default)]
+struct Parts {
+    open: Option<Depth>,
+    /// Whether the line before closed a part.
+    closed: bool,
+}
+
+impl Parts {
+    /// The language of the part that begins with the next line, if one does.
+    fn begun_by(&mut self, line: &str) -> Option<Language> {
+        let closed = std::mem::take(&mut self.closed);
+        let begins =
+            self.open.is_none() && line.trim_start().starts_with(['{', '[']) && !is_link(line);
+        if begins {
+            self.open = Some(Depth::default());
         }
-        at += line.len();
-        if let Some(depth) = &mut open
+        if let Some(depth) = &mut self.open
             && depth.closes(line)
         {
-            parts.push((Language::Json, &text[start..at]));
-            start = at;
-            open = None;
+            self.open = None;
+            self.closed = true;
+        }
+        match (begins, closed) {
+            (true, _) => Some(Language::Json),
+            (false, true) => Some(Language::Markdown),
+            (false, false) => None,
         }
     }
-    if at > start {
-        let language = match open {
-            Some(_) => Language::Json,
-            None => Language::Markdown,
-        };
-        parts.push((language, &text[start..at]));
-    }
-    parts
 }
 
 /// Whether a line that begins with a bracket is a link or a box to tick of Markdown.
@@ -56,7 +70,7 @@ fn is_link(line: &str) -> bool {
 }
 
 /// How many braces and brackets are open.
-#[derive(Default)]
+#[derive(Debug, Clone, Default)]
 struct Depth {
     open: usize,
     string: bool,
@@ -89,7 +103,15 @@ mod tests {
     fn json_is_found_in_fences_and_outside() {
         use Language::{Json, Markdown};
         let text = "# Why\n[a](b) is near\n```json\n{\n \"a\": \"}\",\n \"b\": [1]\n}\n```\nso\n{\"c\": 2}\n{\"d\":\n";
-        let found = parts(text);
+        let mut parts = Parts::default();
+        let mut found: Vec<(Language, String)> = Vec::new();
+        for line in text.split_inclusive('\n') {
+            match (parts.begun_by(line), found.last_mut()) {
+                (None, Some((_, part))) => part.push_str(line),
+                (begun, _) => found.push((begun.unwrap_or(Markdown), line.into())),
+            }
+        }
+        let found: Vec<(Language, &str)> = found.iter().map(|(l, p)| (*l, p.as_str())).collect();
         assert_eq!(
             found,
             [
@@ -100,7 +122,5 @@ mod tests {
                 (Json, "{\"d\":\n"),
             ]
         );
-        assert_eq!(found.iter().map(|(_, p)| *p).collect::<String>(), text);
-        assert_eq!(parts(""), []);
     }
 }

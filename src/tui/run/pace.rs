@@ -1,0 +1,80 @@
+//! When a frame is drawn: at once where that is long enough after the last one, and never without a change.
+
+use std::time::{Duration, Instant};
+
+/// Least time between two frames.
+pub const FRAME: Duration = Duration::from_micros(16_667);
+
+/// The frames of the loop. Time is told by whoever asks.
+#[derive(Debug)]
+pub struct Pace {
+    drawn: Instant,
+    changed: bool,
+}
+
+impl Pace {
+    /// A frame was drawn just now, and there is news already.
+    pub fn begin(now: Instant) -> Self {
+        Self {
+            drawn: now,
+            changed: true,
+        }
+    }
+
+    /// Something changed that the next frame shows.
+    pub fn change(&mut self) {
+        self.changed = true;
+    }
+
+    /// How long the loop sleeps if nothing arrives; for ever where nothing changed and nothing `moves` by itself.
+    pub fn wait(&self, now: Instant, moves: bool) -> Option<Duration> {
+        match (self.changed, moves) {
+            (true, _) => Some(FRAME.saturating_sub(now.saturating_duration_since(self.drawn))),
+            (false, true) => Some(FRAME * 2),
+            (false, false) => None,
+        }
+    }
+
+    /// Whether a frame has to be drawn now.
+    pub fn is_due(&self, now: Instant) -> bool {
+        self.changed && now.saturating_duration_since(self.drawn) >= FRAME
+    }
+
+    /// A frame was drawn, and this was the time afterwards.
+    pub fn drawn(&mut self, now: Instant) {
+        self.drawn = now;
+        self.changed = false;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_burst_of_chunks_costs_a_frame_in_sixteen_milliseconds() {
+        let begun = Instant::now();
+        let mut pace = Pace::begin(begun);
+        let mut frames = Vec::new();
+        // Ten thousand within a second, then silence.
+        let mut now = begun;
+        for _ in 0..10_000 {
+            now += Duration::from_micros(100);
+            pace.change();
+            if pace.is_due(now) {
+                frames.push(now);
+                pace.drawn(now);
+            }
+        }
+        assert!((50..=62).contains(&frames.len()), "{}", frames.len());
+        let apart = frames.windows(2).map(|pair| pair[1] - pair[0]).min();
+        assert!(apart.is_some_and(|apart| apart >= FRAME));
+        // The last chunks are drawn too, and then nothing more.
+        let rest = pace.wait(now, false).unwrap_or_default();
+        assert!(rest <= FRAME);
+        assert!(pace.is_due(now + rest));
+        pace.drawn(now + rest);
+        assert_eq!(pace.wait(now + rest, false), None);
+        assert!(!pace.is_due(now + Duration::from_secs(60)));
+    }
+}

@@ -1,0 +1,170 @@
+//! The workbench without a terminal and without tasks, for benches: keys and chunks in, frames out.
+
+use std::path::Path;
+
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+use super::keymap::Key;
+use super::loaded::Opened;
+use super::message::{AskId, Effect, Msg};
+use super::model::Model;
+use super::theme::Theme;
+use super::update::update;
+use super::{views, widgets};
+use crate::config::Config;
+use crate::evaluation::{Answer, Event, Judged, Missing};
+use crate::prompts::Library;
+use crate::scenario::{Entry, WantedEgo};
+use crate::store::Consumed;
+
+/// A workbench and the screen it is drawn on.
+pub struct Stage {
+    model: Model,
+    terminal: Terminal<TestBackend>,
+    asked: Vec<AskId>,
+}
+
+impl Stage {
+    /// A workbench of so many columns and rows with a scenario that is open.
+    ///
+    /// # Errors
+    /// The scenario cannot be read: in words.
+    pub fn open(entry: &Entry, size: (u16, u16)) -> Result<Self, String> {
+        widgets::highlight::load();
+        let library = Library::load(None);
+        let (config, theme) = (Config::default(), Theme::load("dark", Path::new(""), true)?);
+        let mut model = Model::new(Vec::new(), config, theme, library, Vec::new());
+        model.size = size;
+        let backend = TestBackend::new(size.0, size.1);
+        let mut stage = Self {
+            model,
+            terminal: Terminal::new(backend).map_err(|e| e.to_string())?,
+            asked: Vec::new(),
+        };
+        // Drawn before, so that the map knows its size when it is pointed at the ego.
+        stage.draw();
+        for effect in stage.send(Msg::Found(Ok(vec![entry.clone()].into()))) {
+            if let Effect::Open(id, entry, _) = effect {
+                let opened = Opened::read(&entry, &WantedEgo::Beside, &stage.model.thresholds)?;
+                stage.send(Msg::Opened(id, Ok(Box::new(opened))));
+            }
+        }
+        Ok(stage)
+    }
+
+    fn send(&mut self, msg: Msg) -> Vec<Effect> {
+        update(&mut self.model, msg)
+    }
+
+    /// These scenarios too are found, whether or not they can be read.
+    pub fn list(&mut self, entries: Vec<Entry>) {
+        self.send(Msg::Listed(entries));
+    }
+
+    /// How many scenarios the list shows.
+    #[must_use]
+    pub fn listed(&self) -> usize {
+        self.model.list.lines.len()
+    }
+
+    /// Presses keys by their names, separated by spaces.
+    ///
+    /// # Panics
+    /// There is no such key.
+    pub fn press(&mut self, keys: &str) {
+        for name in keys.split_whitespace() {
+            let key = Key::parse(name).unwrap_or_else(|| panic!("no key `{name}`"));
+            for effect in self.send(Msg::Key(key)) {
+                if let Effect::Ask { id, .. } = effect {
+                    self.asked.push(id);
+                }
+            }
+        }
+    }
+
+    /// Asks a model, and gives the place of its answer. It says nothing by itself.
+    pub fn ask(&mut self, model: &str) -> usize {
+        self.model.model = model.into();
+        self.press("r");
+        self.asked.len() - 1
+    }
+
+    /// A piece of an answer arrives.
+    pub fn arrive(&mut self, answer: usize, piece: &str) {
+        let event = Event::Text(piece.into());
+        self.send(Msg::Asked(self.asked[answer], event));
+    }
+
+    /// An answer has ended, and this was all of it.
+    pub fn end(&mut self, answer: usize, text: &str) {
+        let column = self.model.column_mut(self.asked[answer]);
+        let (model, how, window) = column.map_or_else(Default::default, |c| {
+            (c.model.clone(), c.how.clone(), c.steps)
+        });
+        let whole = Answer {
+            run: None,
+            model,
+            past: None,
+            window,
+            how,
+            model_returned: None,
+            judged: Judged::Missing(Missing::NotInAnswer("no verdict in it".into())),
+            text: text.into(),
+            reasoning: String::new(),
+            consumed: Consumed::default(),
+            price_source: None,
+            finish: Some("stop".into()),
+        };
+        self.send(Msg::Answered(self.asked[answer], Ok(Box::new(whole))));
+    }
+
+    /// How many claims of the shown answer were held against the geometry.
+    #[must_use]
+    pub fn claims(&self) -> usize {
+        let document = self.model.document(self.model.answers.shown);
+        document.map_or(0, |d| self.model.claims.of(d.key).len())
+    }
+
+    /// How many paths into the future the map shows.
+    #[must_use]
+    pub fn paths(&self) -> usize {
+        self.model.map.foresight.futures.len()
+    }
+
+    /// Draws a frame as the loop does.
+    ///
+    /// # Panics
+    /// Never: the screen is in memory.
+    pub fn draw(&mut self) {
+        let _ = update(&mut self.model, Msg::Drawing);
+        let model = &self.model;
+        let drawn = self.terminal.draw(|frame| views::draw(frame, model));
+        assert!(drawn.is_ok(), "the screen is in memory");
+    }
+
+    /// Draws a frame with nothing on it: what a screen of this size costs in any case.
+    ///
+    /// # Panics
+    /// Never: the screen is in memory.
+    pub fn draw_nothing(&mut self) {
+        let drawn = self.terminal.draw(|_| {});
+        assert!(drawn.is_ok(), "the screen is in memory");
+    }
+
+    /// What is on the screen, row by row.
+    #[must_use]
+    pub fn screen(&self) -> String {
+        let buffer = self.terminal.backend().buffer();
+        let rows = buffer
+            .content()
+            .chunks(usize::from(buffer.area.width).max(1));
+        rows.map(|row| {
+            row.iter()
+                .map(ratatui::buffer::Cell::symbol)
+                .collect::<String>()
+                + "\n"
+        })
+        .collect()
+    }
+}

@@ -1,0 +1,310 @@
+//! A long text that is read and may grow: wrapped once, highlighted as far as it was seen, claims marked where seen.
+
+use ratatui::text::Line;
+use ratatui::widgets::{Paragraph, Wrap};
+
+use super::claimed::marked;
+use super::highlight::{AnswerPainter, Language, Painter, is_loaded};
+use crate::evaluation::claims::Checked;
+use crate::tui::theme::Theme;
+
+/// The claims that are marked in a text.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Marks<'a> {
+    /// The claims, in the order of the text.
+    pub claims: &'a [Checked],
+    /// What they were found in: other claims have another key.
+    pub key: u64,
+    /// The picked one.
+    pub picked: Option<usize>,
+}
+
+/// A text as it was drawn last; what is drawn next is worked out from there, so that a frame costs what changed.
+#[derive(Debug)]
+pub struct Reading {
+    text: String,
+    theme: Option<Theme>,
+    loaded: bool,
+    width: u16,
+    /// Key of the marked claims; nothing where none are marked.
+    key: Option<u64>,
+    lines: Vec<Placed>,
+    /// Lines with claims, and the places of those.
+    claims: Vec<(usize, usize)>,
+    /// From the first line on.
+    painting: Painting,
+    /// From the first line on that is not painted.
+    painter: Painting,
+    /// The first lines; only such as have ended.
+    painted: Vec<Line<'static>>,
+}
+
+/// How lines are highlighted.
+#[derive(Debug, Clone)]
+enum Painting {
+    Answer(AnswerPainter),
+    Markdown(Painter),
+}
+
+impl Painting {
+    fn line(&mut self, line: &str, theme: &Theme) -> Line<'static> {
+        match self {
+            Self::Answer(painter) => painter.line(line, theme),
+            Self::Markdown(painter) => painter.line(line, theme),
+        }
+    }
+}
+
+/// A line of the text.
+#[derive(Debug, Clone, Copy)]
+struct Placed {
+    /// Its first byte, and the one after its last.
+    from: usize,
+    to: usize,
+    /// Rows of the screen down to its end.
+    rows: usize,
+}
+
+impl Reading {
+    /// An answer: Markdown, with the JSON in it as JSON.
+    #[must_use]
+    pub fn answer() -> Self {
+        Self::new(Painting::Answer(AnswerPainter::new()))
+    }
+
+    /// Markdown.
+    #[must_use]
+    pub fn markdown() -> Self {
+        Self::new(Painting::Markdown(Painter::new(Language::Markdown)))
+    }
+
+    fn new(painting: Painting) -> Self {
+        Self {
+            text: String::new(),
+            theme: None,
+            loaded: false,
+            width: 0,
+            key: None,
+            lines: Vec::new(),
+            claims: Vec::new(),
+            painter: painting.clone(),
+            painting,
+            painted: Vec::new(),
+        }
+    }
+
+    /// Takes the text as it is now.
+    pub fn follow(&mut self, text: &str, marks: &Marks<'_>, width: u16, theme: &Theme) {
+        let key = (!marks.claims.is_empty()).then_some(marks.key);
+        let grown = text.starts_with(&self.text);
+        if !grown || self.loaded != is_loaded() || self.theme.as_ref() != Some(theme) {
+            self.loaded = is_loaded();
+            self.theme = Some(theme.clone());
+            self.painter = self.painting.clone();
+            self.painted.clear();
+        }
+        if !grown || (self.width, self.key) != (width, key) {
+            (self.width, self.key) = (width, key);
+            self.lines.clear();
+        } else if text.len() == self.text.len() {
+            return;
+        } else if !self.text.ends_with('\n') {
+            // It may have gone on.
+            self.lines.pop();
+        }
+        let from = if self.lines.is_empty() {
+            0
+        } else if self.text.ends_with('\n') {
+            self.text.len()
+        } else {
+            self.text.rfind('\n').map_or(0, |at| at + 1)
+        };
+        if grown {
+            self.text.push_str(&text[self.text.len()..]);
+        } else {
+            self.text = text.to_string();
+        }
+        self.wrap(from, marks, theme);
+    }
+
+    /// Breaks the lines from this byte on.
+    fn wrap(&mut self, mut from: usize, marks: &Marks<'_>, theme: &Theme) {
+        let mut rows = self.rows();
+        let first = self.lines.len();
+        for line in self.text[from..].split_inclusive('\n') {
+            let to = from + ended(line).len();
+            self.lines.push(Placed { from, to, rows: 0 });
+            from += line.len();
+        }
+        self.claims.clear();
+        for (place, checked) in marks.claims.iter().enumerate() {
+            let span = &checked.claim.span;
+            let line = self.lines.partition_point(|l| l.from <= span.start);
+            let line = line.saturating_sub(1);
+            if self.lines.get(line).is_some_and(|l| span.end <= l.to) {
+                self.claims.push((line, place));
+            }
+        }
+        self.claims.sort_unstable();
+        for at in first..self.lines.len() {
+            let Placed { from, to, .. } = self.lines[at];
+            let here = self.claims_in(at, marks);
+            let plain = Line::raw(self.text[from..to].to_string());
+            // A sign beside a claim takes room too.
+            let line = if here.is_empty() {
+                plain
+            } else {
+                marked(plain, &here, from, None, theme)
+            };
+            rows += height(line, self.width);
+            self.lines[at].rows = rows;
+        }
+    }
+
+    fn claims_in<'m>(&self, line: usize, marks: &Marks<'m>) -> Vec<(usize, &'m Checked)> {
+        let first = self.claims.partition_point(|(l, _)| *l < line);
+        let here = self.claims[first..].iter().take_while(|(l, _)| *l == line);
+        here.filter_map(|(_, place)| Some((*place, marks.claims.get(*place)?)))
+            .collect()
+    }
+
+    /// Rows of the screen that all of it takes.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.lines.last().map_or(0, |line| line.rows)
+    }
+
+    /// The rows in which claims begin, in their order.
+    #[must_use]
+    pub fn rows_of_claims(&self, count: usize) -> Vec<usize> {
+        let mut rows = vec![0; count];
+        for (line, place) in &self.claims {
+            let before = line.checked_sub(1).and_then(|l| self.lines.get(l));
+            if let Some(row) = rows.get_mut(*place) {
+                *row = before.map_or(0, |l| l.rows);
+            }
+        }
+        rows
+    }
+
+    /// The lines that so many rows from row `top` on show, and how many rows of the first one are above.
+    pub fn seen(
+        &mut self,
+        top: usize,
+        rows: usize,
+        marks: &Marks<'_>,
+        theme: &Theme,
+    ) -> (Vec<Line<'static>>, usize) {
+        let first = self.lines.partition_point(|line| line.rows <= top);
+        let before = first.checked_sub(1).map_or(0, |l| self.lines[l].rows);
+        let after = self.lines.partition_point(|line| line.rows < top + rows);
+        let end = (after + 1).min(self.lines.len());
+        let seen = (first..end).map(|at| {
+            let line = self.painted(at, theme);
+            let here = self.claims_in(at, marks);
+            if here.is_empty() {
+                line
+            } else {
+                marked(line, &here, self.lines[at].from, marks.picked, theme)
+            }
+        });
+        (seen.collect(), top.saturating_sub(before))
+    }
+
+    /// A line, highlighted; those before it as well.
+    fn painted(&mut self, at: usize, theme: &Theme) -> Line<'static> {
+        while self.painted.len() <= at {
+            let next = self.painted.len();
+            let Some(&Placed { from, to, .. }) = self.lines.get(next) else {
+                return Line::default();
+            };
+            let line = &self.text[from..to];
+            if self.text.len() == to {
+                // It has not ended: it is not what later lines go on from.
+                return self.painter.clone().line(line, theme);
+            }
+            let line = self.painter.line(line, theme);
+            self.painted.push(line);
+        }
+        self.painted[at].clone()
+    }
+}
+
+/// A line without its end.
+fn ended(line: &str) -> &str {
+    let line = line.strip_suffix('\n').unwrap_or(line);
+    line.strip_suffix('\r').unwrap_or(line)
+}
+
+/// Rows that a line takes.
+pub fn height(line: Line<'_>, width: u16) -> usize {
+    let wrapped = Paragraph::new(line).wrap(Wrap { trim: false });
+    wrapped.line_count(width)
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::buffer::Buffer;
+    use ratatui::layout::Rect;
+    use ratatui::text::Text;
+    use ratatui::widgets::Widget;
+
+    use super::*;
+    use crate::tui::widgets::highlight::load;
+
+    const TEXT: &str = "# Why\n\nObstacle **7** is in front of the ego, which is *slower* than it is, ü and all.\n\
+        ```json\n{\n \"a\": \"}\",\n \"b\": [1, 2]\n}\n```\n- one\n- two `raw`\n\n{\"open\": [\n 1,";
+
+    fn all(reading: &mut Reading, theme: &Theme) -> Vec<Line<'static>> {
+        let rows = reading.rows();
+        reading.seen(0, rows, &Marks::default(), theme).0
+    }
+
+    #[test]
+    fn what_grows_is_as_if_it_were_read_at_once() {
+        load();
+        let theme = Theme::default_theme();
+        let none = Marks::default();
+        let mut growing = Reading::answer();
+        for end in (0..=TEXT.len()).filter(|&end| TEXT.is_char_boundary(end)) {
+            let text = &TEXT[..end];
+            growing.follow(text, &none, 20, &theme);
+            let mut fresh = Reading::answer();
+            fresh.follow(text, &none, 20, &theme);
+            assert_eq!(growing.rows(), fresh.rows(), "{text}");
+            assert_eq!(all(&mut growing, &theme), all(&mut fresh, &theme), "{text}");
+        }
+        assert!(
+            growing.rows() > TEXT.lines().count(),
+            "some lines are broken"
+        );
+        let colors = all(&mut growing, &theme).into_iter().flat_map(|l| l.spans);
+        let colors: std::collections::HashSet<_> = colors.map(|s| s.style.fg).collect();
+        assert!(colors.len() > 3, "{colors:?}");
+        // Another text, another width.
+        growing.follow("short", &none, 5, &theme);
+        assert_eq!((growing.rows(), all(&mut growing, &theme).len()), (1, 1));
+    }
+
+    #[test]
+    fn every_part_of_it_is_where_it_is_in_the_whole() {
+        let theme = Theme::default_theme();
+        let none = Marks::default();
+        let mut reading = Reading::answer();
+        reading.follow(TEXT, &none, 17, &theme);
+        let area = Rect::new(0, 0, 17, 4);
+        let show = |lines: Vec<Line<'static>>, above: usize| {
+            let mut buffer = Buffer::empty(area);
+            let words = Paragraph::new(Text::from(lines)).wrap(Wrap { trim: false });
+            let above = u16::try_from(above).unwrap_or(u16::MAX);
+            words.scroll((above, 0)).render(area, &mut buffer);
+            buffer
+        };
+        let whole = all(&mut reading, &theme);
+        for top in 0..reading.rows() {
+            let (lines, above) = reading.seen(top, 4, &none, &theme);
+            assert!(lines.len() <= 4, "{top}");
+            assert_eq!(show(lines, above), show(whole.clone(), top), "{top}");
+        }
+    }
+}
