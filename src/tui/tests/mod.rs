@@ -19,6 +19,7 @@ mod opening;
 mod pictures;
 mod plotting;
 mod prompt;
+mod random;
 mod reasoning;
 mod side_by_side;
 mod stored;
