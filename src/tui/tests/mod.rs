@@ -6,6 +6,7 @@ mod asking;
 mod bench;
 mod comparing;
 mod editing;
+mod everywhere;
 mod frames;
 mod history;
 mod jobs;

@@ -18,7 +18,7 @@ use crate::tui::action::ACTIONS;
 use crate::tui::keymap::{Code, Key, Preset};
 
 /// Inputs of a sequence.
-const LENGTH: usize = 1000;
+const LENGTH: u64 = 1000;
 
 /// Sequences where nobody asks for more.
 const CASES: u64 = 2;

@@ -52,6 +52,7 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     claims::follow(model);
     effects.extend(values::follow(model));
     map::follow(model);
+    overlays::settle(model);
     jobs::follow(model, &effects);
     effects
 }
