@@ -2,6 +2,11 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[path = "terminal/rough.rs"]
+mod rough;
+#[path = "terminal/planted.rs"]
+mod planted;
+
 use std::io::{Read, Write};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
@@ -143,6 +148,14 @@ impl Session {
             matches!(mouse, vt100::MouseProtocolMode::None),
             "the mouse is given back"
         );
+        // The terminal reads lines and echoes them, as the shell had it.
+        let Some(name) = self.master.tty_name() else {
+            return;
+        };
+        let said = std::process::Command::new("stty").arg("-a").arg("-F").arg(name).output();
+        let said = String::from_utf8(said.unwrap().stdout).unwrap();
+        let on = |flag: &str| said.split([' ', ';', '\n']).any(|word| word == flag);
+        assert!(on("icanon") && on("echo") && on("isig"), "raw mode is left: {said}");
     }
 }
 

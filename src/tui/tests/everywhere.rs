@@ -15,6 +15,7 @@ use crate::tui::message::runs::{BatchAsk, BatchNews, Counts, Priced};
 use crate::tui::message::{Effect, Msg, Reloaded};
 use crate::tui::theme::{Depth, Theme};
 use crate::tui::views;
+use crate::tui::widgets::highlight;
 
 const SIZES: [(u16, u16); 4] = [(80, 24), (100, 30), (120, 40), (200, 60)];
 
@@ -43,7 +44,7 @@ const VIEWS: [(&str, &str, bool); 34] = [
     ("palette", ":", true),
     ("models", "m", true),
     ("models to compare", "c", true),
-    ("themes", "ctrl-t", true),
+    ("themes", "ctrl-t", false),
     ("measures", "p", true),
     ("orders", "s", true),
     ("pictures", "o", true),
@@ -72,6 +73,7 @@ fn said(model: &str, dangerous: bool, run: i64) -> Answer {
 
 /// Two answers beside the built-in judge, at the contact; then these keys.
 fn bench(keys: &str, size: (u16, u16)) -> Bench {
+    highlight::load();
     let mut bench = Bench::bundled();
     bench.send(Msg::Reloaded(Reloaded::Themes(Theme::all(
         std::path::Path::new("/nonexistent"),

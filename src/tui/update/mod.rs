@@ -147,6 +147,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Terminate => actions::quit(model),
+        Msg::Stop => vec![Effect::Suspend],
     }
 }
 
