@@ -2,10 +2,11 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "terminal/rough.rs"]
-mod rough;
 #[path = "terminal/planted.rs"]
 mod planted;
+#[path = "terminal/rough.rs"]
+mod rough;
+mod support;
 
 use std::io::{Read, Write};
 use std::sync::mpsc::{Receiver, channel};
@@ -152,10 +153,17 @@ impl Session {
         let Some(name) = self.master.tty_name() else {
             return;
         };
-        let said = std::process::Command::new("stty").arg("-a").arg("-F").arg(name).output();
+        let said = std::process::Command::new("stty")
+            .arg("-a")
+            .arg("-F")
+            .arg(name)
+            .output();
         let said = String::from_utf8(said.unwrap().stdout).unwrap();
         let on = |flag: &str| said.split([' ', ';', '\n']).any(|word| word == flag);
-        assert!(on("icanon") && on("echo") && on("isig"), "raw mode is left: {said}");
+        assert!(
+            on("icanon") && on("echo") && on("isig"),
+            "raw mode is left: {said}"
+        );
     }
 }
 

@@ -7,7 +7,9 @@ use super::{PATIENCE, Session};
 
 fn signal(session: &Session, name: &str) {
     let id = session.child.process_id().unwrap().to_string();
-    let sent = std::process::Command::new("kill").args([&format!("-{name}"), id.as_str()]).status();
+    let sent = std::process::Command::new("kill")
+        .args([&format!("-{name}"), id.as_str()])
+        .status();
     assert!(sent.unwrap().success());
 }
 
@@ -31,9 +33,16 @@ fn a_stop_from_outside_gives_the_terminal_back_and_continuing_takes_it_again() {
     for _ in 0..2 {
         signal(&session, "TSTP");
         let begun = Instant::now();
-        let stopped = || std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap().contains(") T ");
+        let stopped = || {
+            std::fs::read_to_string(format!("/proc/{id}/stat"))
+                .unwrap()
+                .contains(") T ")
+        };
         while !stopped() || session.screen.screen().alternate_screen() {
-            assert!(begun.elapsed() < PATIENCE, "it does not stop, or keeps the screen");
+            assert!(
+                begun.elapsed() < PATIENCE,
+                "it does not stop, or keeps the screen"
+            );
             session.receive(Duration::from_millis(20));
         }
         session.is_restored();
@@ -145,14 +154,22 @@ fn terminals_of_few_colours_get_no_others() {
         });
         let most = indices.max();
         let none = term == "dumb" || term == "vt100" || !variables.is_empty();
-        assert!(most.is_none_or(|index| index < 16 && !none), "{term}: {most:?}");
+        assert!(
+            most.is_none_or(|index| index < 16 && !none),
+            "{term}: {most:?}"
+        );
         assert!(raw.contains("\x1b[7m"), "{term}: the selection is reversed");
     }
 }
 
 #[test]
 fn hanging_up_ends_it() {
-    let size = portable_pty::PtySize { rows: 30, cols: 100, pixel_width: 0, pixel_height: 0 };
+    let size = portable_pty::PtySize {
+        rows: 30,
+        cols: 100,
+        pixel_width: 0,
+        pixel_height: 0,
+    };
     let pair = portable_pty::native_pty_system().openpty(size).unwrap();
     let folders = tempfile::tempdir().unwrap();
     let mut command = portable_pty::CommandBuilder::new(env!("CARGO_BIN_EXE_nearmiss"));
