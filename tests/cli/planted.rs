@@ -114,6 +114,12 @@ fn nothing_planted_in_files_reaches_the_terminal() {
 #[test]
 fn nothing_planted_in_a_configuration_that_is_wrong_reaches_the_terminal() {
     let home = Home::new();
+    let thresholds = format!("[\"{IN_TOML}\"]\n\"{IN_TOML}\" = 1\n");
+    home.write(home.config().join("thresholds.toml"), thresholds);
+    all_of(
+        &home,
+        &[&["metrics", "ZAM_CutIn-1_1_T-1"], &["metrics", "--list"]],
+    );
     for text in [
         format!("theme = {EVIL}"),
         format!("\"{IN_TOML}\" = 1"),

@@ -82,10 +82,6 @@ pub fn plant(home: &Home) -> PathBuf {
         format!("[global]\n\"{IN_TOML}\" = \"{IN_TOML}\"\nplay = \"{IN_TOML}\"\n"),
     );
     home.write(
-        config("thresholds.toml"),
-        format!("[\"{IN_TOML}\"]\n\"{IN_TOML}\" = 1\n"),
-    );
-    home.write(
         config("tags.toml"),
         format!("\"a{IN_TOML}\" = [\"{IN_TOML}\"]\n\"{IN_TOML}\" = [\"{IN_TOML}\"]\n"),
     );

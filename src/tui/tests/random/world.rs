@@ -10,7 +10,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::layout::Position;
 
-use super::super::bench::{answer, no_verdict};
+use super::super::bench::{answer, no_verdict, opened};
 use super::super::kept::{FIRST, Kept};
 use super::{ESCAPES, Input, sound};
 use crate::config::Keys;
@@ -21,7 +21,7 @@ use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo, bundled};
 use crate::store::{Choice, RatedAnswer, Rating, RunId};
 use crate::tui::keymap::{Code, Key, Keymap, Preset};
-use crate::tui::loaded::{Facts, Measured, Opened, Source, Verdicts};
+use crate::tui::loaded::{Facts, Measured, Source, Verdicts};
 use crate::tui::message::runs::{
     BatchAsk, BatchNews, Counts, Ended, HistoryAsk, HistoryNews, Priced,
 };
@@ -259,7 +259,11 @@ impl World {
         let thresholds = Thresholds::shipped();
         match effect {
             Effect::Open(id, entry, ego) => {
-                vec![Msg::Opened(id, opened(&entry, ego).map(Box::new))]
+                let ego = ego.map_or(WantedEgo::Beside, WantedEgo::Obstacle);
+                vec![Msg::Opened(
+                    id,
+                    opened(&entry, &ego, thresholds).map(Box::new),
+                )]
             }
             Effect::Measure(id, scene, obstacle, _) => match n % 3 {
                 0 => vec![Msg::Measured(
@@ -427,20 +431,6 @@ fn batch(ask: BatchAsk, n: usize) -> Vec<Msg> {
         BatchAsk::Stop(id) => vec![batch(BatchNews::Over(id))],
         BatchAsk::StopCounting => Vec::new(),
     }
-}
-
-/// Scenarios are read once for all sequences.
-fn opened(entry: &Entry, ego: Option<i64>) -> Result<Opened, String> {
-    type Read = HashMap<(String, Option<i64>), Result<Opened, String>>;
-    static READ: OnceLock<Mutex<Read>> = OnceLock::new();
-    let mut read = READ
-        .get_or_init(Mutex::default)
-        .lock()
-        .unwrap_or_else(|e| e.into_inner());
-    let key = (entry.name.clone(), ego);
-    let wanted = ego.map_or(WantedEgo::Beside, WantedEgo::Obstacle);
-    let fresh = || Opened::read(entry, &wanted, Thresholds::shipped());
-    read.entry(key).or_insert_with(fresh).clone()
 }
 
 fn facts(entry: &Entry) -> Result<Facts, String> {
