@@ -140,7 +140,7 @@ pub fn opened(entry: &Entry, ego: &WantedEgo, thresholds: &Thresholds) -> Result
     let taken = match ego {
         WantedEgo::Beside => None,
         WantedEgo::Obstacle(id) => Some(*id),
-        WantedEgo::File { .. } => return Opened::read(entry, ego, thresholds),
+        _ => return Opened::read(entry, ego, thresholds),
     };
     if !matches!(entry.place, Place::Bundled(_)) || !thresholds.changes().is_empty() {
         return Opened::read(entry, ego, thresholds);
