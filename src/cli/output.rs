@@ -46,6 +46,20 @@ pub fn escaped(json: &str) -> String {
     text
 }
 
+/// XML whose attributes and texts hold what terminals would obey as references, which mean the same.
+#[must_use]
+pub fn escaped_xml(xml: &str) -> String {
+    let mut text = String::with_capacity(xml.len());
+    for c in xml.chars() {
+        if disguises(c) {
+            text.push_str(&format!("&#x{:x};", u32::from(c)));
+        } else {
+            text.push(c);
+        }
+    }
+    text
+}
+
 /// Text from outside with its control characters shown instead of obeyed.
 #[must_use]
 pub fn visible(text: &str) -> String {

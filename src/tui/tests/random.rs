@@ -20,8 +20,8 @@ use crate::tui::keymap::{Code, Key, Preset};
 /// Inputs of a sequence.
 const LENGTH: u64 = 1000;
 
-/// Sequences where nobody asks for more.
-const CASES: u64 = 2;
+/// Sequences where nobody asks for more; one takes some five seconds.
+const CASES: u64 = 1;
 
 /// Presses of Esc after which everything is closed, whatever was open.
 const ESCAPES: usize = 10;
