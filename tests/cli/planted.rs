@@ -154,11 +154,8 @@ async fn nothing_that_a_server_says_reaches_the_terminal_from_the_store() {
     let reasoned = Script::chunked_events()
         .chunk(thinking)
         .chunk(delta(&verdict.to_string()))
-        .chunk(
-            "data: {\"choices\":[{\"index\":0,\"delta\":{},\"finish_reason\":\"stop\"}]}\n\n"
-                .to_string(),
-        )
-        .chunk("data: [DONE]\n\n".to_string())
+        .chunk("data: {\"choices\":[{\"index\":0,\"delta\":{},\"finish_reason\":\"stop\"}]}\n\n")
+        .chunk("data: [DONE]\n\n")
         .end_of_chunks();
     let body = json!({"error": {"message": EVIL, "type": EVIL, "code": EVIL}}).to_string();
     let html = format!("<html>{EVIL}</html>");

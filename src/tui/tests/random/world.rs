@@ -280,7 +280,7 @@ impl World {
                 entries.into_iter().take(6).map(facts).collect()
             }
             Effect::Rank(measure, entries) => {
-                let value = |place: usize| (place % 3 != 0).then_some(place as f64 * 0.7);
+                let value = |place: usize| (!place.is_multiple_of(3)).then_some(place as f64 * 0.7);
                 entries
                     .into_iter()
                     .map(|(place, _)| Msg::Ranked(measure, place, value(place)))
@@ -351,7 +351,7 @@ impl World {
         ];
         msgs.truncate(1 + n % 7);
         // Some never end.
-        if n % 5 > 0 {
+        if !n.is_multiple_of(5) {
             msgs.push(Msg::Answered(id, whole));
         }
         msgs
@@ -366,7 +366,7 @@ fn stored(n: usize) -> Answer {
         how: ["ego · base", "ego · cp+cot+icl", "cartesian · cp"][n / 3 % 3].into(),
         text: [CLAIMS, HOSTILE, "so be it"][n % 3].into(),
         reasoning: CLAIMS.repeat(n % 9),
-        ..answer(model, n % 2 == 0, 301)
+        ..answer(model, n.is_multiple_of(2), 301)
     }
 }
 
@@ -402,7 +402,7 @@ fn batch(ask: BatchAsk, n: usize) -> Vec<Msg> {
                 asks: n % 9,
                 stored: n % 2,
                 why: Some(HOSTILE.into()),
-                refused: (n % 5 == 0).then(|| HOSTILE.into()),
+                refused: n.is_multiple_of(5).then(|| HOSTILE.into()),
                 price: Priced::Questions(0.1, 2.0),
                 at_once: 4,
                 ..Counts::default()
@@ -423,7 +423,7 @@ fn batch(ask: BatchAsk, n: usize) -> Vec<Msg> {
                     },
                 )));
             }
-            if n % 3 > 0 {
+            if !n.is_multiple_of(3) {
                 msgs.push(batch(BatchNews::Over(id)));
             }
             msgs
