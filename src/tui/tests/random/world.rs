@@ -1,7 +1,7 @@
 //! A workbench and what surrounds it: effects wait until they are done, and are done with plausible results.
 
-use std::collections::{HashMap, VecDeque};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::Duration;
 
 use proptest::prelude::*;
@@ -10,27 +10,25 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::layout::Position;
 
-use super::super::bench::{answer, no_verdict, opened};
+use super::super::bench::{no_verdict, opened};
 use super::super::kept::{FIRST, Kept};
+use super::plausible::{batch, facts, rating, stored};
 use super::{ESCAPES, Input, sound};
 use crate::config::Keys;
-use crate::evaluation::{Answer, Event};
+use crate::evaluation::Event;
 use crate::llm::{Dialect, Discovered};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo, bundled};
-use crate::store::{Choice, RatedAnswer, Rating, RunId};
+use crate::store::RunId;
 use crate::tui::keymap::{Code, Key, Keymap, Preset};
-use crate::tui::loaded::{Facts, Measured, Source, Verdicts};
-use crate::tui::message::runs::{
-    BatchAsk, BatchNews, Counts, Ended, HistoryAsk, HistoryNews, Priced,
-};
+use crate::tui::loaded::{Measured, Source};
+use crate::tui::message::runs::{HistoryAsk, HistoryNews};
 use crate::tui::message::{Effect, Mouse, Msg, Reloaded};
 use crate::tui::model::PromptPane;
 use crate::tui::theme::Theme;
 use crate::tui::update::update;
 use crate::tui::views;
-use crate::verdict::Task;
 
 /// What can be heard of at any time.
 #[derive(Debug, Clone, Copy)]
@@ -61,9 +59,9 @@ pub fn news() -> impl Strategy<Value = News> {
     select(all)
 }
 
-const HOSTILE: &str = "\u{1b}]0;owned\u{7}\u{202e}猫\u{9b}31m";
+pub const HOSTILE: &str = "\u{1b}]0;owned\u{7}\u{202e}猫\u{9b}31m";
 
-const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m at step 20.\n\n\
+pub const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m at step 20.\n\n\
     Obstacle 302 is behind the ego. Obstacle 99999 is not there.";
 
 pub struct World {
@@ -356,96 +354,4 @@ impl World {
         }
         msgs
     }
-}
-
-/// The answer of a number.
-fn stored(n: usize) -> Answer {
-    let model = ["lab/small", "lab/large", "lab/\u{1b}[31mred"][n % 3];
-    Answer {
-        run: Some(RunId(n as i64)),
-        how: ["ego · base", "ego · cp+cot+icl", "cartesian · cp"][n / 3 % 3].into(),
-        text: [CLAIMS, HOSTILE, "so be it"][n % 3].into(),
-        reasoning: CLAIMS.repeat(n % 9),
-        ..answer(model, n.is_multiple_of(2), 301)
-    }
-}
-
-fn rating() -> Rating {
-    let rated = |model: &str, wrong| RatedAnswer {
-        run: None,
-        model: model.into(),
-        prompt: "ego · base".into(),
-        wrong,
-        reason: wrong.then(|| HOSTILE.into()),
-    };
-    Rating {
-        id: 1,
-        created_ms: 0,
-        person: HOSTILE.into(),
-        scenario: FIRST.into(),
-        task: Task::Collision,
-        blind: true,
-        seed: 1,
-        choice: Choice::Best(0),
-        notes: HOSTILE.into(),
-        answers: vec![rated("lab/small", false), rated(HOSTILE, true)],
-    }
-}
-
-fn batch(ask: BatchAsk, n: usize) -> Vec<Msg> {
-    let batch = |news| Msg::Batch(news);
-    match ask {
-        BatchAsk::Count(id, asked) => vec![batch(BatchNews::Counted(
-            id,
-            Counts {
-                looked: asked.entries.len().saturating_sub(n % 4 / 3),
-                asks: n % 9,
-                stored: n % 2,
-                why: Some(HOSTILE.into()),
-                refused: n.is_multiple_of(5).then(|| HOSTILE.into()),
-                price: Priced::Questions(0.1, 2.0),
-                at_once: 4,
-                ..Counts::default()
-            },
-        ))],
-        BatchAsk::Begin(id, asked) => {
-            let mut msgs = vec![batch(BatchNews::Named(id, format!("then-{n}")))];
-            for place in 0..asked.entries.len() {
-                msgs.push(batch(BatchNews::Ended(
-                    id,
-                    match place % 4 {
-                        0 => Err(format!("the server is gone {HOSTILE}")),
-                        _ => Ok(Ended {
-                            about: None,
-                            answer: Box::new(stored(place)),
-                            truth: Some(true),
-                        }),
-                    },
-                )));
-            }
-            if !n.is_multiple_of(3) {
-                msgs.push(batch(BatchNews::Over(id)));
-            }
-            msgs
-        }
-        BatchAsk::Stop(id) => vec![batch(BatchNews::Over(id))],
-        BatchAsk::StopCounting => Vec::new(),
-    }
-}
-
-fn facts(entry: &Entry) -> Result<Facts, String> {
-    static READ: OnceLock<Mutex<HashMap<String, Result<Facts, String>>>> = OnceLock::new();
-    let mut read = READ
-        .get_or_init(Mutex::default)
-        .lock()
-        .unwrap_or_else(|e| e.into_inner());
-    let fresh = || {
-        Facts::read(
-            entry,
-            &WantedEgo::Beside,
-            Thresholds::shipped(),
-            &Verdicts::default(),
-        )
-    };
-    read.entry(entry.name.clone()).or_insert_with(fresh).clone()
 }
