@@ -29,6 +29,8 @@ mod look;
 mod metrics;
 #[path = "cli/models.rs"]
 mod models;
+#[path = "cli/planted.rs"]
+mod planted;
 #[path = "cli/prompts.rs"]
 mod prompts;
 #[path = "cli/protobuf.rs"]

@@ -4,6 +4,10 @@
 
 #[path = "terminal/pace.rs"]
 mod pace;
+#[path = "terminal/planted.rs"]
+mod planted;
+#[path = "terminal/rough.rs"]
+mod rough;
 mod support;
 
 use std::io::{Read, Write};
@@ -146,6 +150,21 @@ impl Session {
         assert!(
             matches!(mouse, vt100::MouseProtocolMode::None),
             "the mouse is given back"
+        );
+        // The terminal reads lines and echoes them, as the shell had it.
+        let Some(name) = self.master.tty_name() else {
+            return;
+        };
+        let said = std::process::Command::new("stty")
+            .arg("-a")
+            .arg("-F")
+            .arg(name)
+            .output();
+        let said = String::from_utf8(said.unwrap().stdout).unwrap();
+        let on = |flag: &str| said.split([' ', ';', '\n']).any(|word| word == flag);
+        assert!(
+            on("icanon") && on("echo") && on("isig"),
+            "raw mode is left: {said}"
         );
     }
 }

@@ -101,7 +101,7 @@ fn convert(entry: &Entry, target: Option<&Path>, arguments: &Convert) -> Result<
             let hint = if path.exists() { " (--overwrite)" } else { "" };
             Failure::input(format!("{e}{hint}"))
         })?,
-        None => output::text(&String::from_utf8_lossy(&bytes))?,
+        None => output::text(&output::escaped_xml(&String::from_utf8_lossy(&bytes)))?,
     }
     for (_, said) in in_short(&scenario.diagnostics) {
         output::say(&format!("{name}: reading: {said}"));

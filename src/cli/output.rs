@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use super::Failure;
+use crate::text::disguises;
 
 /// Writes text; a reader that closed the pipe ends the program's output, not the program.
 pub fn text(text: &str) -> Result<(), Failure> {
@@ -28,13 +29,30 @@ pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     text(&line)
 }
 
-/// JSON must escape only the control characters below U+0020; terminals obey those from U+007F on as well.
+/// JSON must escape only the control characters below U+0020; terminals obey those from U+007F on as well, and what
+/// turns the direction of writing.
 #[must_use]
 pub fn escaped(json: &str) -> String {
     let mut text = String::with_capacity(json.len());
     for c in json.chars() {
-        if c.is_control() {
-            text.push_str(&format!("\\u{:04x}", u32::from(c)));
+        if c.is_control() || disguises(c) {
+            for unit in c.encode_utf16(&mut [0; 2]) {
+                text.push_str(&format!("\\u{unit:04x}"));
+            }
+        } else {
+            text.push(c);
+        }
+    }
+    text
+}
+
+/// XML whose attributes and texts hold what terminals would obey as references, which mean the same.
+#[must_use]
+pub fn escaped_xml(xml: &str) -> String {
+    let mut text = String::with_capacity(xml.len());
+    for c in xml.chars() {
+        if disguises(c) {
+            text.push_str(&format!("&#x{:x};", u32::from(c)));
         } else {
             text.push(c);
         }

@@ -16,7 +16,7 @@ use crate::metrics::Context;
 use crate::scenario::{Participant, Scene, Window};
 
 pub use options::{Form, Options};
-pub use visible::visible;
+pub use visible::{disguises, visible};
 pub use writer::{Description, Span, Subject, Value};
 
 use writer::Writer;

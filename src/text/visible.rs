@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 /// `text` with every control character but line feeds and tabs replaced by its picture.
 ///
-/// Also replaced are the marks that turn the direction of writing, which can disguise what is said.
+/// Also replaced are the marks that turn the direction of writing and the invisible twins of ASCII, which can disguise
+/// what is said, and the line breaks that only some programs know.
 #[must_use]
 pub fn visible(text: &str) -> Cow<'_, str> {
     if text.chars().any(|c| picture(c).is_some()) {
@@ -14,6 +15,12 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     }
 }
 
+/// Whether a character must not reach a terminal as it is.
+#[must_use]
+pub fn disguises(c: char) -> bool {
+    picture(c).is_some()
+}
+
 /// What stands for a character that must not reach a terminal.
 fn picture(c: char) -> Option<char> {
     match c {
@@ -21,10 +28,12 @@ fn picture(c: char) -> Option<char> {
         '\u{0}'..='\u{1f}' => char::from_u32(0x2400 + c as u32),
         '\u{7f}' => Some('\u{2421}'),
         '\u{80}'..='\u{9f}'
+        | '\u{61c}'
         | '\u{200e}'
         | '\u{200f}'
-        | '\u{202a}'..='\u{202e}'
-        | '\u{2066}'..='\u{2069}' => Some(char::REPLACEMENT_CHARACTER),
+        | '\u{2028}'..='\u{202e}'
+        | '\u{2066}'..='\u{2069}'
+        | '\u{e0000}'..='\u{e007f}' => Some(char::REPLACEMENT_CHARACTER),
         _ => None,
     }
 }
@@ -36,6 +45,16 @@ mod tests {
     #[test]
     fn escapes_are_shown() {
         assert_eq!(visible("a\u{1b}[31mb\r\n"), "a\u{241b}[31mb\u{240d}\n");
+        for hidden in [
+            '\u{61c}',
+            '\u{2028}',
+            '\u{202e}',
+            '\u{2066}',
+            '\u{e0041}',
+            '\u{9b}',
+        ] {
+            assert_eq!(visible(&hidden.to_string()), "\u{fffd}", "{hidden:?}");
+        }
         assert!(matches!(visible("plain ü"), Cow::Borrowed(_)));
     }
 }

@@ -25,7 +25,7 @@ pub fn obstacle_taken(ego: &str) -> Option<i64> {
 }
 
 /// An opened scenario.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Opened {
     /// Its name.
     pub name: String,

@@ -88,6 +88,8 @@ pub enum Msg {
     Complaint(String),
     /// The program is asked to end.
     Terminate,
+    /// It is asked to stop for a while.
+    Stop,
 }
 
 /// What is in a file that was read again.

@@ -142,7 +142,7 @@ impl Loop {
                     None => return Ok(()),
                 },
                 msg = self.receiver.recv() => msg,
-                () = ending.wait() => Some(Msg::Terminate),
+                signal = ending.wait() => Some(signal),
                 () = sleep(wait) => None,
             };
             let mut msgs: Vec<Msg> = first.into_iter().collect();
@@ -175,6 +175,8 @@ impl Loop {
                                 drop(events);
                                 let result = self.lend(&command, &sent)?;
                                 events = Events::listen(false);
+                                // The Ctrl-C of the other program was not meant for this one.
+                                ending = Ending::listen()?;
                                 self.model.size = self.screen.size()?;
                                 result
                             }

@@ -99,19 +99,19 @@ impl Screen {
         out.flush()
     }
 
-    /// Gives the terminal to another program until that ends. Its Ctrl-C does not end this one.
+    /// Gives the terminal to another program until that ends.
     ///
     /// # Errors
     /// The terminal is gone.
     pub fn lend<T>(&mut self, to: impl FnOnce() -> T) -> io::Result<T> {
         #[cfg(unix)]
-        let default = interrupts()?;
+        let stops = stops()?;
         give_back();
         #[cfg(unix)]
-        default.store(false, Ordering::SeqCst);
+        stops.store(true, Ordering::SeqCst);
         let result = to();
         #[cfg(unix)]
-        default.store(true, Ordering::SeqCst);
+        stops.store(false, Ordering::SeqCst);
         enter(self.mouse)?;
         self.terminal = Terminal::new(CrosstermBackend::new(stdout()))?;
         Ok(result)
@@ -139,18 +139,19 @@ pub fn size_here() -> Option<(u16, u16)> {
     there.then(|| crossterm::terminal::size().ok()).flatten()
 }
 
-/// Whether an interrupt ends the program, as it does unless somebody else has the terminal.
+/// Whether Ctrl-Z stops this program without more ado, as it has to while another one has the terminal: the shell
+/// waits until both have stopped.
 #[cfg(unix)]
-fn interrupts() -> io::Result<&'static std::sync::Arc<AtomicBool>> {
+fn stops() -> io::Result<&'static std::sync::Arc<AtomicBool>> {
     use std::sync::{Arc, OnceLock};
-    static DEFAULT: OnceLock<Arc<AtomicBool>> = OnceLock::new();
-    if let Some(default) = DEFAULT.get() {
-        return Ok(default);
+    static STOPS: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+    if let Some(stops) = STOPS.get() {
+        return Ok(stops);
     }
-    let default = Arc::new(AtomicBool::new(true));
-    let signal = signal_hook::consts::SIGINT;
-    signal_hook::flag::register_conditional_default(signal, default.clone())?;
-    Ok(DEFAULT.get_or_init(|| default))
+    let stops = Arc::new(AtomicBool::new(false));
+    let signal = signal_hook::consts::SIGTSTP;
+    signal_hook::flag::register_conditional_default(signal, stops.clone())?;
+    Ok(STOPS.get_or_init(|| stops))
 }
 
 impl Drop for Screen {

@@ -1,5 +1,6 @@
 //! Helpers that several test files share.
 #![allow(dead_code, clippy::unwrap_used)]
 
+pub mod planted;
 pub mod program;
 pub mod server;

@@ -17,14 +17,15 @@ pub struct Picker {
     pub selected: usize,
 }
 
-/// The actions that a palette shows, the best match first.
+/// The actions that a palette shows, the best match first; who types a whole name means that one.
 #[must_use]
 pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
     let texts = ACTIONS.iter().map(|e| format!("{} {}", e.id, e.doc));
-    matching(&picker.text, texts)
-        .into_iter()
-        .map(|i| &ACTIONS[i])
-        .collect()
+    let shown = matching(&picker.text, texts);
+    let mut shown: Vec<&Entry> = shown.into_iter().map(|i| &ACTIONS[i]).collect();
+    let typed = picker.text.trim();
+    shown.sort_by_key(|entry| entry.id != typed);
+    shown
 }
 
 /// The models that the list shows, the best match first; what is typed can be one of its own.

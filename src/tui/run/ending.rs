@@ -1,28 +1,44 @@
-//! The signals that ask the program to end.
+//! The signals of the system that the workbench answers in good order, with the terminal given back.
 
-/// The signals that ask the program to end.
+use super::super::message::Msg;
+
+/// The signals that ask the program to end or to stop for a while.
+///
+/// Ctrl-C and Ctrl-Z are keys here: an interrupt or a stop comes from somewhere else.
 pub struct Ending {
     #[cfg(unix)]
-    terminate: tokio::signal::unix::Signal,
+    ends: [tokio::signal::unix::Signal; 4],
     #[cfg(unix)]
-    hang_up: tokio::signal::unix::Signal,
+    stop: tokio::signal::unix::Signal,
 }
 
 impl Ending {
+    /// Begins to listen; what came before is not heard.
     #[cfg(unix)]
     pub fn listen() -> std::io::Result<Self> {
         use tokio::signal::unix::{SignalKind, signal};
+        let stop = SignalKind::from_raw(signal_hook::consts::SIGTSTP);
         Ok(Self {
-            terminate: signal(SignalKind::terminate())?,
-            hang_up: signal(SignalKind::hangup())?,
+            ends: [
+                signal(SignalKind::terminate())?,
+                signal(SignalKind::hangup())?,
+                signal(SignalKind::interrupt())?,
+                signal(SignalKind::quit())?,
+            ],
+            stop: signal(stop)?,
         })
     }
 
+    /// Waits for the next one.
     #[cfg(unix)]
-    pub async fn wait(&mut self) {
+    pub async fn wait(&mut self) -> Msg {
+        let [terminate, hang_up, interrupt, quit] = &mut self.ends;
         tokio::select! {
-            _ = self.terminate.recv() => {}
-            _ = self.hang_up.recv() => {}
+            _ = terminate.recv() => Msg::Terminate,
+            _ = hang_up.recv() => Msg::Terminate,
+            _ = interrupt.recv() => Msg::Terminate,
+            _ = quit.recv() => Msg::Terminate,
+            _ = self.stop.recv() => Msg::Stop,
         }
     }
 
@@ -32,7 +48,7 @@ impl Ending {
     }
 
     #[cfg(not(unix))]
-    pub async fn wait(&mut self) {
+    pub async fn wait(&mut self) -> Msg {
         std::future::pending().await
     }
 }

@@ -1,12 +1,16 @@
 //! A workbench whose effects are done at once, where they need no network.
 
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use crate::config::Config;
 use crate::evaluation::{Answer, Judged, Missing};
+use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{WantedEgo, bundled};
+use crate::scenario::{Entry, Place, WantedEgo, bundled};
 use crate::store::Consumed;
 use crate::tui::keymap::Key;
 use crate::tui::loaded::{Measured, Opened};
@@ -59,7 +63,7 @@ impl Bench {
             match effect {
                 Effect::Open(id, entry, ego) => {
                     let ego = ego.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
-                    let opened = Opened::read(&entry, &ego, &self.model.thresholds);
+                    let opened = opened(&entry, &ego, &self.model.thresholds);
                     self.send(Msg::Opened(id, opened.map(Box::new)));
                 }
                 Effect::Measure(id, scene, obstacle, thresholds) => {
@@ -127,6 +131,28 @@ impl Bench {
         };
         (0..rows).map(line).collect::<Vec<_>>().join("\n")
     }
+}
+
+/// A scenario as it is opened; bundled ones under the shipped thresholds are read once for all tests.
+pub fn opened(entry: &Entry, ego: &WantedEgo, thresholds: &Thresholds) -> Result<Opened, String> {
+    type Read = HashMap<(Place, Option<i64>), Result<Opened, String>>;
+    static READ: Mutex<Option<Read>> = Mutex::new(None);
+    let taken = match ego {
+        WantedEgo::Beside => None,
+        WantedEgo::Obstacle(id) => Some(*id),
+        _ => return Opened::read(entry, ego, thresholds),
+    };
+    if !matches!(entry.place, Place::Bundled(_)) || !thresholds.changes().is_empty() {
+        return Opened::read(entry, ego, thresholds);
+    }
+    let key = (entry.place.clone(), taken);
+    let read = || READ.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(opened) = read().get_or_insert_default().get(&key) {
+        return opened.clone();
+    }
+    let opened = Opened::read(entry, ego, thresholds);
+    read().get_or_insert_default().insert(key, opened.clone());
+    opened
 }
 
 /// An answer of `model` that says `dangerous` and names an obstacle.

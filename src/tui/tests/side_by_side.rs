@@ -315,3 +315,16 @@ fn no_size_and_no_key_does_harm() {
     empty.press("shift-c shift-b 1 n enter w s ctrl-c");
     empty.frame(80, 24);
 }
+
+#[test]
+fn the_palette_rates_nothing_that_is_not_on_the_screen() {
+    let mut bench = sized(two(), 120, 40);
+    bench.press("shift-c esc d d");
+    assert!(bench.model.answers.columns.is_empty());
+    for name in ["tie", "all-wrong", "best-1", "mark-wrong"] {
+        bench.perform(name);
+        let rated = bench.effects.iter().any(|e| matches!(e, Effect::Rate(_)));
+        assert!(!rated && bench.model.compare.open, "{name}");
+        bench.press("esc");
+    }
+}

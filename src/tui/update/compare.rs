@@ -49,9 +49,16 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
 }
 
-/// What an action does on this screen.
+/// What an action does on this screen; where it is not open, it is opened and nothing else is done.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     use Action::*;
+    if !model.compare.open {
+        open(model);
+        return match action {
+            Ratings if model.compare.open => vec![Effect::ReadRatings],
+            _ => Vec::new(),
+        };
+    }
     let count = model.compare.shown.len().max(1);
     match action {
         Cancel if model.compare.ratings.take().is_some() => {}

@@ -186,10 +186,23 @@ fn turn(model: &mut Model) {
     };
 }
 
-/// Text from the terminal's clipboard.
+/// Characters that are pasted into a line at most: nobody looks for more.
+const LINE: usize = 1000;
+
+/// What of a pasted text goes into a line: its first line, as far as a line goes.
+pub fn first_line(text: &str) -> String {
+    let line = text.lines().next().unwrap_or_default();
+    line.chars().take(LINE).collect()
+}
+
+/// Text from the terminal's clipboard: it goes where keys go.
 pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
     if model.overlays.last() == Some(&Overlay::History) {
         return history::paste(model, text);
+    }
+    if !model.overlays.is_empty() || model.compare.open {
+        super::overlays::paste(model, text);
+        return Vec::new();
     }
     if model.prompt.editing {
         if let Some(entry) = &mut model.prompt.entry {
@@ -205,17 +218,9 @@ pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
             model.say(format!("{signs} control characters were pasted as signs"));
         }
     } else if model.list.filtering {
-        let filter = format!(
-            "{}{}",
-            model.list.filter,
-            text.lines().next().unwrap_or_default()
-        );
+        let filter = format!("{}{}", model.list.filter, first_line(text));
         model.list.set_filter(filter);
         return super::open_current(model);
-    } else if let Some(picker) = super::overlays::picker_mut(model) {
-        picker
-            .text
-            .push_str(text.lines().next().unwrap_or_default());
     }
     Vec::new()
 }

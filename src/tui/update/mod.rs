@@ -55,6 +55,7 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     claims::follow(model);
     effects.extend(values::follow(model));
     map::follow(model);
+    overlays::settle(model);
     jobs::follow(model, &effects);
     effects.extend(session::follow(model));
     effects
@@ -151,6 +152,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Terminate => actions::quit(model),
+        Msg::Stop => vec![Effect::Suspend],
     }
 }
 

@@ -95,6 +95,15 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
             _ => {}
         }
     }
+    settle(model);
+    if matches!(model.overlays.last(), Some(Overlay::Themes(_))) {
+        look::preview(model);
+    }
+    Vec::new()
+}
+
+/// Keeps the selected line one of those that are listed: what is pasted or read again may leave fewer.
+pub fn settle(model: &mut Model) {
     let lines = match model.overlays.last() {
         Some(Overlay::Palette(picker)) => palette_shown(picker).len(),
         Some(Overlay::Themes(picker)) => themes_shown(model, picker).len(),
@@ -103,15 +112,31 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         Some(Overlay::Measures { picker, sort: true }) => orders_shown(picker).len(),
         Some(Overlay::Measures { picker, .. }) => measures_shown(picker).len(),
         Some(Overlay::Templates { picker }) => templates_shown(model, picker).len(),
-        _ => 0,
+        _ => return,
     };
     if let Some(picker) = picker_mut(model) {
         picker.selected = picker.selected.min(lines.saturating_sub(1));
     }
-    if matches!(model.overlays.last(), Some(Overlay::Themes(_))) {
-        look::preview(model);
+}
+
+/// Text that is pasted into the line of the overlay on top, or into that of a reason on the screen of answers side by
+/// side.
+pub fn paste(model: &mut Model, text: &str) {
+    let line = editing::first_line(text);
+    if let Some(Overlay::Help { scroll, text }) = model.overlays.last_mut() {
+        text.push_str(&line);
+        *scroll = 0;
+    } else if let Some(picker) = picker_mut(model) {
+        picker.text.push_str(&line);
+        picker.selected = 0;
+        if matches!(model.overlays.last(), Some(Overlay::Themes(_))) {
+            look::preview(model);
+        }
+    } else if let Some(marking) = model.compare.marking.as_mut()
+        && model.overlays.is_empty()
+    {
+        marking.text.push_str(&line);
     }
-    Vec::new()
 }
 
 /// The line that is typed into, if an overlay has one.

@@ -38,6 +38,10 @@ pub fn read(model: &mut Model, place: usize, read: Result<Box<Source>, String>) 
 
 fn show(model: &mut Model) {
     let scroll = at_picked(model).unwrap_or(0);
+    // Keys may be faster than the file: it may have been asked for twice.
+    model
+        .overlays
+        .retain(|o| !matches!(o, Overlay::Source { .. }));
     model.overlays.push(Overlay::Source { scroll });
 }
 

@@ -10,6 +10,7 @@ use ratatui::widgets::Paragraph;
 
 use crate::text::visible;
 use crate::tui::model::{Editor, EntryLine, HEAVY, Model, rows, width_of};
+use crate::tui::theme::ROLES;
 use crate::tui::widgets::highlight::{self, template};
 
 /// Lines before the first one of a heavy text that are highlighted too, for what begins there.
@@ -150,14 +151,9 @@ fn highlighted(editor: &Editor, model: &Model, first: usize, last: usize) {
         false => (0, editor.line_count()),
     };
     let mut hasher = DefaultHasher::new();
-    (
-        editor.text(),
-        &model.theme.name,
-        from,
-        to,
-        highlight::is_loaded(),
-    )
-        .hash(&mut hasher);
+    // A theme's file may be changed meanwhile: its name does not stand for its colours.
+    let colors: Vec<_> = ROLES.iter().map(|role| model.theme.role(role)).collect();
+    (editor.text(), colors, from, to, highlight::is_loaded()).hash(&mut hasher);
     let of = hasher.finish();
     let mut styles = editor.styles.borrow_mut();
     if styles.of == of && !styles.lines.is_empty() {

@@ -1,0 +1,226 @@
+//! Every view and overlay at four sizes: what it says, and that no theme hides anything of it.
+
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
+use ratatui::style::{Color, Modifier};
+
+use super::answers::stored_of;
+use super::bench::{Bench, answer};
+use super::kept::three;
+use crate::evaluation::Answer;
+use crate::store::RunId;
+use crate::tui::keymap::{Keymap, Preset};
+use crate::tui::message::runs::{BatchAsk, BatchNews, Counts, Priced};
+use crate::tui::message::{Effect, Msg, Reloaded};
+use crate::tui::theme::{Depth, Theme};
+use crate::tui::views;
+use crate::tui::widgets::highlight;
+
+const SIZES: [(u16, u16); 4] = [(80, 24), (100, 30), (120, 40), (200, 60)];
+
+/// Every view with the keys that lead to it, and whether a line in its middle is selected.
+const VIEWS: [(&str, &str, bool); 34] = [
+    ("scenarios", "", false),
+    ("scenarios alone", "z", false),
+    ("grouped", "shift-s", false),
+    ("filtered", "/ m e r", false),
+    ("map", "tab", false),
+    (
+        "map alone with tape and paths",
+        "tab shift-t shift-p z",
+        false,
+    ),
+    ("timeline", "tab tab", false),
+    ("prompt", "tab tab tab", false),
+    ("template alone", "tab tab tab v z", false),
+    ("verdict alone", "tab tab tab tab z", false),
+    ("reasoning alone", "tab tab tab tab tab z", false),
+    ("plot alone", "tab tab tab tab tab tab z", false),
+    ("safety task", "t", false),
+    ("help", "?", false),
+    ("about", "i", false),
+    ("values", "shift-v", false),
+    ("palette", ":", true),
+    ("models", "m", true),
+    ("models to compare", "c", true),
+    ("themes", "ctrl-t", false),
+    ("measures", "p", true),
+    ("orders", "s", true),
+    ("pictures", "o", true),
+    ("templates", ": t e m p l a t e s enter", true),
+    ("tags", "#", false),
+    ("layers", "shift-l", false),
+    ("details", "shift-i", false),
+    ("source", "shift-x", false),
+    ("tasks", "shift-j", false),
+    ("batch", "shift-a", false),
+    ("side by side", "shift-c", false),
+    ("a reason", "shift-c w", false),
+    ("blind", "shift-b", false),
+    ("editor", "e ctrl-f y o u", false),
+];
+
+fn said(model: &str, dangerous: bool, run: i64) -> Answer {
+    Answer {
+        run: Some(RunId(run)),
+        text:
+            "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m at step 20. It is **fast**."
+                .into(),
+        ..answer(model, dangerous, 301)
+    }
+}
+
+/// Two answers beside the built-in judge, at the contact; then these keys.
+fn bench(keys: &str, size: (u16, u16)) -> Bench {
+    highlight::load();
+    let mut bench = Bench::bundled();
+    bench.send(Msg::Reloaded(Reloaded::Themes(Theme::all(
+        std::path::Path::new("/nonexistent"),
+    ))));
+    bench.send(Msg::Resize(size.0, size.1));
+    bench.model.model = "lab/small".into();
+    let of = stored_of(&bench);
+    bench.send(Msg::Stored(
+        of,
+        vec![said("lab/small", false, 7), said("lab/large", true, 8)],
+    ));
+    bench.press("x");
+    bench.model.toasts.clear();
+    bench.frame(size.0, size.1);
+    bench.press(keys);
+    let count = bench.effects.iter().find_map(|effect| match effect {
+        Effect::Batch(BatchAsk::Count(id, _)) => Some(*id),
+        _ => None,
+    });
+    if let Some(id) = count {
+        let counts = Counts {
+            looked: 8,
+            asks: 7,
+            stored: 1,
+            tokens: 12_345,
+            price: Priced::AtMost(0.1234),
+            at_once: 4,
+            ..Counts::default()
+        };
+        bench.send(Msg::Batch(BatchNews::Counted(id, counts)));
+    }
+    bench
+}
+
+fn drawn(bench: &mut Bench, theme: Theme, (columns, rows): (u16, u16)) -> Buffer {
+    bench.model.theme = theme;
+    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
+    let drawn = terminal.draw(|frame| views::draw(frame, &bench.model));
+    drawn.unwrap().buffer.clone()
+}
+
+fn text(buffer: &Buffer) -> String {
+    let columns = usize::from(buffer.area.width);
+    let line = |cells: &[ratatui::buffer::Cell]| {
+        let line: String = cells.iter().map(|cell| cell.symbol()).collect();
+        line.trim_end().to_string()
+    };
+    let lines: Vec<String> = buffer.content.chunks(columns).map(line).collect();
+    lines.join("\n")
+}
+
+const SIGNS: [Modifier; 3] = [Modifier::BOLD, Modifier::REVERSED, Modifier::UNDERLINED];
+
+/// Holds the view in every theme against the dark one; gives its text.
+fn seen_in_every_theme(what: &str, bench: &mut Bench, size: (u16, u16), selects: bool) -> String {
+    let dark = drawn(bench, Theme::default_for(true), size);
+    let plain = drawn(bench, Theme::default_for(true).at_depth(Depth::None), size);
+    let light = drawn(bench, Theme::default_for(false), size);
+    let sixteen = drawn(
+        bench,
+        Theme::default_for(true).at_depth(Depth::Sixteen),
+        size,
+    );
+    let words = text(&dark);
+    for (name, other) in [
+        ("light", &light),
+        ("no colour", &plain),
+        ("sixteen", &sixteen),
+    ] {
+        assert_eq!(text(other), words, "{what} at {size:?}, {name}");
+    }
+    for (i, cell) in plain.content.iter().enumerate() {
+        assert!(
+            cell.fg == Color::Reset && cell.bg == Color::Reset,
+            "{what} at {size:?}: {cell:?}"
+        );
+        for sign in SIGNS {
+            let (had, has) = (
+                dark.content[i].modifier.contains(sign),
+                cell.modifier.contains(sign),
+            );
+            assert_eq!(had, has, "{what} at {size:?}: {sign:?} of {cell:?}");
+        }
+    }
+    for buffer in [&dark, &light, &sixteen] {
+        let hidden = buffer
+            .content
+            .iter()
+            .find(|cell| cell.fg == cell.bg && cell.fg != Color::Reset);
+        assert!(
+            hidden.is_none(),
+            "{what} at {size:?}: {hidden:?} cannot be seen"
+        );
+    }
+    let reversed = |y| plain[(size.0 / 2, y)].modifier.contains(Modifier::REVERSED);
+    assert!(
+        !selects || (0..size.1).any(reversed),
+        "{what} at {size:?}: no line is selected\n{words}"
+    );
+    words
+}
+
+fn everything_at(size: (u16, u16)) -> String {
+    let mut all = String::new();
+    for (what, keys, selects) in VIEWS {
+        let mut bench = bench(keys, size);
+        let words = seen_in_every_theme(what, &mut bench, size, selects);
+        all.push_str(&format!("=== {what} ===\n{words}\n"));
+    }
+    all
+}
+
+#[test]
+fn everything_at_80_by_24() {
+    insta::assert_snapshot!(everything_at(SIZES[0]));
+}
+
+#[test]
+fn everything_at_100_by_30() {
+    insta::assert_snapshot!(everything_at(SIZES[1]));
+}
+
+#[test]
+fn everything_at_120_by_40() {
+    insta::assert_snapshot!(everything_at(SIZES[2]));
+}
+
+#[test]
+fn everything_at_200_by_60() {
+    insta::assert_snapshot!(everything_at(SIZES[3]));
+}
+
+/// What has the time of day in it is held against the themes alone.
+#[test]
+fn the_history_and_the_keys_after_a_prefix_in_every_theme() {
+    for size in SIZES {
+        let mut kept = three();
+        kept.bench.model.size = size;
+        seen_in_every_theme("history", &mut kept.bench, size, false);
+        let mut bench = Bench::bundled();
+        bench.model.look.keymap = Keymap::of(Preset::Vim);
+        bench.press("g");
+        let words = seen_in_every_theme("prefix", &mut bench, size, false);
+        assert!(
+            words.contains("g g") || words.contains("first scenario"),
+            "{words}"
+        );
+    }
+    seen_in_every_theme("too small", &mut Bench::bundled(), (40, 10), false);
+}

@@ -1,0 +1,180 @@
+//! Random people at random terminals: keys, text, mouse, sizes, pastes and news of every kind, in any order.
+//!
+//! `NEARMISS_RANDOM_CASES` raises the number of sequences, each of [`LENGTH`] inputs; `NEARMISS_RANDOM_SEED` begins with
+//! another one, and a failure names the one to repeat it with.
+
+mod plausible;
+mod sound;
+mod world;
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::select;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
+
+use self::world::{News, World};
+use crate::config::Keys;
+use crate::tui::action::ACTIONS;
+use crate::tui::keymap::{Code, Key, Preset};
+
+/// Inputs of a sequence.
+const LENGTH: u64 = 1000;
+
+/// Sequences where nobody asks for more; one takes some five seconds.
+const CASES: u64 = 1;
+
+/// Presses of Esc after which everything is closed, whatever was open.
+const ESCAPES: usize = 10;
+
+/// One thing that happens.
+#[derive(Debug, Clone)]
+pub enum Input {
+    /// Keys, one after another.
+    Keys(Vec<Key>),
+    /// An action by its name in the palette.
+    Named(&'static str),
+    /// The mouse does something at this part of the screen's width and height.
+    Mouse(u8, f64, f64),
+    /// The terminal has another size.
+    Resize(u16, u16),
+    /// Text is pasted.
+    Paste(String),
+    /// Milliseconds pass.
+    Passed(u64),
+    /// So many of the things that were asked for are done.
+    Done(usize),
+    /// Something is heard of that nobody asked for.
+    News(News),
+    /// A frame is drawn.
+    Drawn,
+    /// Esc is pressed until nothing is open.
+    Out,
+}
+
+fn key_of_the_table() -> impl Strategy<Value = Vec<Key>> {
+    let presets = Preset::ALL.map(|(_, preset)| crate::tui::keymap::Keymap::of(preset));
+    let mut all = Vec::new();
+    for keymap in &presets {
+        for entry in ACTIONS {
+            all.extend(keymap.keys(entry).map(|chord| chord.0.clone()));
+        }
+    }
+    select(all)
+}
+
+fn any_key() -> impl Strategy<Value = Vec<Key>> {
+    let codes = [
+        Code::Up,
+        Code::Down,
+        Code::Left,
+        Code::Right,
+        Code::Home,
+        Code::End,
+        Code::PageUp,
+        Code::PageDown,
+        Code::Enter,
+        Code::Esc,
+        Code::Tab,
+        Code::BackTab,
+        Code::Backspace,
+        Code::Delete,
+        Code::Function(1),
+        Code::Function(12),
+    ];
+    let code = prop_oneof![
+        3 => select(codes.to_vec()),
+        4 => (b' '..=b'~').prop_map(|c| Code::Char(char::from(c))),
+        1 => select(vec!['ö', '猫', 'ж', '\u{301}', '\u{1f697}', '\u{202e}']).prop_map(Code::Char),
+    ];
+    let modifiers = (
+        prop::bool::weighted(0.15),
+        prop::bool::weighted(0.1),
+        prop::bool::weighted(0.1),
+    );
+    (code, modifiers).prop_map(|(code, (ctrl, alt, shift))| {
+        vec![Key {
+            code,
+            ctrl,
+            alt,
+            shift: shift && !matches!(code, Code::Char(_)),
+        }]
+    })
+}
+
+fn text() -> impl Strategy<Value = String> {
+    select(vec![
+        "merge",
+        "301 is near at step 20",
+        "{{ description }}",
+        "{% for",
+        "two\nlines\r\nand a third",
+        "\u{1b}]0;owned\u{7}\u{1b}[2J",
+        "",
+        "猫\u{200b}e\u{301}\u{1f468}\u{200d}\u{1f469}",
+        "risk<2 obstacles>3",
+        "model:lab verdict:dangerous",
+        "999999999999999999999999",
+    ])
+    .prop_map(String::from)
+}
+
+fn size() -> impl Strategy<Value = (u16, u16)> {
+    prop_oneof![
+        3 => (1..=300u16, 1..=100u16),
+        2 => select(vec![(80, 24), (100, 30), (110, 32), (120, 40), (200, 60), (300, 100), (1, 1), (79, 24), (80, 23)]),
+    ]
+}
+
+fn input() -> impl Strategy<Value = Input> {
+    let names: Vec<&'static str> = ACTIONS.iter().map(|entry| entry.id).collect();
+    prop_oneof![
+        40 => key_of_the_table().prop_map(Input::Keys),
+        14 => any_key().prop_map(Input::Keys),
+        4 => text().prop_map(|text| Input::Keys(text.chars().map(|c| Key::plain(Code::Char(c))).collect())),
+        8 => select(names).prop_map(Input::Named),
+        8 => (0..5u8, 0.0..1.1, 0.0..1.1).prop_map(|(what, x, y)| Input::Mouse(what, x, y)),
+        2 => size().prop_map(|(columns, rows)| Input::Resize(columns, rows)),
+        2 => text().prop_map(Input::Paste),
+        5 => prop_oneof![0..100u64, 0..5000u64].prop_map(Input::Passed),
+        12 => (1..6usize).prop_map(Input::Done),
+        4 => world::news().prop_map(Input::News),
+        6 => Just(Input::Drawn),
+        1 => Just(Input::Out),
+    ]
+}
+
+fn from_environment(name: &str, otherwise: u64) -> u64 {
+    let said = std::env::var(name).ok();
+    said.map_or(otherwise, |n| n.parse().expect(name))
+}
+
+/// The person and the terminal of a seed: the same for the same seed.
+fn world(seed: u64) -> (World, Vec<Input>) {
+    let mut bytes = [0; 32];
+    bytes[..8].copy_from_slice(&seed.to_le_bytes());
+    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &bytes);
+    let mut runner = TestRunner::new_with_rng(ProptestConfig::default(), rng);
+    let keys = select(vec![Keys::Plain, Keys::Vim, Keys::Emacs]);
+    let preset = select(Preset::ALL.map(|(_, preset)| preset).to_vec());
+    let length = from_environment("NEARMISS_RANDOM_LENGTH", LENGTH);
+    let inputs = vec(input(), usize::try_from(length).unwrap());
+    let tree = (keys, preset, size(), inputs).new_tree(&mut runner);
+    let (keys, preset, size, inputs) = tree.unwrap().current();
+    (World::new(keys, preset, size), inputs)
+}
+
+#[test]
+fn whatever_happens_nothing_breaks_and_esc_leads_out() {
+    let first = from_environment("NEARMISS_RANDOM_SEED", 1);
+    let cases = from_environment("NEARMISS_RANDOM_CASES", CASES);
+    for seed in first..first + cases {
+        let (mut world, inputs) = world(seed);
+        world.told = format!("NEARMISS_RANDOM_SEED={seed}");
+        for input in &inputs {
+            world.take(input);
+        }
+        world.out();
+        world.draw();
+    }
+}

@@ -1,0 +1,108 @@
+//! Plausible results of what is asked for: answers, ratings, batches, facts.
+
+use std::collections::HashMap;
+use std::sync::{Mutex, OnceLock};
+
+use super::super::bench::answer;
+use super::super::kept::FIRST;
+use super::world::{CLAIMS, HOSTILE};
+use crate::evaluation::Answer;
+use crate::metrics::Thresholds;
+use crate::scenario::{Entry, WantedEgo};
+use crate::store::{Choice, RatedAnswer, Rating, RunId};
+use crate::tui::loaded::{Facts, Verdicts};
+use crate::tui::message::Msg;
+use crate::tui::message::runs::{BatchAsk, BatchNews, Counts, Ended, Priced};
+use crate::verdict::Task;
+
+/// The answer of a number.
+pub fn stored(n: usize) -> Answer {
+    let model = ["lab/small", "lab/large", "lab/\u{1b}[31mred"][n % 3];
+    Answer {
+        run: Some(RunId(n as i64)),
+        how: ["ego · base", "ego · cp+cot+icl", "cartesian · cp"][n / 3 % 3].into(),
+        text: [CLAIMS, HOSTILE, "so be it"][n % 3].into(),
+        reasoning: CLAIMS.repeat(n % 9),
+        ..answer(model, n.is_multiple_of(2), 301)
+    }
+}
+
+pub fn rating() -> Rating {
+    let rated = |model: &str, wrong| RatedAnswer {
+        run: None,
+        model: model.into(),
+        prompt: "ego · base".into(),
+        wrong,
+        reason: wrong.then(|| HOSTILE.into()),
+    };
+    Rating {
+        id: 1,
+        created_ms: 0,
+        person: HOSTILE.into(),
+        scenario: FIRST.into(),
+        task: Task::Collision,
+        blind: true,
+        seed: 1,
+        choice: Choice::Best(0),
+        notes: HOSTILE.into(),
+        answers: vec![rated("lab/small", false), rated(HOSTILE, true)],
+    }
+}
+
+pub fn batch(ask: BatchAsk, n: usize) -> Vec<Msg> {
+    let batch = |news| Msg::Batch(news);
+    match ask {
+        BatchAsk::Count(id, asked) => vec![batch(BatchNews::Counted(
+            id,
+            Counts {
+                looked: asked.entries.len().saturating_sub(n % 4 / 3),
+                asks: n % 9,
+                stored: n % 2,
+                why: Some(HOSTILE.into()),
+                refused: n.is_multiple_of(5).then(|| HOSTILE.into()),
+                price: Priced::Questions(0.1, 2.0),
+                at_once: 4,
+                ..Counts::default()
+            },
+        ))],
+        BatchAsk::Begin(id, asked) => {
+            let mut msgs = vec![batch(BatchNews::Named(id, format!("then-{n}")))];
+            for place in 0..asked.entries.len() {
+                msgs.push(batch(BatchNews::Ended(
+                    id,
+                    match place % 4 {
+                        0 => Err(format!("the server is gone {HOSTILE}")),
+                        _ => Ok(Ended {
+                            about: None,
+                            answer: Box::new(stored(place)),
+                            truth: Some(true),
+                        }),
+                    },
+                )));
+            }
+            if !n.is_multiple_of(3) {
+                msgs.push(batch(BatchNews::Over(id)));
+            }
+            msgs
+        }
+        BatchAsk::Stop(id) => vec![batch(BatchNews::Over(id))],
+        BatchAsk::StopCounting => Vec::new(),
+    }
+}
+
+pub fn facts(entry: &Entry) -> Result<Facts, String> {
+    static READ: OnceLock<Mutex<HashMap<String, Result<Facts, String>>>> = OnceLock::new();
+    let mut read = READ
+        .get_or_init(Mutex::default)
+        .lock()
+        .unwrap_or_else(|e| e.into_inner());
+    let fresh = || {
+        Facts::read(
+            entry,
+            &WantedEgo::Beside,
+            Thresholds::shipped(),
+            &Verdicts::default(),
+        )
+    };
+    read.entry(entry.name.clone()).or_insert_with(fresh).clone()
+}

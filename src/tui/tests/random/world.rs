@@ -1,0 +1,357 @@
+//! A workbench and what surrounds it: effects wait until they are done, and are done with plausible results.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+use proptest::prelude::*;
+use proptest::sample::select;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::layout::Position;
+
+use super::super::bench::{no_verdict, opened};
+use super::super::kept::{FIRST, Kept};
+use super::plausible::{batch, facts, rating, stored};
+use super::{ESCAPES, Input, sound};
+use crate::config::Keys;
+use crate::evaluation::Event;
+use crate::llm::{Dialect, Discovered};
+use crate::metrics::Thresholds;
+use crate::prompts::Library;
+use crate::scenario::{Entry, WantedEgo, bundled};
+use crate::store::RunId;
+use crate::tui::keymap::{Code, Key, Keymap, Preset};
+use crate::tui::loaded::{Measured, Source};
+use crate::tui::message::runs::{HistoryAsk, HistoryNews};
+use crate::tui::message::{Effect, Mouse, Msg, Reloaded};
+use crate::tui::model::PromptPane;
+use crate::tui::theme::Theme;
+use crate::tui::update::update;
+use crate::tui::views;
+
+/// What can be heard of at any time.
+#[derive(Debug, Clone, Copy)]
+pub enum News {
+    Complaint,
+    Changed,
+    Discovered,
+    Searched,
+    Listed,
+    Themes,
+    Keymap(Preset),
+    Config,
+    Thresholds,
+    Unreadable,
+    Ratings,
+    Reread,
+    Terminate,
+}
+
+pub fn news() -> impl Strategy<Value = News> {
+    use News::*;
+    let presets = Preset::ALL.map(|(_, preset)| Keymap(preset));
+    let mut all = vec![
+        Complaint, Changed, Discovered, Searched, Listed, Themes, Config, Thresholds, Unreadable,
+        Ratings, Reread, Terminate,
+    ];
+    all.extend(presets);
+    select(all)
+}
+
+pub const HOSTILE: &str = "\u{1b}]0;owned\u{7}\u{202e}猫\u{9b}31m";
+
+pub const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m at step 20.\n\n\
+    Obstacle 302 is behind the ego. Obstacle 99999 is not there.";
+
+pub struct World {
+    kept: Kept,
+    size: (u16, u16),
+    /// What was asked for and is not done yet.
+    waiting: VecDeque<Effect>,
+    /// Counts what was done, so that results differ.
+    done: usize,
+    /// What to say of this world where something breaks in it.
+    pub told: String,
+    /// The last inputs.
+    last: VecDeque<String>,
+    taken: usize,
+}
+
+/// Tells how it came to a failure.
+impl Drop for World {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            let last: Vec<&str> = self.last.iter().map(String::as_str).collect();
+            eprintln!(
+                "{}: at {:?}, input {}, after\n{}",
+                self.told,
+                self.size,
+                self.taken,
+                last.join("\n")
+            );
+        }
+    }
+}
+
+impl World {
+    pub fn new(keys: Keys, preset: Preset, size: (u16, u16)) -> Self {
+        let mut kept = Kept::new();
+        for (i, scenario) in [FIRST, "ZAM_Lost-1_1_T-1", "ZAM_Merge-1_1_T-1"]
+            .into_iter()
+            .cycle()
+            .take(130)
+            .enumerate()
+        {
+            kept.add(scenario, "lab/small", i % 2 == 0, CLAIMS);
+        }
+        let model = &mut kept.bench.model;
+        model.prompt = PromptPane::new(keys);
+        model.look.keymap = Keymap::of(preset);
+        model.look.themes = Theme::all(std::path::Path::new("/nonexistent"));
+        model.size = size;
+        model.refresh();
+        let waiting = std::mem::take(&mut kept.bench.effects).into();
+        let mut world = Self {
+            kept,
+            size,
+            waiting,
+            done: 0,
+            told: String::new(),
+            last: VecDeque::new(),
+            taken: 0,
+        };
+        world.draw();
+        world
+    }
+
+    pub fn take(&mut self, input: &Input) {
+        self.taken += 1;
+        self.last.push_back(format!("{input:?}"));
+        if self.last.len() > 25 {
+            self.last.pop_front();
+        }
+        match input {
+            Input::Keys(keys) => keys.iter().for_each(|key| self.send(Msg::Key(*key))),
+            Input::Named(id) => {
+                self.send(Msg::Key(Key::plain(Code::Char(':'))));
+                for c in id.chars() {
+                    self.send(Msg::Key(Key::plain(Code::Char(c))));
+                }
+                self.send(Msg::Key(Key::plain(Code::Enter)));
+            }
+            Input::Mouse(what, x, y) => self.send(Msg::Mouse(self.mouse(*what, *x, *y))),
+            Input::Resize(columns, rows) => {
+                self.size = (*columns, *rows);
+                self.send(Msg::Resize(*columns, *rows));
+                self.draw();
+            }
+            Input::Paste(text) => self.send(Msg::Paste(text.clone())),
+            Input::Passed(ms) => self.send(Msg::Passed(Duration::from_millis(*ms))),
+            Input::Done(count) => (0..*count).for_each(|_| self.do_next()),
+            Input::News(news) => self.hear(*news),
+            Input::Drawn => self.draw(),
+            Input::Out => self.out(),
+        }
+    }
+
+    fn mouse(&self, what: u8, x: f64, y: f64) -> Mouse {
+        // Within the screen, or where it was before it became smaller.
+        let at = Position::new(
+            (f64::from(self.size.0) * x) as u16,
+            (f64::from(self.size.1) * y) as u16,
+        );
+        match what {
+            0 => Mouse::Press(at),
+            1 => Mouse::Drag(at),
+            2 => Mouse::Release(at),
+            3 => Mouse::WheelUp(at),
+            _ => Mouse::WheelDown(at),
+        }
+    }
+
+    fn send(&mut self, msg: Msg) {
+        let effects = update(&mut self.kept.bench.model, msg);
+        self.waiting.extend(effects);
+        sound::check(&self.kept.bench.model);
+    }
+
+    /// Presses Esc until nothing is open, a few times at most.
+    pub fn out(&mut self) {
+        for _ in 0..ESCAPES {
+            if sound::on_main_screen(&self.kept.bench.model) {
+                return;
+            }
+            self.send(Msg::Key(Key::plain(Code::Esc)));
+        }
+        let model = &self.kept.bench.model;
+        assert!(
+            sound::on_main_screen(model),
+            "Esc does not lead out of {}",
+            sound::what_is_open(model)
+        );
+    }
+
+    pub fn draw(&mut self) {
+        self.send(Msg::Drawing);
+        let (columns, rows) = self.size;
+        let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
+        let model = &self.kept.bench.model;
+        let drawn = terminal.draw(|frame| views::draw(frame, model)).unwrap();
+        let leaks = drawn.buffer.content().iter().find(|cell| {
+            cell.symbol()
+                .chars()
+                .any(|c| c.is_control() || c == '\u{202e}')
+        });
+        assert!(leaks.is_none(), "{leaks:?} reaches the terminal");
+    }
+
+    fn hear(&mut self, news: News) {
+        let msg = match news {
+            News::Complaint => Msg::Complaint(format!("the disk is full {HOSTILE}")),
+            News::Changed => Msg::History(HistoryNews::Changed),
+            News::Discovered => Msg::Discovered(vec![Discovered {
+                id: format!("ollama/tiny{}", self.done % 3),
+                dialect: Dialect::Ollama,
+            }]),
+            News::Searched => Msg::Searched(Ok(Vec::new())),
+            News::Listed => {
+                if self.kept.bench.model.list.rows.len() > 40 {
+                    return;
+                }
+                Msg::Listed(vec![
+                    Entry::of_file(std::path::Path::new("missing/ZAM_Gone-1_1_T-1.xml")),
+                    bundled().remove(1),
+                ])
+            }
+            News::Themes => Msg::Reloaded(Reloaded::Themes(Theme::all(std::path::Path::new(
+                "/nonexistent",
+            )))),
+            News::Keymap(preset) => Msg::Reloaded(Reloaded::Keymap(Ok(Keymap::of(preset)))),
+            News::Config => Msg::Reloaded(Reloaded::Config(match self.done % 2 {
+                0 => Err(format!("config.toml:1: {HOSTILE}")),
+                _ => Ok(Box::default()),
+            })),
+            News::Thresholds => Msg::Thresholds(Ok(Arc::new(Thresholds::shipped().clone()))),
+            News::Unreadable => Msg::Ratings(Err("the store is locked".into())),
+            News::Ratings => Msg::Ratings(Ok(vec![rating()])),
+            News::Reread => Msg::Reread(Library::load(None)),
+            News::Terminate => Msg::Terminate,
+        };
+        self.send(msg);
+    }
+
+    /// Does the oldest thing that was asked for.
+    fn do_next(&mut self) {
+        let Some(effect) = self.waiting.pop_front() else {
+            return;
+        };
+        self.done += 1;
+        let n = self.done;
+        for msg in self.results(effect, n) {
+            self.send(msg);
+        }
+    }
+
+    fn results(&mut self, effect: Effect, n: usize) -> Vec<Msg> {
+        let thresholds = Thresholds::shipped();
+        match effect {
+            Effect::Open(id, entry, ego) => {
+                let ego = ego.map_or(WantedEgo::Beside, WantedEgo::Obstacle);
+                vec![Msg::Opened(
+                    id,
+                    opened(&entry, &ego, thresholds).map(Box::new),
+                )]
+            }
+            Effect::Measure(id, scene, obstacle, _) => match n % 3 {
+                0 => vec![Msg::Measured(
+                    id,
+                    Box::new(Measured::of(&scene, obstacle, thresholds)),
+                )],
+                _ => Vec::new(),
+            },
+            Effect::ReadSource(place, entry) => {
+                vec![Msg::Source(place, Source::read(&entry).map(Box::new))]
+            }
+            Effect::Survey(entries) | Effect::SurveyMore(entries) => {
+                let facts = |(place, entry): (usize, Entry)| Msg::Surveyed(place, facts(&entry));
+                entries.into_iter().take(6).map(facts).collect()
+            }
+            Effect::Rank(measure, entries) => {
+                let value = |place: usize| (!place.is_multiple_of(3)).then_some(place as f64 * 0.7);
+                entries
+                    .into_iter()
+                    .map(|(place, _)| Msg::Ranked(measure, place, value(place)))
+                    .collect()
+            }
+            Effect::LoadStored(of) => vec![Msg::Stored(of, (0..n % 5).map(stored).collect())],
+            Effect::ReadThresholds => {
+                vec![Msg::Thresholds(Err(format!("thresholds.toml: {HOSTILE}")))]
+            }
+            Effect::ReadRatings => vec![Msg::Ratings(Ok(vec![rating()]))],
+            Effect::Rate(_) => vec![Msg::Rated(match n % 3 {
+                0 => Err("the store is locked".into()),
+                _ => Ok(7),
+            })],
+            Effect::Ask { id, model, .. } => self.answers(id, &model, n),
+            Effect::History(HistoryAsk::Export(..)) => {
+                vec![Msg::History(HistoryNews::Exported(Ok(
+                    "3 runs written".into()
+                )))]
+            }
+            Effect::History(ask) => {
+                self.kept.bench.effects.push(Effect::History(ask));
+                self.kept.settle();
+                self.waiting
+                    .extend(std::mem::take(&mut self.kept.bench.effects));
+                Vec::new()
+            }
+            Effect::Batch(ask) => batch(ask, n),
+            Effect::EditOutside(sent) => vec![Msg::EditedOutside(
+                sent.clone(),
+                match n % 2 {
+                    0 => Ok(format!("{} {HOSTILE}", sent.text)),
+                    _ => Err("the editor ended with status 3".into()),
+                },
+            )],
+            Effect::SaveTemplate(file, _)
+            | Effect::SaveTemplateAs(file, _)
+            | Effect::RemoveTemplate(file) => {
+                vec![Msg::Saved(file, Ok((Library::load(None), "saved".into())))]
+            }
+            Effect::RereadTemplates => vec![Msg::Reread(Library::load(None))],
+            Effect::Picture(_) => vec![Msg::Pictured(Ok("picture.svg".into()))],
+            _ => Vec::new(),
+        }
+    }
+
+    /// What comes of a question: pieces, the end, or a piece now and the rest after other things.
+    fn answers(&mut self, id: crate::tui::message::AskId, model: &str, n: usize) -> Vec<Msg> {
+        let whole = match n % 4 {
+            0 => Err(format!("the store is full {HOSTILE}")),
+            1 => Ok(Box::new(no_verdict(model, HOSTILE))),
+            _ => Ok(Box::new(stored(n))),
+        };
+        let mut msgs = vec![
+            Msg::Asked(id, Event::Kept(RunId(1000 + n as i64))),
+            Msg::Asked(id, Event::Note(format!("seed is not sent {HOSTILE}"))),
+            Msg::Asked(id, Event::Answering(Some(format!("other {HOSTILE}")))),
+            Msg::Asked(id, Event::Reasoning(format!("thinking {HOSTILE}"))),
+            Msg::Asked(
+                id,
+                Event::Retrying {
+                    attempt: 2,
+                    wait: Duration::from_secs(2),
+                    why: HOSTILE.into(),
+                },
+            ),
+            Msg::Asked(id, Event::Text(CLAIMS.into())),
+        ];
+        msgs.truncate(1 + n % 7);
+        // Some never end.
+        if !n.is_multiple_of(5) {
+            msgs.push(Msg::Answered(id, whole));
+        }
+        msgs
+    }
+}
