@@ -10,7 +10,7 @@ use crate::scenario::{Scene, Window, bundled};
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// Fills the template in a file for a bundled scenario, with every combination of techniques.
+/// Fills the template in a file for a bundled scenario, with every combination of techniques, with contact said and not.
 ///
 /// # Errors
 /// In words: it is for a task or frame that there is not, or cannot be filled.
@@ -31,13 +31,14 @@ pub fn trial(library: &Library, file: &str) -> Result<(), String> {
         return Err("no bundled scenario can be opened for a trial".into());
     };
     let obstacle = scene.participants().next().map(|p| p.obstacle.id);
-    for bits in 0..8_u8 {
+    for bits in 0..16_u8 {
         let settings = Settings {
             techniques: Some(Techniques {
                 cp: bits & 1 != 0,
                 cot: bits & 2 != 0,
                 icl: bits & 4 != 0,
             }),
+            contact: Some(bits & 8 != 0),
             obstacle: obstacle.filter(|_| frame == Frame::Trajectory),
             ..Settings::default()
         };
