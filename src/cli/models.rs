@@ -24,7 +24,10 @@ pub struct Models {
 /// Runs `models`.
 pub fn run(arguments: &Models) -> Outcome {
     let (folders, config) = configuration()?;
-    let registry = Registry::new(&config.providers).map_err(Failure::input)?;
+    let registry = Registry::lenient(&config.providers, &folders.config_file());
+    for (_, broken) in registry.broken() {
+        output::say(&format!("nearmiss: {broken}"));
+    }
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     for problem in &environment.problems {
         output::say(&format!("nearmiss: {problem}"));

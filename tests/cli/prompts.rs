@@ -324,11 +324,30 @@ fn what_is_wrong_with_a_users_template_is_listed() {
         MINE.replace("\"collision\"", "\"colision\""),
     );
     home.run(&["prompts"]).status(1).says(&[
-        "collision-ego.md:8",
+        "collision-ego.md: line 8: undefined value, in `{{ nothing_of_this_name }}`; the shipped template",
         "safety-ego.md: line 1",
         "no task `colision`",
         "3 of your templates",
     ]);
+    let table = home.run(&["prompts"]).status(1).stdout;
+    let rows = |file: &str, used: &str| {
+        let words = |l: &str| l.split_whitespace().map(String::from).collect::<Vec<_>>();
+        let rows = table.lines().map(words);
+        rows.filter(|r| r[0] == file && r[3] == used).count()
+    };
+    for file in ["collision-ego.md", "safety-ego.md"] {
+        assert_eq!((rows(file, "yes"), rows(file, "broken")), (1, 1), "{table}");
+    }
+    assert_eq!(rows("mine.md", "broken"), 1, "{table}");
+    let prompt = home.run(&["prompt", CUT_IN]).status(0);
+    assert!(prompt.stdout.contains("You are an expert"));
+    prompt.says(&[
+        "prompts/collision-ego.md: line 8",
+        "the shipped template is used",
+    ]);
+    home.run(&["prompts", "use", "mine"])
+        .status(2)
+        .says(&["mine.md", "no task `colision`"]);
     // What differs in a broken file can be seen too.
     let diff = home
         .run(&["prompts", "diff", "safety-ego"])

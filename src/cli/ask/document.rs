@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::words;
 use crate::cli::{cost, time};
 use crate::evaluation::{Answer, Case, Judged};
 use crate::judge;
@@ -16,7 +17,7 @@ pub(super) fn document(answer: &Answer, case: &Case) -> Value {
         Judged::Other(reading) => json!(reading.said),
         Judged::Missing(missing) => json!({
             "verdict": null,
-            "problem": missing.to_string(),
+            "problem": words::missing(missing),
             "answer": answer.text,
             "reasoning": answer.reasoning,
         }),
