@@ -1,6 +1,7 @@
 //! `nearmiss ask`: one answer, streamed.
 
 mod document;
+mod past;
 mod stream;
 mod words;
 
@@ -137,9 +138,9 @@ pub fn run(arguments: &Ask) -> Outcome {
         })
     })?;
     if arguments.json {
-        output::json(&document::document(&answer, &question.case))?;
+        output::json(&document::document(&answer, &question.case, &judge))?;
     } else {
-        output::text(&summary(&answer, &question.case))?;
+        output::text(&summary(&answer, &question.case, &judge))?;
     }
     let unknown = answer.unknown_obstacles(&question.case.scene.scenario);
     if !unknown.is_empty() {
@@ -245,16 +246,13 @@ fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failu
         })
 }
 
-fn summary(answer: &Answer, case: &Case) -> String {
+fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
+    let whose = past::whose(answer, judge.id());
     let mut text = String::new();
     match &answer.judged {
         Judged::Verdict(parsed) => {
             let verdict = &parsed.verdict;
-            text.push_str(&format!(
-                "verdict       {} ({})\n",
-                verdict.word(),
-                answer.model
-            ));
+            text.push_str(&format!("verdict       {} ({})\n", verdict.word(), whose));
             for o in &verdict.obstacles {
                 text.push_str(&format!(
                     "  risk {}      {}  {}\n",
@@ -267,7 +265,7 @@ fn summary(answer: &Answer, case: &Case) -> String {
             }
             text.push_str(&format!("justification {}\n", verdict.justification));
         }
-        Judged::Other(reading) => text.push_str(&words::said(&reading.said, &answer.model)),
+        Judged::Other(reading) => text.push_str(&words::said(&reading.said, &whose)),
         Judged::Missing(_) if answer.text.trim().is_empty() => {}
         Judged::Missing(_) => text.push_str(&format!("{}\n", answer.text.trim_end())),
     }
@@ -281,9 +279,10 @@ fn summary(answer: &Answer, case: &Case) -> String {
     let consumed = &answer.consumed;
     if let Some(tokens) = cost::tokens(consumed) {
         text.push_str(&format!("tokens        {tokens}\n"));
-        let cost = match consumed.cost_usd {
-            Some(usd) => format!("{usd:.6} USD"),
-            None => format!(
+        let cost = match (consumed.cost_usd, past::worked_out(answer, judge)) {
+            (Some(usd), _) => format!("{usd:.6} USD"),
+            (None, Some((usd, how))) => format!("{usd:.6} USD ({how})"),
+            (None, None) => format!(
                 "unknown ({})",
                 cost::unknown(consumed, &answer.model, answer.model_returned.as_deref())
             ),

@@ -19,6 +19,9 @@ pub struct Models {
     /// Do not look which servers run on this machine.
     #[arg(long)]
     offline: bool,
+    /// Also models found on this machine whose names say that they answer no questions, such as embeddings.
+    #[arg(long)]
+    all: bool,
 }
 
 /// Runs `models`.
@@ -43,6 +46,10 @@ pub fn run(arguments: &Models) -> Outcome {
     };
     let today = jiff::Zoned::now().date();
     let listed = registry.models(&environment, today);
+    let shown = new(&listed, &found).filter(|d| arguments.all || !d.is_no_chat());
+    let shown = shown.filter_map(|d| registry.known(&d.id, &environment, today));
+    let shown: Vec<Listed> = shown.collect();
+    let listed = [listed, shown].concat();
     if arguments.json {
         output::json(&document(&listed, &found, today))
     } else {
@@ -86,12 +93,7 @@ fn document(listed: &[Listed], found: &[Discovered], today: Date) -> Value {
             "running": is_found(model, found),
         })
     });
-    let discovered = new(listed, found)
-        .map(|model| json!({"id": model.id, "dialect": model.dialect.name(), "running": true}));
-    std::iter::once(reference)
-        .chain(known)
-        .chain(discovered)
-        .collect()
+    std::iter::once(reference).chain(known).collect()
 }
 
 /// A price with its source, and those of longer questions in it.
@@ -162,17 +164,6 @@ fn table(listed: &[Listed], found: &[Discovered], today: Date) -> String {
                 .map_or("–".into(), |pricing| sources.cell(pricing)),
             remarks.join("; "),
         ]);
-    }
-    for model in new(listed, found) {
-        let dialect = model.dialect.name();
-        rows.push(row([
-            &model.id,
-            dialect,
-            "–",
-            "unknown",
-            "–",
-            "running here",
-        ]));
     }
     let wide = |column: usize| {
         let widths = rows.iter().map(|cells| cells[column].chars().count());
