@@ -164,7 +164,7 @@ pub fn run(arguments: &Ask) -> Outcome {
 fn interrupted(run: Option<RunId>, no_store: bool) -> Failure {
     let message = match run {
         Some(run) => {
-            format!("interrupted; what had arrived is run {run}: `nearmiss runs show {run}`")
+            format!("interrupted; what had arrived is in the store: `nearmiss runs show {run}`")
         }
         None if no_store => "interrupted; nothing is kept".into(),
         None => "interrupted before anything was sent; there is no run".into(),
