@@ -55,9 +55,11 @@ fn in_text(text: &str, name: &str) -> Option<(usize, String)> {
     let error = Provider::deserialize(ValueDeserializer::from(entry)).err()?;
     let start = error.span()?.start;
     let line = text.get(..start)?.matches('\n').count() + 1;
-    let written = text.lines().nth(line - 1).unwrap_or_default().trim();
+    // The key alone: what somebody wrote behind it may be a secret.
+    let written = text.lines().nth(line - 1).unwrap_or_default();
+    let key = written.split('=').next().unwrap_or_default().trim();
     let words: Vec<&str> = error.message().split_whitespace().collect();
-    Some((line, format!("{}, in `{written}`", words.join(" "))))
+    Some((line, format!("{}, in `{key}`", words.join(" "))))
 }
 
 #[cfg(test)]
@@ -83,6 +85,10 @@ mod tests {
             "{said:?}"
         );
         assert!(said[0].contains("`imput`"), "{said:?}");
+        assert!(
+            !said.iter().any(|s| s.contains("= ")),
+            "no values: {said:?}"
+        );
         assert!(
             said[1].contains("config.toml:12: [provider.odd]"),
             "{said:?}"

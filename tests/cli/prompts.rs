@@ -121,9 +121,10 @@ fn a_template_that_cannot_be_filled_is_named_with_its_line() {
     let home = Home::new();
     let wrong = MINE.replace("{{ scenario }}", "\n{{ nothing_of_this_name }}");
     home.write(home.config().join("prompts/collision-ego.md"), wrong);
-    home.run(&["prompt", CUT_IN])
-        .status(2)
-        .says(&["collision-ego.md:8"]);
+    home.run(&["prompt", CUT_IN]).status(0).says(&[
+        "prompts/collision-ego.md: line 8: ",
+        "the shipped template is used",
+    ]);
 }
 
 #[test]
@@ -324,7 +325,8 @@ fn what_is_wrong_with_a_users_template_is_listed() {
         MINE.replace("\"collision\"", "\"colision\""),
     );
     home.run(&["prompts"]).status(1).says(&[
-        "collision-ego.md: line 8: undefined value, in `{{ nothing_of_this_name }}`; the shipped template",
+        "collision-ego.md: line 8: undefined value: `nothing_of_this_name` is undefined",
+        "the shipped template is used",
         "safety-ego.md: line 1",
         "no task `colision`",
         "3 of your templates",
@@ -345,9 +347,11 @@ fn what_is_wrong_with_a_users_template_is_listed() {
         "prompts/collision-ego.md: line 8",
         "the shipped template is used",
     ]);
-    home.run(&["prompts", "use", "mine"])
-        .status(2)
-        .says(&["mine.md", "no task `colision`"]);
+    home.run(&["prompts", "use", "mine"]).status(2).says(&[
+        "mine.md",
+        "no task `colision`",
+        "it is not used",
+    ]);
     // What differs in a broken file can be seen too.
     let diff = home
         .run(&["prompts", "diff", "safety-ego"])

@@ -68,6 +68,6 @@ fn templates_explain_contact_only_where_it_is_said() {
         let named = |text: &str| text.contains("Contact") || text.contains("is contact");
         assert!(!named(&without), "{file}:\n{without}");
         let speaks = ["ego", "metrics"].contains(&template.front.frame.as_str());
-        assert_eq!(named(&text(true)), speaks, "{file}");
+        assert_eq!(text(true).contains("Contact"), speaks, "{file}");
     }
 }

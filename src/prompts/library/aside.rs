@@ -32,16 +32,21 @@ impl Library {
         };
         let path = path.clone();
         let used = self.in_use(file);
+        let front = self.file(file).map(|(template, _)| template.front.clone());
         self.templates.remove(file);
         self.fragments.remove(file);
         self.fragment_origins.remove(file);
+        let others = |library: &Self| {
+            let found = front.and_then(|f| library.find(&f.task, &f.frame).map(|_| ()));
+            found.is_some()
+        };
         let instead = match Self::shipped(file) {
             Some(source) => {
                 // The shipped files are read by a test.
                 let _ = self.put(file, source, Origin::Shipped);
                 Instead::Shipped
             }
-            None if used => Instead::Usual,
+            None if used && others(self) => Instead::Usual,
             None => Instead::Nothing,
         };
         self.problems.push(Problem {
