@@ -103,7 +103,11 @@ fn costs_nothing(run: &Summary) -> bool {
 
 /// How many runs, and what they cost together.
 pub(super) fn sum(runs: &[Summary]) -> String {
-    let known: f64 = runs.iter().filter_map(|run| run.cost_usd).sum();
+    // The sum of no numbers is written -0.
+    let known = runs
+        .iter()
+        .filter_map(|run| run.cost_usd)
+        .fold(0.0, |a, b| a + b);
     let priceless = || runs.iter().filter(|run| run.cost_usd.is_none());
     let broken: Vec<f64> = priceless().filter_map(|run| run.most_usd).collect();
     let broken: Vec<f64> = broken.into_iter().filter(|usd| *usd > 0.0).collect();
@@ -167,6 +171,7 @@ mod tests {
             sum(&runs),
             "5 runs: 0.250000 US dollars; 1 broke off, at most 0.500000 more; of 1 the cost is unknown"
         );
+        assert_eq!(sum(&runs[3..4]), "1 run: 0.000000 US dollars");
         let costs = runs.each_ref().map(cost);
         assert_eq!(costs, ["0.250000", "<=0.500000", "unknown", "-", "0"]);
     }
