@@ -2,11 +2,10 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use nearmiss::{cli, tui};
 
 fn main() -> ExitCode {
-    let arguments = cli::Arguments::parse();
+    let arguments = cli::arguments();
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

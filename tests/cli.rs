@@ -1,6 +1,8 @@
 //! The headless commands, through the program itself.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[path = "cli/accounts.rs"]
+mod accounts;
 #[path = "cli/ask.rs"]
 mod ask;
 #[path = "cli/convert.rs"]

@@ -1,6 +1,8 @@
 //! Scenes in words and the prompts around them: whole descriptions, traced numbers, and every template filled.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[path = "words/contact.rs"]
+mod contact;
 #[path = "words/future.rs"]
 mod future;
 #[path = "words/random.rs"]

@@ -1,6 +1,7 @@
 //! `nearmiss ask`: one answer, streamed.
 
 mod document;
+mod past;
 mod stream;
 mod words;
 
@@ -15,10 +16,10 @@ use super::prompt::Asked;
 use super::time;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use crate::evaluation::{self, Answer, Case, Judge, Judged, Past, Wanted};
+use crate::evaluation::{self, Answer, Case, Event, Judge, Judged, Past, Wanted};
 use crate::judge;
 use crate::llm::{Budget, Client, Dialect, Effort, Environment, Parameters, Registry};
-use crate::store::{Origin, Store};
+use crate::store::{Origin, RunId, Store};
 use crate::verdict::Task;
 
 /// Arguments of `ask`.
@@ -26,9 +27,9 @@ use crate::verdict::Task;
 pub struct Ask {
     #[command(flatten)]
     asked: Asked,
-    /// Who is asked, as provider/model.
-    #[arg(long, default_value = judge::MODEL)]
-    model: String,
+    /// Who is asked, as provider/model [default: `model` in config.toml, else reference/geometry].
+    #[arg(long)]
+    model: Option<String>,
     /// Address of a server, instead of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
@@ -93,7 +94,9 @@ fn budget(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Ask) -> Outcome {
     let (folders, config) = configuration()?;
     let question = arguments.asked.question(&folders, &config)?;
-    let judge = judge(arguments, &folders, &config)?;
+    let model = arguments.model.as_deref().or(config.model.as_deref());
+    let model = model.unwrap_or(judge::MODEL);
+    let judge = judge(arguments, model, &folders, &config)?;
     let store = store(arguments, &folders)?;
     let wanted = Wanted {
         sample: arguments.sample,
@@ -101,9 +104,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         batch: None,
     };
     let chosen = arguments.asked.span.chosen();
-    if let (judge::MODEL, Task::Collision, Some(options)) =
-        (&*arguments.model, question.case.task, chosen)
-    {
+    if let (judge::MODEL, Task::Collision, Some(options)) = (model, question.case.task, chosen) {
         output::say(&format!(
             "nearmiss: the built-in judge answers the collision task from all recorded steps, whatever {options} says"
         ));
@@ -115,22 +116,31 @@ pub fn run(arguments: &Ask) -> Outcome {
         .map_err(Failure::input)?;
     let answer = runtime.block_on(async {
         let mut words = stream::Words::new(!arguments.json);
+        let mut number = None;
         let answer = tokio::select! {
-            answer = evaluation::run(&question, &judge, store, &wanted, |event| words.hear(event)) => {
+            answer = evaluation::run(&question, &judge, store, &wanted, |event| {
+                if let Event::Kept(run) = &event {
+                    number = Some(*run);
+                }
+                words.hear(event);
+            }) => {
                 answer.map_err(Failure::input)
             }
             _ = tokio::signal::ctrl_c() => Err(Failure {
-                message: "interrupted; what had arrived is in the store".into(),
+                message: String::new(),
                 status: 130,
             }),
         };
         words.end();
-        answer
+        answer.map_err(|failure| match failure.status {
+            130 => interrupted(number, arguments.no_store),
+            _ => failure,
+        })
     })?;
     if arguments.json {
-        output::json(&document::document(&answer, &question.case))?;
+        output::json(&document::document(&answer, &question.case, &judge))?;
     } else {
-        output::text(&summary(&answer, &question.case))?;
+        output::text(&summary(&answer, &question.case, &judge))?;
     }
     let unknown = answer.unknown_obstacles(&question.case.scene.scenario);
     if !unknown.is_empty() {
@@ -141,18 +151,40 @@ pub fn run(arguments: &Ask) -> Outcome {
     match &answer.judged {
         Judged::Verdict(_) | Judged::Other(_) => Ok(()),
         Judged::Missing(missing) => Err(Failure {
-            message: missing.to_string(),
+            message: match answer.run {
+                Some(run) => format!("{} (run {run})", words::missing(missing)),
+                None => words::missing(missing),
+            },
             status: 1,
         }),
     }
 }
 
-fn judge(arguments: &Ask, folders: &Folders, config: &Config) -> Result<Judge, Failure> {
+/// What is said after Ctrl-C.
+fn interrupted(run: Option<RunId>, no_store: bool) -> Failure {
+    let message = match run {
+        Some(run) => {
+            format!("interrupted; what had arrived is in the store: `nearmiss runs show {run}`")
+        }
+        None if no_store => "interrupted; nothing is kept".into(),
+        None => "interrupted before anything was sent; there is no run".into(),
+    };
+    Failure {
+        message,
+        status: 130,
+    }
+}
+
+fn judge(
+    arguments: &Ask,
+    model: &str,
+    folders: &Folders,
+    config: &Config,
+) -> Result<Judge, Failure> {
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let mut providers = config.providers.clone();
     if let Some(url) = &arguments.base_url {
-        let Some((name, _)) = arguments
-            .model
+        let Some((name, _)) = model
             .split_once('/')
             .filter(|(name, _)| *name != "reference")
         else {
@@ -175,7 +207,12 @@ fn judge(arguments: &Ask, folders: &Folders, config: &Config) -> Result<Judge, F
             }
         }
     }
-    let registry = Registry::new(&providers).map_err(Failure::input)?;
+    let registry = Registry::lenient(&providers, &folders.config_file());
+    // The one that is asked says so itself.
+    let asked = model.split('/').next().unwrap_or_default();
+    for (_, broken) in registry.broken().filter(|(name, _)| *name != asked) {
+        output::say(&format!("nearmiss: {broken}"));
+    }
     let parameters = Parameters {
         temperature: arguments.temperature.or(config.temperature),
         max_tokens: arguments.max_tokens.or(config.max_tokens),
@@ -185,12 +222,11 @@ fn judge(arguments: &Ask, folders: &Folders, config: &Config) -> Result<Judge, F
             .or(config.effort.as_deref().and_then(Effort::parse)),
     };
     let today = jiff::Zoned::now().date();
-    let end = registry.retirement(&arguments.model);
+    let end = registry.retirement(model);
     if let Some(warning) = end.and_then(|retirement| retirement.warning(today)) {
-        output::say(&format!("nearmiss: {}: {warning}", arguments.model));
+        output::say(&format!("nearmiss: {model}: {warning}"));
     }
     let client = Client::new();
-    let model = &arguments.model;
     let mut judge = Judge::resolve(model, &registry, &client, parameters, &environment)
         .map_err(Failure::input)?;
     if let (Judge::Model(model), Some(usd)) = (&mut judge, arguments.budget) {
@@ -210,16 +246,13 @@ fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failu
         })
 }
 
-fn summary(answer: &Answer, case: &Case) -> String {
+fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
+    let whose = past::whose(answer, judge.id());
     let mut text = String::new();
     match &answer.judged {
         Judged::Verdict(parsed) => {
             let verdict = &parsed.verdict;
-            text.push_str(&format!(
-                "verdict       {} ({})\n",
-                verdict.word(),
-                answer.model
-            ));
+            text.push_str(&format!("verdict       {} ({})\n", verdict.word(), whose));
             for o in &verdict.obstacles {
                 text.push_str(&format!(
                     "  risk {}      {}  {}\n",
@@ -232,7 +265,7 @@ fn summary(answer: &Answer, case: &Case) -> String {
             }
             text.push_str(&format!("justification {}\n", verdict.justification));
         }
-        Judged::Other(reading) => text.push_str(&words::said(&reading.said, &answer.model)),
+        Judged::Other(reading) => text.push_str(&words::said(&reading.said, &whose)),
         Judged::Missing(_) if answer.text.trim().is_empty() => {}
         Judged::Missing(_) => text.push_str(&format!("{}\n", answer.text.trim_end())),
     }
@@ -246,9 +279,10 @@ fn summary(answer: &Answer, case: &Case) -> String {
     let consumed = &answer.consumed;
     if let Some(tokens) = cost::tokens(consumed) {
         text.push_str(&format!("tokens        {tokens}\n"));
-        let cost = match consumed.cost_usd {
-            Some(usd) => format!("{usd:.6} USD"),
-            None => format!(
+        let cost = match (consumed.cost_usd, past::worked_out(answer, judge)) {
+            (Some(usd), _) => format!("{usd:.6} USD"),
+            (None, Some((usd, how))) => format!("{usd:.6} USD ({how})"),
+            (None, None) => format!(
                 "unknown ({})",
                 cost::unknown(consumed, &answer.model, answer.model_returned.as_deref())
             ),

@@ -101,6 +101,25 @@ pub enum Command {
     Man,
 }
 
+/// The arguments of this process; what is wrong with them is said, and ends the program.
+#[must_use]
+pub fn arguments() -> Arguments {
+    use clap::Parser;
+    Arguments::try_parse().unwrap_or_else(|error| {
+        let said = error.render().to_string();
+        let plain = said.replace("invalid digit found in string", NO_NUMBER);
+        let plain = plain.replace("cannot parse integer from empty string", NO_NUMBER);
+        if plain == said {
+            error.exit();
+        }
+        output::lines(&plain);
+        std::process::exit(error.exit_code());
+    })
+}
+
+/// Said of a word where a number without decimals is needed.
+const NO_NUMBER: &str = "a whole number is needed";
+
 /// What a command ends with.
 pub type Outcome = Result<(), Failure>;
 

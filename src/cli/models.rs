@@ -19,12 +19,18 @@ pub struct Models {
     /// Do not look which servers run on this machine.
     #[arg(long)]
     offline: bool,
+    /// Also models found on this machine whose names say that they answer no questions, such as embeddings.
+    #[arg(long)]
+    all: bool,
 }
 
 /// Runs `models`.
 pub fn run(arguments: &Models) -> Outcome {
     let (folders, config) = configuration()?;
-    let registry = Registry::new(&config.providers).map_err(Failure::input)?;
+    let registry = Registry::lenient(&config.providers, &folders.config_file());
+    for (_, broken) in registry.broken() {
+        output::say(&format!("nearmiss: {broken}"));
+    }
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     for problem in &environment.problems {
         output::say(&format!("nearmiss: {problem}"));
@@ -40,6 +46,10 @@ pub fn run(arguments: &Models) -> Outcome {
     };
     let today = jiff::Zoned::now().date();
     let listed = registry.models(&environment, today);
+    let shown = new(&listed, &found).filter(|d| arguments.all || !d.is_no_chat());
+    let shown = shown.filter_map(|d| registry.known(&d.id, &environment, today));
+    let shown: Vec<Listed> = shown.collect();
+    let listed = [listed, shown].concat();
     if arguments.json {
         output::json(&document(&listed, &found, today))
     } else {
@@ -83,12 +93,7 @@ fn document(listed: &[Listed], found: &[Discovered], today: Date) -> Value {
             "running": is_found(model, found),
         })
     });
-    let discovered = new(listed, found)
-        .map(|model| json!({"id": model.id, "dialect": model.dialect.name(), "running": true}));
-    std::iter::once(reference)
-        .chain(known)
-        .chain(discovered)
-        .collect()
+    std::iter::once(reference).chain(known).collect()
 }
 
 /// A price with its source, and those of longer questions in it.
@@ -159,17 +164,6 @@ fn table(listed: &[Listed], found: &[Discovered], today: Date) -> String {
                 .map_or("–".into(), |pricing| sources.cell(pricing)),
             remarks.join("; "),
         ]);
-    }
-    for model in new(listed, found) {
-        let dialect = model.dialect.name();
-        rows.push(row([
-            &model.id,
-            dialect,
-            "–",
-            "unknown",
-            "–",
-            "running here",
-        ]));
     }
     let wide = |column: usize| {
         let widths = rows.iter().map(|cells| cells[column].chars().count());

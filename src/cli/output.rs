@@ -22,6 +22,11 @@ pub fn say(words: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", visible(words));
 }
 
+/// Says several lines on standard error, as [`say`] does one.
+pub fn lines(words: &str) {
+    words.trim_end().lines().for_each(say);
+}
+
 /// Writes one JSON document on one line.
 pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     let mut line = escaped(&serde_json::to_string(value).map_err(Failure::input)?);

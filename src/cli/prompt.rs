@@ -7,8 +7,8 @@ use super::open::{Which, configuration, frame, task, techniques, user_thresholds
 use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use crate::evaluation::{Case, CaseError, Question, prepare, template};
-use crate::prompts::{Library, Problem, Techniques};
+use crate::evaluation::{Case, CaseError, Question, prepare, template, usable};
+use crate::prompts::{Instead, Library, Problem, Techniques};
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -36,7 +36,7 @@ impl Asked {
     /// The question, ready to be sent.
     pub fn question(&self, folders: &Folders, config: &Config) -> Result<Question, Failure> {
         let (entry, scene) = self.which.open()?;
-        let library = Library::load(Some(&folders.prompts()));
+        let library = usable(Library::load(Some(&folders.prompts())));
         let frame = self.frame.unwrap_or_else(|| usual(&library, self.task));
         let say = |problem: &Problem| output::say(&format!("nearmiss: {problem}"));
         let (file, chosen) = template(&library, self.task, frame).map_err(|error| {
@@ -45,6 +45,11 @@ impl Asked {
             Failure::input(error)
         })?;
         library.problems_of(file, chosen).for_each(say);
+        // The one that was chosen may be another file, which is broken.
+        let usual = |p: &&Problem| {
+            p.instead == Instead::Usual && p.path.extension().is_some_and(|x| x == "md")
+        };
+        library.problems.iter().filter(usual).for_each(say);
         let settings = self.span.settings(self.techniques, config)?;
         let decided = settings.with(&chosen.front.defaults);
         let case = Case {

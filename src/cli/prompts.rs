@@ -8,8 +8,8 @@ use similar::TextDiff;
 
 use super::open::configuration;
 use super::{Failure, Outcome, output};
-use crate::evaluation::trial;
-use crate::prompts::{Library, Origin, Template, choose_template, renamed, template_file};
+use crate::evaluation::usable;
+use crate::prompts::{Library, Origin, Problem, Template, choose_template, renamed, template_file};
 use crate::system;
 
 /// Arguments of `prompts`.
@@ -59,7 +59,7 @@ enum What {
 pub fn run(arguments: &Prompts) -> Outcome {
     let (folders, _) = configuration()?;
     let folder = folders.prompts();
-    let library = Library::load(Some(&folder));
+    let library = usable(Library::load(Some(&folder)));
     match arguments
         .what
         .as_ref()
@@ -114,6 +114,9 @@ fn known<'l>(library: &'l Library, name: &str) -> Result<(String, &'l str), Fail
     match library.source(&file) {
         Some((text, _)) => Ok((file, text)),
         None => {
+            if let Some(problem) = broken(library).find(|p| file_of(p) == file) {
+                return Err(Failure::input(problem));
+            }
             let fragments = library.fragments().keys().map(String::as_str);
             let all: Vec<&str> = library.templates().map(|t| t.0).chain(fragments).collect();
             Err(Failure::input(format!(
@@ -135,17 +138,15 @@ fn template<'l>(library: &'l Library, name: &str) -> Result<(&'l Template, Strin
     }
 }
 
-/// What is wrong with the user's files: those that cannot be read, and those that cannot be filled.
-fn problems(library: &Library) -> Vec<String> {
-    let unread = library.problems.iter().map(ToString::to_string);
-    let unfilled = library.templates().filter_map(|(file, _, origin)| {
-        let Origin::User(path) = origin else {
-            return None;
-        };
-        let error = trial(library, file).err()?;
-        Some(format!("{}: {error}", path.display()))
-    });
-    unread.chain(unfilled).collect()
+/// The user's templates and fragments that cannot be read or filled.
+fn broken(library: &Library) -> impl Iterator<Item = &Problem> {
+    let is_file = |p: &&Problem| p.path.extension().is_some_and(|x| x == "md");
+    library.problems.iter().filter(is_file)
+}
+
+fn file_of(problem: &Problem) -> String {
+    let name = problem.path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }
 
 fn place(origin: &Origin) -> String {
@@ -156,7 +157,7 @@ fn place(origin: &Origin) -> String {
 }
 
 fn list(library: &Library, as_json: bool) -> Outcome {
-    let problems = problems(library);
+    let problems: Vec<String> = library.problems.iter().map(ToString::to_string).collect();
     let templates = library.templates();
     if as_json {
         let rows = templates.map(|(file, template, origin)| {
@@ -168,7 +169,14 @@ fn list(library: &Library, as_json: bool) -> Outcome {
             })
         });
         let rows: Vec<_> = rows.collect();
-        output::json(&json!({ "templates": rows, "problems": problems }))?;
+        let broken = broken(library).map(|problem| {
+            json!({
+                "file": file_of(problem), "origin": problem.path.display().to_string(),
+                "message": problem.message,
+            })
+        });
+        let broken: Vec<_> = broken.collect();
+        output::json(&json!({ "templates": rows, "broken": broken, "problems": problems }))?;
     } else {
         let titles = ["file", "task", "frame", "used", "version", "hash", "origin"];
         let mut rows = vec![titles.map(String::from)];
@@ -197,6 +205,13 @@ fn list(library: &Library, as_json: bool) -> Outcome {
                 dash(),
                 place(origin),
             ])
+        }));
+        rows.extend(broken(library).map(|problem| {
+            let mut row = [(); 7].map(|()| "-".to_string());
+            row[0] = file_of(problem);
+            row[3] = "broken".into();
+            row[6] = problem.path.display().to_string();
+            row
         }));
         output::text(&aligned(&rows))?;
         for problem in &problems {

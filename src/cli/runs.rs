@@ -1,8 +1,11 @@
 //! `nearmiss runs`: what was asked and answered.
 
+mod list;
+
 use super::filters::{Filters, store};
 use super::{Failure, Outcome, cost, output, time};
-use crate::store::{Origin, Run, RunId, Store, StoreError, Summary};
+use crate::judge;
+use crate::store::{Origin, Run, RunId, Store, StoreError};
 
 /// Arguments of `runs`.
 #[derive(Debug, clap::Args)]
@@ -81,30 +84,108 @@ pub fn run(arguments: &Runs) -> Outcome {
             list: wanted,
         }) => list(&store, wanted, Some(words.join(" "))),
         Some(What::Show { id, json }) => show(&store, RunId(*id), *json),
-        Some(What::Delete(ids)) => each(ids, |id| store.delete(id, true)),
-        Some(What::Restore(ids)) => each(ids, |id| store.delete(id, false)),
-        Some(What::Pin(ids)) => each(ids, |id| store.pin(id, true)),
-        Some(What::Unpin(ids)) => each(ids, |id| store.pin(id, false)),
-        Some(What::Note { id, words }) => store.note(RunId(*id), words).map_err(Failure::input),
+        Some(What::Delete(ids)) => each(&store, ids, Change::Delete),
+        Some(What::Restore(ids)) => each(&store, ids, Change::Restore),
+        Some(What::Pin(ids)) => each(&store, ids, Change::Pin),
+        Some(What::Unpin(ids)) => each(&store, ids, Change::Unpin),
+        Some(What::Note { id, words }) => note(&store, RunId(*id), words),
     }
 }
 
-fn each(ids: &Ids, change: impl Fn(RunId) -> Result<(), StoreError>) -> Outcome {
-    ids.ids
-        .iter()
-        .try_for_each(|id| change(RunId(*id)))
-        .map_err(Failure::input)
+/// What is done to runs.
+#[derive(Clone, Copy)]
+enum Change {
+    Delete,
+    Restore,
+    Pin,
+    Unpin,
+}
+
+impl Change {
+    fn make(self, store: &Store, run: RunId) -> Result<(), StoreError> {
+        match self {
+            Self::Delete => store.delete(run, true),
+            Self::Restore => store.delete(run, false),
+            Self::Pin => store.pin(run, true),
+            Self::Unpin => store.pin(run, false),
+        }
+    }
+
+    /// Whether a run is so already.
+    fn is_made(self, run: &Run) -> bool {
+        match self {
+            Self::Delete => run.deleted_ms.is_some(),
+            Self::Restore => run.deleted_ms.is_none(),
+            Self::Pin => run.pinned,
+            Self::Unpin => !run.pinned,
+        }
+    }
+
+    /// What is said of a run afterwards, and of one that was so before.
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Delete => (
+                "deleted; `nearmiss runs restore` takes that back",
+                "was deleted already",
+            ),
+            Self::Restore => ("restored", "was not deleted"),
+            Self::Pin => ("pinned", "was pinned already"),
+            Self::Unpin => ("no longer pinned", "was not pinned"),
+        }
+    }
+}
+
+fn each(store: &Store, ids: &Ids, change: Change) -> Outcome {
+    for id in ids.ids.iter().copied().map(RunId) {
+        let run = known(store, id)?;
+        let (done, before) = change.words();
+        if change.is_made(&run) {
+            output::say(&format!("run {id}: {before}; nothing changed"));
+            continue;
+        }
+        change.make(store, id).map_err(Failure::input)?;
+        output::say(&format!("run {id}: {done}"));
+    }
+    Ok(())
+}
+
+fn note(store: &Store, id: RunId, words: &str) -> Outcome {
+    let run = known(store, id)?;
+    if run.notes == words {
+        output::say(&format!(
+            "run {id}: the note is this already; nothing changed"
+        ));
+        return Ok(());
+    }
+    store.note(id, words).map_err(Failure::input)?;
+    output::say(&match (run.notes.is_empty(), words.is_empty()) {
+        (_, true) => format!("run {id}: the note is taken off"),
+        (true, false) => format!("run {id}: noted"),
+        (false, false) => format!("run {id}: noted, in place of: {}", run.notes),
+    });
+    Ok(())
+}
+
+/// The run with a number.
+fn known(store: &Store, id: RunId) -> Result<Run, Failure> {
+    let found = store.run(id).map_err(Failure::input)?;
+    found.ok_or_else(|| Failure::input(StoreError::NoRun(id)))
 }
 
 fn list(store: &Store, wanted: &List, words: Option<String>) -> Outcome {
+    let searched = words.is_some();
     let filter = wanted.filters.filter(words);
     let found = store.list(&filter, wanted.most).map_err(Failure::input)?;
     if wanted.json {
         return found.iter().try_for_each(output::json);
     }
-    let rows = found.iter().map(line).collect::<String>();
-    output::text(&output::visible(&rows))?;
-    if found.len() == wanted.most {
+    output::text(&list::table(&found))?;
+    output::say(&match found.len() {
+        0 if searched => "no run has all these words, or the filters leave it out".into(),
+        0 => "no run fits".into(),
+        _ => list::sum(&found),
+    });
+    if found.len() == wanted.most && wanted.most > 0 {
         output::say(&format!(
             "the newest {}; -n N shows more, filters fewer",
             wanted.most
@@ -113,52 +194,17 @@ fn list(store: &Store, wanted: &List, words: Option<String>) -> Outcome {
     Ok(())
 }
 
-fn line(run: &Summary) -> String {
-    let said = match (run.dangerous, run.state.as_str()) {
-        (Some(true), _) => "dangerous",
-        (Some(false), _) => "safe",
-        (None, state) => state,
-    };
-    let origin = match run.origin.as_str() {
-        "asked" => String::new(),
-        "recorded" => " recorded, imported".into(),
-        other => format!(" {other}"),
-    };
-    let sample = match run.sample {
-        0 => String::new(),
-        n => format!(" sample {n}"),
-    };
-    let pin = if run.pinned { " pinned" } else { "" };
-    let mut text = format!(
-        "{:>6}  {}  {said:<11}  {}  {}  {} {} {}{sample}{origin}{pin}\n",
-        run.run,
-        time::local(run.created_ms),
-        run.scenario,
-        run.model,
-        run.task,
-        run.frame,
-        run.techniques,
-    );
-    if let Some(excerpt) = &run.excerpt {
-        let words: Vec<_> = excerpt.split_whitespace().collect();
-        text.push_str(&format!("        {}\n", words.join(" ")));
-    }
-    text
-}
-
 fn show(store: &Store, id: RunId, json: bool) -> Outcome {
-    let found = store.run(id).map_err(Failure::input)?;
-    let Some(run) = found else {
-        return Err(Failure::input(StoreError::NoRun(id)));
-    };
+    let run = known(store, id)?;
     if json {
         return output::json(&run.to_record());
     }
-    output::text(&output::visible(&words(&run)))
+    let most = store.bound_of(id).map_err(Failure::input)?;
+    output::text(&output::visible(&words(&run, most)))
 }
 
-/// Everything of a run that people want to see.
-fn words(run: &Run) -> String {
+/// Everything of a run that people want to see; `most` is what it can have cost, US dollars.
+fn words(run: &Run, most: Option<f64>) -> String {
     let (question, ending, consumed) = (&run.question, &run.ending, &run.ending.consumed);
     let mut text = String::new();
     let mut row = |name: &str, value: Option<String>| {
@@ -218,10 +264,17 @@ fn words(run: &Run) -> String {
             let source = ending.price_source.as_deref().unwrap_or("source unknown");
             Some(format!("{usd} US dollars ({source})"))
         }
-        None => tokens.as_ref().map(|_| {
-            let returned = ending.model_returned.as_deref();
-            let why = cost::unknown(consumed, &question.model, returned);
-            format!("unknown ({why})")
+        None if run.origin == Origin::Recorded || question.model == judge::MODEL => None,
+        None => Some(match most {
+            Some(0.0) => "0 US dollars (nothing was sent)".into(),
+            Some(most) => format!(
+                "at most {most:.6} US dollars (the server did not state its tokens; worked out from estimated tokens, the limit of the answer and prices)"
+            ),
+            None => {
+                let returned = ending.model_returned.as_deref();
+                let why = cost::unknown(consumed, &question.model, returned);
+                format!("unknown ({why})")
+            }
         }),
     };
     row("tokens", tokens);

@@ -29,6 +29,10 @@ pub struct Span {
     /// Sentences or a table: prose or compact [default: what the template says, else prose].
     #[arg(long, value_parser = form)]
     form: Option<Form>,
+    /// Say of bodies that touch that they do: the direction reads Contact. That is the answer to the collision task;
+    /// without it gaps and times tell it [default: what the template says, else no].
+    #[arg(long, value_name = "yes|no", num_args = 0..=1, require_equals = true, default_missing_value = "yes", value_parser = yes)]
+    contact: Option<bool>,
     /// The one obstacle that is described; the trajectory frame needs it.
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     obstacle: Option<i64>,
@@ -96,9 +100,19 @@ impl Span {
             radius,
             precision: self.precision.map(usize::from),
             form: self.form,
+            contact: self.contact,
             techniques,
             obstacle: self.obstacle,
         })
+    }
+}
+
+/// `yes` or `no`.
+fn yes(word: &str) -> Result<bool, String> {
+    match word {
+        "yes" | "true" => Ok(true),
+        "no" | "false" => Ok(false),
+        _ => Err("there are yes and no".into()),
     }
 }
 

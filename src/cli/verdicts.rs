@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::CommandFactory;
 use rayon::prelude::*;
 
 use super::open::{found, scene_with};
@@ -33,13 +34,14 @@ fn dumb() -> bool {
 pub fn without_terminal(paths: &[PathBuf], ego: &WantedEgo) -> Outcome {
     output::say(&format!(
         "nearmiss: {}, so the workbench cannot open. These commands work without one: \
-         inspect, convert, metrics, describe, prompt, ask, evaluate (see `nearmiss --help`).\n\
+         {} (see `nearmiss --help`).\n\
          The verdicts of the built-in judge, {}, on the collision task:",
         if dumb() {
             "this terminal cannot move its cursor (TERM=dumb)"
         } else {
             "there is no terminal here"
         },
+        commands().join(", "),
         judge::MODEL
     ));
     let entries = if paths.is_empty() {
@@ -71,6 +73,13 @@ pub fn without_terminal(paths: &[PathBuf], ego: &WantedEgo) -> Outcome {
         });
     }
     Ok(())
+}
+
+/// The names of all commands.
+fn commands() -> Vec<String> {
+    let program = super::Arguments::command();
+    let all = program.get_subcommands();
+    all.map(|command| command.get_name().to_string()).collect()
 }
 
 fn line(entry: &Entry, scene: &Scene) -> String {

@@ -12,7 +12,7 @@ use super::answer::{Answer, Judged, Missing};
 use super::judges::{Judge, ModelJudge};
 use super::keeper::Keeper;
 use super::question::Question;
-use super::request::{record, request};
+use super::request::{most_usd, record, request};
 use crate::judge;
 use crate::llm::{self, Chunk, CostSource, Finish};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
@@ -87,6 +87,9 @@ pub async fn run(
             ready(question, judge).await?;
             match claim(&store, &run, wanted, &mut on_event).await? {
                 Ok(run) => {
+                    if let Judge::Model(model) = judge {
+                        store.bound(run, most_usd(question, model))?;
+                    }
                     on_event(Event::Kept(run));
                     kept = Some((store, run));
                 }
@@ -94,6 +97,7 @@ pub async fn run(
             }
         }
     }
+    let place = kept.clone();
     let mut asking = Asking {
         answer: unanswered(question, judge, kept.as_ref().map(|(_, run)| *run)),
         keeper: Keeper::new(kept),
@@ -107,6 +111,11 @@ pub async fn run(
     asking
         .keeper
         .finish(&asking.answer.ending(), &mut on_event)?;
+    if let (Judged::Missing(Missing::NotSent(_)), Some((store, run))) =
+        (&asking.answer.judged, place)
+    {
+        store.bound(run, Some(0.0))?;
+    }
     Ok(asking.answer)
 }
 

@@ -26,6 +26,11 @@ pub fn request(question: &Question, model: &ModelJudge) -> Request {
     }
 }
 
+/// The most that asking can cost, US dollars, where price and limit of the answer are known.
+pub fn most_usd(question: &Question, model: &ModelJudge) -> Option<f64> {
+    model.endpoint.at_most(&request(question, model))
+}
+
 /// What the store keeps before anything is sent.
 ///
 /// # Errors

@@ -16,6 +16,8 @@ pub struct Settings {
     pub precision: Option<usize>,
     /// Sentences or a table.
     pub form: Option<Form>,
+    /// Whether descriptions say that bodies touch.
+    pub contact: Option<bool>,
     /// Which techniques are on.
     pub techniques: Option<Techniques>,
     /// The obstacle that is described.
@@ -65,6 +67,7 @@ impl Settings {
                     .or(template.stride.map(usize::from))
                     .unwrap_or(usual.stride),
                 form: self.form.or(form).unwrap_or(usual.form),
+                contact: self.contact.or(template.contact).unwrap_or(usual.contact),
                 obstacle: self.obstacle,
             },
         }
@@ -81,6 +84,7 @@ mod tests {
             radius: Some(50.0),
             form: Some(Wording::Compact),
             techniques: Some(Techniques::default()),
+            contact: Some(true),
             ..Defaults::default()
         };
         let user = Settings {
@@ -90,6 +94,7 @@ mod tests {
         let decided = user.with(&template);
         assert_eq!(decided.options.radius, 20.0);
         assert_eq!(decided.options.form, Form::Compact);
+        assert!(decided.options.contact && !user.with(&Defaults::default()).options.contact);
         assert_eq!(decided.techniques, Techniques::default());
         assert_eq!((decided.history, decided.options.stride), (HISTORY, 1));
     }

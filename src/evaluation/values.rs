@@ -17,6 +17,8 @@ pub(super) struct Values<'a> {
     description: &'a str,
     /// `prose` or `compact`.
     form: &'static str,
+    /// Whether the description says that bodies touch.
+    contact: bool,
     /// Seconds between two time steps.
     dt: f64,
     /// Seconds between two described steps.
@@ -86,6 +88,7 @@ impl<'a> Values<'a> {
             icl: case.techniques.icl,
             description,
             form: case.options.form.name(),
+            contact: case.options.contact,
             dt,
             spacing: plain(dt * case.options.stride.max(1) as f64),
             radius: case.options.radius,

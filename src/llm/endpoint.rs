@@ -16,7 +16,7 @@ use super::key_command::KeyCommand;
 use super::limits::Limits;
 use super::price::{Prices, Pricing};
 use super::quirks::Quirks;
-use super::request::Parameters;
+use super::request::{Parameters, Request};
 
 /// A server that serves models, and how to treat it.
 #[derive(Clone)]
@@ -175,6 +175,13 @@ impl Endpoint {
         Ok((pricing, limit))
     }
 
+    /// The most that a request can cost, US dollars, if price and limit of the answer are known.
+    #[must_use]
+    pub fn at_most(&self, request: &Request) -> Option<f64> {
+        let (pricing, limit) = self.worst_case(&request.model, &request.parameters).ok()?;
+        pricing.at_most(request.tokens(), limit)
+    }
+
     /// Whether the server is on this machine; such servers rarely want a key.
     #[must_use]
     pub fn is_here(&self) -> bool {
@@ -195,7 +202,8 @@ impl Endpoint {
         };
         let mut url = Url::parse(self.base_url.trim()).map_err(|e| {
             wrong(format!(
-                "this is not a web address ({e}); write it like https://api.openai.com/v1"
+                "this is no web address{}; write it like http://127.0.0.1:4021 or https://api.openai.com/v1",
+                not_an_address(&e.to_string())
             ))
         })?;
         if !matches!(url.scheme(), "http" | "https") {
@@ -258,6 +266,17 @@ impl Endpoint {
     }
 }
 
+/// What an address lacks, where that can be told.
+fn not_an_address(error: &str) -> &'static str {
+    match error {
+        "relative URL without a base" => ", as it does not begin with http:// or https://",
+        "empty host" => ", as it names no host",
+        "invalid port number" => ", as its port is no number up to 65535",
+        "invalid IPv4 address" | "invalid IPv6 address" => ", as its host is no address",
+        _ => "",
+    }
+}
+
 /// Scheme, host, port and path of a URL, nothing else.
 pub(super) fn plain(url: &Url) -> String {
     let port = url.port().map(|p| format!(":{p}")).unwrap_or_default();
@@ -295,8 +314,8 @@ mod tests {
     #[test]
     fn wrong_addresses_are_named() {
         for (base, part) in [
-            ("", "not a web address"),
-            ("api.openai.com/v1", "not a web address"),
+            ("", "no web address"),
+            ("api.openai.com/v1", "does not begin with http://"),
             ("localhost:8080", "`localhost:`"),
             ("ftp://x.org", "`ftp:`"),
         ] {

@@ -184,6 +184,20 @@ impl Registry {
         listed
     }
 
+    /// A model by its name, listed or not, with what is known of it on a day.
+    #[must_use]
+    pub fn known(&self, id: &str, environment: &Environment, today: Date) -> Option<Listed> {
+        let (name, model) = id.split_once('/')?;
+        let provider = self.providers.get(name)?;
+        Some(Listed {
+            id: id.to_string(),
+            dialect: provider.dialect.unwrap_or_default(),
+            key: provider.key_state(name, environment),
+            pricing: provider.prices().of(model, today),
+            retirement: provider.entries(model).find_map(ModelEntry::retirement),
+        })
+    }
+
     /// The end of a model, if it is known.
     #[must_use]
     pub fn retirement(&self, id: &str) -> Option<Retirement> {

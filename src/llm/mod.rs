@@ -22,6 +22,7 @@
 //! ```
 
 mod assembly;
+mod broken;
 mod budget;
 mod chunk;
 mod client;

@@ -28,6 +28,19 @@ pub struct Discovered {
     pub dialect: Dialect,
 }
 
+impl Discovered {
+    /// Whether the model's name says that it answers no questions: it embeds, ranks, hears, speaks, draws or moderates.
+    #[must_use]
+    pub fn is_no_chat(&self) -> bool {
+        let name = self.id.split_once('/').map_or("", |(_, name)| name);
+        let name = name.to_ascii_lowercase();
+        let mut words = name.split(|c: char| !c.is_alphanumeric());
+        let kinds = ["embed", "rerank", "whisper", "moderation"];
+        name.contains("dall-e")
+            || words.any(|word| word == "tts" || kinds.iter().any(|kind| word.starts_with(kind)))
+    }
+}
+
 /// Asks the providers whose address is on this machine what they serve, all at once and without waiting long; what does not
 /// answer serves nothing. The result is in the order of the providers' names, without doubles.
 pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discovered> {
@@ -123,10 +136,53 @@ fn names(dialect: Dialect, body: &str) -> Option<Vec<String>> {
         Dialect::Ollama | Dialect::Gemini => (value.get("models")?.as_array()?, "name"),
         _ => (value.get("data")?.as_array()?, "id"),
     };
-    let mut names: Vec<String> = list.iter().filter_map(|entry| name(entry, key)).collect();
+    // Several protocols list their models at the same path, each in its own form.
+    let theirs = |entry: &&Value| {
+        let anthropic = entry.get("type").and_then(Value::as_str) == Some("model");
+        match endpoint.dialect {
+            Dialect::Anthropic => anthropic,
+            Dialect::OpenAiChat | Dialect::OpenAiResponses => {
+                !anthropic || entry.get("object").is_some()
+            }
+            _ => true,
+        }
+    };
+    let list = list.iter().filter(theirs);
+    let mut names: Vec<String> = list.filter_map(|entry| name(entry, key)).collect();
     // Names with control characters are no names, and would reach terminals.
     names.retain(|name| !name.trim().is_empty() && !name.chars().any(char::is_control));
     names.sort();
     names.dedup();
     Some(names)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_tell_what_answers_no_questions() {
+        let is = |id: &str| {
+            let discovered = Discovered {
+                id: format!("lab/{id}"),
+                dialect: Dialect::default(),
+            };
+            discovered.is_no_chat()
+        };
+        for id in [
+            "nomic-embed-text:latest",
+            "text-embedding-3-small",
+            "embeddinggemma",
+            "bge-reranker-v2",
+            "whisper-large",
+            "gpt-4o-mini-tts",
+            "dall-e-3",
+            "omni-moderation-latest",
+        ] {
+            assert!(is(id), "{id}");
+        }
+        for id in ["gpt-4o", "qwen3:8b", "watts-7b", "org/llama-3", "…"] {
+            assert!(!is(id), "{id}");
+        }
+    }
 }

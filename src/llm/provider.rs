@@ -343,4 +343,14 @@ pub enum RegistryError {
         /// What is wrong, with the key.
         message: String,
     },
+    /// A provider's entry in a file is not right, and the provider is left out.
+    #[error("{place}: [provider.{name}] {message}; this provider is left out")]
+    Broken {
+        /// File and line.
+        place: String,
+        /// Which provider.
+        name: String,
+        /// What is wrong, with the line's text.
+        message: String,
+    },
 }

@@ -17,6 +17,8 @@ use super::quirks::StatedQuirks;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Registry {
     pub(super) providers: BTreeMap<String, Provider>,
+    /// Providers that are left out, and why.
+    pub(super) broken: BTreeMap<String, RegistryError>,
 }
 
 impl Registry {
@@ -25,25 +27,40 @@ impl Registry {
     /// # Errors
     /// An entry of the user's that is not right; it names entry and key.
     pub fn new(users: &toml::Table) -> Result<Self, RegistryError> {
+        let mut registry = Self::shipped();
+        for (name, value) in users {
+            registry.overlay(name, value)?;
+        }
+        Ok(registry)
+    }
+
+    /// The built-in providers.
+    pub(super) fn shipped() -> Self {
         #[derive(Deserialize)]
         struct File {
             provider: BTreeMap<String, Provider>,
         }
         let file: File = toml::from_str(include_str!("providers.toml"))
             .expect("the program's own table of providers is right; a test reads it");
-        let mut providers = file.provider;
-        for (name, value) in users {
-            let user: Provider = value.clone().try_into().map_err(|e: toml::de::Error| {
-                let message = e.to_string();
-                let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
-                RegistryError::Entry {
-                    name: name.clone(),
-                    message,
-                }
-            })?;
-            providers.entry(name.clone()).or_default().overlay(user);
+        Self {
+            providers: file.provider,
+            broken: BTreeMap::new(),
         }
-        Ok(Self { providers })
+    }
+
+    /// Lays an entry of the user's over what is there.
+    pub(super) fn overlay(&mut self, name: &str, value: &toml::Value) -> Result<(), RegistryError> {
+        let user: Provider = value.clone().try_into().map_err(|e: toml::de::Error| {
+            let message = e.to_string();
+            let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
+            RegistryError::Entry {
+                name: name.to_string(),
+                message,
+            }
+        })?;
+        let own = self.providers.entry(name.to_string()).or_default();
+        own.overlay(user);
+        Ok(())
     }
 
     /// The endpoint of a model and the name the server knows it by. A key that is missing is no error yet: the endpoint
@@ -57,6 +74,9 @@ impl Registry {
         environment: &Environment,
     ) -> Result<(Endpoint, String), RegistryError> {
         let (name, model) = split(id)?;
+        if let Some(why) = self.broken.get(name) {
+            return Err(why.clone());
+        }
         let Some(provider) = self.providers.get(name) else {
             let known: Vec<&str> = self.providers.keys().map(String::as_str).collect();
             return Err(RegistryError::NoProvider {

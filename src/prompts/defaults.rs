@@ -22,6 +22,8 @@ pub struct Defaults {
     pub precision: Option<usize>,
     /// How the scene is written.
     pub form: Option<Wording>,
+    /// Whether it is said that bodies touch.
+    pub contact: Option<bool>,
     /// Which techniques are on.
     #[serde(deserialize_with = "techniques")]
     pub techniques: Option<Techniques>,

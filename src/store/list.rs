@@ -34,6 +34,8 @@ pub struct Summary {
     pub dangerous: Option<bool>,
     /// US dollars, where known.
     pub cost_usd: Option<f64>,
+    /// The most that it can have cost, US dollars, where that was known when it was asked.
+    pub most_usd: Option<f64>,
     /// Tokens of the answer, where known.
     pub output_tokens: Option<u64>,
     /// Whether it is kept from deletion.
@@ -45,7 +47,7 @@ pub struct Summary {
 /// The columns of a summary, but for the excerpt.
 pub(super) const COLUMNS: &str =
     "runs.id, created_ms, origin, state, runs.scenario, task, frame, techniques, model, sample,
-    dangerous, cost_usd, output_tokens, pinned";
+    dangerous, cost_usd, most_usd, output_tokens, pinned";
 
 /// A place where the words that are searched for occur.
 pub(super) const EXCERPT: &str = "snippet(runs_text, -1, '[', ']', '…', 12)";
@@ -154,6 +156,7 @@ pub(super) fn summary(row: &Row<'_>) -> Result<Summary, rusqlite::Error> {
         sample: row.get("sample")?,
         dangerous: row.get("dangerous")?,
         cost_usd: row.get("cost_usd")?,
+        most_usd: row.get("most_usd")?,
         output_tokens: row.get("output_tokens")?,
         pinned: row.get("pinned")?,
         excerpt: row.get("excerpt")?,

@@ -1,5 +1,6 @@
 //! The store: every run in SQLite, piece by piece as it arrives; nothing is lost, nothing is asked for twice.
 
+mod bound;
 mod claim;
 mod database;
 mod filter;

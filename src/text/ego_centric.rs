@@ -3,6 +3,7 @@
 use super::motion_words;
 use super::options::{Form, Options};
 use super::parts::{NO_EGO, ego_drives, heading, name, nobody, on_lanelets, sizes, subject};
+use super::seen::direction;
 use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
 use super::writer::Writer;
 use crate::metrics::{Encounter, Relation};
@@ -62,7 +63,9 @@ fn prose(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
             let relation = encounter.relation();
             w.about(subject(&participant), Some(step)).words("  ");
             name(w, &participant);
-            w.words(" (").words(relation.direction.name()).words(", ");
+            w.words(" (")
+                .words(direction(&encounter, &relation, options).name())
+                .words(", ");
             on_lanelets(w, scene, motion);
             w.words("): ");
             relative(w, &relation);
@@ -71,7 +74,7 @@ fn prose(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
                 .words(" m/s², lateral ")
                 .number("a_rel_lat", relation.acceleration.y)
                 .words(" m/s². ")
-                .words(&motion_words::of(&relation))
+                .words(&motion_words::of(&relation, options.contact))
                 .words("\n");
         }
     }
@@ -106,7 +109,7 @@ fn compact(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
             table::begin(w, scene, step, Some(&participant));
             table::cells(w, OWN, &[Cell::lanelets(scene, motion)]);
             let cells = [
-                Cell::Words(relation.direction.name()),
+                Cell::Words(direction(&encounter, &relation, options).name()),
                 Cell::Real(relation.gap_long),
                 Cell::Real(relation.gap_lat),
                 Cell::Real(relation.velocity.x),

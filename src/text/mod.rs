@@ -7,6 +7,7 @@ mod options;
 mod parts;
 mod road;
 mod safety_metrics;
+mod seen;
 mod table;
 mod trajectory;
 mod visible;

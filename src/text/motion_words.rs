@@ -6,9 +6,15 @@ use crate::metrics::{Direction, Relation};
 const NOTICEABLE: f64 = 0.05;
 
 /// The sentence.
-pub(super) fn of(relation: &Relation) -> String {
-    if relation.direction == Direction::Contact {
+///
+/// Of bodies that touch it says so only where `contact` is to be said; else the sentence is that of all bodies between
+/// which there is no gap, as it must not tell them apart.
+pub(super) fn of(relation: &Relation, contact: bool) -> String {
+    if contact && relation.direction == Direction::Contact {
         return "It touches the ego.".into();
+    }
+    if !contact && relation.gap_long == 0.0 && relation.gap_lat == 0.0 {
+        return only_moves(relation);
     }
     let long = match (side(relation.gap_long), side(relation.velocity.x)) {
         (0, 0) => "It is level with the ego and stays so",
@@ -33,6 +39,21 @@ pub(super) fn of(relation: &Relation) -> String {
         _ => "on the right it keeps its sideways distance",
     };
     format!("{long}; {lat}.")
+}
+
+/// How it moves, without a word of where it is.
+fn only_moves(relation: &Relation) -> String {
+    let long = match side(relation.velocity.x) {
+        0 => "neither forward nor backward",
+        1 => "forward",
+        _ => "backward",
+    };
+    let lat = match side(relation.velocity.y) {
+        0 => "not sideways",
+        1 => "to the left",
+        _ => "to the right",
+    };
+    format!("Seen from the ego it moves {long} and {lat}.")
 }
 
 /// −1, 0 or 1; what is hardly noticeable is 0.

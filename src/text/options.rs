@@ -13,6 +13,8 @@ pub struct Options {
     pub stride: usize,
     /// Sentences or a table.
     pub form: Form,
+    /// Whether it is said that bodies touch, as direction and in words; the gaps tell it in any case.
+    pub contact: bool,
     /// Only this obstacle; the trajectory frame needs one, and takes it however far away it is.
     pub obstacle: Option<i64>,
 }
@@ -54,6 +56,7 @@ impl Default for Options {
             precision: 2,
             stride: 1,
             form: Form::Prose,
+            contact: false,
             obstacle: None,
         }
     }

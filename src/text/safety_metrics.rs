@@ -6,6 +6,7 @@ use super::ego_centric::{OWN, own, relative};
 use super::motion_words;
 use super::options::{Form, Options};
 use super::parts::{NO_EGO, ego_drives, heading, name, nobody, on_lanelets, sizes, subject};
+use super::seen::direction;
 use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
 use super::writer::{Subject, Writer};
 use crate::metrics::{Context, Encounter, measure};
@@ -111,7 +112,9 @@ impl Described<'_, '_> {
                 let relation = encounter.relation();
                 w.about(subject(&participant), Some(step)).words("  ");
                 name(w, &participant);
-                w.words(" (").words(relation.direction.name()).words(", ");
+                w.words(" (")
+                    .words(direction(&encounter, &relation, self.options).name())
+                    .words(", ");
                 on_lanelets(w, self.scene, motion);
                 w.words("): ");
                 relative(w, &relation);
@@ -130,7 +133,7 @@ impl Described<'_, '_> {
                     };
                 }
                 w.words(". ")
-                    .words(&motion_words::of(&relation))
+                    .words(&motion_words::of(&relation, self.options.contact))
                     .words("\n");
             }
         }
@@ -188,7 +191,7 @@ impl Described<'_, '_> {
                 table::begin(w, self.scene, step, Some(&participant));
                 table::cells(w, OWN, &[Cell::lanelets(self.scene, motion)]);
                 let cells = [
-                    Cell::Words(relation.direction.name()),
+                    Cell::Words(direction(&encounter, &relation, self.options).name()),
                     Cell::Real(relation.gap_long),
                     Cell::Real(relation.gap_lat),
                     Cell::Real(relation.velocity.x),

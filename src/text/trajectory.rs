@@ -7,6 +7,7 @@ use super::ego_centric::relative;
 use super::options::{Form, Options};
 use super::parts::{NO_EGO, heading, name, on_the_map, sizes, subject};
 use super::road;
+use super::seen::direction;
 use super::table::{self, Cell, Column, WHEN_AND_WHO, column};
 use super::writer::{Subject, Writer};
 use crate::metrics::Encounter;
@@ -32,8 +33,8 @@ pub(super) fn describe(
     sizes(w, scene, std::slice::from_ref(who));
     let steps = options.steps(window);
     match options.form {
-        Form::Prose => prose(w, scene, who, &steps),
-        Form::Compact => compact(w, scene, who, &steps),
+        Form::Prose => prose(w, scene, who, &steps, options),
+        Form::Compact => compact(w, scene, who, &steps, options),
     }
     let mut places = Vec::new();
     for &step in &steps {
@@ -47,7 +48,7 @@ pub(super) fn describe(
     road::describe(w, scene, &under, &places, options.radius);
 }
 
-fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64]) {
+fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], options: &Options) {
     for &step in steps {
         heading(w, scene, step);
         match scene.ego.track.at(step) {
@@ -78,7 +79,7 @@ fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64]) {
         if let Some(encounter) = Encounter::at(scene, who, step) {
             let relation = encounter.relation();
             w.words("  seen from the ego: ")
-                .words(relation.direction.name())
+                .words(direction(&encounter, &relation, options).name())
                 .words(", distance ")
                 .number("distance", encounter.distance())
                 .words(" m; ");
@@ -88,7 +89,7 @@ fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64]) {
     }
 }
 
-fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64]) {
+fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], options: &Options) {
     table::titles(w, WHEN_AND_WHO, &[MOTION, RELATION]);
     for &step in steps {
         table::begin(w, scene, step, None);
@@ -102,7 +103,7 @@ fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64]) 
         let cells = Encounter::at(scene, who, step).map(|encounter| {
             let relation = encounter.relation();
             [
-                Cell::Words(relation.direction.name()),
+                Cell::Words(direction(&encounter, &relation, options).name()),
                 Cell::Real(encounter.distance()),
                 Cell::Real(relation.gap_long),
                 Cell::Real(relation.gap_lat),

@@ -231,7 +231,8 @@ impl Tasks {
         let (registry, environment) = (self.registry.clone(), self.environment.clone());
         let sender = self.sender.clone();
         tokio::spawn(async move {
-            let found = probe(&registry, &environment).await;
+            let mut found = probe(&registry, &environment).await;
+            found.retain(|model| !model.is_no_chat());
             let _ = sender.send(Msg::Discovered(found));
         });
     }

@@ -121,9 +121,10 @@ fn a_template_that_cannot_be_filled_is_named_with_its_line() {
     let home = Home::new();
     let wrong = MINE.replace("{{ scenario }}", "\n{{ nothing_of_this_name }}");
     home.write(home.config().join("prompts/collision-ego.md"), wrong);
-    home.run(&["prompt", CUT_IN])
-        .status(2)
-        .says(&["collision-ego.md:8"]);
+    home.run(&["prompt", CUT_IN]).status(0).says(&[
+        "prompts/collision-ego.md: line 8: ",
+        "the shipped template is used",
+    ]);
 }
 
 #[test]
@@ -324,10 +325,32 @@ fn what_is_wrong_with_a_users_template_is_listed() {
         MINE.replace("\"collision\"", "\"colision\""),
     );
     home.run(&["prompts"]).status(1).says(&[
-        "collision-ego.md:8",
+        "collision-ego.md: line 8: undefined value: `nothing_of_this_name` is undefined",
+        "the shipped template is used",
         "safety-ego.md: line 1",
         "no task `colision`",
         "3 of your templates",
+    ]);
+    let table = home.run(&["prompts"]).status(1).stdout;
+    let rows = |file: &str, used: &str| {
+        let words = |l: &str| l.split_whitespace().map(String::from).collect::<Vec<_>>();
+        let rows = table.lines().map(words);
+        rows.filter(|r| r[0] == file && r[3] == used).count()
+    };
+    for file in ["collision-ego.md", "safety-ego.md"] {
+        assert_eq!((rows(file, "yes"), rows(file, "broken")), (1, 1), "{table}");
+    }
+    assert_eq!(rows("mine.md", "broken"), 1, "{table}");
+    let prompt = home.run(&["prompt", CUT_IN]).status(0);
+    assert!(prompt.stdout.contains("You are an expert"));
+    prompt.says(&[
+        "prompts/collision-ego.md: line 8",
+        "the shipped template is used",
+    ]);
+    home.run(&["prompts", "use", "mine"]).status(2).says(&[
+        "mine.md",
+        "no task `colision`",
+        "it is not used",
     ]);
     // What differs in a broken file can be seen too.
     let diff = home

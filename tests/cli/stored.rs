@@ -212,11 +212,11 @@ async fn runs_are_listed_searched_shown_and_deleted() {
     };
     let all = lines(&["runs"]);
     assert!(
-        all.len() == 2 && all[0].contains("reference/geometry"),
+        all.len() == 3 && all[1].contains("reference/geometry"),
         "{all:?}"
     );
-    assert!(all[1].contains("dangerous") && all[1].contains("lab/tiny"));
-    assert_eq!(lines(&["runs", "list", "--task", "safety"]).len(), 1);
+    assert!(all[2].contains(" collision ") && all[2].contains("lab/tiny"));
+    assert_eq!(lines(&["runs", "list", "--task", "safety"]).len(), 2);
     assert_eq!(lines(&["runs", "--since", "2100-01-01"]).len(), 0);
     run(&home, &["runs", "--since", "soon"])
         .status(2)
@@ -226,7 +226,7 @@ async fn runs_are_listed_searched_shown_and_deleted() {
         .says(&["truncated"]);
     let found = lines(&["runs", "search", "PULL", "out"]);
     assert!(
-        found.len() == 2 && found[1].contains("[pulls] [out]"),
+        found.len() == 3 && found[2].contains("[pulls] [out]"),
         "{found:?}"
     );
     assert!(lines(&["runs", "search", "never"]).is_empty());
@@ -246,11 +246,11 @@ async fn runs_are_listed_searched_shown_and_deleted() {
         .says(&["pinned", "unpin"]);
     run(&home, &["runs", "unpin", "1"]).status(0);
     run(&home, &["runs", "delete", "1"]).status(0);
-    assert_eq!(lines(&["runs"]).len(), 1);
-    assert_eq!(lines(&["runs", "--deleted"]).len(), 1);
+    assert_eq!(lines(&["runs"]).len(), 2);
+    assert_eq!(lines(&["runs", "--deleted"]).len(), 2);
     run(&home, &["runs", "restore", "1"]).status(0);
     run(&home, &["runs", "note", "1", "look again"]).status(0);
-    assert_eq!(lines(&["runs", "search", "again"]).len(), 2);
+    assert_eq!(lines(&["runs", "search", "again"]).len(), 3);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -20,6 +20,7 @@ fn options() -> impl Strategy<Value = Options> {
         prop::option::of(0..40_usize),
     )
         .prop_map(|(radius, precision, stride, compact, obstacle)| Options {
+            contact: compact,
             radius,
             precision,
             stride,

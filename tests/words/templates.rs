@@ -15,6 +15,11 @@ fn schema(task: &str) -> Value {
 
 /// A shipped template, filled for a bundled scenario.
 fn filled(file: &str, bits: u8, form: Form) -> Prompt {
+    with_contact(file, bits, form, false)
+}
+
+/// The same, with contact said or not.
+pub fn with_contact(file: &str, bits: u8, form: Form, contact: bool) -> Prompt {
     let library = Library::load(None);
     let (template, _) = library.file(file).unwrap();
     let front = &template.front;
@@ -22,6 +27,7 @@ fn filled(file: &str, bits: u8, form: Form) -> Prompt {
     let obstacle = scene.participants().next().map(|p| p.obstacle.id);
     let options = Options {
         form,
+        contact,
         obstacle,
         ..Options::default()
     };
@@ -37,7 +43,7 @@ fn filled(file: &str, bits: u8, form: Form) -> Prompt {
     let values = json!({
         "task": front.task, "frame": front.frame,
         "cp": bits & 1 != 0, "cot": bits & 2 != 0, "icl": bits & 4 != 0,
-        "description": described.text, "form": form.name(), "dt": 0.1, "spacing": 0.1, "radius": 30.0,
+        "description": described.text, "form": form.name(), "contact": contact, "dt": 0.1, "spacing": 0.1, "radius": 30.0,
         "ego": 1, "obstacle": obstacle, "scenario": "s",
         "window": {"first": 48, "last": 50, "steps": 3, "described": 3, "seconds": 0.3, "from": 4.8, "until": 5.0},
         "risk_levels": levels,

@@ -2,13 +2,14 @@
 
 use serde_json::{Value, json};
 
+use super::{past, words};
 use crate::cli::{cost, time};
-use crate::evaluation::{Answer, Case, Judged};
+use crate::evaluation::{Answer, Case, Judge, Judged};
 use crate::judge;
 use crate::verdict::Task;
 
 /// What was said, what it consumed and where it is kept; the same keys whether there is a verdict or not.
-pub(super) fn document(answer: &Answer, case: &Case) -> Value {
+pub(super) fn document(answer: &Answer, case: &Case, judge: &Judge) -> Value {
     let mut value = match &answer.judged {
         Judged::Verdict(parsed) => {
             json!(parsed.verdict)
@@ -16,7 +17,7 @@ pub(super) fn document(answer: &Answer, case: &Case) -> Value {
         Judged::Other(reading) => json!(reading.said),
         Judged::Missing(missing) => json!({
             "verdict": null,
-            "problem": missing.to_string(),
+            "problem": words::missing(missing),
             "answer": answer.text,
             "reasoning": answer.reasoning,
         }),
@@ -37,10 +38,16 @@ pub(super) fn document(answer: &Answer, case: &Case) -> Value {
         "cached_tokens": consumed.cached_tokens,
     });
     let returned = answer.model_returned.as_deref();
+    let worked_out = past::worked_out(answer, judge);
     value["cost"] = match consumed.cost_usd {
         Some(usd) => json!({"usd": usd, "source": answer.price_source}),
         None if answer.model == judge::MODEL => json!({"usd": 0, "source": "built in"}),
-        None => json!({"usd": null, "unknown": cost::unknown(consumed, &answer.model, returned)}),
+        None => match worked_out {
+            Some((usd, how)) => json!({"usd": usd, "source": how}),
+            None => {
+                json!({"usd": null, "unknown": cost::unknown(consumed, &answer.model, returned)})
+            }
+        },
     };
     value["model"] = json!(answer.model);
     if let Some(returned) = &answer.model_returned {
@@ -50,6 +57,7 @@ pub(super) fn document(answer: &Answer, case: &Case) -> Value {
         value["stored"] = json!({
             "run": run.0,
             "asked": time::rfc3339(past.created_ms),
+            "asked_as": answer.model,
             "origin": past.origin.name(),
             "sample": past.sample,
         });

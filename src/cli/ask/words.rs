@@ -2,7 +2,29 @@
 
 use std::fmt::Write;
 
+use crate::evaluation::Missing;
 use crate::verdict::{Moment, Motion, Said};
+
+/// Why there is no verdict. An address that cannot be reached was tried, other than what is refused beforehand.
+pub(super) fn missing(missing: &Missing) -> String {
+    match missing {
+        Missing::NotSent(why) => format!("no answer: {why}"),
+        Missing::NoAnswer(why) if is_too_long(why) => format!(
+            "{missing}; a shorter question may fit: --form compact, a smaller --history or --radius, --techniques base"
+        ),
+        missing => missing.to_string(),
+    }
+}
+
+/// Whether a server means that the question is longer than what its model can take.
+fn is_too_long(why: &str) -> bool {
+    let why = why.to_ascii_lowercase();
+    let context = ["length", "window", "size", "maximum", "exceed", "limit"];
+    (why.contains("(400") || why.contains("(413"))
+        && ((why.contains("context") && context.iter().any(|word| why.contains(word)))
+            || why.contains("too long")
+            || why.contains("too many tokens"))
+}
 
 /// Who could attack, or how an attacker moves; the verdicts of the other tasks are in `ask` itself.
 pub(super) fn said(said: &Said, model: &str) -> String {

@@ -32,10 +32,8 @@ pub fn prepare(
     let chosen = config.theme.clone().unwrap_or_else(|| AUTO.into());
     // The terminal takes its time to answer; meanwhile the rest is read.
     let asked = (chosen == AUTO).then(|| std::thread::spawn(move || background::ask(env)));
-    let registry = Registry::new(&config.providers).unwrap_or_else(|error| {
-        complaints.push(error.to_string());
-        Registry::new(&toml::Table::new()).unwrap_or_default()
-    });
+    let registry = Registry::lenient(&config.providers, &folders.config_file());
+    complaints.extend(registry.broken().map(|(_, why)| why.to_string()));
     let keymap = Keymap::load(&folders.keymap()).unwrap_or_else(|mistakes| {
         complaints.push(format!("{}; the default keys are in use", first(&mistakes)));
         Keymap::of(Preset::Default)

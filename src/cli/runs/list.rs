@@ -1,0 +1,196 @@
+//! Runs as a table: when, what was said, of whom, and what it cost.
+
+use crate::cli::{output, time};
+use crate::judge;
+use crate::store::Summary;
+use crate::verdict::Task;
+
+const TITLES: [&str; 10] = [
+    "run", "asked", "says", "scenario", "model", "task", "frame", "how", "cost [$]", "",
+];
+
+/// The table, with a line of titles; nothing where there are no runs.
+pub(super) fn table(runs: &[Summary]) -> String {
+    if runs.is_empty() {
+        return String::new();
+    }
+    let cells: Vec<[String; 10]> = std::iter::once(TITLES.map(String::from))
+        .chain(runs.iter().map(row))
+        .map(|row| row.map(|cell| output::visible(&cell)))
+        .collect();
+    let width = |column: usize| {
+        let widths = cells.iter().map(|row| row[column].chars().count());
+        widths.max().unwrap_or(0)
+    };
+    let widths: [usize; 10] = std::array::from_fn(width);
+    let mut text = String::new();
+    for (i, row) in cells.iter().enumerate() {
+        let mut line = String::new();
+        for (place, (cell, width)) in row.iter().zip(widths).enumerate() {
+            // Numbers end where their column does.
+            line += &match place {
+                0 | 8 => format!("{cell:>width$}  "),
+                _ => format!("{cell:width$}  "),
+            };
+        }
+        text += line.trim_end();
+        text.push('\n');
+        let excerpt = i.checked_sub(1).and_then(|i| runs[i].excerpt.as_deref());
+        if let Some(excerpt) = excerpt {
+            let words: Vec<_> = excerpt.split_whitespace().collect();
+            let indent = " ".repeat(widths[0]);
+            text += &output::visible(&format!("{indent}  {}\n", words.join(" ")));
+        }
+    }
+    text
+}
+
+fn row(run: &Summary) -> [String; 10] {
+    let mut remarks = Vec::new();
+    if run.sample > 0 {
+        remarks.push(format!("sample {}", run.sample));
+    }
+    match run.origin.as_str() {
+        "asked" => {}
+        "recorded" => remarks.push("recorded, imported".into()),
+        other => remarks.push(other.into()),
+    }
+    if run.pinned {
+        remarks.push("pinned".into());
+    }
+    [
+        run.run.to_string(),
+        time::local(run.created_ms),
+        said(run).into(),
+        run.scenario.clone(),
+        run.model.clone(),
+        run.task.clone(),
+        run.frame.clone(),
+        run.techniques.clone(),
+        cost(run),
+        remarks.join(", "),
+    ]
+}
+
+/// The verdict in the words of its task, or how far the answer came.
+fn said(run: &Summary) -> &str {
+    let verdict = Task::parse(&run.task).is_some_and(|task| Task::VERDICTS.contains(&task));
+    match (run.dangerous, run.task == Task::Collision.name()) {
+        (Some(true), true) => "collision",
+        (Some(false), true) => "no collision",
+        (Some(true), false) => "critical",
+        (Some(false), false) => "not critical",
+        (None, _) if run.state == "answered" && verdict => "no verdict",
+        (None, _) => &run.state,
+    }
+}
+
+/// What a run cost, US dollars; `<=` before the most that one can have cost that broke off.
+fn cost(run: &Summary) -> String {
+    match (run.cost_usd, run.most_usd) {
+        (Some(usd), _) => format!("{usd:.6}"),
+        (None, Some(0.0)) => "0".into(),
+        (None, Some(most)) => format!("<={most:.6}"),
+        (None, None) if costs_nothing(run) => "-".into(),
+        (None, None) => "unknown".into(),
+    }
+}
+
+/// The built-in judge costs nothing, and what others recorded cost nothing here.
+fn costs_nothing(run: &Summary) -> bool {
+    run.model == judge::MODEL || run.origin == "recorded"
+}
+
+/// How many runs, and what they cost together.
+pub(super) fn sum(runs: &[Summary]) -> String {
+    // The sum of no numbers is written -0.
+    let known = runs
+        .iter()
+        .filter_map(|run| run.cost_usd)
+        .fold(0.0, |a, b| a + b);
+    let priceless = || runs.iter().filter(|run| run.cost_usd.is_none());
+    let broken: Vec<f64> = priceless().filter_map(|run| run.most_usd).collect();
+    let broken: Vec<f64> = broken.into_iter().filter(|usd| *usd > 0.0).collect();
+    let unknown = priceless().filter(|run| run.most_usd.is_none() && !costs_nothing(run));
+    let mut text = format!("{}: {known:.6} US dollars", counted(runs.len()));
+    if !broken.is_empty() {
+        let most: f64 = broken.iter().sum();
+        text += &format!("; {} broke off, at most {most:.6} more", broken.len());
+    }
+    match unknown.count() {
+        0 => {}
+        n => text += &format!("; of {n} the cost is unknown"),
+    }
+    text
+}
+
+fn counted(runs: usize) -> String {
+    match runs {
+        1 => "1 run".into(),
+        n => format!("{n} runs"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn summary(run: i64, cost: Option<f64>, most: Option<f64>) -> Summary {
+        Summary {
+            run,
+            created_ms: 0,
+            origin: "asked".into(),
+            state: "answered".into(),
+            scenario: "ZAM_A-1".into(),
+            task: "collision".into(),
+            frame: "ego".into(),
+            techniques: "cp".into(),
+            model: "lab/x".into(),
+            sample: 0,
+            dangerous: None,
+            cost_usd: cost,
+            most_usd: most,
+            output_tokens: None,
+            pinned: false,
+            excerpt: None,
+        }
+    }
+
+    #[test]
+    fn costs_are_summed_and_bounds_told_apart() {
+        let mut built_in = summary(4, None, None);
+        built_in.model = judge::MODEL.into();
+        let runs = [
+            summary(1, Some(0.25), Some(1.0)),
+            summary(2, None, Some(0.5)),
+            summary(3, None, None),
+            built_in,
+            summary(5, None, Some(0.0)),
+        ];
+        assert_eq!(
+            sum(&runs),
+            "5 runs: 0.250000 US dollars; 1 broke off, at most 0.500000 more; of 1 the cost is unknown"
+        );
+        assert_eq!(sum(&runs[3..4]), "1 run: 0.000000 US dollars");
+        let costs = runs.each_ref().map(cost);
+        assert_eq!(costs, ["0.250000", "<=0.500000", "unknown", "-", "0"]);
+    }
+
+    #[test]
+    fn verdicts_have_the_words_of_their_task() {
+        let mut run = summary(1, None, None);
+        assert_eq!(said(&run), "no verdict");
+        run.dangerous = Some(false);
+        assert_eq!(said(&run), "no collision");
+        run.task = "safety".into();
+        assert_eq!(said(&run), "not critical");
+        (run.dangerous, run.task) = (None, "attacker".into());
+        assert_eq!(said(&run), "answered");
+        run.state = "cancelled".into();
+        assert_eq!(said(&run), "cancelled");
+        let table = table(&[run]);
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!(lines.len(), 2, "{table}");
+        assert_eq!(lines[0].find("says"), lines[1].find("cancelled"), "{table}");
+    }
+}
