@@ -4,10 +4,11 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::Claim;
-use super::number::{Number, Unit, numbers};
+use super::number::{Unit, numbers};
 use super::place::has_word;
 use super::sentence::Sentence;
 use super::times::{When, heading_time, times};
+use super::whom::{Mention, begins_with, is_label, mentions};
 
 /// What can be meant.
 pub struct World<'a> {
@@ -24,13 +25,109 @@ pub struct World<'a> {
 /// What a line says about those below it.
 #[derive(Default)]
 struct Above {
-    /// Whom they are about, and whether a blank line ends that.
-    obstacle: Option<(i64, bool)>,
+    /// Whom the heading names.
+    heading: Option<i64>,
+    /// The list items that name somebody, the innermost last.
+    named: Vec<Item>,
+    /// Whom the last sentence of the paragraph was about.
+    sentence: Option<i64>,
+    /// Whether a sentence of the line left open whom the next one is about.
+    open: bool,
+    /// Whether the line before was empty.
+    parted: bool,
     time: When,
     /// The list items that they stand under: indent and words.
     items: Vec<(usize, String)>,
     /// The titles of the table that they are in.
     titles: Vec<String>,
+}
+
+/// A list item that names somebody.
+struct Item {
+    indent: usize,
+    /// Whom it is about; nothing where that cannot be told.
+    obstacle: Option<i64>,
+    /// Whether the items beside it that name nobody are about the same.
+    stays: bool,
+}
+
+impl Above {
+    /// Whom a sentence is about that names nobody.
+    fn obstacle(&self) -> Option<i64> {
+        if self.open {
+            return None;
+        }
+        self.sentence.or_else(|| self.fixed())
+    }
+
+    /// Whom headings and items say that everything below is about.
+    fn fixed(&self) -> Option<i64> {
+        match self.named.last() {
+            Some(item) => item.obstacle,
+            None => self.heading,
+        }
+    }
+
+    fn forget(&mut self) {
+        self.heading = None;
+        self.named.clear();
+        self.sentence = None;
+        self.open = false;
+    }
+
+    /// A heading, an item or a line that names nobody begins.
+    fn begin(&mut self, kind: Kind, indent: usize, lower: &str, named: &[Mention]) {
+        self.open = false;
+        match kind {
+            Kind::Heading => {
+                self.forget();
+                self.heading = match named {
+                    [one] if !one.compared => one.id,
+                    _ => None,
+                };
+            }
+            Kind::Item => {
+                self.sentence = None;
+                self.named
+                    .retain(|item| item.indent < indent || (item.indent == indent && item.stays));
+                let beside = self.named.last().is_some_and(|item| item.indent == indent);
+                let firm = self.heading.is_some();
+                let next = match named {
+                    [] => return,
+                    [one] if one.compared => return,
+                    [one] if begins_with(lower, one) => Item {
+                        indent,
+                        obstacle: one.id,
+                        stays: !firm || is_label(lower, one),
+                    },
+                    [one] if one.id.is_some() && one.id == self.fixed() => return,
+                    _ => Item {
+                        indent,
+                        obstacle: None,
+                        stays: !firm && !beside,
+                    },
+                };
+                // Somebody mentioned inside an item leaves open whom its own items are about, not those beside it.
+                if beside && next.obstacle.is_some() {
+                    self.named.pop();
+                }
+                self.named.push(next);
+            }
+            Kind::Line => {
+                if self.parted {
+                    self.named.retain(|item| item.indent < indent);
+                }
+            }
+        }
+    }
+}
+
+/// What a line is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Heading,
+    Item,
+    Line,
 }
 
 /// The claims of a text.
@@ -55,9 +152,8 @@ fn take(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &
     let bare = line.trim();
     if bare.is_empty() {
         above.titles.clear();
-        if above.obstacle.is_some_and(|(_, brief)| brief) {
-            above.obstacle = None;
-        }
+        above.sentence = None;
+        above.parted = true;
         return;
     }
     if bare.starts_with('|') && bare.len() > 1 {
@@ -75,24 +171,20 @@ fn take(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &
             && bare.matches("**").count() == 2);
     above.items.retain(|(depth, _)| !heading && *depth < indent);
     let lower = lowered(line);
-    let named = ids(&lower, &numbers(line), world);
+    let named = mentions(&lower, &numbers(line), world);
+    let kind = match (heading, item) {
+        (true, _) => Kind::Heading,
+        (_, true) => Kind::Item,
+        _ => Kind::Line,
+    };
     if heading {
         above.time = heading_time(&lower, line, world, above.time);
-        above.obstacle = match named.as_slice() {
-            [Some(id)] => Some((*id, false)),
-            _ => None,
-        };
-    } else if item {
-        // A new item at the depth of the one that named somebody is about somebody else only if it names one.
-        match named.as_slice() {
-            [] => {}
-            [Some(id)] => above.obstacle = Some((*id, false)),
-            _ => above.obstacle = None,
-        }
     }
+    above.begin(kind, indent, &lower, &named);
+    above.parted = false;
     for (from, part) in sentences(line) {
         match part {
-            "{" | "}" => above.obstacle = None,
+            "{" | "}" => above.forget(),
             _ => sentence((part, start + from), world, above, found),
         }
     }
@@ -110,22 +202,49 @@ fn sentence(
 ) {
     let lower = lowered(text);
     let all = numbers(text);
-    let named = ids(&lower, &all, world);
-    let obstacle = match named.as_slice() {
-        [] => above.obstacle.map(|(id, _)| id),
-        [Some(id)] => {
-            // Somebody named by a heading or an item stays; whom a sentence names stays to the end of its paragraph.
-            if above.obstacle.is_none_or(|(now, _)| now != *id) {
-                above.obstacle = Some((*id, true));
+    let named = mentions(&lower, &all, world);
+    let fixed = above.fixed();
+    let before = above.obstacle();
+    let whole = 0..text.len();
+    // Whom it is about, and which part of it.
+    let about = match named.as_slice() {
+        [] => before.map(|id| (id, whole)),
+        [one] if one.compared => before.map(|id| (id, 0..one.span.start)),
+        [one] if begins_with(&lower, one) || one.id.is_some() && one.id == before => {
+            if fixed != one.id {
+                above.sentence = one.id;
+                // Under somebody else's heading it is an aside, and the next sentence is about whom it names.
+                above.open = one.id.is_none();
+                if above.heading.is_some() {
+                    above.sentence = None;
+                }
+            } else {
+                above.sentence = None;
+                above.open = false;
             }
-            Some(*id)
+            one.id.map(|id| (id, whole))
+        }
+        // "The distance to obstacle 7 is 3 m": it is about the obstacle where it is about nobody else.
+        [one] => {
+            above.open = before.is_some() && fixed.is_none();
+            if before.is_none() && !above.open && fixed.is_none() {
+                above.sentence = one.id;
+            }
+            let alone = before.is_none() && above.named.is_empty() || above.fixed() == one.id;
+            one.id
+                .filter(|_| alone)
+                .map(|id| (id, one.span.end..text.len()))
         }
         _ => {
-            above.obstacle = None;
+            above.sentence = None;
+            above.open = fixed.is_none();
             None
         }
     };
-    let Some(obstacle) = obstacle else { return };
+    let Some((obstacle, part)) = about else {
+        return;
+    };
+    let own = !named.is_empty() && named.iter().all(|m| m.id == Some(obstacle));
     let (times, when) = times(&lower, &all, world);
     let when = if when == When::Unsaid {
         above.time
@@ -154,10 +273,15 @@ fn sentence(
         start,
         above: &words.join(" "),
         obstacle,
+        named: own,
         step,
     };
-    found.extend(sentence.claims());
-    found.extend(times.iter().find_map(|&place| sentence.contact(place)));
+    let contact = times.iter().find_map(|&place| sentence.contact(place));
+    let all = sentence.claims().into_iter().chain(contact);
+    let inside = |claim: &Claim| {
+        claim.span.start >= start + part.start && claim.span.end <= start + part.end
+    };
+    found.extend(all.filter(inside));
 }
 
 /// A row of a table: every cell is a sentence under its title.
@@ -213,6 +337,7 @@ fn row(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &m
             start: start + from,
             above: title,
             obstacle,
+            named: true,
             step,
         };
         found.extend(sentence.claims());
@@ -257,61 +382,6 @@ fn sentences(line: &str) -> Vec<(usize, &str)> {
     }
     found.push((from, &line[from..]));
     found.retain(|(_, part)| !part.trim().is_empty());
-    found
-}
-
-/// Whom a text names; nothing in place of an obstacle that is not there.
-fn ids(lower: &str, all: &[Number], world: &World<'_>) -> Vec<Option<i64>> {
-    let mut found: Vec<Option<i64>> = Vec::new();
-    for number in all {
-        let Some(id) = number.whole() else { continue };
-        let before = lower[..number.span.start]
-            .trim_end_matches(['*', ' ', '`', ':', '"', '#', '(', '_', '=']);
-        let called = [
-            "obstacle",
-            "obstacles",
-            "obstacleid",
-            "obstacle id",
-            "obstacle_id",
-            "vehicle",
-            "car",
-            "truck",
-            "id",
-            "pedestrian",
-            "bicycle",
-        ]
-        .iter()
-        .any(|word| before.ends_with(word));
-        let other = ["lanelet", "step", "timestep", "score", "risk", "lanelets"]
-            .iter()
-            .any(|word| before.ends_with(word));
-        let known = world.ids.contains(&id);
-        // "Further away than 30301" is about somebody else.
-        let compared = [
-            "than",
-            "than obstacle",
-            "unlike",
-            "unlike obstacle",
-            "like obstacle",
-        ];
-        if compared.iter().any(|words| ends_with_word(before, words)) {
-            found.push(None);
-            continue;
-        }
-        if id == world.ego && !known || other {
-            continue;
-        }
-        let found_one = match (known, called) {
-            (true, true) => Some(id),
-            // A bare number with many digits that is an id can hardly be anything else.
-            (true, false) if id >= 100 => Some(id),
-            (false, true) => None,
-            _ => continue,
-        };
-        if !found.contains(&found_one) {
-            found.push(found_one);
-        }
-    }
     found
 }
 
