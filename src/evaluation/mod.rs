@@ -21,6 +21,7 @@ mod request;
 mod settings;
 mod standings;
 mod trial;
+mod usual;
 mod values;
 
 pub use answer::{Answer, Judged, Missing, Past};
@@ -35,3 +36,4 @@ pub use question::{Case, CaseError, Question, prepare, template};
 pub use settings::{Decided, Settings};
 pub use standings::{By, Standing, Standings};
 pub use trial::trial;
+pub use usual::usual_frame;

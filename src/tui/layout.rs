@@ -35,7 +35,7 @@ pub fn split(screen: Rect, model: &Model) -> Option<Parts> {
     } else if model.zoomed {
         alone(body, model.focus)
     } else if screen.width >= 110 && screen.height >= 32 {
-        wide(body)
+        wide(body, model.list.longest)
     } else {
         compact(body, model.focus)
     };
@@ -55,12 +55,18 @@ fn alone(body: Rect, pane: Pane) -> Vec<(Pane, Rect)> {
     vec![(pane, body)]
 }
 
+/// Columns of a list that shows names of this length, up to a limit: its border, the sign before a name, and what
+/// answers say and the risk behind it.
+fn named(longest: usize) -> u16 {
+    u16::try_from(longest + 9).unwrap_or(u16::MAX).clamp(24, 34)
+}
+
 /// Everything at once.
-fn wide(body: Rect) -> Vec<(Pane, Rect)> {
+fn wide(body: Rect, longest: usize) -> Vec<(Pane, Rect)> {
     let right = (body.width * 36 / 100).clamp(44, 84);
     // Where there is room, the list shows more than names.
     let list = match body.width {
-        ..160 => (body.width * 17 / 100).max(24),
+        ..160 => (body.width * 17 / 100).max(named(longest)),
         wide => (wide * 21 / 100).min(48),
     };
     let prompt = (body.height * 26 / 100).clamp(8, 18);

@@ -4,7 +4,7 @@
 
 use super::check::{Judgement, at};
 use super::{Claim, Quantity, Stated, Subject};
-use crate::metrics::Encounter;
+use crate::metrics::{Encounter, Relation};
 
 /// What else the claim may mean at that step, in words; nothing where it is plainly wrong.
 pub fn of(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static str> {
@@ -21,6 +21,9 @@ pub fn of(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static st
             ..claim.clone()
         })
     };
+    if turned(claim, subject, step) {
+        return Some("the ego stands still, and its heading may have been told otherwise");
+    }
     let time = matches!(
         claim.quantity,
         Quantity::Ttc | Quantity::TtcLong | Quantity::TtcLat
@@ -31,6 +34,9 @@ pub fn of(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static st
             *value = -*value;
         }
         return holds(&unsigned).then_some("it is so without the sign");
+    }
+    if time && from_rounded(claim, subject, step) {
+        return Some("it follows from a rounded velocity");
     }
     if claim.quantity == Quantity::Distance
         && (as_other(Quantity::GapLong) || as_other(Quantity::GapLat))
@@ -58,6 +64,62 @@ pub fn of(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static st
         return of_another.then_some("it is so of another obstacle");
     }
     None
+}
+
+/// The ego's speed, the distance of the centres, and where the obstacle is, at the step.
+fn met(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<(f64, f64, Relation)> {
+    let mut participants = subject.scene.participants();
+    let participant = participants.find(|p| p.obstacle.id == claim.obstacle)?;
+    let encounter = Encounter::at(subject.scene, &participant, step)?;
+    let apart = encounter.other.pose.position - encounter.ego.pose.position;
+    let speed = encounter.ego.velocity.abs();
+    Some((speed, apart.norm(), encounter.relation()))
+}
+
+/// Below this speed a heading is not told from motion, m/s.
+const STANDING: f64 = 0.1;
+
+/// Whether the ego stands still and the claim would hold for another heading of it.
+fn turned(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
+    let Some((speed, apart, _)) = met(claim, subject, step) else {
+        return false;
+    };
+    let Stated::Number { value, .. } = claim.stated else {
+        return false;
+    };
+    let seen_from_it = match claim.quantity {
+        Quantity::GapLong | Quantity::GapLat => value.abs() <= apart,
+        Quantity::TtcLong | Quantity::TtcLat => true,
+        _ => false,
+    };
+    speed < STANDING && seen_from_it
+}
+
+/// Whether a time is the gap by a velocity that was rounded to two decimals: of slow ones that changes much.
+fn from_rounded(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
+    let (Some((_, _, relation)), Stated::Number { value, .. }) =
+        (met(claim, subject, step), claim.stated)
+    else {
+        return false;
+    };
+    let axes = [
+        (
+            relation.gap_long,
+            relation.velocity.x,
+            claim.quantity != Quantity::TtcLat,
+        ),
+        (
+            relation.gap_lat,
+            relation.velocity.y,
+            claim.quantity != Quantity::TtcLong,
+        ),
+    ];
+    axes.iter().any(|(gap, velocity, meant)| {
+        let (gap, velocity) = (gap.abs(), velocity.abs());
+        let shortest = 0.95 * gap / (velocity + 0.005);
+        let longest = 1.05 * gap / (velocity - 0.005).max(0.001);
+        *meant && velocity < 0.5 && (shortest..=longest).contains(&value)
+    })
 }
 
 /// Whether a length is the difference of the centres along an axis of the map: what somebody told coordinates may call

@@ -34,6 +34,9 @@ const MOST: usize = 12;
 /// What stands between reasoning and answer.
 const ANSWER: &str = "── answer ──";
 
+/// What stands before reasoning.
+const REASONING: &str = "── reasoning ──";
+
 impl Claims {
     /// The claims of a text, in its order; none where they were not looked for.
     #[must_use]
@@ -90,10 +93,12 @@ impl Model {
                 let column = self.answers.columns.get(place)?;
                 let text = match (column.reasoning.is_empty(), column.text.is_empty()) {
                     (true, _) => column.text.clone(),
-                    (false, true) => column.reasoning.clone(),
-                    (false, false) => {
-                        format!("{}\n\n{ANSWER}\n{}", column.reasoning, column.text)
-                    }
+                    // The heading is there from the start, so that nothing moves when the answer begins.
+                    (false, true) => format!("{REASONING}\n{}", column.reasoning),
+                    (false, false) => format!(
+                        "{REASONING}\n{}\n\n{ANSWER}\n{}",
+                        column.reasoning, column.text
+                    ),
                 };
                 (
                     visible(&text).into_owned(),

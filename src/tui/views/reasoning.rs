@@ -7,6 +7,7 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use crate::evaluation::{Judged, Missing};
+use crate::tui::action::Action;
 use crate::tui::model::{Column, Model, Pane, Progress};
 use crate::tui::widgets::highlight::markdown;
 use crate::tui::widgets::words::fit_end;
@@ -96,13 +97,23 @@ fn reference(model: &Model) -> Text<'static> {
     match &model.answers.reference {
         Some(_) => said_text(model),
         None => {
-            let words = model
-                .open_error
-                .clone()
-                .unwrap_or_else(|| format!("nothing to judge yet: {}", model.without_ego()));
+            let words = model.open_error.clone().unwrap_or_else(|| unjudged(model));
             markdown(&words, &model.theme)
         }
     }
+}
+
+/// Why the built-in judge says nothing.
+fn unjudged(model: &Model) -> String {
+    if model.scene().is_none() {
+        return format!("nothing to judge yet: {}", model.without_ego());
+    }
+    format!(
+        "the built-in judge does not answer the {} task: {} chooses a language model, {} asks it",
+        model.task.name(),
+        model.look.key(Action::ChooseModel),
+        model.look.key(Action::Run)
+    )
 }
 
 fn state(column: &Column) -> String {
