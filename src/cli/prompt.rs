@@ -7,7 +7,7 @@ use super::open::{Which, configuration, frame, task, techniques, user_thresholds
 use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use crate::evaluation::{Case, CaseError, Question, prepare, template};
+use crate::evaluation::{Case, CaseError, Question, prepare, template, usual_frame};
 use crate::prompts::{Library, Problem, Techniques};
 use crate::text::Frame;
 use crate::verdict::Task;
