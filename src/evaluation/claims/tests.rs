@@ -195,7 +195,7 @@ fn after_an_aside_the_heading_counts_and_where_two_are_meant_nobody() {
     assert_eq!(brief(&text), [format!("{a} gap lateral: 3.25 m")]);
     let text = format!(
         "Obstacle {a} is near. Although it closes in (longitudinal gap 5.5 m), the risk is lower than that of obstacle \
-         {b}. The lateral gap is 2 m.\n\nThe longitudinal gap to obstacle {b} is 8.25 m."
+         {b}. The lateral gap is 2 m.\n\nFor obstacle {b} the longitudinal gap is 8.25 m."
     );
     assert_eq!(
         brief(&text),

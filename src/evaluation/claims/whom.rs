@@ -34,6 +34,7 @@ const CALLED: &[&str] = &[
 /// What stands before somebody whom the sentence is not about.
 const COMPARED: &[&str] = &[
     "than",
+    "than that of",
     "unlike",
     "like",
     "as",
