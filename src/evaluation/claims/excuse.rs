@@ -89,7 +89,11 @@ fn turned(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
     };
     let seen_from_it = match claim.quantity {
         Quantity::GapLong | Quantity::GapLat => value.abs() <= apart,
-        Quantity::TtcLong | Quantity::TtcLat => true,
+        Quantity::Ttc
+        | Quantity::TtcLong
+        | Quantity::TtcLat
+        | Quantity::VelocityLong
+        | Quantity::VelocityLat => true,
         _ => false,
     };
     speed < STANDING && seen_from_it

@@ -61,6 +61,8 @@ const DOUBTFUL: &[&str] = &[
     "steer",
     "steers",
     "another",
+    "will",
+    "axis",
     "initially",
     "originally",
     "previously",
