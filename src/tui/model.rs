@@ -381,16 +381,6 @@ impl Model {
         said.with(&defaults.unwrap_or_default())
     }
 
-    /// The frame after the present one that has a template for the task.
-    #[must_use]
-    pub fn next_frame(&self) -> Frame {
-        let all = Frame::ALL;
-        let now = all.iter().position(|f| *f == self.frame).unwrap_or(0);
-        let mut after = (1..=all.len()).map(|n| all[(now + n) % all.len()]);
-        let fits = |f: &Frame| self.library.find(self.task.name(), f.name()).is_some();
-        after.find(fits).unwrap_or(self.frame)
-    }
-
     /// Whether time has to pass: something plays, or a message fades.
     #[must_use]
     pub fn moves(&self) -> bool {

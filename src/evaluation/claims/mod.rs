@@ -3,6 +3,7 @@
 //! Found is only what is unambiguous: an obstacle, a measure that is named or plain from the unit, a value with its
 //! unit, and no bound, range, supposition or step of a calculation. What is not found is not said to be right.
 
+mod above;
 mod check;
 mod excuse;
 mod find;

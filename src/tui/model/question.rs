@@ -4,9 +4,20 @@ use super::{Model, PromptView};
 use crate::evaluation::{Case, CaseError, prepare};
 use crate::judge::judge_under;
 use crate::prompts::TemplateError;
+use crate::text::Frame;
 use crate::verdict::Task;
 
 impl Model {
+    /// The frame after the present one that has a template for the task.
+    #[must_use]
+    pub fn next_frame(&self) -> Frame {
+        let all = Frame::ALL;
+        let now = all.iter().position(|f| *f == self.frame).unwrap_or(0);
+        let mut after = (1..=all.len()).map(|n| all[(now + n) % all.len()]);
+        let fits = |f: &Frame| self.library.find(self.task.name(), f.name()).is_some();
+        after.find(fits).unwrap_or(self.frame)
+    }
+
     /// Works out again what depends on the scene, the window, the template and the switches:
     /// the prompt and the built-in judge's verdict.
     pub fn refresh(&mut self) {
