@@ -93,11 +93,11 @@ fn claims_in_recorded_answers_are_found_and_mostly_hold() {
                 let from = run.answer[..span.start]
                     .char_indices()
                     .rev()
-                    .nth(160)
+                    .nth(400)
                     .map_or(0, |(i, _)| i);
                 let to = run.answer[span.end..]
                     .char_indices()
-                    .nth(40)
+                    .nth(80)
                     .map_or(run.answer.len(), |(i, _)| span.end + i);
                 println!(
                     "#{number} {} {}\n   …{}⟦{}⟧{}…\n   {:?} {}",

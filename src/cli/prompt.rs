@@ -7,7 +7,7 @@ use super::open::{Which, configuration, frame, task, techniques, user_thresholds
 use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use crate::evaluation::{Case, CaseError, Question, prepare, template, usable};
+use crate::evaluation::{Case, CaseError, Question, prepare, template, usable, usual_frame};
 use crate::prompts::{Instead, Library, Problem, Techniques};
 use crate::text::Frame;
 use crate::verdict::Task;
@@ -37,7 +37,9 @@ impl Asked {
     pub fn question(&self, folders: &Folders, config: &Config) -> Result<Question, Failure> {
         let (entry, scene) = self.which.open()?;
         let library = usable(Library::load(Some(&folders.prompts())));
-        let frame = self.frame.unwrap_or_else(|| usual(&library, self.task));
+        let frame = self
+            .frame
+            .unwrap_or_else(|| usual_frame(&library, self.task));
         let say = |problem: &Problem| output::say(&format!("nearmiss: {problem}"));
         let (file, chosen) = template(&library, self.task, frame).map_err(|error| {
             // The one that is wanted may be among those that cannot be read.
@@ -67,17 +69,6 @@ impl Asked {
             _ => Failure::input(error),
         })
     }
-}
-
-/// Of an attacker the metrics, of the rest the ego frame, where the task has it; else the first that it has.
-fn usual(library: &Library, task: Task) -> Frame {
-    let first = match task {
-        Task::Attacker => Frame::Metrics,
-        _ => Frame::Ego,
-    };
-    let mut frames = std::iter::once(first).chain(Frame::ALL);
-    let has = |frame: &Frame| library.find(task.name(), frame.name()).is_some();
-    frames.find(has).unwrap_or(first)
 }
 
 /// Arguments of `prompt`.

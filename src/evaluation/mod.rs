@@ -22,6 +22,7 @@ mod settings;
 mod standings;
 mod trial;
 mod usable;
+mod usual;
 mod values;
 
 pub use answer::{Answer, Judged, Missing, Past};
@@ -37,3 +38,4 @@ pub use settings::{Decided, Settings};
 pub use standings::{By, Standing, Standings};
 pub use trial::trial;
 pub use usable::usable;
+pub use usual::usual_frame;

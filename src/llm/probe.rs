@@ -139,7 +139,7 @@ fn names(dialect: Dialect, body: &str) -> Option<Vec<String>> {
     // Several protocols list their models at the same path, each in its own form.
     let theirs = |entry: &&Value| {
         let anthropic = entry.get("type").and_then(Value::as_str) == Some("model");
-        match endpoint.dialect {
+        match dialect {
             Dialect::Anthropic => anthropic,
             Dialect::OpenAiChat | Dialect::OpenAiResponses => {
                 !anthropic || entry.get("object").is_some()

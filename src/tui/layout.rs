@@ -38,7 +38,7 @@ pub fn split(screen: Rect, model: &Model) -> Option<Parts> {
     } else if model.zoomed {
         arranged.panes = alone(body, model.focus);
     } else if screen.width >= 110 && screen.height >= 32 {
-        arranged.wide(body, model.look.sizes.wide);
+        arranged.wide(body, model.look.sizes.wide, model.list.longest);
     } else {
         arranged.compact(body, model.look.sizes.compact, model.focus);
     }
@@ -73,6 +73,12 @@ const LOW: u16 = 6;
 struct Arranged {
     panes: Vec<(Pane, Rect)>,
     borders: Vec<Border>,
+}
+
+/// Columns of a list that shows names of this length, up to a limit: its border, the sign before a name, and what
+/// answers say and the risk behind it.
+fn named(longest: usize) -> u16 {
+    u16::try_from(longest + 9).unwrap_or(u16::MAX).clamp(24, 34)
 }
 
 /// A cut across an area: which border it is, how far its pane usually goes, and how far it may.
@@ -130,10 +136,10 @@ impl Arranged {
     }
 
     /// Everything at once.
-    fn wide(&mut self, body: Rect, shares: Shares) {
+    fn wide(&mut self, body: Rect, shares: Shares, longest: usize) {
         // Where there is room, the list shows more than names.
         let list = match body.width {
-            ..160 => (body.width * 17 / 100).max(24),
+            ..160 => (body.width * 17 / 100).max(named(longest)),
             wide => (wide * 21 / 100).min(48),
         };
         let [left, right] = self.cut(

@@ -220,8 +220,8 @@ pub enum Effect {
     Abort(AskId),
     /// Write a template of the user's.
     SaveTemplate(String, String),
-    /// Remove a template of the user's.
-    RemoveTemplate(String),
+    /// Take a template of the user's out of use, with the draft that was not saved.
+    RemoveTemplate(String, Option<String>),
     /// Write a template of the user's under a new name, and use it for its task and frame.
     SaveTemplateAs(String, String),
     /// Use this template, of all those for its task and frame.

@@ -211,6 +211,12 @@ pub struct Model {
     pub task: Task,
     /// From where the scene is described.
     pub frame: Frame,
+    /// The frame that somebody chose; nothing while every task has its usual one.
+    pub frame_chosen: Option<Frame>,
+    /// The step at which the usual window ends, while the cursor stands there and nobody moved it.
+    pub placed: Option<i64>,
+    /// Seconds within which a second Ctrl-C ends the program.
+    pub quit_within: f64,
     /// How it is asked.
     pub techniques: Techniques,
     /// Whether the techniques were chosen, or are the template's.
@@ -294,6 +300,9 @@ impl Model {
             thresholds: Arc::new(Thresholds::shipped().clone()),
             task: Task::Collision,
             frame: Frame::Ego,
+            frame_chosen: None,
+            placed: None,
+            quit_within: 0.0,
             techniques: Techniques::ALL,
             techniques_chosen: false,
             prompt: PromptPane::new(config.editor),
@@ -358,12 +367,6 @@ impl Model {
         Some(steps).filter(|&steps| steps < wanted)
     }
 
-    /// How it is asked now, in short: as [`Column::how`] has it.
-    #[must_use]
-    pub fn way(&self) -> String {
-        format!("{} · {}", self.frame.name(), self.techniques)
-    }
-
     /// How the scene is described: as the configuration says, else as the saved template does.
     #[must_use]
     pub fn decided(&self) -> Decided {
@@ -388,6 +391,7 @@ impl Model {
             || self.jobs.has_batch()
             || (self.overlays.contains(&Overlay::Jobs) && self.jobs.all.iter().any(Job::is_running))
             || self.prompt.waits()
+            || self.quit_within > 0.0
     }
 
     /// The question with this number, if it is still shown.

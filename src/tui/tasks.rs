@@ -185,10 +185,11 @@ impl Tasks {
                     Ok(format!("saved as {}", path.display()))
                 });
             }
-            Effect::RemoveTemplate(file) => {
+            Effect::RemoveTemplate(file, draft) => {
                 let path = self.folders.prompts().join(&file);
                 self.change_template(file, move || {
-                    set_aside(&path).map_err(|e| templates::named(&path, &e))
+                    templates::set_aside(&path, draft.as_deref())
+                        .map_err(|e| templates::named(&path, &e))
                 });
             }
             Effect::SaveTemplateAs(file, text) => {
@@ -349,21 +350,6 @@ impl Tasks {
             let result = change().map(|words| (Library::load(Some(&folder)), words));
             Msg::Saved(file, result)
         });
-    }
-}
-
-/// Takes a template of the user's out of use without losing it.
-fn set_aside(path: &Path) -> std::io::Result<String> {
-    let kept = path.with_extension("md.bak");
-    match std::fs::rename(path, &kept) {
-        Ok(()) => Ok(format!(
-            "the shipped template is in use; yours is kept as {}",
-            kept.display()
-        )),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            Ok("the shipped template is in use".into())
-        }
-        Err(error) => Err(error),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Claims held against the geometry.
 
-use super::{Claim, Quantity, Side, Stated, Subject};
+use super::{Claim, Quantity, Side, Stated, Subject, excuse};
 use crate::geometry::Point;
 use crate::metrics::{Encounter, Relation, measure, paper};
 use crate::scenario::Participant;
@@ -105,11 +105,17 @@ impl Checked {
 /// It is right where it is within [`TOLERANCES`] of the number of the exact bodies, or of what it may have been told
 /// instead: the distance between the centres, or the number in the paper's convention. Which of them is
 /// [`Checked::basis`]. A number without a sign may be a magnitude. A value that was true at an earlier step of the
-/// window, where no step is named, is neither right nor wrong.
+/// window, where no step is named, is neither right nor wrong, nor is one that may mean something else; see
+/// [`excuse`].
 #[must_use]
 pub fn check(claim: Claim, subject: &Subject<'_>) -> Checked {
     let step = claim.step.unwrap_or_else(|| subject.present());
     let mut checked = at(&claim, subject, step);
+    if checked.judgement == Judgement::Wrong
+        && let Some(why) = excuse::of(&claim, subject, step)
+    {
+        checked.judgement = Judgement::Unknown(why);
+    }
     if checked.judgement == Judgement::Wrong && claim.step.is_none() {
         let window = subject.steps();
         let earlier = window.steps().filter(|s| *s != step);
@@ -125,7 +131,7 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> Checked {
     checked
 }
 
-fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> Checked {
+pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> Checked {
     let scene = subject.scene;
     let participant = scene
         .participants()

@@ -4,10 +4,12 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::Claim;
-use super::number::{Number, Unit, numbers};
+use super::above::{Above, Kind};
+use super::number::{Unit, numbers};
 use super::place::has_word;
 use super::sentence::Sentence;
 use super::times::{When, heading_time, times};
+use super::whom::{begins_with, mentions};
 
 /// What can be meant.
 pub struct World<'a> {
@@ -19,18 +21,6 @@ pub struct World<'a> {
     pub dt: f64,
     /// The steps of the recording.
     pub steps: Range<i64>,
-}
-
-/// What a line says about those below it.
-#[derive(Default)]
-struct Above {
-    /// Whom they are about, and whether a blank line ends that.
-    obstacle: Option<(i64, bool)>,
-    time: When,
-    /// The list items that they stand under: indent and words.
-    items: Vec<(usize, String)>,
-    /// The titles of the table that they are in.
-    titles: Vec<String>,
 }
 
 /// The claims of a text.
@@ -55,9 +45,8 @@ fn take(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &
     let bare = line.trim();
     if bare.is_empty() {
         above.titles.clear();
-        if above.obstacle.is_some_and(|(_, brief)| brief) {
-            above.obstacle = None;
-        }
+        above.sentence = None;
+        above.parted = true;
         return;
     }
     if bare.starts_with('|') && bare.len() > 1 {
@@ -75,24 +64,20 @@ fn take(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &
             && bare.matches("**").count() == 2);
     above.items.retain(|(depth, _)| !heading && *depth < indent);
     let lower = lowered(line);
-    let named = ids(&lower, &numbers(line), world);
+    let named = mentions(&lower, &numbers(line), world);
+    let kind = match (heading, item) {
+        (true, _) => Kind::Heading,
+        (_, true) => Kind::Item,
+        _ => Kind::Line,
+    };
     if heading {
         above.time = heading_time(&lower, line, world, above.time);
-        above.obstacle = match named.as_slice() {
-            [Some(id)] => Some((*id, false)),
-            _ => None,
-        };
-    } else if item {
-        // A new item at the depth of the one that named somebody is about somebody else only if it names one.
-        match named.as_slice() {
-            [] => {}
-            [Some(id)] => above.obstacle = Some((*id, false)),
-            _ => above.obstacle = None,
-        }
     }
+    above.begin(kind, indent, &lower, &named);
+    above.parted = false;
     for (from, part) in sentences(line) {
         match part {
-            "{" | "}" => above.obstacle = None,
+            "{" | "}" => above.forget(),
             _ => sentence((part, start + from), world, above, found),
         }
     }
@@ -110,22 +95,49 @@ fn sentence(
 ) {
     let lower = lowered(text);
     let all = numbers(text);
-    let named = ids(&lower, &all, world);
-    let obstacle = match named.as_slice() {
-        [] => above.obstacle.map(|(id, _)| id),
-        [Some(id)] => {
-            // Somebody named by a heading or an item stays; whom a sentence names stays to the end of its paragraph.
-            if above.obstacle.is_none_or(|(now, _)| now != *id) {
-                above.obstacle = Some((*id, true));
+    let named = mentions(&lower, &all, world);
+    let fixed = above.fixed();
+    let before = above.obstacle();
+    let whole = 0..text.len();
+    // Whom it is about, and which part of it.
+    let about = match named.as_slice() {
+        [] => before.map(|id| (id, whole)),
+        [one] if one.compared => before.map(|id| (id, 0..one.span.start)),
+        [one] if begins_with(&lower, one) || one.id.is_some() && one.id == before => {
+            if fixed != one.id {
+                above.sentence = one.id;
+                // Under somebody else's heading it is an aside, and the next sentence is about whom it names.
+                above.open = one.id.is_none();
+                if above.heading.is_some() {
+                    above.sentence = None;
+                }
+            } else {
+                above.sentence = None;
+                above.open = false;
             }
-            Some(*id)
+            one.id.map(|id| (id, whole))
+        }
+        // "The distance to obstacle 7 is 3 m": it is about the obstacle where it is about nobody else.
+        [one] => {
+            above.open = before.is_some() && fixed.is_none();
+            if before.is_none() && !above.open && fixed.is_none() {
+                above.sentence = one.id;
+            }
+            let alone = before.is_none() && above.named.is_empty() || above.fixed() == one.id;
+            one.id
+                .filter(|_| alone)
+                .map(|id| (id, one.span.end..text.len()))
         }
         _ => {
-            above.obstacle = None;
+            above.sentence = None;
+            above.open = fixed.is_none();
             None
         }
     };
-    let Some(obstacle) = obstacle else { return };
+    let Some((obstacle, part)) = about else {
+        return;
+    };
+    let own = !named.is_empty() && named.iter().all(|m| m.id == Some(obstacle));
     let (times, when) = times(&lower, &all, world);
     let when = if when == When::Unsaid {
         above.time
@@ -154,10 +166,15 @@ fn sentence(
         start,
         above: &words.join(" "),
         obstacle,
+        named: own,
         step,
     };
-    found.extend(sentence.claims());
-    found.extend(times.iter().find_map(|&place| sentence.contact(place)));
+    let contact = times.iter().find_map(|&place| sentence.contact(place));
+    let all = sentence.claims().into_iter().chain(contact);
+    let inside = |claim: &Claim| {
+        claim.span.start >= start + part.start && claim.span.end <= start + part.end
+    };
+    found.extend(all.filter(inside));
 }
 
 /// A row of a table: every cell is a sentence under its title.
@@ -213,6 +230,7 @@ fn row(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &m
             start: start + from,
             above: title,
             obstacle,
+            named: true,
             step,
         };
         found.extend(sentence.claims());
@@ -257,61 +275,6 @@ fn sentences(line: &str) -> Vec<(usize, &str)> {
     }
     found.push((from, &line[from..]));
     found.retain(|(_, part)| !part.trim().is_empty());
-    found
-}
-
-/// Whom a text names; nothing in place of an obstacle that is not there.
-fn ids(lower: &str, all: &[Number], world: &World<'_>) -> Vec<Option<i64>> {
-    let mut found: Vec<Option<i64>> = Vec::new();
-    for number in all {
-        let Some(id) = number.whole() else { continue };
-        let before = lower[..number.span.start]
-            .trim_end_matches(['*', ' ', '`', ':', '"', '#', '(', '_', '=']);
-        let called = [
-            "obstacle",
-            "obstacles",
-            "obstacleid",
-            "obstacle id",
-            "obstacle_id",
-            "vehicle",
-            "car",
-            "truck",
-            "id",
-            "pedestrian",
-            "bicycle",
-        ]
-        .iter()
-        .any(|word| before.ends_with(word));
-        let other = ["lanelet", "step", "timestep", "score", "risk", "lanelets"]
-            .iter()
-            .any(|word| before.ends_with(word));
-        let known = world.ids.contains(&id);
-        // "Further away than 30301" is about somebody else.
-        let compared = [
-            "than",
-            "than obstacle",
-            "unlike",
-            "unlike obstacle",
-            "like obstacle",
-        ];
-        if compared.iter().any(|words| ends_with_word(before, words)) {
-            found.push(None);
-            continue;
-        }
-        if id == world.ego && !known || other {
-            continue;
-        }
-        let found_one = match (known, called) {
-            (true, true) => Some(id),
-            // A bare number with many digits that is an id can hardly be anything else.
-            (true, false) if id >= 100 => Some(id),
-            (false, true) => None,
-            _ => continue,
-        };
-        if !found.contains(&found_one) {
-            found.push(found_one);
-        }
-    }
     found
 }
 

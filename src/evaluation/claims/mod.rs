@@ -3,12 +3,15 @@
 //! Found is only what is unambiguous: an obstacle, a measure that is named or plain from the unit, a value with its
 //! unit, and no bound, range, supposition or step of a calculation. What is not found is not said to be right.
 
+mod above;
 mod check;
+mod excuse;
 mod find;
 mod number;
 mod place;
 mod sentence;
 mod times;
+mod whom;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -137,6 +140,8 @@ pub struct Claim {
     pub span: Range<usize>,
     /// Which obstacle.
     pub obstacle: i64,
+    /// Whether its own sentence names the obstacle, not only what it stands under.
+    pub named: bool,
     /// What is claimed of it.
     pub quantity: Quantity,
     /// What it is said to be.

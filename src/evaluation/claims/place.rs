@@ -39,9 +39,33 @@ const FIELDS: &[(&str, Side)] = &[
 
 /// What makes a sentence say less than that it is so.
 const DOUBTFUL: &[&str] = &[
-    "not", "no", "never", "if", "would", "could", "might", "may", "lane", "turn", "turning",
-    "moving", "from", "toward", "towards", "was", "were", "crossing", "neither", "steer", "steers",
+    "not",
+    "no",
+    "never",
+    "if",
+    "would",
+    "could",
+    "might",
+    "may",
+    "lane",
+    "turn",
+    "turning",
+    "moving",
+    "from",
+    "toward",
+    "towards",
+    "was",
+    "were",
+    "crossing",
+    "neither",
+    "steer",
+    "steers",
     "another",
+    "will",
+    "axis",
+    "initially",
+    "originally",
+    "previously",
 ];
 
 /// Where the obstacle of a sentence is said to be; the sentence is in lower case.

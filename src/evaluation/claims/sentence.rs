@@ -18,6 +18,8 @@ pub struct Sentence<'a> {
     pub above: &'a str,
     /// Whom it is about.
     pub obstacle: i64,
+    /// Whether it names it itself.
+    pub named: bool,
     /// The step that it names, or that was named for it.
     pub step: Option<i64>,
 }
@@ -87,8 +89,10 @@ const OTHER_LENGTHS: &[&str] = &[
     "length",
     "size",
     "radius",
-    "position",
     "offset",
+    "change",
+    "changed",
+    "changing",
     "shift",
     "moved",
     "travels",
@@ -97,7 +101,6 @@ const OTHER_LENGTHS: &[&str] = &[
     "braking",
     "stopping",
     "lane",
-    "position:",
     "center",
     "centre",
     "dimensions",
@@ -151,6 +154,7 @@ impl Sentence<'_> {
         Claim {
             span: self.start + span.start..self.start + span.end,
             obstacle: self.obstacle,
+            named: self.named,
             quantity,
             stated,
             step: self.step,
@@ -191,7 +195,12 @@ impl Sentence<'_> {
                 || text.contains("vrel_")
                 || text.contains("v_rel_")
         };
-        let own = has_word(near, "ego");
+        // "2.2 m/s toward ego, lateral 0.6 m/s" is not the ego's.
+        let toward = near.replace("towards", "toward").replace("the ego", "ego");
+        let own = has_word(&toward.replace("toward ego", ""), "ego");
+        // "Position: rear-right with a longitudinal distance of 3 m": the label is not what is measured.
+        let clause = near.trim_end_matches(['*', ' ', '`', ':', '=', '(']);
+        let clause = clause.rsplit(':').next().unwrap_or(clause);
         use Quantity::*;
         match number.unit {
             Unit::Second if time(&near_or_above) || (time(before) && axis.is_some()) => Some((
@@ -208,6 +217,7 @@ impl Sentence<'_> {
                     .next()
                     .unwrap_or_default();
                 if OTHER_LENGTHS.iter().any(|word| has_word(near, word))
+                    || has_word(clause, "position")
                     || has_word(self.above, "mdc")
                     || ["long", "wide", "high", "lane", "off"].contains(&first_word)
                     || time(near)
@@ -230,7 +240,10 @@ impl Sentence<'_> {
                     Some(true) => Some((GapLong, false)),
                     Some(false) => Some((GapLat, false)),
                     // With a sign it is one of the two gaps, and which is not said.
-                    None if distance && number.value >= 0.0 => Some((Distance, false)),
+                    // "This gap closes to 3 m" goes on with one of them, too.
+                    None if distance && number.value >= 0.0 && !has_word(near, "this") => {
+                        Some((Distance, false))
+                    }
                     None => None,
                 }
             }
@@ -242,6 +255,10 @@ impl Sentence<'_> {
                         Some((if long { VelocityLong } else { VelocityLat }, closing))
                     }
                     None if !relative(&said) && !own && !has_word(&said, "ego") => {
+                        let approach = ["approach", "approaching", "toward", "towards"];
+                        if approach.iter().any(|word| has_word(near, word)) {
+                            return None;
+                        }
                         let named = ["speed", "velocity"]
                             .iter()
                             .any(|word| has_word(&near_or_above, word));
@@ -282,7 +299,8 @@ impl Sentence<'_> {
         let operand =
             behind.is_some_and(|c| BEFORE.contains(&c) || c == '-' || c == '–' || c == '+');
         let first = after.chars().next();
-        let goes_on = first.is_some_and(|c| ['/', '÷', '×', '–', '-', '+', '→'].contains(&c));
+        let goes_on = first
+            .is_some_and(|c| ['/', '÷', '×', '–', '-', '+', '→', '<', '>', '≤', '≥'].contains(&c));
         operand
             || goes_on
             || after.starts_with("to ")

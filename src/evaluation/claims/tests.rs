@@ -1,6 +1,8 @@
 //! Texts in several styles, about a bundled scenario.
 #![allow(clippy::unwrap_used)]
 
+mod whom;
+
 use super::*;
 use crate::metrics::Encounter;
 use crate::scenario::bundled;
@@ -175,6 +177,10 @@ fn what_is_not_plain_is_left_alone() {
         format!("The ego drives at a velocity of 5 m/s toward obstacle {a}."),
         "The distance is 3 m.".to_string(),
         format!("There is no collision at step 14 with obstacle {a}."),
+        format!("Obstacle {a}: TTC is high risk (0.5 s < TTC ≤ 1 s)."),
+        format!("Obstacle {a}: minimal distance change (~0.25 m)."),
+        format!("Obstacle {a} has an approach velocity of 0.69 m/s."),
+        format!("Obstacle {a} is initially behind the ego vehicle."),
     ] {
         assert_eq!(brief(&text), Vec::<String>::new(), "{text}");
     }

@@ -24,7 +24,11 @@ pub fn times(lower: &str, all: &[Number], world: &World<'_>) -> (Vec<usize>, Whe
         let counted = ["step", "timestep", "time_step", "steps"]
             .iter()
             .any(|word| ends_with_word(before, word));
+        // "- 4.8 s: longitudinal 3.75 m"
+        let leads = before.chars().all(|c| !c.is_alphanumeric())
+            && lower[number.span.end..].starts_with(':');
         let timed = counted
+            || leads
             || ["at", "t", "time", "at around", "at about", "by"]
                 .iter()
                 .any(|word| ends_with_word(before, word));

@@ -29,7 +29,7 @@ table! {
     About, Global, "about", ["i"], 0, "about", "What is in the opened scenario, and what reading it had to assume.";
     Quit, Global, "quit", ["q", "ctrl-q"], 8, "quit", "Leave the program.";
     Palette, Global, "palette", [":", "ctrl-p"], 11, "palette", "All actions by name.";
-    Cancel, Global, "cancel", ["esc", "ctrl-c"], 0, "cancel", "Close what is open, or cancel the running request; Ctrl-C quits when there is nothing to cancel.";
+    Cancel, Global, "cancel", ["esc", "ctrl-c"], 0, "cancel", "Close what is open, or cancel the running request; Ctrl-C quits when there is nothing to cancel and it is pressed twice.";
     Zoom, Global, "zoom-pane", ["z", "ctrl-w z"], 0, "zoom", "Show the pane alone, or all of them again.";
     WidenPane, Global, "widen-pane", ["ctrl-w >"], 0, "wider", "Make the pane wider; borders can be dragged with the mouse too.";
     NarrowPane, Global, "narrow-pane", ["ctrl-w <"], 0, "narrower", "Make the pane narrower.";

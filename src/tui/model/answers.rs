@@ -113,15 +113,25 @@ impl Answers {
         }
     }
 
-    /// Sorts the columns by model, frame and techniques, from none to all; those asked in this `way` come last, beside
-    /// the built-in judge. The shown answer stays shown.
+    /// Sorts the columns: first the newest of each model that was asked in this `way`, then the others by model, frame
+    /// and techniques, from none to all. The shown answer stays shown.
     pub fn arrange(&mut self, way: &str) {
         let shown = self.shown;
         let columns = std::mem::take(&mut self.columns).into_iter().enumerate();
-        let mut marked: Vec<(bool, Column)> = columns
+        let marked: Vec<(bool, Column)> = columns
             .map(|(i, column)| (shown == Shown::Column(i), column))
             .collect();
-        marked.sort_by_cached_key(|(_, c)| (c.how == way, c.model.clone(), rank(&c.how)));
+        let mut models = std::collections::HashSet::new();
+        let (mut first, mut behind) = (Vec::new(), Vec::new());
+        for entry in marked.into_iter().rev() {
+            let newest = entry.1.how == way && models.insert(entry.1.model.clone());
+            if newest { &mut first } else { &mut behind }.push(entry);
+        }
+        behind.reverse();
+        first.sort_by_cached_key(|(_, c): &(bool, Column)| c.model.clone());
+        behind.sort_by_cached_key(|(_, c)| (c.model.clone(), rank(&c.how)));
+        first.append(&mut behind);
+        let marked = first;
         if let Some(place) = marked.iter().position(|(shown, _)| *shown) {
             self.shown = Shown::Column(place);
         }
@@ -139,9 +149,9 @@ impl Answers {
         let of_way = |c: &Column| c.how == way;
         let same = shown.map(|c| c.model.clone()).and_then(|model| {
             let twin = |c: &Column| of_way(c) && c.model == model;
-            self.columns.iter().rposition(twin)
+            self.columns.iter().position(twin)
         });
-        if let Some(place) = same.or_else(|| self.columns.iter().rposition(of_way)) {
+        if let Some(place) = same.or_else(|| self.columns.iter().position(of_way)) {
             self.show(Shown::Column(place));
         }
     }

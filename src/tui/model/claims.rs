@@ -66,6 +66,9 @@ const MOST: usize = 12;
 /// What stands between reasoning and answer.
 const ANSWER: &str = "── answer ──";
 
+/// What stands before reasoning.
+const REASONING: &str = "── reasoning ──";
+
 impl Claims {
     /// The claims of a text, in its order; none where they were not looked for.
     #[must_use]
@@ -163,8 +166,12 @@ fn document(parts: &Parts<'_>, scene: Option<&(String, String)>) -> Document {
     } = *parts;
     let text = match (reasoning.is_empty(), text.is_empty()) {
         (true, _) => visible(text).into_owned(),
-        (false, true) => visible(reasoning).into_owned(),
-        (false, false) => visible(&format!("{reasoning}\n\n{ANSWER}\n{text}")).into_owned(),
+        // The heading is there from the start, so that nothing moves when the answer begins.
+        (false, true) => visible(&format!("{REASONING}\n{reasoning}")).into_owned(),
+        (false, false) => {
+            let whole = format!("{REASONING}\n{reasoning}\n\n{ANSWER}\n{text}");
+            visible(&whole).into_owned()
+        }
     };
     let mut hasher = DefaultHasher::new();
     (&text, window).hash(&mut hasher);

@@ -8,6 +8,12 @@ use crate::text::Frame;
 use crate::verdict::Task;
 
 impl Model {
+    /// How it is asked now, in short: as [`Column::how`] has it.
+    #[must_use]
+    pub fn way(&self) -> String {
+        format!("{} · {}", self.frame.name(), self.techniques)
+    }
+
     /// The frame after the present one that has a template for the task.
     #[must_use]
     pub fn next_frame(&self) -> Frame {

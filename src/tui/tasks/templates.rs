@@ -15,6 +15,36 @@ pub fn named(path: &Path, error: &Error) -> String {
     format!("{}: {words}", path.display())
 }
 
+/// Takes a template of the user's, and a draft that was not saved, out of use without losing them.
+pub fn set_aside(path: &Path, draft: Option<&str>) -> std::io::Result<String> {
+    let mut kept = Vec::new();
+    let saved = path.with_extension("md.bak");
+    match std::fs::rename(path, &saved) {
+        Ok(()) => kept.push(saved.display().to_string()),
+        Err(error) if error.kind() == ErrorKind::NotFound => {}
+        Err(error) => return Err(error),
+    }
+    if let Some(draft) = draft {
+        // Beside a saved one it has a name of its own.
+        let to = match kept.is_empty() {
+            true => saved,
+            false => path.with_extension("draft.md.bak"),
+        };
+        if let Some(folder) = to.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        std::fs::write(&to, draft)?;
+        kept.push(to.display().to_string());
+    }
+    Ok(match kept.is_empty() {
+        true => "the shipped template is in use".into(),
+        false => format!(
+            "the shipped template is in use; yours is kept as {}",
+            kept.join(", your draft as ")
+        ),
+    })
+}
+
 /// Writes a new template, never over another one, and uses it for its task and frame.
 pub fn save_as(folder: &Path, file: &str, text: &str) -> Result<String, String> {
     let path = folder.join(file);
@@ -40,4 +70,28 @@ pub fn choose(folder: &Path, file: &str) -> Result<String, String> {
         "{file} is used for {} in frame {}",
         front.task, front.frame
     ))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_draft_is_kept_as_a_saved_template_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("prompts/mine.md");
+        let read = |name: &str| std::fs::read_to_string(folder.path().join("prompts").join(name));
+        let words = set_aside(&path, Some("a draft")).unwrap();
+        assert!(words.contains("mine.md.bak"), "{words}");
+        assert_eq!(read("mine.md.bak").unwrap(), "a draft");
+        std::fs::write(&path, "saved").unwrap();
+        set_aside(&path, Some("another draft")).unwrap();
+        assert_eq!(read("mine.md.bak").unwrap(), "saved");
+        assert_eq!(read("mine.draft.md.bak").unwrap(), "another draft");
+        assert_eq!(
+            set_aside(&path, None).unwrap(),
+            "the shipped template is in use"
+        );
+    }
 }

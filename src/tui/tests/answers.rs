@@ -146,6 +146,9 @@ fn ctrl_c_cancels_first_and_quits_second() {
         Progress::Broken(_)
     ));
     bench.press("ctrl-c");
+    assert!(!matches!(bench.effects.last(), Some(Effect::Quit)));
+    assert!(bench.frame(120, 40).contains("Ctrl-C again quits"));
+    bench.press("ctrl-c");
     assert!(matches!(bench.effects.last(), Some(Effect::Quit)));
 }
 

@@ -201,10 +201,19 @@ fn tab_goes_round_and_z_shows_one_pane() {
 
 #[test]
 fn it_can_be_left() {
-    for keys in ["q", "ctrl-c", "ctrl-q"] {
+    for keys in ["q", "ctrl-c ctrl-c", "ctrl-q"] {
         let mut bench = Bench::bundled();
         bench.press(keys);
         assert!(matches!(bench.effects.last(), Some(Effect::Quit)), "{keys}");
+    }
+    for (between, seconds) in [("j", 0.1), ("", 2.1)] {
+        let mut bench = Bench::bundled();
+        bench.press("ctrl-c");
+        bench.press(between);
+        bench.send(Msg::Passed(std::time::Duration::from_secs_f64(seconds)));
+        bench.press("ctrl-c");
+        let quits = bench.effects.iter().any(|e| matches!(e, Effect::Quit));
+        assert!(!quits, "after {between:?} and {seconds} s it asks again");
     }
     let mut bench = Bench::bundled();
     bench.send(Msg::Terminate);

@@ -5,6 +5,7 @@ mod answers;
 mod asking;
 mod bench;
 mod comparing;
+mod defaults;
 mod editing;
 mod everywhere;
 mod frames;

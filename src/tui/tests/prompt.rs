@@ -121,7 +121,7 @@ fn saving_writes_the_users_copy_and_reset_removes_it() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::RemoveTemplate(_)))
+            .any(|e| matches!(e, Effect::RemoveTemplate(..)))
     );
     bench.send(Msg::Saved(
         "collision-ego.md".into(),

@@ -29,6 +29,7 @@ fn a_line_divides_the_reasoning_from_the_answer() {
     bench.send(Msg::Asked(id, Event::Text("so it is".into())));
     let lines = pane(&bench);
     let at = |words| place(&lines, words).unwrap_or_else(|| panic!("{words}: {lines:#?}"));
+    assert_eq!(at("thinking hard"), at("── reasoning ──") + 1, "{lines:#?}");
     assert_eq!(at(DIVIDER), at("thinking hard") + 2, "{lines:#?}");
     assert_eq!(at("so it is"), at(DIVIDER) + 1, "{lines:#?}");
     bench.send(Msg::Answered(

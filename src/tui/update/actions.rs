@@ -3,7 +3,7 @@
 use super::super::action::{Action, Scope};
 use super::super::keymap::{Code, Key};
 use super::super::message::{Effect, StoredOf};
-use super::super::model::{Column, Model, Overlay, Pane, Picker, PromptView, Shown};
+use super::super::model::{Column, Model, Notice, Overlay, Pane, Picker, PromptView, Shown, Toast};
 use super::{
     answers, batch, claims, clock, compare, editing, history, jobs, list, look, map, obstacles,
     open_current, panes, picture, plot, rating, session, source, task, timeline,
@@ -115,7 +115,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Ctrl-C: what runs is cancelled first, then what is open is closed, then the program ends.
+/// Ctrl-C: what runs is cancelled first, then what is open is closed, then the program ends if it is pressed again.
 pub fn interrupt(model: &mut Model) -> Vec<Effect> {
     if model.prompt.editing && model.prompt.editor.selection().is_some() {
         return editing::perform(model, Action::CopySelection);
@@ -130,8 +130,22 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
     if model.prompt.editing || !model.overlays.is_empty() || model.list.filtering {
         return cancel(model);
     }
+    // An answer may have ended just as somebody was about to cancel it.
+    if model.quit_within <= 0.0 {
+        model.quit_within = AGAIN;
+        model.toasts.retain(|t| t.kind != Notice::Reply);
+        model.toasts.push(Toast {
+            text: "Ctrl-C again quits".into(),
+            kind: Notice::Reply,
+            left: AGAIN,
+        });
+        return Vec::new();
+    }
     quit(model)
 }
+
+/// Seconds within which Ctrl-C has to be pressed again to quit.
+const AGAIN: f64 = 2.0;
 
 /// Leaves; the draft is kept for the next start.
 pub fn quit(model: &mut Model) -> Vec<Effect> {
@@ -313,6 +327,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
         }
         Action::ToggleFrame => {
             model.frame = model.next_frame();
+            model.frame_chosen = Some(model.frame);
         }
         _ => {
             model.techniques_chosen = true;

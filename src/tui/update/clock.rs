@@ -67,8 +67,14 @@ fn go_to_worst(model: &mut Model) {
 /// Goes to the end of the task's usual window, unless somebody went to another step.
 pub fn to_window(model: &mut Model) {
     let (first, _) = model.clock.range();
-    if model.task == Task::Collision || model.clock.step() != first || model.clock.playing {
+    let now = model.clock.step();
+    let moved = now != first && model.placed != Some(now);
+    if moved || model.clock.playing {
         return;
+    }
+    model.placed = None;
+    if model.task == Task::Collision {
+        return model.clock.go(first);
     }
     if let Some(last) = model.scene().map(crate::scenario::Scene::last_step) {
         let back = match model.task {
@@ -76,11 +82,13 @@ pub fn to_window(model: &mut Model) {
             Task::Collision | Task::Attacker | Task::Trajectory => 0,
         };
         model.clock.go(last - back);
+        model.placed = Some(model.clock.step());
     }
 }
 
 /// The clock moved: what depends on the step is worked out again.
 pub fn stepped(model: &mut Model) {
+    model.placed = None;
     // The collision task is about the whole recording, every other one about a window that ends here.
     if model.task != Task::Collision {
         model.refresh();

@@ -170,6 +170,7 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         }
         return actions::interrupt(model);
     }
+    model.quit_within = 0.0;
     if !model.overlays.is_empty() {
         return overlays::on_key(model, key);
     }
@@ -210,6 +211,7 @@ fn filter_key(model: &mut Model, key: Key) -> Vec<Effect> {
 
 fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
     let seconds = elapsed.as_secs_f64();
+    model.quit_within = (model.quit_within - seconds).max(0.0);
     for toast in &mut model.toasts {
         toast.left -= seconds;
     }

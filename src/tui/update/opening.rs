@@ -162,7 +162,7 @@ fn frame_map(model: &mut Model, opened: &Opened) {
 }
 
 /// Shows earlier answers that say something, the newest of each model and way of asking, unless something newer is
-/// there. Those that were asked as it would be asked now come last, beside the built-in judge.
+/// there. Those that were asked as it would be asked now come first, one of each model.
 pub fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     if !model.answers.columns.is_empty() {
         return;
@@ -184,8 +184,7 @@ pub fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     }
     model.answers.arrange(&how);
     if !model.answers.columns.is_empty() {
-        let last = model.answers.columns.len() - 1;
-        model.answers.show(Shown::Column(last));
+        model.answers.show(Shown::Column(0));
     }
 }
 

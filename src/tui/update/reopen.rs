@@ -58,6 +58,7 @@ pub fn opened(model: &mut Model, id: OpenId) {
     }
     if let Some(frame) = Frame::parse(&question.frame) {
         model.frame = frame;
+        model.frame_chosen = Some(frame);
     }
     if let Ok(techniques) = Techniques::parse(&question.techniques) {
         model.techniques = techniques;
@@ -66,6 +67,7 @@ pub fn opened(model: &mut Model, id: OpenId) {
     if let Some((_, last)) = question.window {
         model.clock.playing = false;
         model.clock.go(last);
+        model.placed = None;
     }
     model.refresh();
     let hash = model.opened.as_ref().map(|o| o.scenario.hash.to_string());

@@ -1,25 +1,25 @@
 //! Going from one task to the next.
 
 use super::super::model::Model;
+use crate::evaluation::usual_frame;
 use crate::verdict::Task;
 
-/// The next task that has a template, in a frame that it has one for.
+/// The next task that has a template, in the frame that was chosen if it has one for that, else in its usual one.
 pub fn next(model: &mut Model) {
     let all = Task::ALL;
     let now = all.iter().position(|t| *t == model.task).unwrap_or(0);
     let after = (1..all.len()).map(|n| all[(now + n) % all.len()]);
     for task in after {
-        let before = std::mem::replace(&mut model.task, task);
-        let has = |model: &Model| {
-            let found = model.library.find(model.task.name(), model.frame.name());
+        let has = |frame: &crate::text::Frame| {
+            let found = model.library.find(task.name(), frame.name());
             found.is_some()
         };
-        if !has(model) {
-            model.frame = model.next_frame();
-        }
-        if has(model) {
+        let chosen = model.frame_chosen.filter(has);
+        let frame = chosen.unwrap_or_else(|| usual_frame(&model.library, task));
+        if has(&frame) {
+            model.task = task;
+            model.frame = frame;
             return;
         }
-        model.task = before;
     }
 }

@@ -157,8 +157,9 @@ fn show(model: &mut Model, at: Disagreement) {
     let all = model.disagreements();
     let place = all.iter().position(|d| *d == at).map_or(0, |p| p + 1);
     let said = said.unwrap_or_default();
+    let truth = column.truth.as_ref().map_or("otherwise", |v| v.word());
     model.say(format!(
-        "{place} of {}: {name} says {said}, the built-in judge does not",
+        "{place} of {}: {name} says {said}, the built-in judge says {truth}",
         all.len()
     ));
 }

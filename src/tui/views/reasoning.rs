@@ -8,13 +8,13 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::evaluation::{Judged, Missing};
+use crate::tui::action::Action;
 use crate::tui::model::{Column, Model, Pane, Progress};
 use crate::tui::widgets::highlight::markdown;
 use crate::tui::widgets::reading::Marks;
 use crate::tui::widgets::scroll::Part;
 use crate::tui::widgets::words::{fit, fit_end};
 use crate::tui::widgets::{claimed, frame, scroll};
-use crate::verdict::Task;
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
@@ -105,17 +105,24 @@ fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &Marks<'_>) -> R
 
 /// Why the built-in judge says nothing.
 fn unjudged(model: &Model) -> Vec<Part<'static>> {
-    let text = if model.scene().is_some() && !Task::VERDICTS.contains(&model.task) {
-        let words = "the built-in judge proposes nothing: answers of language models stand here";
-        Text::styled(words, Style::new().fg(model.theme.dim))
-    } else {
-        let words = model
-            .open_error
-            .clone()
-            .unwrap_or_else(|| format!("nothing to judge yet: {}", model.without_ego()));
-        markdown(&words, &model.theme)
-    };
+    let words = model
+        .open_error
+        .clone()
+        .unwrap_or_else(|| why_unjudged(model));
+    let text = markdown(&words, &model.theme);
     text.lines.into_iter().map(Part::Line).collect()
+}
+
+fn why_unjudged(model: &Model) -> String {
+    if model.scene().is_none() {
+        return format!("nothing to judge yet: {}", model.without_ego());
+    }
+    format!(
+        "the built-in judge does not answer the {} task: {} chooses a language model, {} asks it",
+        model.task.name(),
+        model.look.key(Action::ChooseModel),
+        model.look.key(Action::Run)
+    )
 }
 
 fn state(column: &Column) -> String {

@@ -168,9 +168,10 @@ fn seen(answers: &Answers, room: usize) -> std::ops::Range<usize> {
         .max(1);
     let count = answers.columns.len();
     let last = match answers.shown {
-        Shown::Column(i) if i + fit < count => i.max(fit - 1) + 1,
-        _ => count,
+        Shown::Column(i) => (i + 1).max(fit),
+        Shown::Reference => fit,
     };
+    let last = last.min(count);
     last.saturating_sub(fit)..last
 }
 

@@ -120,6 +120,7 @@ mod tests {
                 claim: Claim {
                     span: from..from + words.len(),
                     obstacle: 7,
+                    named: true,
                     quantity: Quantity::Side,
                     stated: Stated::Side(Side {
                         front: Some(false),

@@ -316,7 +316,7 @@ impl World {
             )],
             Effect::SaveTemplate(file, _)
             | Effect::SaveTemplateAs(file, _)
-            | Effect::RemoveTemplate(file) => {
+            | Effect::RemoveTemplate(file, _) => {
                 vec![Msg::Saved(file, Ok((Library::load(None), "saved".into())))]
             }
             Effect::RereadTemplates => vec![Msg::Reread(Library::load(None))],

@@ -104,16 +104,17 @@ pub fn reread(model: &mut Model, library: Library) {
     model.refresh();
 }
 
-/// Discards the draft and the user's copy.
+/// Takes the draft and the user's copy out of use; both are kept beside it.
 pub fn reset(model: &mut Model) -> Vec<Effect> {
     let file = model.prompt.file().to_string();
     if file.is_empty() {
         return Vec::new();
     }
+    let draft = model.prompt.draft().map(|(_, text)| text);
     model.prompt.editing = false;
     model.prompt.reload(&model.library);
     model.refresh();
-    vec![Effect::RemoveTemplate(file)]
+    vec![Effect::RemoveTemplate(file, draft)]
 }
 
 /// Lists the templates for the task and frame.

@@ -69,7 +69,11 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
         Order::Duration => Some(Column::Duration),
         Order::Found | Order::Name | Order::Verdicts => None,
     };
-    let answers = list.answered.then_some(Column::Answers { wide: false });
+    // Names come first: whether answers agree is told where they fit beside them.
+    let sorting: usize = sorted.iter().map(|c| c.width()).sum();
+    let named = 2 + list.longest.min(LEAST) + Column::Risk { wide: false }.width() + sorting;
+    let narrow = Column::Answers { wide: false };
+    let answers = (list.answered && named + narrow.width() <= width).then_some(narrow);
     let used: usize = sorted.iter().chain(&answers).map(|c| c.width()).sum();
     // The sign before the name, and the risk behind everything.
     let needed = 2 + list.longest.min(NAME) + Column::Risk { wide: false }.width();
@@ -79,7 +83,7 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
         room -= if fits { columns } else { 0 };
         fits
     };
-    let wide = list.answered && take(5);
+    let wide = answers.is_some() && take(5);
     let mut take = |columns: usize| heads && take(columns);
     let shows = |id: &str| matches!(sorted, Some(Column::Value(m)) if m.id == id);
     let ttc = measure("ttc").filter(|m| !shows(m.id) && take(Column::Value(m).width()));
@@ -103,6 +107,9 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
     ];
     (columns.into_iter().flatten().collect(), more)
 }
+
+/// Columns that names need before anything but the risk stands beside them, if they are so long.
+const LEAST: usize = 24;
 
 /// Columns that are left to names at least, if they are so long.
 const NAME: usize = 26;

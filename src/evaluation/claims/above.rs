@@ -1,0 +1,112 @@
+//! What a line of a text says about those below it: whom they are about, and when.
+
+use super::times::When;
+use super::whom::{Mention, begins_with, is_label};
+
+/// What a line says about those below it.
+#[derive(Default)]
+pub struct Above {
+    /// Whom the heading names.
+    pub heading: Option<i64>,
+    /// The list items that name somebody, the innermost last.
+    pub named: Vec<Item>,
+    /// Whom the last sentence of the paragraph was about.
+    pub sentence: Option<i64>,
+    /// Whether a sentence of the line left open whom the next one is about.
+    pub open: bool,
+    /// Whether the line before was empty.
+    pub parted: bool,
+    pub time: When,
+    /// The list items that they stand under: indent and words.
+    pub items: Vec<(usize, String)>,
+    /// The titles of the table that they are in.
+    pub titles: Vec<String>,
+}
+
+/// A list item that names somebody.
+pub struct Item {
+    indent: usize,
+    /// Whom it is about; nothing where that cannot be told.
+    obstacle: Option<i64>,
+    /// Whether the items beside it that name nobody are about the same.
+    stays: bool,
+}
+
+impl Above {
+    /// Whom a sentence is about that names nobody.
+    pub fn obstacle(&self) -> Option<i64> {
+        if self.open {
+            return None;
+        }
+        self.sentence.or_else(|| self.fixed())
+    }
+
+    /// Whom headings and items say that everything below is about.
+    pub fn fixed(&self) -> Option<i64> {
+        match self.named.last() {
+            Some(item) => item.obstacle,
+            None => self.heading,
+        }
+    }
+
+    pub fn forget(&mut self) {
+        self.heading = None;
+        self.named.clear();
+        self.sentence = None;
+        self.open = false;
+    }
+
+    /// A heading, an item or a line that names nobody begins.
+    pub fn begin(&mut self, kind: Kind, indent: usize, lower: &str, named: &[Mention]) {
+        self.open = false;
+        match kind {
+            Kind::Heading => {
+                self.forget();
+                self.heading = match named {
+                    [one] if !one.compared => one.id,
+                    _ => None,
+                };
+            }
+            Kind::Item => {
+                self.sentence = None;
+                self.named
+                    .retain(|item| item.indent < indent || (item.indent == indent && item.stays));
+                let beside = self.named.last().is_some_and(|item| item.indent == indent);
+                let firm = self.heading.is_some();
+                let next = match named {
+                    [] => return,
+                    [one] if one.compared => return,
+                    [one] if begins_with(lower, one) => Item {
+                        indent,
+                        obstacle: one.id,
+                        stays: !firm || is_label(lower, one),
+                    },
+                    [one] if one.id.is_some() && one.id == self.fixed() => return,
+                    _ => Item {
+                        indent,
+                        obstacle: None,
+                        stays: !firm && !beside,
+                    },
+                };
+                // Somebody mentioned inside an item leaves open whom its own items are about, not those beside it.
+                if beside && next.obstacle.is_some() {
+                    self.named.pop();
+                }
+                self.named.push(next);
+            }
+            Kind::Line => {
+                if self.parted {
+                    self.named.retain(|item| item.indent < indent);
+                }
+            }
+        }
+    }
+}
+
+/// What a line is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Heading,
+    Item,
+    Line,
+}

@@ -1,0 +1,237 @@
+//! Whom a text is about: which obstacles a sentence names, and where its subject is one of them.
+
+use std::ops::Range;
+
+use super::find::{World, ends_with_word};
+use super::number::Number;
+
+/// An obstacle that is named.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mention {
+    /// Its id; nothing for one that the scenario does not have.
+    pub id: Option<i64>,
+    /// The number, bytes.
+    pub span: Range<usize>,
+    /// Whether something is only compared with it: "further away than 30301".
+    pub compared: bool,
+}
+
+/// What an obstacle is called.
+const CALLED: &[&str] = &[
+    "obstacle",
+    "obstacles",
+    "obstacleid",
+    "obstacle id",
+    "obstacle_id",
+    "vehicle",
+    "car",
+    "truck",
+    "id",
+    "pedestrian",
+    "bicycle",
+];
+
+/// What stands before somebody whom the sentence is not about.
+const COMPARED: &[&str] = &[
+    "than",
+    "than that of",
+    "unlike",
+    "like",
+    "as",
+    "to that of",
+    "compared to",
+    "compared with",
+    "comparable to",
+    "comparison to",
+    "comparison with",
+    "relative to",
+    "similar to",
+    "similarly to",
+    "contrast to",
+    "opposed to",
+    "versus",
+    "vs",
+    "vs.",
+];
+
+/// Words that may stand before the obstacle that a sentence begins with.
+const OPENING: &[&str] = &[
+    "the",
+    "a",
+    "an",
+    "for",
+    "of",
+    "with",
+    "on",
+    "regarding",
+    "consider",
+    "considering",
+    "obstacle",
+    "obstacles",
+    "id",
+    "obstacleid",
+    "vehicle",
+    "car",
+    "truck",
+    "bus",
+    "pedestrian",
+    "bicycle",
+    "cyclist",
+    "static",
+    "dynamic",
+    "parked",
+    "other",
+    "however",
+    "meanwhile",
+    "similarly",
+    "while",
+    "although",
+    "and",
+    "but",
+    "finally",
+    "additionally",
+    "also",
+    "lastly",
+    "analysis",
+    "assessment",
+    "evaluation",
+    "risk",
+    "safety",
+    "high",
+    "medium",
+    "low",
+    "extreme",
+    "name",
+    "number",
+    "another",
+];
+
+/// Whom a text names, each once; `lower` is the text in lower case.
+pub fn mentions(lower: &str, all: &[Number], world: &World<'_>) -> Vec<Mention> {
+    let mut found: Vec<Mention> = Vec::new();
+    for number in all {
+        let Some(id) = number.whole() else { continue };
+        let before = lower[..number.span.start]
+            .trim_end_matches(['*', ' ', '`', ':', '"', '#', '(', '_', '=']);
+        let called = CALLED.iter().any(|word| before.ends_with(word));
+        let other = ["lanelet", "step", "timestep", "score", "risk", "lanelets"]
+            .iter()
+            .any(|word| before.ends_with(word));
+        let known = world.ids.contains(&id);
+        if id == world.ego && !known || other {
+            continue;
+        }
+        let id = match (known, called) {
+            (true, true) => Some(id),
+            // A bare number with many digits that is an id can hardly be anything else.
+            (true, false) if id >= 100 => Some(id),
+            (false, true) => None,
+            _ => continue,
+        };
+        if found.iter().all(|m| m.id != id) {
+            let compared = is_compared(before);
+            let span = number.span.clone();
+            found.push(Mention { id, span, compared });
+        }
+    }
+    found
+}
+
+/// Whether the words before a name only compare.
+fn is_compared(before: &str) -> bool {
+    let mut words = before;
+    while let Some(rest) = [
+        "obstacle",
+        "obstacles",
+        "id",
+        "vehicle",
+        "car",
+        "truck",
+        "the",
+    ]
+    .iter()
+    .find_map(|word| ends_with_word(words, word).then(|| &words[..words.len() - word.len()]))
+    {
+        words = rest.trim_end_matches(['*', ' ', '`', ':', '"', '#', '(', '_']);
+    }
+    COMPARED.iter().any(|word| ends_with_word(words, word))
+}
+
+/// Whether a sentence begins with a name: nothing but what obstacles are called, a label, or a time stands before it.
+pub fn begins_with(lower: &str, mention: &Mention) -> bool {
+    if mention.compared {
+        return false;
+    }
+    let before = &lower[..mention.span.start];
+    // "At t = 3.4 s, obstacle 7 …", "- **Distance risk reason**: Obstacle 7 …", "Safety analysis for 6.4 s: Obstacle 7 …"
+    let places = before.match_indices([',', ':']);
+    let mut starts = std::iter::once(0).chain(places.map(|(at, _)| at + 1));
+    starts.any(|from| {
+        let mut words = before[from..]
+            .split(|c: char| !c.is_alphabetic())
+            .filter(|word| !word.is_empty());
+        let opens = words.all(|word| OPENING.contains(&word));
+        opens && is_introduction(&before[..from])
+    })
+}
+
+/// Whether what stands before a comma or colon says when, or how something goes on, and nothing of anybody.
+fn is_introduction(text: &str) -> bool {
+    let mut words = text.split_whitespace();
+    let few = words.by_ref().take(8).count() < 8;
+    let spoken = ["its ", " it ", " is ", " this obstacle"];
+    few && !spoken.iter().any(|word| format!("{text} ").contains(word))
+}
+
+/// Whether nothing but a name and its markup stands in a line: what a heading would say.
+pub fn is_label(lower: &str, mention: &Mention) -> bool {
+    let rest = lower[mention.span.end..].trim_matches(['*', ' ', ':', '.', '`', '"', ')', ',']);
+    begins_with(lower, mention) && !rest.chars().any(char::is_alphanumeric)
+        || begins_with(lower, mention) && lower.trim_end_matches(['*', ' ']).ends_with(':')
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::super::number::numbers;
+    use super::*;
+
+    fn read(text: &str) -> Vec<(Option<i64>, bool, bool)> {
+        let ids = BTreeSet::from([301, 302]);
+        let world = World {
+            ids: &ids,
+            ego: 9,
+            dt: 0.1,
+            steps: 0..50,
+        };
+        let all = mentions(text, &numbers(text), &world);
+        let begins = |m: &Mention| (m.id, m.compared, begins_with(text, m));
+        all.iter().map(begins).collect()
+    }
+
+    #[test]
+    fn the_subject_is_told_from_a_mention() {
+        for begins in [
+            "obstacle 301 is near",
+            "- **obstacle id: 301**",
+            "at t=3.4s, obstacle 301 is near",
+            "- **reason**: obstacle 301 is near",
+            "however, the obstacle 301 is near",
+        ] {
+            assert_eq!(read(begins), [(Some(301), false, true)], "{begins}");
+        }
+        for compared in [
+            "a lower risk compared to obstacle 301",
+            "further away than 301",
+            "similar to the obstacle 301, it is far",
+        ] {
+            assert_eq!(read(compared), [(Some(301), true, false)], "{compared}");
+        }
+        assert_eq!(
+            read("it is near and cuts off obstacle 301"),
+            [(Some(301), false, false)]
+        );
+        assert_eq!(read("obstacle 777 is near"), [(None, false, true)]);
+    }
+}
