@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(listed, known);
         for setting in settings {
             assert!(
-                setting.value.is_some() != !setting.unset.is_empty(),
+                setting.value.is_some() == setting.unset.is_empty(),
                 "{setting:?}"
             );
         }

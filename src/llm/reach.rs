@@ -74,7 +74,7 @@ pub async fn reach(registry: &Registry, environment: &Environment, online: bool)
             };
             let (place, is_here) = (endpoint.place().to_string(), endpoint.is_here());
             let has_key = matches!(key, KeyState::Present(_));
-            if !is_here && !(online && has_key) {
+            if !(is_here || online && has_key) {
                 return reached(place, is_here, Reach::NotAsked);
             }
             if let Some(found) = provider.key(environment) {

@@ -358,15 +358,6 @@ impl Model {
         Some(Window::ending_at(scene, last, self.decided().history))
     }
 
-    /// Steps in the window of the safety task, where the current step has fewer before it than are wanted.
-    #[must_use]
-    pub fn short_window(&self) -> Option<i64> {
-        let window = self.window().filter(|_| self.task == Task::Safety)?;
-        let steps = window.last() - window.first() + 1;
-        let wanted = i64::try_from(self.decided().history).unwrap_or(i64::MAX);
-        Some(steps).filter(|&steps| steps < wanted)
-    }
-
     /// How the scene is described: as the configuration says, else as the saved template does.
     #[must_use]
     pub fn decided(&self) -> Decided {

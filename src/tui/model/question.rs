@@ -8,6 +8,15 @@ use crate::text::Frame;
 use crate::verdict::Task;
 
 impl Model {
+    /// Steps in the window of the safety task, where the current step has fewer before it than are wanted.
+    #[must_use]
+    pub fn short_window(&self) -> Option<i64> {
+        let window = self.window().filter(|_| self.task == Task::Safety)?;
+        let steps = window.last() - window.first() + 1;
+        let wanted = i64::try_from(self.decided().history).unwrap_or(i64::MAX);
+        Some(steps).filter(|&steps| steps < wanted)
+    }
+
     /// How it is asked now, in short: as [`Column::how`] has it.
     #[must_use]
     pub fn way(&self) -> String {
