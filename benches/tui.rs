@@ -66,7 +66,11 @@ fn ask_four(stage: &mut Stage, bytes: usize, obstacle: i64) {
 /// Steps the clock, back at the end of the recording.
 fn step(stage: &mut Stage, count: &mut u32) {
     *count += 1;
-    stage.press(if *count % 30 == 0 { "home" } else { "right" });
+    stage.press(if (*count).is_multiple_of(30) {
+        "home"
+    } else {
+        "right"
+    });
     stage.draw();
 }
 

@@ -2,8 +2,6 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "terminal/pace.rs"]
-mod pace;
 #[path = "terminal/planted.rs"]
 mod planted;
 #[path = "terminal/rough.rs"]

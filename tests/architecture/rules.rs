@@ -105,8 +105,8 @@ const TUI_ALLOWED: [(&str, &[&str]); 4] = [
 /// What nobody else in the terminal may import: the root module and the loop put the parts together.
 const TUI_ENDS: [&str; 6] = ["views", "overlays", "update", "tasks", "terminal", "run"];
 
-/// The loop, and the workbench without a terminal: like the root module, they put the parts together.
-const TUI_LOOPS: [&str; 3] = ["run", "screen", "stage"];
+/// The loop, the workbench without a terminal, and what commands ask of it: like the root module, they put the parts together.
+const TUI_LOOPS: [&str; 4] = ["run", "screen", "shell", "stage"];
 
 /// How a program writes to a terminal.
 const WRITING: [&str; 8] = [

@@ -61,11 +61,11 @@ fn the_printed_keymap_is_a_keymap() {
             .collect()
     };
     assert_eq!(words(&table), words(&again));
-    home.write(&path, "preset = \"vim\"\n[global]\nplay = \"f5\"\n");
+    home.write(&path, "preset = \"vim\"\n[global]\nplay = \"f9\"\n");
     let own = home.run(&["keys"]).status(0).stdout;
-    assert!(own.contains("f5") && own.contains("g g"), "{own}");
+    assert!(own.contains("f9") && own.contains("g g"), "{own}");
     let vim = home.run(&["keys", "--preset", "vim"]).status(0).stdout;
-    assert!(!vim.contains("f5") && vim.contains("g g"), "{vim}");
+    assert!(!vim.contains("f9") && vim.contains("g g"), "{vim}");
 }
 
 #[test]

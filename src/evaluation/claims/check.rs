@@ -105,8 +105,7 @@ impl Checked {
 /// It is right where it is within [`TOLERANCES`] of the number of the exact bodies, or of what it may have been told
 /// instead: the distance between the centres, or the number in the paper's convention. Which of them is
 /// [`Checked::basis`]. A number without a sign may be a magnitude. A value that was true at an earlier step of the
-/// window, where no step is named, is neither right nor wrong, nor is one that may mean something else; see
-/// [`excuse`].
+/// window, where no step is named, is neither right nor wrong, nor is one that may mean something else.
 #[must_use]
 pub fn check(claim: Claim, subject: &Subject<'_>) -> Checked {
     let step = claim.step.unwrap_or_else(|| subject.present());
