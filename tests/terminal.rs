@@ -333,6 +333,8 @@ fn the_users_editor_has_the_terminal_and_gives_the_template_back() {
     assert_eq!(raw.matches("\x1b[?1049h").count(), 2);
     session.see("You are an poet in the");
     // Keys reach the workbench again.
+    // Nobody types in the moment in which the editor closes.
+    std::thread::sleep(Duration::from_millis(500));
     session.press("x");
     session.see("X 301 contact");
     session.press("q");
