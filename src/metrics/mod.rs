@@ -32,7 +32,7 @@ pub use headline::{Headline, Nearest};
 pub use limit_table::{LIMITS, Limit};
 pub use reading::{NoValue, Reading};
 pub use registry::{Danger, MEASURES, Measure, Mirrored, measure};
-pub use relation::{Direction, Relation};
+pub use relation::{Direction, Relation, side_of_centre};
 pub use risk::{RISK_LEVELS, RiskLevel, RiskTable};
 pub use scene_measures::{SCENE_MEASURES, SceneMeasure, scene_measure};
 pub use series::Series;

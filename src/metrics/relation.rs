@@ -142,6 +142,12 @@ fn close(encounter: &Encounter<'_>) -> Direction {
     if encounter.distance() == 0.0 {
         return Direction::Contact;
     }
+    side_of_centre(encounter)
+}
+
+/// The side of the ego that the other's centre lies nearest to, for the ego's proportions.
+#[must_use]
+pub fn side_of_centre(encounter: &Encounter<'_>) -> Direction {
     let center = encounter.ego.pose.to_local(&encounter.other.pose.position);
     let (length, width) = encounter.ego_body.shape().size();
     if center.x.abs() * width > center.y.abs() * length {
