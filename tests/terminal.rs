@@ -2,6 +2,8 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[path = "terminal/pace.rs"]
+mod pace;
 #[path = "terminal/planted.rs"]
 mod planted;
 #[path = "terminal/rough.rs"]
@@ -333,8 +335,6 @@ fn the_users_editor_has_the_terminal_and_gives_the_template_back() {
     assert_eq!(raw.matches("\x1b[?1049h").count(), 2);
     session.see("You are an poet in the");
     // Keys reach the workbench again.
-    // Nobody types in the moment in which the editor closes.
-    std::thread::sleep(Duration::from_millis(500));
     session.press("x");
     session.see("X 301 contact");
     session.press("q");

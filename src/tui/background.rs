@@ -5,7 +5,7 @@ use std::time::Duration;
 use terminal_colorsaurus::{QueryOptions, background_color};
 
 /// The longest that the first frame waits for the terminal's answer.
-const PATIENCE: Duration = Duration::from_millis(100);
+const PATIENCE: Duration = Duration::from_millis(70);
 
 /// What is known of the background.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,7 +16,7 @@ pub struct Background {
     pub late: bool,
 }
 
-/// Asks the terminal (OSC 11), for a tenth of a second at most; one that does not tell is taken for what
+/// Asks the terminal (OSC 11), for no longer than [`PATIENCE`]; one that does not tell is taken for what
 /// `COLORFGBG` says, else for dark. Nobody else may read the terminal meanwhile.
 #[must_use]
 pub fn ask(env: impl Fn(&str) -> Option<String>) -> Background {

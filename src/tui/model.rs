@@ -9,6 +9,7 @@ mod drawn;
 mod editor;
 mod history;
 mod jobs;
+mod judged;
 mod list;
 mod look;
 mod map;
@@ -41,6 +42,7 @@ pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn, Readings};
 pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
 pub use history::{COUNTED, History, PAGE, Typing};
 pub use jobs::{Job, JobKind, JobState, Jobs};
+pub use judged::Judged;
 pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS};
 pub use look::{Glyphs, Look, themes_shown};
 pub use map::{Detail, End, Foreseen, Foresight, Layers, Measurement, On, Tape, Tools, as_text};
@@ -205,6 +207,8 @@ pub struct Model {
     pub seek: Option<Seek>,
     /// Every measure of the picked obstacle, while somebody looks at them.
     pub values: Values,
+    /// What the built-in judge said about steps looked at.
+    pub judged: Judged,
     /// From where on values are dangerous, and what measures take for granted.
     pub thresholds: Arc<Thresholds>,
     /// What is asked.
@@ -297,6 +301,7 @@ impl Model {
             heat: Heat::default(),
             seek: None,
             values: Values::default(),
+            judged: Judged::default(),
             thresholds: Arc::new(Thresholds::shipped().clone()),
             task: Task::Collision,
             frame: Frame::Ego,

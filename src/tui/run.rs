@@ -1,4 +1,4 @@
-//! The loop: drain all messages, draw once if something changed, at most sixty times a second, else sleep.
+//! The loop: drain all messages, draw once if something changed, at most sixty times a second but for keys, else sleep.
 
 mod ending;
 mod pace;
@@ -157,13 +157,16 @@ impl Loop {
                 msgs.push(Msg::Passed(elapsed));
             }
             for msg in msgs {
-                pace.change();
+                match msg {
+                    Msg::Key(_) | Msg::Mouse(_) | Msg::Paste(_) => pace.hurry(),
+                    _ => pace.change(),
+                }
                 let suspends = self.apply(msg)?;
                 match suspends {
                     Step::Quit => return Ok(()),
                     Step::Suspend => {
                         // The event stream would read the shell's keys.
-                        drop(events);
+                        events.close();
                         self.screen.suspend()?;
                         events = Events::listen(false);
                         self.model.size = self.screen.size()?;
@@ -172,7 +175,7 @@ impl Loop {
                     Step::EditOutside(sent) => {
                         let result = match outside::command(|name| std::env::var(name).ok()) {
                             Ok(command) => {
-                                drop(events);
+                                events.close();
                                 let result = self.lend(&command, &sent)?;
                                 events = Events::listen(false);
                                 // The Ctrl-C of the other program was not meant for this one.

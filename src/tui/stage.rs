@@ -68,6 +68,12 @@ impl Stage {
         self.model.list.lines.len()
     }
 
+    /// Whether the open scenario has an ego, without which there is nothing to ask about.
+    #[must_use]
+    pub fn has_ego(&self) -> bool {
+        self.model.scene().is_some()
+    }
+
     /// Presses keys by their names, separated by spaces.
     ///
     /// # Panics

@@ -221,6 +221,16 @@ impl Events {
         }
     }
 
+    /// Stops listening, so that another program can read the keys.
+    ///
+    /// The stream's end wakes whoever waits for events. With nobody waiting, crossterm would keep that for the next
+    /// stream, which takes the waking for its own and leaves a key of the same moment unread until another one comes.
+    pub fn close(self) {
+        drop(self);
+        // Nothing is waited for; an error comes again where events are read.
+        let _ = crossterm::event::poll(Duration::ZERO);
+    }
+
     /// The next event that means something.
     pub async fn next(&mut self) -> Option<io::Result<Msg>> {
         loop {

@@ -61,7 +61,7 @@ pub struct Document {
 }
 
 /// Texts whose claims are kept.
-const MOST: usize = 12;
+const MOST: usize = 100;
 
 /// What stands between reasoning and answer.
 const ANSWER: &str = "── answer ──";

@@ -2,7 +2,6 @@
 
 use super::{Model, PromptView};
 use crate::evaluation::{Case, CaseError, prepare};
-use crate::judge::judge_under;
 use crate::prompts::TemplateError;
 use crate::text::Frame;
 use crate::verdict::Task;
@@ -46,7 +45,7 @@ impl Model {
         };
         self.answers.reference = match self.task {
             Task::Collision => opened.collision.clone(),
-            Task::Safety => Some(judge_under(&scene, Task::Safety, &window, &self.thresholds)),
+            Task::Safety => Some(self.judged.safety(&scene, &window, &self.thresholds)),
             Task::Attacker | Task::Trajectory => None,
         };
         self.prompt.shipped_tokens = None;

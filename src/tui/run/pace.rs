@@ -5,11 +5,15 @@ use std::time::{Duration, Instant};
 /// Least time between two frames.
 pub const FRAME: Duration = Duration::from_micros(16_667);
 
+/// Least time between a frame and the one that shows what a key did: who presses it waits for it.
+pub const PROMPT: Duration = Duration::from_millis(8);
+
 /// The frames of the loop. Time is told by whoever asks.
 #[derive(Debug)]
 pub struct Pace {
     drawn: Instant,
     changed: bool,
+    hurries: bool,
 }
 
 impl Pace {
@@ -18,6 +22,7 @@ impl Pace {
         Self {
             drawn: now,
             changed: true,
+            hurries: false,
         }
     }
 
@@ -26,10 +31,23 @@ impl Pace {
         self.changed = true;
     }
 
+    /// Somebody did something, and looks whether it was heard.
+    pub fn hurry(&mut self) {
+        self.changed = true;
+        self.hurries = true;
+    }
+
+    fn apart(&self) -> Duration {
+        if self.hurries { PROMPT } else { FRAME }
+    }
+
     /// How long the loop sleeps if nothing arrives; for ever where nothing changed and nothing `moves` by itself.
     pub fn wait(&self, now: Instant, moves: bool) -> Option<Duration> {
         match (self.changed, moves) {
-            (true, _) => Some(FRAME.saturating_sub(now.saturating_duration_since(self.drawn))),
+            (true, _) => Some(
+                self.apart()
+                    .saturating_sub(now.saturating_duration_since(self.drawn)),
+            ),
             (false, true) => Some(FRAME * 2),
             (false, false) => None,
         }
@@ -37,13 +55,14 @@ impl Pace {
 
     /// Whether a frame has to be drawn now.
     pub fn is_due(&self, now: Instant) -> bool {
-        self.changed && now.saturating_duration_since(self.drawn) >= FRAME
+        self.changed && now.saturating_duration_since(self.drawn) >= self.apart()
     }
 
     /// A frame was drawn, and this was the time afterwards.
     pub fn drawn(&mut self, now: Instant) {
         self.drawn = now;
         self.changed = false;
+        self.hurries = false;
     }
 }
 
@@ -76,5 +95,22 @@ mod tests {
         pace.drawn(now + rest);
         assert_eq!(pace.wait(now + rest, false), None);
         assert!(!pace.is_due(now + Duration::from_secs(60)));
+    }
+
+    #[test]
+    fn a_key_does_not_wait_for_the_frame_of_the_chunks() {
+        let begun = Instant::now();
+        let mut pace = Pace::begin(begun);
+        let soon = begun + PROMPT;
+        assert!(!pace.is_due(soon), "chunks wait");
+        pace.hurry();
+        assert!(pace.is_due(soon), "keys do not");
+        assert_eq!(pace.wait(begun, false), Some(PROMPT));
+        // And they do not make it draw without end.
+        pace.drawn(soon);
+        pace.hurry();
+        assert!(!pace.is_due(soon + PROMPT / 2));
+        pace.drawn(soon + PROMPT);
+        assert_eq!(pace.wait(soon + PROMPT, false), None);
     }
 }

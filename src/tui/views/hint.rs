@@ -11,12 +11,14 @@ use crate::judge;
 use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::layout::Parts;
-use crate::tui::model::{Model, Pane};
+use crate::tui::model::{Model, Pane, Shown};
 use crate::tui::widgets::words::{fit, pad};
 
 pub fn draw(frame: &mut Frame<'_>, parts: &Parts, model: &Model) {
     let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
-    let (true, Some((_, pane))) = (model.recall.hint, reasoning) else {
+    // An answer that somebody has asked for is not covered.
+    let shown = model.recall.hint && model.answers.shown == Shown::Reference;
+    let (true, Some((_, pane))) = (shown, reasoning) else {
         return;
     };
     let asks = match model.model.as_str() {

@@ -238,6 +238,11 @@ fn ended(line: &str) -> &str {
 
 /// Rows that a line takes.
 pub fn height(line: Line<'_>, width: u16) -> usize {
+    // Most lines are short and plain, and need no wrapping to be counted.
+    let bytes: usize = line.spans.iter().map(|span| span.content.len()).sum();
+    if bytes <= usize::from(width) && line.spans.iter().all(|span| span.content.is_ascii()) {
+        return 1;
+    }
     let wrapped = Paragraph::new(line).wrap(Wrap { trim: false });
     wrapped.line_count(width)
 }

@@ -1,0 +1,39 @@
+//! What the built-in judge said about the steps that were looked at: whoever goes back and forth does not wait for
+//! the same prediction again.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::judge::{Judgement, judge_under};
+use crate::metrics::Thresholds;
+use crate::scenario::{Scene, Window};
+use crate::verdict::Task;
+
+/// Judgements of safety of one scene under the same thresholds, by the first and last step of their windows.
+#[derive(Debug, Clone, Default)]
+pub struct Judged {
+    of: Option<(Arc<Scene>, Arc<Thresholds>)>,
+    windows: HashMap<(i64, i64), Judgement>,
+}
+
+impl Judged {
+    /// The judgement of safety of this window. It is worked out where it was not asked for before; another scene or
+    /// other thresholds begin anew.
+    pub fn safety(
+        &mut self,
+        scene: &Arc<Scene>,
+        window: &Window,
+        thresholds: &Arc<Thresholds>,
+    ) -> Judgement {
+        let same = self.of.as_ref().is_some_and(|(known, under)| {
+            Arc::ptr_eq(known, scene) && Arc::ptr_eq(under, thresholds)
+        });
+        if !same {
+            self.windows.clear();
+            self.of = Some((scene.clone(), thresholds.clone()));
+        }
+        let key = (window.first(), window.last());
+        let judge = || judge_under(scene, Task::Safety, window, thresholds);
+        self.windows.entry(key).or_insert_with(judge).clone()
+    }
+}
