@@ -49,6 +49,11 @@ impl Above {
         }
     }
 
+    /// Whether no item above says whom everything below is about.
+    pub fn nobody(&self) -> bool {
+        self.named.iter().all(|item| item.obstacle.is_none())
+    }
+
     pub fn forget(&mut self) {
         self.heading = None;
         self.named.clear();

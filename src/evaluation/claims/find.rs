@@ -100,7 +100,16 @@ fn sentence(
     let before = above.obstacle();
     let whole = 0..text.len();
     // Whom it is about, and which part of it.
-    let about = match named.as_slice() {
+    let distinct = match named.as_slice() {
+        // Named twice, it is still one.
+        [one, more @ ..]
+            if one.id.is_some() && more.iter().all(|m| m.id == one.id && !m.compared) =>
+        {
+            &named[..1]
+        }
+        all => all,
+    };
+    let about = match distinct {
         [] => before.map(|id| (id, whole)),
         [one] if one.compared => before.map(|id| (id, 0..one.span.start)),
         [one] if begins_with(&lower, one) || one.id.is_some() && one.id == before => {
@@ -123,7 +132,7 @@ fn sentence(
             if before.is_none() && !above.open && fixed.is_none() {
                 above.sentence = one.id;
             }
-            let alone = before.is_none() && above.named.is_empty() || above.fixed() == one.id;
+            let alone = before.is_none() && above.nobody() || above.fixed() == one.id;
             one.id
                 .filter(|_| alone)
                 .map(|id| (id, one.span.end..text.len()))

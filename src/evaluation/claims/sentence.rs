@@ -132,7 +132,10 @@ impl Sentence<'_> {
                     };
                     found.push(self.claim(number.span.clone(), quantity, stated));
                 }
-                from = number.span.end;
+                // "The gap to obstacle 7 is 3 m": words before an id or a time go on behind it.
+                if !self.taken[place] {
+                    from = number.span.end;
+                }
             }
         }
         if let Some((span, side)) = side_in(self.lower) {
@@ -236,7 +239,7 @@ impl Sentence<'_> {
                 ]
                 .iter()
                 .any(|word| has_word(&near_or_above, word));
-                match axis {
+                match axis.or_else(|| from_ego(after).filter(|_| !distance)) {
                     Some(true) => Some((GapLong, false)),
                     Some(false) => Some((GapLat, false)),
                     // With a sign it is one of the two gaps, and which is not said.
@@ -344,6 +347,22 @@ fn axis_of(near: &str, after: &str) -> Option<bool> {
         [true, _] if !before => Some(true),
         [_, true] if !before => Some(false),
         _ => axis(near),
+    }
+}
+
+/// The axis of "3 m in front of the ego" or "2 m to the left of the ego".
+fn from_ego(after: &str) -> Option<bool> {
+    let said = |words: &[&str]| {
+        let rest = words.iter().find_map(|word| after.strip_prefix(word));
+        rest.is_some_and(|rest| {
+            let rest = rest.trim_start_matches([' ', '*']);
+            rest.starts_with("the ego") || rest.starts_with("ego")
+        })
+    };
+    if said(&["in front of", "ahead of", "behind"]) {
+        Some(true)
+    } else {
+        said(&["to the left of", "to the right of", "left of", "right of"]).then_some(false)
     }
 }
 

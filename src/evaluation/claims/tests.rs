@@ -352,3 +352,42 @@ fn foreign_text_does_no_harm() {
         }
     }
 }
+
+#[test]
+fn the_plainest_sentences() {
+    let (a, b) = ids();
+    for (text, claims) in [
+        (
+            format!("The gap to obstacle {a} is 4.17 m."),
+            vec![format!("{a} distance: 4.17 m")],
+        ),
+        (
+            format!("- At step 54 the distance to obstacle {a} is 4.17 m and it is closing."),
+            vec![format!("{a} distance: 4.17 m @54")],
+        ),
+        (
+            format!("The TTC of obstacle {a} is 0.43 s."),
+            vec![format!("{a} TTC: 0.43 s")],
+        ),
+        (
+            format!("Obstacle {a} is 1.27 m in front of the ego."),
+            vec![
+                format!("{a} gap longitudinal: 1.27 m"),
+                format!("{a} direction: in front of"),
+            ],
+        ),
+        (
+            format!(
+                "The ego follows obstacle {a}. The gap to obstacle {a} is 3 m, and the TTC of obstacle {a} is 2.5 s."
+            ),
+            vec![format!("{a} distance: 3 m"), format!("{a} TTC: 2.5 s")],
+        ),
+        // Whose it is is not said.
+        (
+            format!("The gap between obstacle {a} and obstacle {b} is 3 m."),
+            vec![],
+        ),
+    ] {
+        assert_eq!(brief(&text), claims, "{text}");
+    }
+}
