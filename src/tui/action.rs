@@ -204,13 +204,14 @@ impl Scope {
 }
 
 /// What holds everywhere, even on screens of their own.
-pub const EVEN_THERE: [Action; 6] = [
+pub const EVEN_THERE: [Action; 7] = [
     Action::Help,
     Action::Palette,
     Action::Cancel,
     Action::Suspend,
     Action::History,
     Action::TaskList,
+    Action::SavePicture,
 ];
 
 /// A line of the table.

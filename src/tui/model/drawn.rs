@@ -19,6 +19,8 @@ pub struct Drawn {
     history: Cell<Option<HistoryDrawn>>,
     list: RefCell<Option<Rect>>,
     columns: RefCell<Vec<(Extent, Vec<usize>)>>,
+    /// The rows of the reasoning in which claims begin.
+    claims: RefCell<Vec<usize>>,
     /// Long texts as they were drawn last.
     pub readings: RefCell<Readings>,
 }
@@ -106,6 +108,18 @@ impl Drawn {
         self.history.set(None);
         *self.list.borrow_mut() = None;
         self.columns.borrow_mut().clear();
+        self.claims.borrow_mut().clear();
+    }
+
+    /// Claims of the reasoning begin in these rows of it.
+    pub fn set_claims(&self, rows: impl Iterator<Item = usize>) {
+        *self.claims.borrow_mut() = rows.collect();
+    }
+
+    /// The row of the reasoning in which a claim begins.
+    #[must_use]
+    pub fn claim(&self, place: usize) -> Option<usize> {
+        self.claims.borrow().get(place).copied()
     }
 
     /// The history is here.

@@ -101,3 +101,21 @@ fn what_never_left_this_machine_is_called_so_with_the_reason() {
         "{frame}"
     );
 }
+
+#[test]
+fn the_text_goes_to_the_claim_that_is_picked() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    let first = "The gap to obstacle 301 is 9 m.";
+    let filler = "Nothing else matters here.\n\n".repeat(60);
+    let last = "At step 59 the gap to obstacle 301 is 7 m.";
+    let text = format!("{first}\n\n{filler}{last}\n\n{filler}");
+    bench.send(Msg::Answered(id, Ok(Box::new(no_verdict("lab/a", &text)))));
+    pane(&bench);
+    for (words, keys) in [(first, ")"), (last, ")"), (first, "("), (last, "(")] {
+        bench.press(keys);
+        let lines = pane(&bench);
+        let seen = place(&lines, &words[..20]).is_some();
+        assert!(seen, "{words}: {lines:#?}");
+    }
+}

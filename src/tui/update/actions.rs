@@ -95,7 +95,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         PreviousAnswer => model.answers.cycle(false),
         CloseAnswer => return answers::close(model),
         NextClaim | PreviousClaim => {
-            claims::go(model, model.answers.shown, action == NextClaim);
+            claims::read_on(model, action == NextClaim);
         }
         CompareScreen => compare::open(model),
         BlindMode => rating::toggle_blind(model),

@@ -1,6 +1,6 @@
 //! Claims in answers: looked for once an answer is whole, and gone through one by one.
 
-use super::super::model::{Column, Model, Shown};
+use super::super::model::{Column, Model, Pane, Shown};
 use super::clock;
 use crate::evaluation::claims::{Subject, checked};
 
@@ -33,6 +33,20 @@ pub fn follow(model: &mut Model) {
         };
         let found = checked(&document.text, &subject);
         model.claims.take(document.key, found);
+    }
+}
+
+/// Picks the next claim of the reasoning, or the one before, and scrolls to it.
+pub fn read_on(model: &mut Model, forward: bool) {
+    let Some(place) = go(model, model.answers.shown, forward) else {
+        return;
+    };
+    let Some(row) = model.drawn.claim(place) else {
+        return;
+    };
+    let extent = model.drawn.extent(Pane::Reasoning);
+    if row < extent.top || row >= extent.top + extent.rows {
+        model.answers.scroll = Some(row.saturating_sub(extent.rows / 3));
     }
 }
 

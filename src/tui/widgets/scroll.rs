@@ -61,6 +61,12 @@ pub fn page(
             Part::Line(line) => height(line.clone(), inner.width),
             Part::Text(reading, text, marks) => {
                 reading.follow(text, marks, inner.width, theme);
+                if !marks.claims.is_empty() {
+                    let rows = reading.rows_of_claims(marks.claims.len());
+                    model
+                        .drawn
+                        .set_claims(rows.into_iter().map(|row| row + lines));
+                }
                 reading.rows()
             }
         };
