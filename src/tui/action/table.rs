@@ -188,6 +188,7 @@ table! {
     MarkWrong, Compare, "mark-wrong", ["w"], 9, "wrong", "Mark the answer of this column as wrong, and say why; or no longer.";
     NextRound, Compare, "next-round", ["enter"], 4, "next", "In blind mode: the next answers, or the next scenario.";
     Ratings, Compare, "ratings", ["shift-s"], 13, "ratings", "What the ratings add up to.";
+    SavePicture, Compare, "picture", ["o"], 0, "picture", "Save a picture of the screen, the map or the plot.";
     Help, Compare, "help", ["?", "f1"], 14, "help", "All keys.";
     Quit, Compare, "quit", ["q", "ctrl-q"], 0, "quit", "Leave the program.";
 }

@@ -67,7 +67,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.compare.blind = None;
         }
         BlindMode => rating::toggle_blind(model),
-        Quit => return actions::perform(model, Quit),
+        Quit | SavePicture => return actions::perform(model, action),
         Help => model.overlays.push(Overlay::Help {
             scroll: 0,
             text: String::new(),
