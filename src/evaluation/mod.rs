@@ -18,6 +18,7 @@ mod question;
 /// Answers that were recorded by others.
 pub mod recorded;
 mod request;
+mod scored;
 mod settings;
 mod standings;
 mod trial;
@@ -34,6 +35,7 @@ pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
 pub use plan::{Plan, PlanError};
 pub use question::{Case, CaseError, Question, prepare, template};
+pub use scored::{Said, Scored, Way};
 pub use settings::{Decided, Settings};
 pub use standings::{By, Standing, Standings};
 pub use trial::trial;

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 /// Which techniques a prompt uses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
+)]
 pub struct Techniques {
     /// Contextual prompting: definitions of the measures and their thresholds.
     pub cp: bool,

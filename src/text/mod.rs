@@ -23,7 +23,7 @@ pub use writer::{Description, Span, Subject, Value};
 use writer::Writer;
 
 /// From where, or as what, a scene is described.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Frame {
     /// Positions on the map.
     Cartesian,

@@ -1,0 +1,77 @@
+//! Answers beside what is true: what every figure of a report is counted from.
+
+use super::Label;
+use crate::prompts::Techniques;
+use crate::store::{Consumed, RunId};
+use crate::text::Frame;
+use crate::verdict::{Task, Verdict};
+
+/// One way of asking: a row of a table.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Way {
+    /// What is asked.
+    pub task: Task,
+    /// From where scenes are described; nothing for a judge that is not asked in words.
+    pub frame: Option<Frame>,
+    /// The prompting techniques; nothing for a judge that is not asked in words.
+    pub techniques: Option<Techniques>,
+    /// Who is asked, as `provider/model`.
+    pub model: String,
+}
+
+/// What became of a question.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Said {
+    /// A verdict was read.
+    Verdict(Verdict),
+    /// An answer came, and no verdict could be read in it: why.
+    Unparsed(String),
+    /// No whole answer came: why.
+    Failed(String),
+}
+
+/// One answer, or the lack of one, about one scenario.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scored {
+    /// Name of the scenario, without folders and ending.
+    pub scenario: String,
+    /// How it was asked.
+    pub way: Way,
+    /// Which of several answers to the same question, from 0.
+    pub sample: u32,
+    /// What is true; nothing where nobody says.
+    pub truth: Option<Label>,
+    /// What was said.
+    pub said: Said,
+    /// The built-in judge's verdict on the same question, where it was worked out.
+    pub reference: Option<Verdict>,
+    /// Time, tokens and cost.
+    pub consumed: Consumed,
+    /// The run in the store.
+    pub run: Option<RunId>,
+}
+
+impl Scored {
+    /// Whether it says yes; nothing where it holds no verdict.
+    ///
+    /// In the safety task a yes about a scenario whose truth names an obstacle has to name that obstacle among those
+    /// of score 0 or 1, as the paper counts it; else it is a no.
+    #[must_use]
+    pub fn positive(&self) -> Option<bool> {
+        let Said::Verdict(verdict) = &self.said else {
+            return None;
+        };
+        Some(match (self.way.task, self.truth) {
+            (Task::Safety, Some(Label::Collision(Some(obstacle)))) => {
+                verdict.dangerous && super::recorded::names(verdict, obstacle)
+            }
+            _ => verdict.dangerous,
+        })
+    }
+
+    /// Whether it is true that it collides.
+    #[must_use]
+    pub fn is_collision(&self) -> Option<bool> {
+        self.truth.map(|label| label.collides())
+    }
+}
