@@ -45,6 +45,8 @@ mod reading;
 mod refused;
 #[path = "cli/remote.rs"]
 mod remote;
+#[path = "cli/render.rs"]
+mod render;
 #[path = "protobuf/rich.rs"]
 mod rich;
 #[path = "cli/stored.rs"]

@@ -1,0 +1,89 @@
+//! `render`: figures as files, whole, the same every time, and never over another one.
+
+use super::support::program::Home;
+
+fn bytes(home: &Home, name: &str) -> Vec<u8> {
+    std::fs::read(home.files().join(name)).unwrap()
+}
+
+#[test]
+fn figures_in_three_formats() {
+    let home = Home::new();
+    let render = |what: &str, name: &str| {
+        let file = home.files().join(name);
+        let file = file.to_str().unwrap();
+        let all = ["render", "ZAM_RedLight-1_1_T-1", "--what", what, "-o", file];
+        home.run(&all).status(0);
+    };
+    render("both", "a.svg");
+    let svg = String::from_utf8(bytes(&home, "a.svg")).unwrap();
+    assert!(
+        svg.starts_with("<?xml") || svg.starts_with("<svg"),
+        "{}",
+        &svg[..80]
+    );
+    assert!(svg.contains(">ego<"), "text stays text");
+    render("both", "b.svg");
+    assert_eq!(
+        bytes(&home, "a.svg"),
+        bytes(&home, "b.svg"),
+        "the same command makes the same bytes"
+    );
+    render("map", "a.png");
+    assert_eq!(&bytes(&home, "a.png")[..8], b"\x89PNG\r\n\x1a\n");
+    render("screen", "screen.svg");
+    let screen = String::from_utf8(bytes(&home, "screen.svg")).unwrap();
+    assert!(screen.contains("scenarios"), "the workbench itself");
+}
+
+#[test]
+fn every_step_as_a_film() {
+    let home = Home::new();
+    let file = home.files().join("film.gif");
+    let file = file.to_str().unwrap();
+    let few = [
+        "render",
+        "ZAM_RedLight-1_1_T-1",
+        "--all",
+        "--size",
+        "160x120px",
+        "-o",
+        file,
+    ];
+    home.run(&few).status(0);
+    let gif = bytes(&home, "film.gif");
+    assert_eq!(&gif[..6], b"GIF89a");
+    let frames = gif.windows(3).filter(|w| w == b"\x21\xf9\x04").count();
+    assert!(frames >= 60, "{frames} frames");
+}
+
+#[test]
+fn nothing_is_replaced_and_mistakes_are_named() {
+    let home = Home::new();
+    let file = home.files().join("a.svg");
+    std::fs::write(&file, "mine").unwrap();
+    let file = file.to_str().unwrap().to_string();
+    let scenario = "ZAM_RedLight-1_1_T-1";
+    let refused = home.run(&["render", scenario, "-o", &file]).status(2);
+    assert!(refused.stderr.contains("--overwrite"), "{}", refused.stderr);
+    assert_eq!(bytes(&home, "a.svg"), b"mine");
+    home.run(&["render", scenario, "-o", &file, "--overwrite"])
+        .status(0);
+    assert_ne!(bytes(&home, "a.svg"), b"mine");
+    for (wrong, said) in [
+        (vec!["render", scenario, "-o", "x.bmp"], "bmp"),
+        (
+            vec!["render", scenario, "--at", "999", "-o", "x.svg"],
+            "999",
+        ),
+        (
+            vec!["render", scenario, "--obstacle", "7", "-o", "x.svg"],
+            "7",
+        ),
+        (vec!["render", "nobody.xml", "-o", "x.svg"], "nobody.xml"),
+    ] {
+        let ended = home.run(&wrong).status(2);
+        assert!(ended.stderr.contains(said), "{wrong:?}: {}", ended.stderr);
+        assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
+    }
+}
