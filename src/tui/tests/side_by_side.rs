@@ -328,3 +328,16 @@ fn the_palette_rates_nothing_that_is_not_on_the_screen() {
         bench.press("esc");
     }
 }
+
+#[test]
+fn answers_that_come_after_it_was_opened_stand_there_too() {
+    let mut bench = sized(Bench::bundled(), 120, 40);
+    let of = stored_of(&bench);
+    bench.press("shift-c");
+    assert_eq!(bench.model.compare.shown, [Shown::Reference]);
+    bench.send(Msg::Stored(of, vec![answer("lab/a", true, 301)]));
+    assert_eq!(
+        bench.model.compare.shown,
+        [Shown::Column(0), Shown::Reference]
+    );
+}

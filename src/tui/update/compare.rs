@@ -34,6 +34,14 @@ pub fn open(model: &mut Model) {
     follow_ends(model);
 }
 
+/// Answers have come from the store: where the built-in judge stood alone because there were none, they join it.
+pub fn arrived(model: &mut Model) {
+    let alone = model.compare.shown == [Shown::Reference];
+    if model.compare.open && model.compare.blind.is_none() && alone {
+        open(model);
+    }
+}
+
 /// A key while the screen is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.compare.marking.is_some() {

@@ -112,6 +112,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
                     reopen::after_stored(model, column);
                 }
                 timeline::arrived(model);
+                compare::arrived(model);
             }
             Vec::new()
         }
