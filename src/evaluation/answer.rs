@@ -1,5 +1,6 @@
 //! What comes of asking: a verdict, or the reason why there is none, with the text in any case.
 
+use super::how::how;
 use crate::scenario::Scenario;
 use crate::store::{Consumed, Ending, Origin, Run, RunId, RunState};
 use crate::verdict::{How, Parsed, Reading, Said, Verdict};
@@ -95,6 +96,15 @@ impl std::fmt::Display for Missing {
 }
 
 impl Answer {
+    /// Whether all of it arrived, with a verdict or without.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        !matches!(
+            self.judged,
+            Judged::Missing(Missing::NoAnswer(_) | Missing::NotSent(_) | Missing::Cancelled)
+        )
+    }
+
     /// The verdict, if there is one.
     #[must_use]
     pub fn verdict(&self) -> Option<&Verdict> {
@@ -267,7 +277,12 @@ impl From<Run> for Answer {
                 sample: run.question.sample,
             }),
             window: run.question.window,
-            how: format!("{} · {}", run.question.frame, run.question.techniques),
+            how: how(
+                &run.question.frame,
+                &run.question.techniques,
+                &run.question.template,
+                &run.question.template_hash,
+            ),
             model: run.question.model,
             model_returned: ending.model_returned,
             judged,

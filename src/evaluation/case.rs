@@ -213,7 +213,7 @@ fn unanswered(question: &Question, judge: &Judge, run: Option<RunId>) -> Answer 
         past: None,
         model: judge.id().to_string(),
         window: Some((case.window.first(), case.window.last())),
-        how: format!("{} · {}", case.frame.name(), case.techniques),
+        how: question.how(),
         model_returned: None,
         judged: Judged::Missing(Missing::Cancelled),
         text: String::new(),

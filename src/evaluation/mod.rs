@@ -7,6 +7,7 @@ mod case;
 /// Claims about obstacles in the text of an answer.
 pub mod claims;
 mod confusion;
+mod how;
 mod judges;
 mod keeper;
 mod labels;
@@ -30,6 +31,7 @@ pub use answer::{Answer, Judged, Missing, Past};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use case::{AskError, Event, Wanted, can_ask, run, stored};
 pub use confusion::Confusion;
+pub use how::{how, template_words};
 pub use judges::{Judge, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};

@@ -1,5 +1,6 @@
 //! From a case to the messages that are sent: the same for the workbench, the command line and batches.
 
+use super::how::how;
 use std::sync::Arc;
 
 use super::values::Values;
@@ -145,6 +146,17 @@ pub fn template(
 }
 
 impl Question {
+    /// How it is asked, in a few words.
+    #[must_use]
+    pub fn how(&self) -> String {
+        how(
+            self.case.frame.name(),
+            &self.case.techniques.to_string(),
+            &self.template,
+            &self.template_hash,
+        )
+    }
+
     /// The messages as they are sent.
     #[must_use]
     pub fn messages(&self) -> Vec<Message> {

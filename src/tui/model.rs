@@ -30,7 +30,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-pub use answers::{Answers, Column, Progress, Shown};
+pub use answers::{Answers, Column, Progress, Shown, parts};
 pub use batch::{Card, Marks};
 pub use camera::Camera;
 pub use claims::{Claims, counted};

@@ -232,9 +232,17 @@ impl Column {
     }
 }
 
+/// Frame, techniques and template of a [`Column::how`]; each may be empty.
+#[must_use]
+pub fn parts(how: &str) -> (&str, &str, &str) {
+    let mut parts = how.splitn(3, " · ");
+    let mut next = || parts.next().unwrap_or_default();
+    (next(), next(), next())
+}
+
 /// Where a way of asking stands among the others: by its frame, then from no technique to all.
 fn rank(how: &str) -> (usize, usize) {
-    let (frame, techniques) = how.split_once(" · ").unwrap_or((how, ""));
+    let (frame, techniques, _) = parts(how);
     let frame = Frame::ALL.iter().position(|f| f.name() == frame);
     let has = |name| usize::from(techniques.split('+').any(|t| t == name));
     (

@@ -19,7 +19,8 @@ impl Model {
     /// How it is asked now, in short: as [`Column::how`] has it.
     #[must_use]
     pub fn way(&self) -> String {
-        format!("{} · {}", self.frame.name(), self.techniques)
+        let way = || format!("{} · {}", self.frame.name(), self.techniques);
+        self.prompt.question.as_ref().map_or_else(way, |q| q.how())
     }
 
     /// The frame after the present one that has a template for the task.
@@ -70,7 +71,7 @@ impl Model {
             Err(error) => {
                 self.prompt.error_line = line_of(&error, self.prompt.file());
                 self.prompt.error = Some(error.to_string());
-                // The last template that could be filled stays in use.
+                // The last template that could be filled is shown; nothing is asked with it.
                 let good = self.prompt.good();
                 self.prompt.question = self.prepared(case, good.as_ref()).ok();
             }

@@ -2,7 +2,7 @@
 
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
-use crate::evaluation::{Answer, Past};
+use crate::evaluation::{Answer, Judged, Missing, Past};
 use crate::store::{Origin, RunId};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::Shown;
@@ -104,5 +104,43 @@ fn runs_that_reached_no_model_do_not_come_back() {
     assert!(
         bench.frame(120, 40).contains("yes ="),
         "the older answer of that model is not hidden by the newer failure"
+    );
+}
+
+#[test]
+fn what_broke_off_does_not_hide_a_whole_answer() {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let cancelled = Answer {
+        judged: Judged::Missing(Missing::Cancelled),
+        text: "the beg".into(),
+        ..answer("lab/a", true, 301)
+    };
+    bench.send(Msg::Stored(of, vec![cancelled, answer("lab/a", true, 301)]));
+    let columns = &bench.model.answers.columns;
+    assert_eq!(columns.len(), 1);
+    assert!(columns[0].answer().is_some_and(Answer::is_whole));
+}
+
+#[test]
+fn answers_to_other_prompts_are_told_apart() {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let mine = Answer {
+        how: "ego · base · mine 3fa2c1".into(),
+        ..answer("lab/a", true, 301)
+    };
+    bench.send(Msg::Stored(of, vec![mine, answer("lab/a", true, 301)]));
+    assert_eq!(bench.model.answers.columns.len(), 2);
+    let frame = bench.frame(200, 60);
+    let row = frame.lines().find(|line| line.contains("prompt    "));
+    let row = row.unwrap_or_else(|| panic!("{frame}"));
+    assert!(
+        row.contains("mine 3fa2c1") && row.contains("shipped"),
+        "{row}"
+    );
+    assert!(
+        !frame.contains("│frame   "),
+        "frame and techniques are the same: {frame}"
     );
 }

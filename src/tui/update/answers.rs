@@ -47,11 +47,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         let column = Column {
             ask: Some(id),
             model: asked.clone(),
-            how: format!(
-                "{} · {}",
-                question.case.frame.name(),
-                question.case.techniques
-            ),
+            how: question.how(),
             steps: Some((question.case.window.first(), question.case.window.last())),
             begun: false,
             truth: model.answers.reference.as_ref().map(|r| r.verdict.clone()),

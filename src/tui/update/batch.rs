@@ -1,5 +1,6 @@
 //! Marking scenarios, and asking one question about many of them.
 
+use super::super::action::Action;
 use std::sync::Arc;
 
 use super::super::keymap::{Code, Key};
@@ -18,7 +19,11 @@ pub fn mark(model: &mut Model) {
             let entry = model.list.rows[place].entry.clone();
             model.marks.toggle(&entry);
             let count = model.marks.count(&model.list);
-            model.say(format!("{count} marked; A asks about them"));
+            let key = model.look.key(Action::AskMarked);
+            model.say(match count {
+                0 => format!("none is marked; {key} asks about all that are listed"),
+                _ => format!("{count} marked; {key} asks about them"),
+            });
         }
         None => model.say("no scenario is selected"),
     }

@@ -247,6 +247,9 @@ fn resize(model: &mut Model, more: bool) {
 }
 
 fn go_to_claim(model: &mut Model, forward: bool) {
+    if model.compare.hides() {
+        return model.say("claims are held against the geometry after rating");
+    }
     let focus = model.compare.focus;
     let Some(&shown) = model.compare.shown.get(focus) else {
         return;

@@ -40,7 +40,7 @@ pub fn end(model: &mut Model) -> Vec<Effect> {
         model.refill();
     }
     if model.prompt.error.is_some() {
-        model.say("the draft cannot be filled yet; the last version that could be is in use");
+        model.say("the draft cannot be filled yet: nothing is asked with it until it is mended");
     } else if model.prompt.is_draft() {
         model.say(
             "the draft is in use; e and Ctrl-S save it, the palette's reset-template discards it",

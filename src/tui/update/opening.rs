@@ -169,8 +169,11 @@ pub fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     }
     let how = model.way();
     let mut seen = std::collections::HashSet::new();
-    let mut newest: Vec<Answer> = stored
+    // What broke off does not stand before a whole answer to the same.
+    let (whole, broken): (Vec<_>, Vec<_>) = stored.into_iter().partition(Answer::is_whole);
+    let mut newest: Vec<Answer> = whole
         .into_iter()
+        .chain(broken)
         // A run that reached no model says nothing about the scenario, nor about an older answer of that model.
         .filter(|a| a.model != crate::judge::MODEL && !a.text.trim().is_empty())
         .filter(|a| seen.insert((a.model.clone(), a.how.clone())))

@@ -205,8 +205,14 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         };
         return model.drawn.next_column(extent, Vec::new());
     };
+    // Before somebody has rated them, answers are read without what the geometry says of them.
+    let claims = if model.compare.hides() {
+        &[]
+    } else {
+        model.claims.of(document.key)
+    };
     let marks = Marks {
-        claims: model.claims.of(document.key),
+        claims,
         key: document.key,
         picked: model.claims.picked_of(document.key),
     };

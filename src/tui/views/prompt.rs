@@ -159,7 +159,9 @@ fn error(f: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
     let Some(error) = &model.prompt.error else {
         return area;
     };
-    let words = format!("{error}; the last template that could be filled stays in use");
+    let words = format!(
+        "{error}; the last one that could be filled is shown, and nothing is asked until this one is mended"
+    );
     let words = Paragraph::new(visible(&words).into_owned())
         .style(Style::new().fg(model.theme.danger))
         .wrap(Wrap { trim: true });

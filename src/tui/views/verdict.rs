@@ -15,7 +15,7 @@ use crate::evaluation::{Judged, Past};
 use crate::judge;
 use crate::store::{Origin, RunId};
 use crate::tui::action::Action;
-use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown};
+use crate::tui::model::{Answers, Column, Model, Pane, Progress, Shown, parts};
 use crate::tui::widgets::words::date;
 use crate::tui::widgets::{frame, scroll};
 use crate::verdict::Task;
@@ -175,9 +175,15 @@ fn seen(answers: &Answers, room: usize) -> std::ops::Range<usize> {
     last.saturating_sub(fit)..last
 }
 
-/// Whether not all were asked in the same way.
-fn differ(columns: &[Column]) -> bool {
-    columns.windows(2).any(|pair| pair[0].how != pair[1].how)
+/// Whether not all were asked from the same frame with the same techniques, and whether not all with the same prompt.
+fn differ(columns: &[Column]) -> (bool, bool) {
+    let ways = columns.iter().map(|c| parts(&c.how));
+    let ways: Vec<_> = ways.collect();
+    let pairs = || ways.windows(2).map(|pair| (pair[0], pair[1]));
+    (
+        pairs().any(|(a, b)| (a.0, a.1) != (b.0, b.1)),
+        pairs().any(|(a, b)| a.2 != b.2),
+    )
 }
 
 /// Whether time or tokens of an answer are known, or still being counted: recorded answers have neither.

@@ -24,9 +24,16 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let Some(document) = model.document(shown) else {
         return;
     };
-    let claims = model.claims.of(document.key);
-    let picked = model.claims.picked_of(document.key);
-    let title = if claims.is_empty() {
+    let hides = model.compare.hides();
+    let claims = if hides {
+        &[]
+    } else {
+        model.claims.of(document.key)
+    };
+    let picked = model.claims.picked_of(document.key).filter(|_| !hides);
+    let title = if hides {
+        " claims are held against the geometry after rating ".to_string()
+    } else if claims.is_empty() {
         " no claims about obstacles found ".to_string()
     } else {
         format!(

@@ -101,6 +101,7 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
     let claims = model.document(shown).map_or(String::new(), |document| {
         let claims = model.claims.of(document.key);
         match (document.whole, claims.is_empty()) {
+            _ if hides => "after rating".into(),
             (false, _) => "when it is whole".into(),
             (true, true) => "none found".into(),
             (true, false) => claimed::counts(claims),

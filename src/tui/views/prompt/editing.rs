@@ -45,7 +45,7 @@ fn template(f: &mut Frame<'_>, area: Rect, model: &Model, wide: bool) {
     let title = Line::from(format!("template · {file}{mark}"));
     let inner = frame::pane(f, area, model, Pane::Prompt, title);
     let error = prompt.error.as_ref().map(|error| {
-        let words = format!("! {error}; the last template that could be filled stays in use");
+        let words = format!("! {error}; the last one that could be filled is shown, and nothing is asked until this one is mended");
         let words = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
         words.style(Style::new().fg(model.theme.danger))
     });

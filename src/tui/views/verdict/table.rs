@@ -6,7 +6,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::evaluation::{Answer, Judged, Missing};
 use crate::store::Origin;
-use crate::tui::model::{Answers, Column, Model, Progress, Shown};
+use crate::tui::model::{Answers, Column, Model, Progress, Shown, parts};
 use crate::tui::widgets::words::{duration, fit, pad, thousands};
 use crate::verdict::{Task, Verdict};
 
@@ -23,6 +23,8 @@ pub enum Row {
     Frame,
     /// The techniques.
     How,
+    /// The template, where it is not the shipped one.
+    Prompt,
     /// Yes or no.
     Says,
     Who,
@@ -36,11 +38,12 @@ pub enum Row {
 
 impl Row {
     /// The rows that are needed, in their order: what tells columns apart comes first.
-    pub fn of(ways: bool, truth: bool, measured: bool) -> Vec<Self> {
+    pub fn of((ways, prompts): (bool, bool), truth: bool, measured: bool) -> Vec<Self> {
         let all = [
             Self::Head,
             Self::Frame,
             Self::How,
+            Self::Prompt,
             Self::Says,
             Self::Who,
             Self::Truth,
@@ -51,6 +54,7 @@ impl Row {
         ];
         let needed = |row: &Self| match row {
             Self::Frame | Self::How => ways,
+            Self::Prompt => prompts,
             Self::Truth => truth,
             Self::Tokens | Self::Time => measured,
             _ => true,
@@ -63,6 +67,7 @@ impl Row {
             Self::Head => "",
             Self::Frame => "frame",
             Self::How => "how",
+            Self::Prompt => "prompt",
             Self::Says => return task.key().replace("safety_critical", "critical"),
             Self::Who => return super::other::second_label(task).into(),
             Self::Truth => "truth",
@@ -206,9 +211,15 @@ impl<'a> Table<'a> {
 
     /// Frame and techniques, where answers differ in them.
     fn way(&mut self, how: &str) {
-        let (frame, techniques) = how.split_once(" · ").unwrap_or((how, ""));
-        for (row, words) in [(Row::Frame, frame), (Row::How, techniques)] {
+        let (frame, techniques, prompt) = parts(how);
+        let rows = [
+            (Row::Frame, frame),
+            (Row::How, techniques),
+            (Row::Prompt, prompt),
+        ];
+        for (row, words) in rows {
             let words = match words {
+                "" if row == Row::Prompt => "shipped",
                 "cartesian" => "cart",
                 "cp+cot+icl" => "all",
                 other => other,
