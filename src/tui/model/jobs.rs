@@ -177,6 +177,13 @@ impl Jobs {
         self.all.iter().rev().nth(self.selected)
     }
 
+    /// How many questions and batches are not over.
+    #[must_use]
+    pub fn asking(&self) -> usize {
+        let asks = |job: &&Job| job.is_running() && job.asks();
+        self.all.iter().filter(asks).count()
+    }
+
     /// Whether a batch is not over.
     #[must_use]
     pub fn has_batch(&self) -> bool {

@@ -14,7 +14,7 @@ use crate::scenario::EgoSource;
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     use Action::*;
     match action {
-        Quit => return quit(model),
+        Quit => return leave(model),
         Cancel => return cancel(model),
         Suspend => return vec![Effect::Suspend],
         Mouse => {
@@ -131,20 +131,39 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
         return cancel(model);
     }
     // An answer may have ended just as somebody was about to cancel it.
-    if model.quit_within <= 0.0 {
-        model.quit_within = AGAIN;
-        model.toasts.retain(|t| t.kind != Notice::Reply);
-        model.toasts.push(Toast {
-            text: "Ctrl-C again quits".into(),
-            kind: Notice::Reply,
-            left: AGAIN,
-        });
-        return Vec::new();
-    }
-    quit(model)
+    twice(model, "Ctrl-C again quits".into())
 }
 
-/// Seconds within which Ctrl-C has to be pressed again to quit.
+/// The key that quits: where something is paid for that has not arrived yet, it is asked again.
+fn leave(model: &mut Model) -> Vec<Effect> {
+    let running = model.jobs.asking();
+    if running == 0 {
+        return quit(model);
+    }
+    let what = match running {
+        1 => "1 question is running".to_string(),
+        n => format!("{n} questions are running"),
+    };
+    let key = model.look.key(Action::Quit);
+    twice(model, format!("{what}; {key} again cancels and quits"))
+}
+
+/// Quits the second time within a while, and says so the first time.
+fn twice(model: &mut Model, words: String) -> Vec<Effect> {
+    if model.quit_within > 0.0 {
+        return quit(model);
+    }
+    model.quit_within = AGAIN;
+    model.toasts.retain(|t| t.kind != Notice::Reply);
+    model.toasts.push(Toast {
+        text: words,
+        kind: Notice::Reply,
+        left: AGAIN,
+    });
+    Vec::new()
+}
+
+/// Seconds within which the key has to be pressed again to quit.
 const AGAIN: f64 = 2.0;
 
 /// Leaves; the draft is kept for the next start.

@@ -171,7 +171,16 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         }
         return actions::interrupt(model);
     }
-    model.quit_within = 0.0;
+    let begun = model.quit_within;
+    let effects = other_key(model, key);
+    // Any other key takes back that somebody was about to quit.
+    if model.quit_within == begun {
+        model.quit_within = 0.0;
+    }
+    effects
+}
+
+fn other_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if !model.overlays.is_empty() {
         return overlays::on_key(model, key);
     }
