@@ -10,6 +10,7 @@ mod editing;
 mod history;
 mod jobs;
 mod keys;
+mod line;
 mod list;
 mod look;
 mod map;
@@ -189,18 +190,15 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 
 fn filter_key(model: &mut Model, key: Key) -> Vec<Effect> {
     let mut filter = model.list.filter.clone();
-    match (key.code, key.writes()) {
-        (Code::Esc, _) => {
+    match key.code {
+        Code::Esc => {
             model.list.filtering = false;
             filter.clear();
         }
-        (Code::Enter | Code::Tab, _) => model.list.filtering = false,
-        (Code::Backspace, _) => {
-            filter.pop();
-        }
-        (Code::Up, _) => return actions::perform(model, Action::Up),
-        (Code::Down, _) => return actions::perform(model, Action::Down),
-        (_, Some(c)) => filter.push(c),
+        Code::Enter | Code::Tab => model.list.filtering = false,
+        Code::Up => return actions::perform(model, Action::Up),
+        Code::Down => return actions::perform(model, Action::Down),
+        _ if line::edit(&mut filter, key) => {}
         _ => return Vec::new(),
     }
     if filter == model.list.filter {
