@@ -119,10 +119,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         }
         Msg::History(news) => history::heard(model, news),
         Msg::Batch(news) => batch::heard(model, news),
-        Msg::Rated(result) => {
-            rating::kept(model, result);
-            Vec::new()
-        }
+        Msg::Rated(round, result) => rating::kept(model, round, result),
         Msg::Ratings(result) => {
             rating::read(model, result);
             Vec::new()
