@@ -270,7 +270,7 @@ async fn the_budget_of_the_configuration_holds_unless_the_option_says_another() 
         .status(2)
         .says(&["raise the budget", said]);
     let ended = ask(&little, &["--max-tokens", "100", "--budget", "0.04"]).status(2);
-    ended.says(&["budget of $0.0400"]);
+    let ended = ended.says(&["budget of $0.0400"]);
     assert!(!ended.stderr.contains("config.toml:2"), "{}", ended.stderr);
     assert!(server.requests().is_empty(), "nothing was sent");
     ask(&little, &["--max-tokens", "100", "--budget", "5"]).status(0);

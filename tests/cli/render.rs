@@ -115,6 +115,6 @@ fn several_pictures_make_the_folder_that_is_named() {
         .status(2)
         .says(&["--format says it for any name, and makes a folder"]);
     let ended = home.run(&["render", scenario, "-o", "f.jpg"]).status(2);
-    ended.says(&["f.jpg", ".png"]);
+    let ended = ended.says(&["f.jpg", ".png"]);
     assert!(!ended.stderr.contains("folder"), "{}", ended.stderr);
 }
