@@ -1,5 +1,6 @@
 //! `nearmiss ask`: one answer, streamed.
 
+mod bound;
 mod document;
 mod past;
 mod stream;
@@ -8,6 +9,7 @@ mod words;
 use std::path::Path;
 use std::sync::Arc;
 
+use bound::Bound;
 use clap::builder::PossibleValuesParser;
 
 use super::cost;
@@ -51,7 +53,8 @@ pub struct Ask {
     /// How much the model is to reason: off, low, medium or high [default: the server's].
     #[arg(long, value_parser = effort)]
     effort: Option<Effort>,
-    /// The most that the answer may cost, US dollars; needs a price and a limit of tokens.
+    /// The most that the answer may cost, US dollars; needs a price and a limit of tokens [default: `budget` in
+    /// config.toml, else no bound].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
     budget: Option<f64>,
     /// Ask anew, even where the store has an answer to the same request.
@@ -96,7 +99,8 @@ pub fn run(arguments: &Ask) -> Outcome {
     let question = arguments.asked.question(&folders, &config)?;
     let model = arguments.model.as_deref().or(config.model.as_deref());
     let model = model.unwrap_or(judge::MODEL);
-    let judge = judge(arguments, model, &folders, &config)?;
+    let bound = bound::of(arguments.budget, &config, &folders);
+    let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
     let store = store(arguments, &folders)?;
     let wanted = Wanted {
         sample: arguments.sample,
@@ -124,7 +128,7 @@ pub fn run(arguments: &Ask) -> Outcome {
                 }
                 words.hear(event);
             }) => {
-                answer.map_err(Failure::input)
+                answer.map_err(|error| bound::refused(error, bound.as_ref()))
             }
             _ = tokio::signal::ctrl_c() => Err(Failure {
                 message: String::new(),
@@ -180,6 +184,7 @@ fn judge(
     model: &str,
     folders: &Folders,
     config: &Config,
+    bound: Option<&Bound>,
 ) -> Result<Judge, Failure> {
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let mut providers = config.providers.clone();
@@ -229,8 +234,8 @@ fn judge(
     let client = Client::new();
     let mut judge = Judge::resolve(model, &registry, &client, parameters, &environment)
         .map_err(Failure::input)?;
-    if let (Judge::Model(model), Some(usd)) = (&mut judge, arguments.budget) {
-        model.endpoint.budget = Some(Budget::new(usd));
+    if let (Judge::Model(model), Some(bound)) = (&mut judge, bound) {
+        model.endpoint.budget = Some(Budget::new(bound.usd));
     }
     Ok(judge)
 }

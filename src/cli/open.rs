@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Arguments, Failure, output};
-use crate::config::{Config, Folders, TextFile};
+use crate::config::{Config, ConfigError, Folders, TextFile};
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
 use crate::scenario::{
@@ -265,8 +265,18 @@ pub fn advised(error: EgoError) -> Failure {
 /// Folders and configuration; a configuration that cannot be used is an error here, where nobody could see a warning.
 pub fn configuration() -> Result<(Folders, Config), Failure> {
     let folders = Folders::find().map_err(Failure::input)?;
-    let config = Config::read(&folders.config_file()).map_err(Failure::input)?;
+    let config = Config::read(&folders.config_file()).map_err(unusable)?;
     Ok((folders, config))
+}
+
+/// What is wrong with the configuration, a line for each mistake.
+pub fn unusable(error: ConfigError) -> Failure {
+    let mut mistakes: Vec<String> = error.mistakes_in_words().collect();
+    let last = mistakes.pop().unwrap_or_default();
+    for mistake in mistakes {
+        output::say(&format!("nearmiss: {mistake}"));
+    }
+    Failure::input(last)
 }
 
 /// The shipped thresholds, changed by the user's file in the configuration folder if there is one.

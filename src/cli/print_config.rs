@@ -5,6 +5,7 @@ use std::path::Path;
 
 use toml::Value;
 
+use super::open::unusable;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders, Lines, TextFile};
 use crate::llm::{Address, Environment, Registry};
@@ -17,7 +18,7 @@ pub fn print_config() -> Outcome {
     let folders = Folders::find().map_err(Failure::input)?;
     let path = folders.config_file();
     let said = TextFile::read_if_there(&path).map_err(Failure::input)?;
-    let config = Config::read(&path).map_err(|error| Failure::input(error.mistake_in_words()))?;
+    let config = Config::read(&path).map_err(unusable)?;
     let registry = Registry::new(&config.providers).map_err(Failure::input)?;
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let text = said.as_ref().map_or("", |said| &said.text);

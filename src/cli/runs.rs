@@ -224,14 +224,16 @@ fn words(run: &Run, most: Option<f64>) -> String {
     row("scenario", Some(question.scenario.clone()));
     row("ego", Some(question.ego.clone()));
     row("task", Some(question.task.name().into()));
+    let asked = || format!("{} · {}", question.frame, question.techniques);
     row(
         "how",
-        Some(format!("{} · {}", question.frame, question.techniques)),
+        Some(judge::how(&question.model).map_or_else(asked, String::from)),
     );
-    let steps = question
+    let window = question
         .window
         .map(|(first, last)| format!("{first} to {last}"));
-    row("steps", steps);
+    let all = judge::looks_at(&question.model, question.task).map(String::from);
+    row("steps", all.or(window));
     row("model", Some(question.model.clone()));
     row("answered by", ending.model_returned.clone());
     row("server", Some(question.endpoint.clone()));

@@ -32,6 +32,12 @@ fn dumb() -> bool {
 /// # Errors
 /// No scenario can be found or judged.
 pub fn without_terminal(paths: &[PathBuf], ego: &WantedEgo) -> Outcome {
+    // What cannot be found is said alone: nothing comes after the heading then.
+    let entries = if paths.is_empty() {
+        bundled()
+    } else {
+        found(paths)?
+    };
     output::say(&format!(
         "nearmiss: {}, so the workbench cannot open. These commands work without one: \
          {} (see `nearmiss --help`).\n\
@@ -44,11 +50,6 @@ pub fn without_terminal(paths: &[PathBuf], ego: &WantedEgo) -> Outcome {
         commands().join(", "),
         judge::MODEL
     ));
-    let entries = if paths.is_empty() {
-        bundled()
-    } else {
-        found(paths)?
-    };
     let lines: Vec<Result<String, Failure>> = entries
         .par_iter()
         .map(|e| scene_with(e, ego).map(|s| line(e, &s)))

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::Keys;
+use super::mistakes::{Mistake, mistakes};
 use super::text_file::text_if_there;
 
 /// The configuration.
@@ -35,7 +36,7 @@ pub struct Config {
     pub effort: Option<String>,
     /// Requests of a batch that may be on their way to one provider at once; its own `concurrency` holds too.
     pub concurrency: std::num::NonZeroU32,
-    /// Most US dollars that one session of the workbench may cost; without it there is no bound.
+    /// Most US dollars that one session of the workbench, or one `ask`, may cost; without it there is no bound.
     pub budget: Option<f64>,
     /// Who rates answers; the user's name where it is not set.
     pub person: Option<String>,
@@ -71,22 +72,45 @@ impl Default for Config {
 
 /// Why a configuration file is not in use.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{file}{}: {message}; the defaults are in use", line.map(|l| format!(":{l}")).unwrap_or_default())]
+#[error("{}; the defaults are in use", self.in_short())]
 pub struct ConfigError {
     /// Which file.
     pub file: String,
-    /// Line from 1.
-    pub line: Option<usize>,
-    /// What is wrong, with the key.
-    pub message: String,
+    /// What is wrong, in the order of the file: at least one mistake.
+    pub mistakes: Vec<Mistake>,
 }
 
 impl ConfigError {
-    /// What is wrong and where, without what is done about it.
+    fn one(file: String, line: Option<usize>, words: String) -> Self {
+        Self {
+            file,
+            mistakes: vec![Mistake { line, words }],
+        }
+    }
+
+    /// Every mistake with its place, without what is done about it.
+    pub fn mistakes_in_words(&self) -> impl Iterator<Item = String> {
+        self.mistakes.iter().map(|mistake| {
+            let line = mistake
+                .line
+                .map_or(String::new(), |line| format!(":{line}"));
+            format!("{}{line}: {}", self.file, mistake.words)
+        })
+    }
+
+    /// The first mistake, and in which lines there are others.
     #[must_use]
-    pub fn mistake_in_words(&self) -> String {
-        let line = self.line.map(|l| format!(":{l}")).unwrap_or_default();
-        format!("{}{line}: {}", self.file, self.message)
+    pub fn in_short(&self) -> String {
+        let first = self.mistakes_in_words().next().unwrap_or_default();
+        let others = self.mistakes.iter().skip(1);
+        let lines: Vec<String> = others
+            .filter_map(|mistake| Some(mistake.line?.to_string()))
+            .collect();
+        match &lines[..] {
+            [] => first,
+            [one] => format!("{first} (and another mistake in line {one})"),
+            more => format!("{first} (and more in lines {})", more.join(", ")),
+        }
     }
 }
 
@@ -94,38 +118,23 @@ impl Config {
     /// Reads a configuration file; one that does not exist says nothing.
     ///
     /// # Errors
-    /// It cannot be read, or says something that is not known: with file, line and key.
+    /// It cannot be read, or says something that is not known or cannot be meant: every mistake with line and key.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let file = path.display().to_string();
         let text = match text_if_there(path) {
             Ok(Some(text)) => text,
             Ok(None) => return Ok(Self::default()),
-            Err(message) => {
-                return Err(ConfigError {
-                    file,
-                    line: None,
-                    message,
-                });
-            }
+            Err(why) => return Err(ConfigError::one(file, None, why)),
         };
-        let config: Self = toml::from_str(&text).map_err(|error| ConfigError {
-            file: file.clone(),
-            line: error
-                .span()
-                .map(|s| 1 + text[..s.start.min(text.len())].matches('\n').count()),
-            message: describe(&text, &error),
-        })?;
-        match config.mistake() {
-            None => Ok(config),
-            Some((key, message)) => Err(ConfigError {
-                file,
-                line: text
-                    .lines()
-                    .position(|l| l.trim_start().starts_with(key))
-                    .map(|l| l + 1),
-                message: format!("{key} {message}"),
-            }),
+        let mistakes = mistakes(&text);
+        if !mistakes.is_empty() {
+            return Err(ConfigError { file, mistakes });
         }
+        // Every key alone can be used; were they not together, this says it.
+        toml::from_str(&text).map_err(|error| {
+            let words = error.message().trim().replace('\n', " ");
+            ConfigError::one(file, None, words)
+        })
     }
 
     /// Who rates answers: as configured, else the user's name of the system, else `unknown`.
@@ -138,63 +147,6 @@ impl Config {
         };
         let person = self.person.clone().filter(|p| !p.trim().is_empty());
         person.or_else(system).unwrap_or_else(|| "unknown".into())
-    }
-
-    /// A value that cannot be meant, by its key.
-    fn mistake(&self) -> Option<(&'static str, &'static str)> {
-        let model = |id: &str| {
-            id.split_once('/')
-                .is_some_and(|(p, m)| !p.is_empty() && !m.is_empty())
-        };
-        let glyphs = |word: &str| ["auto", "unicode", "ascii"].contains(&word);
-        let effort = |word: &str| ["off", "low", "medium", "high"].contains(&word);
-        if self.radius.is_some_and(|r| !(r.is_finite() && r > 0.0)) {
-            Some(("radius", "must be a positive number of metres"))
-        } else if self.history == Some(0) {
-            Some(("history", "must be at least 1"))
-        } else if self.temperature.is_some_and(|t| !(0.0..=2.0).contains(&t)) {
-            Some(("temperature", "must lie between 0 and 2"))
-        } else if self.max_tokens == Some(0) {
-            Some(("max_tokens", "must be at least 1"))
-        } else if self
-            .budget
-            .is_some_and(|usd| !(usd.is_finite() && usd > 0.0))
-        {
-            Some(("budget", "must be a positive number of US dollars"))
-        } else if self.effort.as_deref().is_some_and(|e| !effort(e)) {
-            Some(("effort", "must be off, low, medium or high"))
-        } else if self.glyphs.as_deref().is_some_and(|g| !glyphs(g)) {
-            Some(("glyphs", "must be auto, unicode or ascii"))
-        } else if self.model.as_deref().is_some_and(|id| !model(id)) {
-            Some(("model", "must be provider/model"))
-        } else {
-            None
-        }
-    }
-}
-
-/// What is wrong, with the line that it is in: messages alone do not always name the key.
-fn describe(text: &str, error: &toml::de::Error) -> String {
-    let message = error
-        .message()
-        .trim()
-        .replace('\n', " ")
-        .replace("usize", "a whole number");
-    let line = error
-        .span()
-        .and_then(|span| text.get(..span.start))
-        .map(|before| {
-            let start = before.rfind('\n').map_or(0, |i| i + 1);
-            text[start..]
-                .lines()
-                .next()
-                .unwrap_or_default()
-                .trim()
-                .to_string()
-        });
-    match line {
-        Some(line) if !line.is_empty() => format!("{message}, in `{line}`"),
-        _ => message,
     }
 }
 
@@ -210,8 +162,11 @@ mod tests {
         assert_eq!(Config::read(&path), Ok(Config::default()));
         std::fs::write(&path, "mouse = false\nradios = 20\n").unwrap();
         let error = Config::read(&path).unwrap_err();
-        assert_eq!(error.line, Some(2));
-        assert!(error.message.contains("radios"), "{error}");
+        assert_eq!(error.mistakes.len(), 1);
+        assert!(
+            error.to_string().contains("config.toml:2: radios "),
+            "{error}"
+        );
         for (wrong, key) in [
             ("theme = 3", "theme"),
             ("history = -1", "history"),
@@ -225,10 +180,19 @@ mod tests {
             std::fs::write(&path, format!("mouse = false\n{wrong}\n")).unwrap();
             let error = Config::read(&path).unwrap_err();
             assert!(
-                error.line == Some(2) && error.message.contains(key),
+                error.mistakes[0].line == Some(2) && error.mistakes[0].words.starts_with(key),
                 "{error}"
             );
         }
+        std::fs::write(&path, "mouse = 1\ntheme = 2\nradius = 0\n").unwrap();
+        let error = Config::read(&path).unwrap_err();
+        assert_eq!(error.mistakes_in_words().count(), 3);
+        assert!(
+            error
+                .to_string()
+                .contains("(and more in lines 2, 3); the defaults"),
+            "{error}"
+        );
         std::fs::write(
             &path,
             "mouse = false\n[provider.lab]\nbase_url = \"http://x\"\n",

@@ -3,6 +3,7 @@
 mod file;
 mod folders;
 mod keys;
+mod mistakes;
 mod settings;
 mod tags;
 mod text_file;
@@ -10,6 +11,7 @@ mod text_file;
 pub use file::{Config, ConfigError};
 pub use folders::Folders;
 pub use keys::Keys;
+pub use mistakes::Mistake;
 pub use settings::{Lines, Setting};
 pub use tags::Tags;
 pub use text_file::TextFile;

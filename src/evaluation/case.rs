@@ -147,6 +147,9 @@ pub enum AskError {
     /// It can be known without asking that there will be no answer.
     #[error("nothing was sent: {0}")]
     Refused(String),
+    /// The same, because of money: it may cost more than the budget allows, or what it may cost is not known.
+    #[error("nothing was sent: {0}")]
+    OverBudget(String),
     /// The store cannot keep it.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -162,7 +165,10 @@ async fn ready(question: &Question, judge: &Judge) -> Result<(), AskError> {
         Judge::Model(model) => {
             let request = request(question, model);
             let checked = llm::check(&model.client, &model.endpoint, &request).await;
-            checked.map_err(|why| AskError::Refused(why.to_string()))
+            checked.map_err(|why| match why {
+                llm::Error::Budget { .. } => AskError::OverBudget(why.to_string()),
+                _ => AskError::Refused(why.to_string()),
+            })
         }
     }
 }

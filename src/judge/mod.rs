@@ -14,6 +14,19 @@ use crate::verdict::{Task, Verdict};
 /// The model id under which the judge's answers are shown and stored.
 pub const MODEL: &str = "reference/geometry";
 
+/// How an answer of this model came about, where no prompt had a part in it.
+#[must_use]
+pub fn how(model: &str) -> Option<&'static str> {
+    (model == MODEL).then_some("exact geometry")
+}
+
+/// What an answer of this model looks at, where that is not the window of the question: the collision task is judged
+/// from all recorded steps.
+#[must_use]
+pub fn looks_at(model: &str, task: Task) -> Option<&'static str> {
+    (model == MODEL && task == Task::Collision).then_some("all recorded steps")
+}
+
 /// What the judge says, and how it came to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {

@@ -56,6 +56,9 @@ pub enum StoreError {
     /// There is no run with this number.
     #[error("there is no run {0}; `nearmiss runs` lists them")]
     NoRun(super::RunId),
+    /// A person has no rating with this number.
+    #[error("there is no rating {0} of this person")]
+    NoRating(i64),
     /// A run is pinned and shall be deleted.
     #[error("run {0} is pinned; `nearmiss runs unpin {0}` before it can be deleted")]
     Pinned(super::RunId),

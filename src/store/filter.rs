@@ -93,6 +93,9 @@ pub enum FilterError {
     /// Nothing after the colon.
     #[error("{0}: say what after the colon")]
     Empty(&'static str),
+    /// A name before a colon that is not one of those that there are.
+    #[error("`{0}:` is no filter; there are {names}", names = Filter::NAMES)]
+    Name(String),
 }
 
 impl Filter {
@@ -104,7 +107,8 @@ impl Filter {
     /// are those of the command line's options.
     ///
     /// # Errors
-    /// What is behind a name is not known.
+    /// A name before a colon is not known, or what is behind it. Words with other signs in front of a colon, such as
+    /// `"at:` or `:8080`, are words.
     pub fn read(line: &str) -> Result<Self, FilterError> {
         let mut filter = Self::default();
         let mut words = Vec::new();
@@ -112,15 +116,14 @@ impl Filter {
             match part {
                 "pinned" => filter.pinned = true,
                 "deleted" => filter.deleted = true,
-                _ => {
-                    let known = match part.split_once(':') {
-                        Some((name, value)) => filter.set(name, value)?,
-                        None => false,
-                    };
-                    if !known {
-                        words.push(part);
+                _ => match part.split_once(':') {
+                    Some((name, value)) if is_name(name) => {
+                        if !filter.set(name, value)? {
+                            return Err(FilterError::Name(name.to_string()));
+                        }
                     }
-                }
+                    _ => words.push(part),
+                },
             }
         }
         filter.words = Some(words.join(" ")).filter(|w| !w.is_empty());
@@ -191,6 +194,11 @@ impl Filter {
         }
         (format!("{tables} WHERE {}", parts.join(" AND ")), values)
     }
+}
+
+/// Whether this could be the name of a filter.
+fn is_name(word: &str) -> bool {
+    !word.is_empty() && word.chars().all(char::is_alphabetic)
 }
 
 /// Words as FTS5 wants them: all of them, each a word or the beginning of one, and none of them an operator.
@@ -274,8 +282,12 @@ mod tests {
         };
         assert_eq!(filter, expected);
         assert_eq!(Filter::read("  ").unwrap(), Filter::default());
-        assert_eq!(Filter::read("a:b").unwrap().words.as_deref(), Some("a:b"));
+        for words in ["12:30 :8080", "\"at: (see:"] {
+            assert_eq!(Filter::read(words).unwrap().words.as_deref(), Some(words));
+        }
         for (wrong, said) in [
+            ("bogus:thing", "`bogus:` is no filter; there are model: "),
+            ("brakes Model:", "`Model:` is no filter"),
             ("verdict:maybe", "dangerous, safe, none"),
             ("state:", "state: say what"),
             ("task:x", "collision"),

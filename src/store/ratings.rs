@@ -119,23 +119,34 @@ impl Store {
                 ],
             )?;
             let id = transaction.last_insert_rowid();
-            for (place, answer) in rating.answers.iter().enumerate() {
-                transaction.execute(
-                    "INSERT INTO rated (rating, place, run, model, prompt, best, wrong, reason)
-                     VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
-                    params![
-                        id,
-                        i64::try_from(place).unwrap_or(i64::MAX),
-                        answer.run.map(|r| r.0),
-                        answer.model,
-                        answer.prompt,
-                        rating.choice == Choice::Best(place),
-                        answer.wrong,
-                        answer.reason,
-                    ],
-                )?;
-            }
+            answers(transaction, id, rating)?;
             Ok(id)
+        })
+    }
+
+    /// Keeps a rating in the place of one that the same person made of the same answers; afterwards it is on the disk.
+    ///
+    /// # Errors
+    /// There is no such rating, or a run is not there; SQLite refused. The old one stays then.
+    pub fn rate_anew(&self, id: i64, rating: &NewRating) -> Result<(), StoreError> {
+        self.durably(|transaction| {
+            let changed = transaction.execute(
+                "UPDATE ratings SET created_ms = ?2, choice = ?3, notes = ?4
+                 WHERE id = ?1 AND person = ?5 AND scenario = ?6",
+                params![
+                    id,
+                    now_ms(),
+                    rating.choice.word(),
+                    rating.notes,
+                    rating.person,
+                    rating.scenario,
+                ],
+            )?;
+            if changed == 0 {
+                return Err(StoreError::NoRating(id));
+            }
+            transaction.execute("DELETE FROM rated WHERE rating = ?1", [id])?;
+            answers(transaction, id, rating)
         })
     }
 
@@ -172,6 +183,30 @@ impl Store {
         }
         Ok(ratings)
     }
+}
+
+fn answers(
+    transaction: &rusqlite::Transaction<'_>,
+    id: i64,
+    rating: &NewRating,
+) -> Result<(), StoreError> {
+    for (place, answer) in rating.answers.iter().enumerate() {
+        transaction.execute(
+            "INSERT INTO rated (rating, place, run, model, prompt, best, wrong, reason)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+            params![
+                id,
+                i64::try_from(place).unwrap_or(i64::MAX),
+                answer.run.map(|r| r.0),
+                answer.model,
+                answer.prompt,
+                rating.choice == Choice::Best(place),
+                answer.wrong,
+                answer.reason,
+            ],
+        )?;
+    }
+    Ok(())
 }
 
 fn of_row(row: &Row<'_>) -> Result<Rating, rusqlite::Error> {
@@ -287,6 +322,28 @@ pub(super) mod tests {
             (&record["choice"], &record["best"]),
             (&json!("best"), &json!(1))
         );
+    }
+
+    #[test]
+    fn a_second_rating_takes_the_place_of_the_first() {
+        let store = Store::in_memory().unwrap();
+        let new = rating(None, None);
+        let id = store.rate(&new).unwrap();
+        let mut other = new.clone();
+        (other.choice, other.answers[0].wrong) = (Choice::Best(0), true);
+        store.rate_anew(id, &other).unwrap();
+        let all = store.ratings().unwrap();
+        assert_eq!(all.len(), 1);
+        assert_eq!((all[0].id, all[0].choice), (id, Choice::Best(0)));
+        assert_eq!(all[0].answers, other.answers);
+        // What cannot be kept leaves the old one whole.
+        other.answers[1].run = Some(RunId(5));
+        assert!(store.rate_anew(id, &other).is_err());
+        other.person = "bob".into();
+        other.answers[1].run = None;
+        let error = store.rate_anew(id, &other).unwrap_err().to_string();
+        assert!(error.contains("no rating 1"), "{error}");
+        assert_eq!(store.ratings().unwrap(), all);
     }
 
     #[test]

@@ -66,8 +66,8 @@ pub enum Msg {
     History(runs::HistoryNews),
     /// Of a batch of questions.
     Batch(runs::BatchNews),
-    /// A rating was kept, under this number, or why not.
-    Rated(Result<i64, String>),
+    /// A rating of the answers of a round of the comparison was kept, under this number, or why not.
+    Rated(u64, Result<i64, String>),
     /// Every rating, or why they cannot be read.
     Ratings(Result<Vec<Rating>, String>),
     /// A template file was written or removed: its name, what to say, and the library as it is now.
@@ -187,8 +187,8 @@ pub enum Effect {
     UseThresholds(Arc<Thresholds>),
     /// Load earlier answers.
     LoadStored(StoredOf),
-    /// Keep a rating.
-    Rate(Box<NewRating>),
+    /// Keep a rating of the answers of a round of the comparison, in the place of the one with this number.
+    Rate(u64, Box<NewRating>, Option<i64>),
     /// Read every rating.
     ReadRatings,
     /// Keep the draft of a template (its file and text) for the next start; nothing removes it.

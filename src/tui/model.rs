@@ -35,8 +35,8 @@ pub use batch::{Card, Marks};
 pub use camera::Camera;
 pub use claims::{Claims, counted};
 pub use compare::{
-    Blind, Compare, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED, REASONS,
-    shuffle,
+    Blind, Compare, Keeping, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED,
+    REASONS, shuffle,
 };
 pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn, Readings};
 pub use editor::{Editor, Find, HEAVY, next, rows, width_of};

@@ -96,9 +96,7 @@ fn changed(folders: &Folders, before: &Stamps, now: &Stamps) -> Vec<Reloaded> {
     }
     if before.config != now.config {
         let read = Config::read(&folders.config_file()).map(Box::new);
-        found.push(Reloaded::Config(
-            read.map_err(|error| error.mistake_in_words()),
-        ));
+        found.push(Reloaded::Config(read.map_err(|error| error.in_short())));
     }
     if before.keymap != now.keymap {
         let read = Keymap::load(&folders.keymap());

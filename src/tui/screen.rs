@@ -24,7 +24,7 @@ use crate::prompts::Library;
 pub fn screen(wanted: &ScreenWanted) -> Result<(Screen, i64), String> {
     let folders = Folders::find()?;
     let theme = Theme::load(&wanted.theme, &folders.themes(), true)?;
-    let config = Config::read(&folders.config_file()).map_err(|e| e.to_string())?;
+    let config = Config::read(&folders.config_file()).map_err(|e| e.in_short())?;
     let library = Library::load(Some(&folders.prompts()));
     let mut model = Model::new(Vec::new(), config, theme, library, Vec::new());
     model.thresholds = std::sync::Arc::new(super::tasks::thresholds(&folders.thresholds())?);

@@ -147,11 +147,14 @@ impl Tasks {
             }
             Effect::UseThresholds(thresholds) => self.thresholds = thresholds,
             Effect::LoadStored(of) => self.load_stored(of),
-            Effect::Rate(rating) => {
-                self.with_store(move |store| {
-                    Msg::Rated(store.and_then(|s| s.rate(&rating).map_err(|e| e.to_string())))
-                });
-            }
+            Effect::Rate(round, rating, replaced) => self.with_store(move |store| {
+                let keep = |store: &Store| match replaced {
+                    None => store.rate(&rating),
+                    Some(id) => store.rate_anew(id, &rating).map(|()| id),
+                };
+                let kept = store.and_then(|s| keep(&s).map_err(|e| e.to_string()));
+                Msg::Rated(round, kept)
+            }),
             Effect::ReadRatings => {
                 self.with_store(|store| {
                     Msg::Ratings(store.and_then(|s| s.ratings().map_err(|e| e.to_string())))

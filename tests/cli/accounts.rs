@@ -197,3 +197,19 @@ async fn what_runs_here_is_listed_with_key_and_price() {
     );
     assert_eq!(embed["running"], true);
 }
+
+#[test]
+fn a_run_of_the_built_in_judge_says_what_it_looked_at() {
+    let home = Home::new();
+    let shown = |task: &str, id: &str| {
+        home.run(&["ask", CUT_IN, "--task", task]).status(0);
+        home.run(&["runs", "show", id]).status(0).stdout
+    };
+    let collision = shown("collision", "1");
+    let said = "how           exact geometry\nsteps         all recorded steps\n";
+    assert!(collision.contains(said), "{collision}");
+    let safety = shown("safety", "2");
+    let how = "how           exact geometry\nsteps         ";
+    assert!(safety.contains(how) && safety.contains(" to "), "{safety}");
+    assert!(!safety.contains("all recorded"), "{safety}");
+}

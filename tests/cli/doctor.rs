@@ -144,3 +144,22 @@ fn the_printed_configuration_is_one_and_says_where_it_is_from() {
     let again = home.run(&["--print-config"]).status(0);
     assert!(again.stdout.contains("mouse = false"), "{}", again.stdout);
 }
+
+#[test]
+fn every_mistake_of_the_configuration_is_named() {
+    let home = Home::new();
+    let text = "radius = \"lots\"\nmouse = true\nbudgett = 3\nhistory = 0\n";
+    home.write(home.config().join("config.toml"), text);
+    let said = [
+        "config.toml:1: radius = \"lots\": a number is needed",
+        "config.toml:3: budgett is not known; did you mean budget?",
+        "config.toml:4: history = 0: a whole number of at least 1",
+    ];
+    home.run(&["--print-config"]).status(2).says(&said);
+    let ended = home.run(&["describe", "ZAM_CutIn-1_1_T-1"]).status(2);
+    assert!(!ended.says(&said).stderr.contains("defaults are in use"));
+    let doctor = home.run(&["doctor"]).status(1);
+    for words in said {
+        assert!(doctor.stdout.contains(words), "{words}: {}", doctor.stdout);
+    }
+}

@@ -247,6 +247,40 @@ async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_budget_of_the_configuration_holds_unless_the_option_says_another() {
+    let home = Home::new();
+    let server = Server::start(vec![streamed(&verdict())]).await;
+    let lab = format!("[provider.lab]\nbase_url = \"{}\"\n", server.base_url());
+    let prices = "[[provider.lab.prices]]\nmodel = \"tiny\"\ninput = 100\noutput = 1000\n";
+    let ask = |config: &str, more: &[&str]| {
+        home.write(home.config().join("config.toml"), config);
+        let arguments = [&["ask", CUT_IN, "--model", "lab/tiny"], more].concat();
+        tokio::task::block_in_place(|| home.run(&arguments))
+    };
+    let said = "config.toml:2: budget = 0.05; --budget USD";
+    let little = format!("mouse = true\nbudget = 0.05\n{lab}");
+    ask(&little, &["--max-tokens", "100"])
+        .status(2)
+        .says(&["no price is known for tiny", said]);
+    let little = little + prices;
+    ask(&little, &[])
+        .status(2)
+        .says(&["set max_tokens", said, "--max-tokens N"]);
+    ask(&little, &["--max-tokens", "100"])
+        .status(2)
+        .says(&["raise the budget", said]);
+    let ended = ask(&little, &["--max-tokens", "100", "--budget", "0.04"]).status(2);
+    let ended = ended.says(&["budget of $0.0400"]);
+    assert!(!ended.stderr.contains("config.toml:2"), "{}", ended.stderr);
+    assert!(server.requests().is_empty(), "nothing was sent");
+    ask(&little, &["--max-tokens", "100", "--budget", "5"]).status(0);
+    assert_eq!((server.requests().len(), home.runs().len()), (1, 1));
+    // The built-in judge costs nothing.
+    let built_in = ["ask", CUT_IN, "--model", "reference/geometry"];
+    tokio::task::block_in_place(|| home.run(&built_in)).status(0);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_a_model_does_not_take_is_said() {
     let home = Home::new();
     let server = Server::start(vec![streamed(&verdict())]).await;

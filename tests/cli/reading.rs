@@ -419,6 +419,13 @@ fn a_scenario_without_an_ego_says_what_to_do() {
 }
 
 #[test]
+fn without_a_terminal_what_is_not_there_is_said_alone() {
+    let ended = Home::new().run(&["/nope"]).status(2).says(&["/nope"]);
+    assert_eq!(ended.stdout, "");
+    assert!(!ended.stderr.contains("verdicts"), "{}", ended.stderr);
+}
+
+#[test]
 fn without_a_terminal_the_built_in_judge_answers() {
     let home = Home::new();
     let ended = home

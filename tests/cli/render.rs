@@ -87,3 +87,34 @@ fn nothing_is_replaced_and_mistakes_are_named() {
         assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
     }
 }
+
+#[test]
+fn several_pictures_make_the_folder_that_is_named() {
+    let home = Home::new();
+    let scenario = "ZAM_RedLight-1_1_T-1";
+    let many = ["render", scenario, "--at", "10,20", "-o"];
+    home.run(&[&many[..], &["new/ones", "--format", "png"]].concat())
+        .status(0);
+    for step in ["0010", "0020"] {
+        let name = format!("new/ones/{scenario}_{step}.png");
+        assert_eq!(&bytes(&home, &name)[1..4], b"PNG", "{name}");
+    }
+    assert!(!home.files().join("new/ones_0010.png").exists());
+    // A name with an ending stays a name, and so does that of one picture.
+    home.run(&[&many[..], &["a.svg"]].concat()).status(0);
+    assert!(home.files().join("a_0020.svg").is_file());
+    home.run(&["render", scenario, "-o", "one", "--format", "svg"])
+        .status(0);
+    assert!(home.files().join("one").is_file());
+    // Where nothing is drawn, no folder is left.
+    let wrong = ["render", scenario, "--at", "10,999", "-o", "none"];
+    home.run(&[&wrong[..], &["--format", "png"]].concat())
+        .status(2);
+    assert!(!home.files().join("none").exists());
+    home.run(&[&many[..], &["none"]].concat())
+        .status(2)
+        .says(&["--format says it for any name, and makes a folder"]);
+    let ended = home.run(&["render", scenario, "-o", "f.jpg"]).status(2);
+    let ended = ended.says(&["f.jpg", ".png"]);
+    assert!(!ended.stderr.contains("folder"), "{}", ended.stderr);
+}

@@ -9,23 +9,22 @@ use crate::config::{Config, Folders, Tags};
 use crate::prompts::Library;
 
 /// The configuration, or the defaults, and what is to be said of it.
-pub fn config(folders: &Folders) -> (Config, Finding) {
+pub fn config(folders: &Folders) -> (Config, Vec<Finding>) {
     let path = folders.config_file();
     let shown = path.display();
-    let (config, mistake) = super::usable(Config::read(&path));
-    let said = match mistake {
-        Some(mistake) => Finding::problem(
-            "config",
-            mistake,
-            "commands stop, and the workbench uses the defaults, until that is mended",
-        ),
-        None if path.exists() => {
-            let words =
-                format!("{shown} is right; `nearmiss --print-config` shows what is in force");
-            Finding::ok("config", words)
-        }
-        None => Finding::ok("config", format!("the defaults: there is no {shown}")),
-    };
+    let (config, mistakes) = super::usable(Config::read(&path));
+    let todo = "commands stop, and the workbench uses the defaults, until that is mended";
+    let each = mistakes.into_iter();
+    let mut said: Vec<Finding> = each
+        .map(|mistake| Finding::problem("config", mistake, todo))
+        .collect();
+    if said.is_empty() {
+        let words = match path.exists() {
+            true => format!("{shown} is right; `nearmiss --print-config` shows what is in force"),
+            false => format!("the defaults: there is no {shown}"),
+        };
+        said.push(Finding::ok("config", words));
+    }
     (config, said)
 }
 

@@ -97,7 +97,7 @@ pub fn run(arguments: &Doctor, workbench: &Workbench) -> Outcome {
     match Folders::find() {
         Ok(folders) => {
             let (config, said) = files::config(&folders);
-            found.push(said);
+            found.extend(said);
             found.extend(files::look(&folders, &config, workbench));
             found.extend(store::look(&folders));
             found.extend(models::look(&folders, &config, arguments.online)?);
@@ -143,9 +143,9 @@ fn program() -> Finding {
 }
 
 /// The configuration; the defaults where it cannot be used.
-fn usable(read: Result<Config, crate::config::ConfigError>) -> (Config, Option<String>) {
+fn usable(read: Result<Config, crate::config::ConfigError>) -> (Config, Vec<String>) {
     match read {
-        Ok(config) => (config, None),
-        Err(error) => (Config::default(), Some(error.mistake_in_words())),
+        Ok(config) => (config, Vec::new()),
+        Err(error) => (Config::default(), error.mistakes_in_words().collect()),
     }
 }

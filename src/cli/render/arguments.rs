@@ -56,8 +56,8 @@ pub struct Render {
     /// Pixels of an inch in PNG and GIF [default: 300; 150 of GIF; 96 where the size is in pixels].
     #[arg(long, value_name = "N", value_parser = dpi)]
     pub dpi: Option<f64>,
-    /// The file to write, .svg, .png or .gif, or a folder that exists; several steps are numbered [default: SVG on
-    /// standard output].
+    /// The file to write, .svg, .png or .gif, or a folder; several steps are numbered. A folder is made where --format
+    /// is said and there are several pictures [default: SVG on standard output].
     #[arg(short, long, value_name = "PATH")]
     pub output: Option<PathBuf>,
     /// svg, png or gif, where the name of the file does not say it.

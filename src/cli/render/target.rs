@@ -32,10 +32,20 @@ pub enum Begun {
 impl Target {
     /// The one that was asked for.
     pub fn new(arguments: &Render, entries: &[Entry]) -> Result<Self, Failure> {
+        let steps = match (arguments.all, arguments.at.len()) {
+            (true, _) => 2,
+            (false, at) => at,
+        };
+        let film = arguments.format == Some(Format::Gif);
+        let several = entries.len() > 1 || (steps > 1 && !film);
+        // Several pictures have no room in one file; without --format, an ending that was left out is asked for.
+        let new_folder = |path: &Path| {
+            several && arguments.format.is_some() && path.extension().is_none() && !path.exists()
+        };
         let place = match &arguments.output {
             None => Place::Stdout,
             Some(path) if path.as_os_str() == "-" => Place::Stdout,
-            Some(path) if path.is_dir() => Place::Folder(path.clone()),
+            Some(path) if path.is_dir() || new_folder(path) => Place::Folder(path.clone()),
             Some(path) => Place::File(path.clone()),
         };
         let of_name = match &place {
@@ -51,17 +61,17 @@ impl Target {
                 )));
             }
             (None, None, Place::File(path)) => {
+                let folder = match path.extension() {
+                    None if several => ", and makes a folder of this one",
+                    _ => "",
+                };
                 return Err(Failure::input(format!(
                     "{}: the ending does not say how to write it; the known ones are .svg, .png and .gif, --format says \
-                     it for any name, and a folder must exist",
+                     it for any name{folder}",
                     path.display()
                 )));
             }
             (asked, named, _) => asked.or(named).unwrap_or(Format::Svg),
-        };
-        let steps = match (arguments.all, arguments.at.len()) {
-            (true, _) => 2,
-            (false, at) => at,
         };
         if format == Format::Gif && steps < 2 {
             return Err(Failure::input(
@@ -76,7 +86,7 @@ impl Target {
         match &target.place {
             Place::Folder(_) => target.without_clash(entries),
             _ if entries.len() > 1 => Err(Failure::input(format!(
-                "pictures of {} scenarios go into a folder that exists: -o FOLDER",
+                "pictures of {} scenarios go into a folder: -o FOLDER, with --format where there is none yet",
                 entries.len()
             ))),
             Place::Stdout if steps > 1 && format != Format::Gif => Err(Failure::input(
@@ -124,7 +134,14 @@ impl Target {
     pub fn begin(&self, entry: &Entry, step: Option<i64>) -> Result<Begun, Failure> {
         match self.path(entry, step) {
             None => Ok(Begun::Stdout(Vec::new())),
-            Some(path) => Ok(Begun::File(begin(&path, self.overwrite)?)),
+            Some(path) => {
+                if let Place::Folder(folder) = &self.place {
+                    // Not before there is something to put into it.
+                    std::fs::create_dir_all(folder)
+                        .map_err(|e| Failure::system(folder.display(), &e))?;
+                }
+                Ok(Begun::File(begin(&path, self.overwrite)?))
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! Answers side by side on the whole screen, and what a person makes of them.
 
 use super::{Model, Shown};
-use crate::store::{Choice, Rating};
+use crate::store::{Choice, NewRating, Rating};
 
 /// The screen of answers side by side.
 #[derive(Debug, Default)]
@@ -22,6 +22,12 @@ pub struct Compare {
     pub marking: Option<Marking>,
     /// What was chosen of these answers.
     pub choice: Option<Choice>,
+    /// Counts the answers that stood here together.
+    pub round: u64,
+    /// The rating of these answers in the store: its number, and what it says is chosen.
+    pub kept: Option<(i64, Choice)>,
+    /// Ratings that are on their way to the store.
+    pub keeping: Vec<Keeping>,
     /// Models are hidden until something was chosen.
     pub blind: Option<Blind>,
     /// What ratings add up to, while that is looked at.
@@ -30,6 +36,19 @@ pub struct Compare {
     pub person: String,
     /// From where the seeds of shuffled orders come.
     pub seed: u64,
+}
+
+/// A rating on its way to the store.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Keeping {
+    /// Of which answers, see [`Compare::round`].
+    pub round: u64,
+    /// What it says is chosen.
+    pub choice: Choice,
+    /// The rating in the store whose place it takes.
+    pub replaced: Option<i64>,
+    /// What was made of the same answers meanwhile: it takes the place of this one.
+    pub then: Option<Box<NewRating>>,
 }
 
 /// Blind mode.
@@ -93,9 +112,16 @@ impl Compare {
         self.tops = vec![Some(0); shown.len()];
         self.marks = vec![None; shown.len()];
         self.marking = None;
-        self.choice = None;
+        self.begin_round();
         self.focus = self.focus.min(shown.len().saturating_sub(1));
         self.shown = shown;
+    }
+
+    /// Other answers stand here now, of which nothing was chosen.
+    pub fn begin_round(&mut self) {
+        self.choice = None;
+        self.kept = None;
+        self.round += 1;
     }
 
     /// A seed that was not used before.

@@ -8,6 +8,7 @@ use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::run;
+use crate::judge;
 use crate::store::{Filter, Summary};
 use crate::text::visible;
 use crate::tui::model::{COUNTED, HistoryDrawn, Model, Typing};
@@ -173,7 +174,11 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static
         86.. if run.excerpt.is_none() => {
             let techniques = run.techniques.replace("cp+cot+icl", "all");
             let frame = run.frame.replace("cartesian", "cart");
-            let words = format!("{} {frame} {techniques}", run.task);
+            // There is no room for all of [`judge::how`].
+            let words = match judge::how(&run.model) {
+                Some(_) => format!("{} exact", run.task),
+                None => format!("{} {frame} {techniques}", run.task),
+            };
             format!("{} ", pad(&words, HOW))
         }
         _ => String::new(),

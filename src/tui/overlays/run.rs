@@ -90,19 +90,14 @@ fn rows(model: &Model, run: &Run, truth: Option<bool>) -> Vec<(&'static str, Str
     );
     row("scenario", Some(question.scenario.clone()));
     row("ego", Some(question.ego.clone()));
-    let how = format!(
-        "{} · {} · {}",
-        question.task.name(),
-        question.frame,
-        question.techniques
-    );
-    row("asked", Some(how));
-    row(
-        "steps",
-        question
-            .window
-            .map(|(first, last)| format!("{first} to {last}")),
-    );
+    let asked = || format!("{} · {}", question.frame, question.techniques);
+    let how = judge::how(&question.model).map_or_else(asked, String::from);
+    row("asked", Some(format!("{} · {how}", question.task.name())));
+    let window = question
+        .window
+        .map(|(first, last)| format!("{first} to {last}"));
+    let all = judge::looks_at(&question.model, question.task).map(String::from);
+    row("steps", all.or(window));
     let (when, at) = match run.origin {
         // Nobody knows when a recorded answer was asked for.
         Origin::Recorded => ("imported", date(run.created_ms)),

@@ -13,7 +13,7 @@ const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m
     Obstacle 302 is behind the ego.";
 
 /// Two answers with claims, of models whose names must not be seen in blind mode.
-fn two() -> Bench {
+pub fn two() -> Bench {
     let mut bench = Bench::bundled();
     let of = stored_of(&bench);
     let said = |model: &str, dangerous, run, text: &str| Answer {
@@ -31,14 +31,14 @@ fn two() -> Bench {
     bench
 }
 
-fn sized(mut bench: Bench, columns: u16, rows: u16) -> Bench {
+pub fn sized(mut bench: Bench, columns: u16, rows: u16) -> Bench {
     bench.send(Msg::Resize(columns, rows));
     bench
 }
 
 fn rating(bench: &Bench) -> NewRating {
     let mut rated = bench.effects.iter().rev().filter_map(|e| match e {
-        Effect::Rate(rating) => Some((**rating).clone()),
+        Effect::Rate(_, rating, _) => Some((**rating).clone()),
         _ => None,
     });
     rated.next().expect("something was rated")
@@ -151,7 +151,7 @@ fn what_arrives_is_followed_until_somebody_scrolls_up() {
     assert!(bench.frame(120, 40).contains("line 90"));
     bench.press("1");
     assert!(
-        !bench.effects.iter().any(|e| matches!(e, Effect::Rate(_))),
+        !bench.effects.iter().any(|e| matches!(e, Effect::Rate(..))),
         "it is not whole"
     );
 }
@@ -209,12 +209,12 @@ fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
         "now it may be known"
     );
     assert!(agrees(&bench.frame(120, 40)));
-    bench.send(Msg::Rated(Ok(1)));
-    bench.press("1");
+    bench.send(Msg::Rated(bench.model.compare.round, Ok(1)));
+    bench.press(&(better + 1).to_string());
     let count = bench
         .effects
         .iter()
-        .filter(|e| matches!(e, Effect::Rate(_)))
+        .filter(|e| matches!(e, Effect::Rate(..)))
         .count();
     assert_eq!(count, 1, "once is enough");
 }
@@ -323,7 +323,7 @@ fn the_palette_rates_nothing_that_is_not_on_the_screen() {
     assert!(bench.model.answers.columns.is_empty());
     for name in ["tie", "all-wrong", "best-1", "mark-wrong"] {
         bench.perform(name);
-        let rated = bench.effects.iter().any(|e| matches!(e, Effect::Rate(_)));
+        let rated = bench.effects.iter().any(|e| matches!(e, Effect::Rate(..)));
         assert!(!rated && bench.model.compare.open, "{name}");
         bench.press("esc");
     }

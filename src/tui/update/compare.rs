@@ -45,8 +45,7 @@ pub fn arrived(model: &mut Model) {
 /// A key while the screen is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.compare.marking.is_some() {
-        rating::marking_key(model, key);
-        return Vec::new();
+        return rating::marking_key(model, key);
     }
     if model.compare.ratings.take().is_some() {
         return Vec::new();
@@ -102,7 +101,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         BestFourth => return rating::rate(model, Choice::Best(3)),
         RateTie => return rating::rate(model, Choice::Tie),
         RateAllWrong => return rating::rate(model, Choice::AllWrong),
-        MarkWrong => rating::mark(model),
+        MarkWrong => return rating::mark(model),
         NextRound => return rating::next_round(model),
         Ratings => return vec![Effect::ReadRatings],
         _ => {}
@@ -202,7 +201,7 @@ fn other(model: &mut Model, forward: bool) {
             model.compare.shown[focus] = next;
             model.compare.tops[focus] = Some(0);
             model.compare.marks[focus] = None;
-            model.compare.choice = None;
+            model.compare.begin_round();
             follow_ends(model);
         }
         None => {

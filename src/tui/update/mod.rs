@@ -10,6 +10,7 @@ mod editing;
 mod history;
 mod jobs;
 mod keys;
+mod line;
 mod list;
 mod look;
 mod map;
@@ -118,10 +119,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         }
         Msg::History(news) => history::heard(model, news),
         Msg::Batch(news) => batch::heard(model, news),
-        Msg::Rated(result) => {
-            rating::kept(model, result);
-            Vec::new()
-        }
+        Msg::Rated(round, result) => rating::kept(model, round, result),
         Msg::Ratings(result) => {
             rating::read(model, result);
             Vec::new()
@@ -198,18 +196,15 @@ fn other_key(model: &mut Model, key: Key) -> Vec<Effect> {
 
 fn filter_key(model: &mut Model, key: Key) -> Vec<Effect> {
     let mut filter = model.list.filter.clone();
-    match (key.code, key.writes()) {
-        (Code::Esc, _) => {
+    match key.code {
+        Code::Esc => {
             model.list.filtering = false;
             filter.clear();
         }
-        (Code::Enter | Code::Tab, _) => model.list.filtering = false,
-        (Code::Backspace, _) => {
-            filter.pop();
-        }
-        (Code::Up, _) => return actions::perform(model, Action::Up),
-        (Code::Down, _) => return actions::perform(model, Action::Down),
-        (_, Some(c)) => filter.push(c),
+        Code::Enter | Code::Tab => model.list.filtering = false,
+        Code::Up => return actions::perform(model, Action::Up),
+        Code::Down => return actions::perform(model, Action::Down),
+        _ if line::edit(&mut filter, key) => {}
         _ => return Vec::new(),
     }
     if filter == model.list.filter {

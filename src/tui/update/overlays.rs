@@ -7,6 +7,7 @@ use super::super::model::{
     Model, Overlay, Picker, measures_shown, models_shown, orders_shown, palette_shown,
     pictures_shown, templates_shown, themes_shown,
 };
+use super::line::edit;
 use super::{
     actions, answers, batch, editing, history, jobs, list, look, map, picture, plot, source, values,
 };
@@ -47,20 +48,13 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     };
     if let Overlay::Help { scroll, text } = overlay {
         let closes = asks_for_help && text.is_empty();
-        match (key.code, key.writes()) {
+        match key.code {
             _ if closes => drop(model.overlays.pop()),
-            (Code::Backspace, _) => {
-                text.pop();
-                *scroll = 0;
-            }
-            (_, Some(c)) => {
-                text.push(c);
-                *scroll = 0;
-            }
-            (Code::Up, _) => *scroll = scroll.saturating_sub(1),
-            (Code::Down, _) => *scroll += 1,
-            (Code::PageUp, _) => *scroll = scroll.saturating_sub(10),
-            (Code::PageDown, _) => *scroll += 10,
+            _ if edit(text, key) => *scroll = 0,
+            Code::Up => *scroll = scroll.saturating_sub(1),
+            Code::Down => *scroll += 1,
+            Code::PageUp => *scroll = scroll.saturating_sub(10),
+            Code::PageDown => *scroll += 10,
             _ => {}
         }
         return Vec::new();
@@ -81,17 +75,10 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         return choose(model);
     }
     if let Some(picker) = picker_mut(model) {
-        match (key.code, key.writes()) {
-            (Code::Up, _) => picker.selected = picker.selected.saturating_sub(1),
-            (Code::Down | Code::Tab, _) => picker.selected += 1,
-            (Code::Backspace, _) => {
-                picker.text.pop();
-                picker.selected = 0;
-            }
-            (_, Some(c)) => {
-                picker.text.push(c);
-                picker.selected = 0;
-            }
+        match key.code {
+            Code::Up => picker.selected = picker.selected.saturating_sub(1),
+            Code::Down | Code::Tab => picker.selected += 1,
+            _ if edit(&mut picker.text, key) => picker.selected = 0,
             _ => {}
         }
     }

@@ -2,8 +2,9 @@
 
 use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
-use super::super::model::{Blind, Marking, Model, REASONS, Shown, shuffle};
+use super::super::model::{Blind, Keeping, Marking, Model, REASONS, Shown, shuffle};
 use super::compare::{is_running, open};
+use super::line::edit;
 use super::open_current;
 use crate::store::{Choice, NewRating, RatedAnswer, Rating};
 
@@ -67,33 +68,38 @@ fn next_group(model: &mut Model) {
     model.compare.show(group);
 }
 
-/// Asks why the answer of the column that has the keys is wrong, or takes that back.
-pub fn mark(model: &mut Model) {
+/// Asks why the answer of the column that has the keys is wrong, or takes that back; answers that were rated are rated
+/// anew then.
+pub fn mark(model: &mut Model) -> Vec<Effect> {
     let focus = model.compare.focus;
     let Some(mark) = model.compare.marks.get_mut(focus) else {
-        return;
+        return Vec::new();
     };
-    if model.compare.choice.is_some() {
-        return model.say("these answers were rated; enter goes on");
+    if mark.take().is_some() {
+        return marked(model);
     }
-    if mark.take().is_none() {
-        model.compare.marking = Some(Marking::default());
+    model.compare.marking = Some(Marking::default());
+    Vec::new()
+}
+
+/// A mark was set or taken back.
+fn marked(model: &mut Model) -> Vec<Effect> {
+    match model.compare.choice {
+        Some(choice) => keep(model, choice),
+        None => Vec::new(),
     }
 }
 
 /// A key while a reason is given.
-pub fn marking_key(model: &mut Model, key: Key) {
+pub fn marking_key(model: &mut Model, key: Key) -> Vec<Effect> {
     let Some(marking) = &mut model.compare.marking else {
-        return;
+        return Vec::new();
     };
-    match (key.code, key.writes()) {
-        (Code::Esc, _) => model.compare.marking = None,
-        (Code::Up, _) => marking.selected = marking.selected.saturating_sub(1),
-        (Code::Down | Code::Tab, _) => {
-            marking.selected = (marking.selected + 1).min(REASONS.len() - 1)
-        }
-        (Code::Backspace, _) => drop(marking.text.pop()),
-        (Code::Enter, _) => {
+    match key.code {
+        Code::Esc => model.compare.marking = None,
+        Code::Up => marking.selected = marking.selected.saturating_sub(1),
+        Code::Down | Code::Tab => marking.selected = (marking.selected + 1).min(REASONS.len() - 1),
+        Code::Enter => {
             let reason = REASONS[marking.selected];
             let text = marking.text.trim();
             let reason = if text.is_empty() {
@@ -105,13 +111,14 @@ pub fn marking_key(model: &mut Model, key: Key) {
                 *mark = Some(reason);
             }
             model.compare.marking = None;
+            return marked(model);
         }
-        (_, Some(c)) => marking.text.push(c),
-        _ => {}
+        _ => drop(edit(&mut marking.text, key)),
     }
+    Vec::new()
 }
 
-/// Keeps what the person chose.
+/// Keeps what the person chose; a second choice of the same answers takes the place of the first.
 pub fn rate(model: &mut Model, choice: Choice) -> Vec<Effect> {
     let shown = model.compare.shown.clone();
     let wrong_place = matches!(choice, Choice::Best(place) if place >= shown.len());
@@ -122,14 +129,20 @@ pub fn rate(model: &mut Model, choice: Choice) -> Vec<Effect> {
         });
         return Vec::new();
     }
-    if model.compare.choice.is_some() {
-        model.say("these answers were rated; enter goes on");
+    if model.compare.choice == Some(choice) {
+        model.say("these answers are rated so; another key rates them anew, enter goes on");
         return Vec::new();
     }
     if shown.iter().any(|s| is_running(model, *s)) {
         model.say("an answer is still arriving");
         return Vec::new();
     }
+    keep(model, choice)
+}
+
+/// Sends the rating of the answers that stand here to the store, or puts it behind one that is on its way there.
+fn keep(model: &mut Model, choice: Choice) -> Vec<Effect> {
+    let shown = model.compare.shown.clone();
     let Some(scenario) = model.opened.as_ref().map(|o| o.name.clone()) else {
         return Vec::new();
     };
@@ -150,8 +163,32 @@ pub fn rate(model: &mut Model, choice: Choice) -> Vec<Effect> {
         notes: String::new(),
         answers,
     };
-    model.compare.choice = Some(choice);
-    vec![Effect::Rate(Box::new(rating))]
+    let compare = &mut model.compare;
+    compare.choice = Some(choice);
+    let (round, replaced) = (compare.round, compare.kept.map(|(id, _)| id));
+    let mut keeping = compare.keeping.iter_mut();
+    match keeping.find(|keeping| keeping.round == round) {
+        Some(before) => {
+            before.then = Some(Box::new(rating));
+            Vec::new()
+        }
+        None => send(model, round, Box::new(rating), replaced),
+    }
+}
+
+fn send(
+    model: &mut Model,
+    round: u64,
+    rating: Box<NewRating>,
+    replaced: Option<i64>,
+) -> Vec<Effect> {
+    model.compare.keeping.push(Keeping {
+        round,
+        choice: rating.choice,
+        replaced,
+        then: None,
+    });
+    vec![Effect::Rate(round, rating, replaced)]
 }
 
 fn rated(model: &Model, shown: Shown, mark: Option<String>) -> RatedAnswer {
@@ -200,14 +237,34 @@ pub fn next_round(model: &mut Model) -> Vec<Effect> {
 }
 
 /// A rating was kept, or not.
-pub fn kept(model: &mut Model, result: Result<i64, String>) {
+pub fn kept(model: &mut Model, round: u64, result: Result<i64, String>) -> Vec<Effect> {
+    let compare = &mut model.compare;
+    let mut keeping = compare.keeping.iter();
+    let Some(place) = keeping.position(|keeping| keeping.round == round) else {
+        return Vec::new();
+    };
+    let done = compare.keeping.remove(place);
+    let here = compare.round == round;
+    if let (Ok(number), true) = (&result, here) {
+        compare.kept = Some((*number, done.choice));
+    }
+    if let Some(rating) = done.then {
+        let replaced = result.ok().or(done.replaced);
+        return send(model, round, rating, replaced);
+    }
     match result {
+        Ok(number) if done.replaced.is_some() => {
+            model.tell(format!("rated anew: it takes the place of rating {number}"));
+        }
         Ok(number) => model.tell(format!("kept as rating {number}")),
         Err(error) => {
-            model.compare.choice = None;
+            if here {
+                compare.choice = compare.kept.map(|(_, choice)| choice);
+            }
             model.complain(format!("the rating is not kept: {error}"));
         }
     }
+    Vec::new()
 }
 
 /// The ratings were read.

@@ -289,10 +289,13 @@ impl World {
                 vec![Msg::Thresholds(Err(format!("thresholds.toml: {HOSTILE}")))]
             }
             Effect::ReadRatings => vec![Msg::Ratings(Ok(vec![rating()]))],
-            Effect::Rate(_) => vec![Msg::Rated(match n % 3 {
-                0 => Err("the store is locked".into()),
-                _ => Ok(7),
-            })],
+            Effect::Rate(round, ..) => {
+                let kept = match n % 3 {
+                    0 => Err("the store is locked".into()),
+                    _ => Ok(7),
+                };
+                vec![Msg::Rated(round, kept)]
+            }
             Effect::Ask { id, model, .. } => self.answers(id, &model, n),
             Effect::History(HistoryAsk::Export(..)) => {
                 vec![Msg::History(HistoryNews::Exported(Ok(

@@ -3,6 +3,7 @@
 use super::super::super::keymap::{Code, Key};
 use super::super::super::message::Effect;
 use super::super::super::model::{EntryLine, Find, Model, next};
+use super::super::line::edit;
 
 /// Begins to search, from the word that was looked for last.
 pub fn find(model: &mut Model) {
@@ -58,13 +59,8 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         Code::Up if finds => step(model, false),
         _ if finds && again => step(model, true),
         _ if finds && back => step(model, false),
-        Code::Backspace => {
-            written(entry).pop();
-            first(model);
-        }
         _ => {
-            if let Some(c) = key.writes() {
-                written(entry).push(c);
+            if edit(written(entry), key) {
                 first(model);
             }
         }

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use super::super::line::edit;
 use super::{moved, read};
-use crate::store::{Edge, Filter};
+use crate::store::{Edge, Filter, FilterError};
 use crate::tui::action::Action;
 use crate::tui::keymap::{Code, Key};
 use crate::tui::message::Effect;
@@ -18,8 +19,8 @@ pub fn typed(model: &mut Model, key: Key) -> Vec<Effect> {
         Some(Typing::Note(_, text) | Typing::Export(text)) => text.clone(),
         None => return Vec::new(),
     };
-    match (key.code, key.writes()) {
-        (Code::Esc, _) => {
+    match key.code {
+        Code::Esc => {
             let searching = history.typing.take() == Some(Typing::Search);
             return if searching {
                 search(model, String::new())
@@ -27,8 +28,8 @@ pub fn typed(model: &mut Model, key: Key) -> Vec<Effect> {
                 Vec::new()
             };
         }
-        (Code::Enter, _) => return entered(model),
-        (Code::Up | Code::Down, _) if history.typing == Some(Typing::Search) => {
+        Code::Enter => return entered(model),
+        Code::Up | Code::Down if history.typing == Some(Typing::Search) => {
             return moved(
                 model,
                 if key.code == Code::Up {
@@ -38,11 +39,7 @@ pub fn typed(model: &mut Model, key: Key) -> Vec<Effect> {
                 },
             );
         }
-        (Code::Backspace, _) => {
-            line.pop();
-        }
-        (Code::Char('u'), _) if key.ctrl => line.clear(),
-        (_, Some(c)) => line.push(c),
+        _ if edit(&mut line, key) => {}
         _ => return Vec::new(),
     }
     put(model, line)
@@ -73,15 +70,15 @@ fn put(model: &mut Model, line: String) -> Vec<Effect> {
 pub fn search(model: &mut Model, line: String) -> Vec<Effect> {
     let read_as = Filter::read(&line);
     let history = &mut model.history;
-    history.line = line;
+    history.wrong = read_as.as_ref().err().map(ToString::to_string);
     let filter = match read_as {
-        Ok(filter) => filter,
-        Err(error) => {
-            history.wrong = Some(error.to_string());
-            return Vec::new();
-        }
+        Err(FilterError::Name(name)) => Filter::read(&without(&line, &name)),
+        other => other,
     };
-    history.wrong = None;
+    history.line = line;
+    let Ok(filter) = filter else {
+        return Vec::new();
+    };
     if filter == history.filter {
         return Vec::new();
     }
@@ -89,6 +86,17 @@ pub fn search(model: &mut Model, line: String) -> Vec<Effect> {
     history.total = None;
     history.newer = false;
     read(model, Edge::Newest)
+}
+
+/// The line without the filters of this name: what is no filter holds nothing back, nor does the word that it was while
+/// its colon was not there.
+fn without(line: &str, name: &str) -> String {
+    let of_name = |part: &&str| {
+        part.split_once(':')
+            .is_some_and(|(before, _)| before == name)
+    };
+    let parts = line.split_whitespace().filter(|part| !of_name(part));
+    parts.collect::<Vec<_>>().join(" ")
 }
 
 fn entered(model: &mut Model) -> Vec<Effect> {

@@ -4,6 +4,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
 use crate::evaluation::{Answer, Judged};
+use crate::judge;
 use crate::store::Choice;
 use crate::tui::model::{Model, Progress, Shown};
 use crate::tui::widgets::claimed;
@@ -46,7 +47,7 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
             };
             (
                 reference,
-                "exact geometry".to_string(),
+                judge::how(judge::MODEL).unwrap_or_default().to_string(),
                 window,
                 String::new(),
             )

@@ -1,0 +1,38 @@
+//! The most that an answer may cost, and who says so: `--budget`, else `budget` in `config.toml`.
+
+use crate::cli::Failure;
+use crate::config::{Config, Folders, Lines, TextFile};
+use crate::evaluation::AskError;
+
+/// The most that an answer may cost.
+pub struct Bound {
+    /// US dollars.
+    pub usd: f64,
+    /// Where the configuration says it; nothing where the command line does.
+    said: Option<String>,
+}
+
+/// The bound that holds, if there is one: the option wins.
+pub fn of(option: Option<f64>, config: &Config, folders: &Folders) -> Option<Bound> {
+    if let Some(usd) = option {
+        return Some(Bound { usd, said: None });
+    }
+    let (usd, path) = (config.budget?, folders.config_file());
+    // It was read a moment ago; where it is gone by now, its name says enough.
+    let text = TextFile::read_if_there(&path).ok().flatten();
+    let line = text.and_then(|file| Lines::of(&file.text).line(&["budget"]));
+    let line = line.map_or(String::new(), |line| format!(":{line}"));
+    let said = Some(format!("{}{line}: budget = {usd}", path.display()));
+    Some(Bound { usd, said })
+}
+
+/// Why nothing was asked; of money, where the bound is from and what to do about it here.
+pub fn refused(error: AskError, bound: Option<&Bound>) -> Failure {
+    let said = bound.and_then(|bound| bound.said.as_ref());
+    match (&error, said) {
+        (AskError::OverBudget(_), Some(said)) => Failure::input(format!(
+            "{error} (the budget is that of {said}; --budget USD sets another for this answer, --max-tokens N a limit)"
+        )),
+        _ => Failure::input(error),
+    }
+}
