@@ -1,0 +1,332 @@
+//! Batches: many questions handed over at once, answered within a day, at half the price.
+//!
+//! The steps of a submission are apart, so that whoever keeps a record of it can write between them: [`Batches::prepare`]
+//! hands over what can be handed over without anything being asked, [`Batches::create`] asks. Where nobody knows whether
+//! a creation arrived, [`Batches::look_up`] finds out.
+
+mod anthropic;
+mod call;
+mod gemini;
+mod openai;
+mod read;
+
+use std::ops::Range;
+
+use jiff::Timestamp;
+use serde_json::Value;
+
+use super::chunk::{Finish, Usage};
+use super::client::Client;
+use super::dialect::{Dialect, body};
+use super::endpoint::Endpoint;
+use super::error::Error;
+use super::request::Request;
+use call::Calls;
+
+/// Most requests in a batch: all providers take more, but a batch is read back in one piece.
+const MOST_REQUESTS: usize = 20_000;
+
+/// Most bytes of a batch. OpenAI takes 200 MB, Anthropic 256 MB and Gemini 20 MB, sent in one request that must not
+/// outlast the patience with a silent server.
+const MOST_BYTES: usize = 16 << 20;
+
+/// How many seconds the clocks here and there may differ.
+const SLACK: i64 = 300;
+
+/// A question of a batch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Item {
+    /// What its answer is known by: at most 64 letters, digits, `-` and `_`, different within the batch.
+    pub id: String,
+    /// The question.
+    pub request: Request,
+}
+
+/// Where a batch stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// It is worked on, or waits for its turn.
+    Working,
+    /// It is being cancelled.
+    Cancelling,
+    /// Each question was answered or failed.
+    Ended,
+    /// It was cancelled; what was answered before can be had.
+    Cancelled,
+    /// The provider's time for it was over; what was answered before can be had.
+    Expired,
+    /// The provider could not use it at all.
+    Failed,
+}
+
+impl State {
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Working => "working",
+            Self::Cancelling => "cancelling",
+            Self::Ended => "ended",
+            Self::Cancelled => "cancelled",
+            Self::Expired => "expired",
+            Self::Failed => "failed",
+        }
+    }
+
+    /// Whether nothing more comes, so that the results can be read.
+    #[must_use]
+    pub fn is_over(self) -> bool {
+        !matches!(self, Self::Working | Self::Cancelling)
+    }
+}
+
+/// What a provider says of a batch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Status {
+    /// Where it stands.
+    pub state: State,
+    /// Questions that were answered.
+    pub answered: u64,
+    /// Questions that failed, expired or were cancelled.
+    pub failed: u64,
+    /// Why all of it failed, in the provider's words.
+    pub problem: Option<String>,
+    /// The provider's whole document: it says where the results are.
+    document: Value,
+}
+
+/// What came of one question.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// An answer.
+    Answered(Box<Answered>),
+    /// None, and why.
+    Failed(String),
+    /// The batch was cancelled before.
+    Cancelled,
+    /// The provider's time was over before.
+    Expired,
+}
+
+/// A whole answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answered {
+    /// The answer's text.
+    pub text: String,
+    /// The reasoning's text, where it came apart from the answer.
+    pub reasoning: String,
+    /// What it consumed, with the cost only where the server states it.
+    pub usage: Option<Usage>,
+    /// The model that the server says it used.
+    pub model: Option<String>,
+    /// Why the model stopped.
+    pub finish: Finish,
+}
+
+/// What looking for a batch found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Found {
+    /// The batch with this id of the provider's.
+    Batch(String),
+    /// No such batch.
+    Nothing,
+    /// It may be one of these, which cannot be told before they have ended.
+    Perhaps(Vec<String>),
+}
+
+/// What a submission is recognised by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mark<'a> {
+    /// A word of its own, sent along where the API has a place for it.
+    pub tag: &'a str,
+    /// The earliest time at which it can have arrived.
+    pub since: Timestamp,
+    /// The ids of its questions, for the API that has no such place.
+    pub ids: &'a [String],
+    /// Batches that are known to be others.
+    pub others: &'a [String],
+}
+
+/// What [`Batches::create`] needs.
+#[derive(Debug)]
+pub struct Prepared(Value);
+
+/// The batches of one model at one endpoint.
+#[derive(Debug)]
+pub struct Batches {
+    calls: Calls,
+    model: String,
+}
+
+/// How many of these go into one batch, and then into the next: ranges of positions, none of them empty.
+#[must_use]
+pub fn split(endpoint: &Endpoint, requests: &[Request]) -> Vec<Range<usize>> {
+    let size = |request: &Request| body(endpoint, request).to_string().len() + 200;
+    parts(requests.iter().map(size))
+}
+
+fn parts(sizes: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
+    let mut parts: Vec<Range<usize>> = Vec::new();
+    let mut bytes = 0;
+    for (at, size) in sizes.enumerate() {
+        match parts.last_mut() {
+            Some(part) if part.len() < MOST_REQUESTS && bytes + size <= MOST_BYTES => {
+                part.end = at + 1;
+                bytes += size;
+            }
+            _ => {
+                parts.push(at..at + 1);
+                bytes = size;
+            }
+        }
+    }
+    parts
+}
+
+impl Batches {
+    /// The batches of a model; runs the command that has the key, and sends nothing.
+    ///
+    /// # Errors
+    /// [`Error::Setup`]: the endpoint cannot be used, or its API has no batches.
+    pub async fn new(client: &Client, endpoint: &Endpoint, model: &str) -> Result<Self, Error> {
+        if endpoint.dialect == Dialect::Ollama {
+            return Err(Error::Setup {
+                place: endpoint.place(),
+                why: "Ollama has no batches; ask without a batch".into(),
+            });
+        }
+        Ok(Self {
+            calls: Calls::new(client, endpoint, model).await?,
+            model: model.to_owned(),
+        })
+    }
+
+    fn endpoint(&self) -> &Endpoint {
+        self.calls.endpoint()
+    }
+
+    /// Hands over the questions; nothing is asked yet, and nothing paid for.
+    ///
+    /// # Errors
+    /// The provider, or the way to it, failed.
+    pub async fn prepare(&self, tag: &str, items: &[Item]) -> Result<Prepared, Error> {
+        let bodies = items.iter().map(|item| {
+            let mut body = body(self.endpoint(), &item.request);
+            if let Value::Object(fields) = &mut body {
+                // Nothing streams out of a batch.
+                fields.remove("stream");
+                fields.remove("stream_options");
+            }
+            (item.id.as_str(), body)
+        });
+        match self.endpoint().dialect {
+            Dialect::Anthropic => Ok(Prepared(anthropic::prepared(bodies))),
+            Dialect::Gemini => Ok(Prepared(gemini::prepared(tag, bodies))),
+            _ => openai::prepare(&self.calls, tag, bodies).await.map(Prepared),
+        }
+    }
+
+    /// Asks for everything that was prepared; the provider's id of the batch. What the server refuses for the moment is
+    /// tried again; what may have arrived is not.
+    ///
+    /// # Errors
+    /// As [`Batches::prepare`]. Where [`surely_not_created`] does not say otherwise, the batch may be there all the same.
+    pub async fn create(&self, prepared: &Prepared) -> Result<String, Error> {
+        let document = match self.endpoint().dialect {
+            Dialect::Anthropic => anthropic::create(&self.calls, &prepared.0).await?,
+            Dialect::Gemini => gemini::create(&self.calls, &self.model, &prepared.0).await?,
+            _ => openai::create(&self.calls, &prepared.0).await?,
+        };
+        let field = match self.endpoint().dialect {
+            Dialect::Gemini => "name",
+            _ => "id",
+        };
+        self.calls.id(&document, field)
+    }
+
+    /// Looks for a batch of which nobody knows whether its creation arrived.
+    ///
+    /// # Errors
+    /// As [`Batches::prepare`].
+    pub async fn look_up(&self, mark: Mark<'_>) -> Result<Found, Error> {
+        match self.endpoint().dialect {
+            Dialect::Anthropic => anthropic::look_up(&self.calls, mark).await,
+            Dialect::Gemini => gemini::look_up(&self.calls, mark).await,
+            _ => openai::look_up(&self.calls, mark).await,
+        }
+    }
+
+    /// Where a batch stands.
+    ///
+    /// # Errors
+    /// As [`Batches::prepare`].
+    pub async fn status(&self, id: &str) -> Result<Status, Error> {
+        match self.endpoint().dialect {
+            Dialect::Anthropic => anthropic::status(&self.calls, id).await,
+            Dialect::Gemini => gemini::status(&self.calls, id).await,
+            _ => openai::status(&self.calls, id).await,
+        }
+    }
+
+    /// Gives each result that there is to `each`, by the id of its question, as it arrives. Some questions may have none.
+    ///
+    /// # Errors
+    /// As [`Batches::prepare`], with some results given perhaps; or what `each` says.
+    pub async fn results<E: From<Error>>(
+        &self,
+        id: &str,
+        status: &Status,
+        mut each: impl FnMut(&str, Outcome) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match self.endpoint().dialect {
+            Dialect::Anthropic => anthropic::results(&self.calls, id, &mut each).await,
+            Dialect::Gemini => gemini::results(&self.calls, &status.document, &mut each).await,
+            _ => openai::results(&self.calls, &status.document, &mut each).await,
+        }
+    }
+
+    /// Asks the provider to stop working on a batch. What it has answered by then is paid for, and can be had later.
+    ///
+    /// # Errors
+    /// As [`Batches::prepare`].
+    pub async fn cancel(&self, id: &str) -> Result<(), Error> {
+        match self.endpoint().dialect {
+            Dialect::Anthropic => anthropic::cancel(&self.calls, id).await,
+            Dialect::Gemini => gemini::cancel(&self.calls, id).await,
+            _ => openai::cancel(&self.calls, id).await,
+        }
+    }
+}
+
+/// Whether it is certain that no batch was created when [`Batches::create`] failed in this way.
+#[must_use]
+pub fn surely_not_created(error: &Error) -> bool {
+    error.before_sending()
+        || matches!(
+            error,
+            Error::Unauthorized { .. }
+                | Error::NotFound { .. }
+                | Error::RateLimited { .. }
+                | Error::BadRequest { .. }
+                | Error::Redirected { .. }
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_are_split_at_both_limits() {
+        assert_eq!(parts(std::iter::empty()), []);
+        assert_eq!(parts([10; 3].into_iter()), [0..3]);
+        let half = MOST_BYTES / 2;
+        assert_eq!(parts([half, half, 1].into_iter()), [0..2, 2..3]);
+        assert_eq!(parts([1, MOST_BYTES, 1].into_iter()), [0..1, 1..2, 2..3]);
+        // One that is too large alone is the provider's to refuse.
+        assert_eq!(parts([2 * MOST_BYTES, 1].into_iter()), [0..1, 1..2]);
+        let many = vec![1; MOST_REQUESTS + 1];
+        let split = parts(many.into_iter());
+        assert_eq!(split, [0..MOST_REQUESTS, MOST_REQUESTS..MOST_REQUESTS + 1]);
+    }
+}
