@@ -105,11 +105,19 @@ fn answered(connection: &Connection, key: &str, sample: u32) -> Result<Option<Ru
 }
 
 fn hold(connection: &Connection, run: RunId) -> Result<(), StoreError> {
-    hold_until(connection, run, now_ms().saturating_add(LEASE.as_millis() as i64))
+    hold_until(
+        connection,
+        run,
+        now_ms().saturating_add(LEASE.as_millis() as i64),
+    )
 }
 
 /// Holds a run until a time, milliseconds since 1970.
-pub(super) fn hold_until(connection: &Connection, run: RunId, until: i64) -> Result<(), StoreError> {
+pub(super) fn hold_until(
+    connection: &Connection,
+    run: RunId,
+    until: i64,
+) -> Result<(), StoreError> {
     connection
         .prepare_cached("INSERT OR REPLACE INTO claims (run, until_ms) VALUES (?1, ?2)")?
         .execute(params![run.0, until])?;

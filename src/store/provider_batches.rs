@@ -208,7 +208,8 @@ impl Store {
     pub fn submitted(&self, batch: ProviderBatchId, remote_id: &str) -> Result<(), StoreError> {
         self.durably(|transaction| {
             // Whatever was believed of it meanwhile: the provider has it.
-            let sql = "UPDATE provider_batches SET remote_id = ?2, state = 'submitted', updated_ms = ?3
+            let sql =
+                "UPDATE provider_batches SET remote_id = ?2, state = 'submitted', updated_ms = ?3
                 WHERE id = ?1 AND state IN ('submitting', 'not_sent')";
             transaction.execute(sql, params![batch.0, remote_id, now_ms()])?;
             Ok(())
@@ -323,7 +324,8 @@ fn open_requests(
     transaction: &Transaction<'_>,
     batch: ProviderBatchId,
 ) -> Result<Vec<Handed>, StoreError> {
-    let sql = "SELECT run, custom_id FROM provider_requests WHERE batch = ?1 AND done = 0 ORDER BY run";
+    let sql =
+        "SELECT run, custom_id FROM provider_requests WHERE batch = ?1 AND done = 0 ORDER BY run";
     let mut statement = transaction.prepare_cached(sql)?;
     let found = statement.query_map([batch.0], |row| {
         Ok(Handed {

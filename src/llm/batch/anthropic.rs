@@ -39,7 +39,8 @@ pub async fn look_up(calls: &Calls, mark: Mark<'_>) -> Result<Found, Error> {
                 break 'pages;
             }
             let id = calls.id(batch, "id")?;
-            if mark.others.contains(&id) || counts(batch).iter().sum::<u64>() != mark.ids.len() as u64
+            if mark.others.contains(&id)
+                || counts(batch).iter().sum::<u64>() != mark.ids.len() as u64
             {
                 continue;
             }

@@ -283,7 +283,17 @@ mod tests {
         for id in ["batch_68f", "msgbatch_01", "batches/abc-1", "files/x.y"] {
             assert!(is_id(id), "{id}");
         }
-        for id in ["", "../x", "a/../b", "a//b", "a?b", "a\u{1b}[2J", "a b", "/a", "%2e"] {
+        for id in [
+            "",
+            "../x",
+            "a/../b",
+            "a//b",
+            "a?b",
+            "a\u{1b}[2J",
+            "a b",
+            "/a",
+            "%2e",
+        ] {
             assert!(!is_id(id), "{id}");
         }
     }

@@ -64,7 +64,10 @@ pub async fn status(calls: &Calls, id: &str) -> Result<Status, Error> {
     let document = calls.get(operation(calls, id, "")?).await?;
     let state = document.pointer("/metadata/state").and_then(Value::as_str);
     // The documentation and the server disagree about the first word.
-    let word = state.map(|s| s.trim_start_matches("BATCH_STATE_").trim_start_matches("JOB_STATE_"));
+    let word = state.map(|s| {
+        s.trim_start_matches("BATCH_STATE_")
+            .trim_start_matches("JOB_STATE_")
+    });
     let state = match word {
         Some("PENDING" | "QUEUED" | "RUNNING" | "UNSPECIFIED") => State::Working,
         Some("CANCELLING") => State::Cancelling,

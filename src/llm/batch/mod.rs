@@ -15,6 +15,7 @@ use std::ops::Range;
 use jiff::Timestamp;
 use serde_json::Value;
 
+use super::budget::Reservation;
 use super::chunk::{Finish, Usage};
 use super::client::Client;
 use super::dialect::{Dialect, body};
@@ -151,6 +152,19 @@ pub struct Mark<'a> {
 #[derive(Debug)]
 pub struct Prepared(Value);
 
+/// Money of a budget that is set aside for a batch; free again when dropped, unless it is [`SetAside::spent`].
+#[derive(Debug)]
+pub struct SetAside(Option<Reservation>);
+
+impl SetAside {
+    /// The batch may have to be paid for.
+    pub fn spent(mut self) {
+        if let Some(reserved) = &mut self.0 {
+            reserved.may_be_paid(true);
+        }
+    }
+}
+
 /// The batches of one model at one endpoint.
 #[derive(Debug)]
 pub struct Batches {
@@ -201,6 +215,37 @@ impl Batches {
         })
     }
 
+    /// The most that a question can cost as part of a batch, US dollars, where price and limit of the answer are known.
+    #[must_use]
+    pub fn at_most(&self, request: &Request) -> Option<f64> {
+        let endpoint = self.endpoint();
+        let most = endpoint.at_most(request)?;
+        let worst = endpoint.worst_case(&request.model, &request.parameters);
+        let (pricing, _) = worst.ok()?;
+        // Where nobody says what batches cost, they may cost as much.
+        Some(most * pricing.batch_factor.unwrap_or(1.0))
+    }
+
+    /// Sets money of the budget aside, US dollars, if there is one.
+    ///
+    /// # Errors
+    /// [`Error::Budget`]: so much is not left, or nobody knows how much is needed.
+    pub fn set_aside(&self, usd: Option<f64>) -> Result<SetAside, Error> {
+        let endpoint = self.endpoint();
+        let no = |why: String| Error::Budget {
+            place: endpoint.place(),
+            why,
+        };
+        let Some(budget) = &endpoint.budget else {
+            return Ok(SetAside(None));
+        };
+        let usd = usd.ok_or_else(|| {
+            no("there is a budget, and nobody knows what the batch can cost; set max_tokens and state a price, or leave the budget out".into())
+        })?;
+        let reserved = budget.reserve(usd).map_err(|over| no(over.to_string()))?;
+        Ok(SetAside(Some(reserved)))
+    }
+
     fn endpoint(&self) -> &Endpoint {
         self.calls.endpoint()
     }
@@ -222,7 +267,9 @@ impl Batches {
         match self.endpoint().dialect {
             Dialect::Anthropic => Ok(Prepared(anthropic::prepared(bodies))),
             Dialect::Gemini => Ok(Prepared(gemini::prepared(tag, bodies))),
-            _ => openai::prepare(&self.calls, tag, bodies).await.map(Prepared),
+            _ => openai::prepare(&self.calls, tag, bodies)
+                .await
+                .map(Prepared),
         }
     }
 
