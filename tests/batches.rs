@@ -16,7 +16,7 @@ use nearmiss::llm::{Client, Dialect, Endpoint, Parameters, Price, PriceEntry, Pr
 use nearmiss::metrics::Thresholds;
 use nearmiss::prompts::{Defaults, Library};
 use nearmiss::scenario::{WantedEgo, bundled};
-use nearmiss::store::{Filter, HandedState, Page, ProviderBatchId, Run, RunState, Store};
+use nearmiss::store::{Filter, HandedState, ProviderBatchId, Run, RunState, Store};
 use nearmiss::text::Frame;
 use nearmiss::verdict::Task;
 use support::batches::{Fate, Provider};
@@ -75,11 +75,7 @@ impl Bench {
     }
 
     fn runs(&self) -> Vec<Run> {
-        let page = self
-            .store
-            .page(&Filter::default(), Page::default())
-            .unwrap();
-        let ids = page.iter().map(|summary| summary.id);
+        let ids = self.store.numbers(&Filter::default()).unwrap().into_iter();
         let mut runs: Vec<Run> = ids.map(|id| self.store.run(id).unwrap().unwrap()).collect();
         runs.sort_by_key(|run| run.id);
         runs

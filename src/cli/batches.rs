@@ -1,5 +1,6 @@
 //! `nearmiss batches`: what is with providers, and getting the answers.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,7 +12,7 @@ use super::open::configuration;
 use super::{Failure, Outcome, output, time};
 use crate::evaluation::remote::{self, Progress, RemoteError};
 use crate::evaluation::{Judge, ModelJudge};
-use crate::llm::{Client, Environment, Parameters, Registry};
+use crate::llm::{Client, Environment, Error, Parameters, Registry};
 use crate::store::{ProviderBatch, ProviderBatchId, Store};
 
 /// Arguments of `batches`.
@@ -113,9 +114,10 @@ fn model(batch: &ProviderBatch, client: &Client) -> Result<Box<ModelJudge>, Fail
 async fn collect(store: &Arc<Store>, mut wanted: Vec<ProviderBatch>, wait: bool) -> Outcome {
     let client = Client::new();
     let (mut pause, longest) = WAITS;
-    let mut said = std::collections::HashMap::new();
+    let mut said = HashMap::new();
+    let mut hopeless = false;
     loop {
-        let mut failure = None;
+        let mut failed = false;
         let mut still = Vec::new();
         for batch in wanted {
             let model = model(&batch, &client)?;
@@ -129,30 +131,46 @@ async fn collect(store: &Arc<Store>, mut wanted: Vec<ProviderBatch>, wait: bool)
                         still.push(batch);
                     }
                 }
-                // A network that is gone comes back.
                 Err(error @ (RemoteError::Provider(_) | RemoteError::Short { .. })) => {
                     let words = format!("nearmiss: batch {}: {error}", batch.id);
                     if said.insert(batch.id, words.clone()) != Some(words.clone()) {
                         output::say(&words);
                     }
-                    failure = Some(error);
-                    still.push(batch);
+                    failed = true;
+                    // A network that is gone comes back; a key that is missing does not.
+                    match may_pass(&error) {
+                        true => still.push(batch),
+                        false => hopeless = true,
+                    }
                 }
                 Err(error) => return Err(Failure::input(error)),
             }
         }
         wanted = still;
         if !wait || wanted.is_empty() {
-            return match failure {
-                Some(_) => Err(Failure {
-                    message: "not every batch could be asked about; try again".into(),
+            return match failed || hopeless {
+                true => Err(Failure {
+                    message: "not every batch could be collected; try again".into(),
                     status: 1,
                 }),
-                None => Ok(()),
+                false => Ok(()),
             };
         }
         tokio::time::sleep(pause).await;
         pause = (pause * 2).min(longest);
+    }
+}
+
+/// Whether asking again later may go better by itself.
+fn may_pass(error: &RemoteError) -> bool {
+    let RemoteError::Provider(error) = error else {
+        return true;
+    };
+    match error {
+        Error::RateLimited { exhausted, .. } => !exhausted,
+        Error::Refused { .. } | Error::Unreachable { .. } | Error::Timeout { .. } => true,
+        Error::Server { .. } | Error::Truncated { .. } => true,
+        _ => false,
     }
 }
 

@@ -351,3 +351,7 @@ fn batch(row: &Row<'_>) -> Result<ProviderBatch, rusqlite::Error> {
         done: row.get("taken")?,
     })
 }
+
+#[cfg(test)]
+#[path = "provider_batches_tests.rs"]
+mod tests;

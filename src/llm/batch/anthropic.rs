@@ -107,7 +107,7 @@ pub async fn results<E: From<Error>>(
     calls: &Calls,
     id: &str,
     each: &mut impl FnMut(&str, Outcome) -> Result<(), E>,
-) -> Result<(), E> {
+) -> Result<bool, E> {
     // Not the address that the batch names: the key would go wherever that leads.
     let url = calls.url(&[], &["batches", id, "results"])?;
     calls

@@ -1,21 +1,21 @@
 //! Requests about batches: the same keys, limits, patience and repetitions as for questions, without redirects.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::StreamExt;
-use reqwest::header::{CONTENT_TYPE, HeaderMap, HeaderValue};
-use reqwest::{Method, Response, Url};
+use reqwest::header::{CONTENT_LENGTH, CONTENT_TYPE, HeaderMap, HeaderValue, TRANSFER_ENCODING};
+use reqwest::{Method, Response, Url, Version};
 use serde_json::Value;
 
 use super::super::client::{Client, deepest};
 use super::super::endpoint::Endpoint;
-use super::super::error::{Error, Which};
+use super::super::error::Error;
 use super::super::failure::Failure;
 use super::super::limits::Gate;
 use super::super::patience::{Elapsed, Patience};
 use super::super::retry::waits;
 use super::super::sending::authorised;
-use std::sync::Arc;
 
 /// Longest line of results, and longest document, in bytes.
 const LONGEST: usize = 256 << 20;
@@ -136,12 +136,12 @@ impl Calls {
         })
     }
 
-    /// Asks for lines and gives each to `each`, as a JSON document.
+    /// Asks for lines and gives each to `each`, as a JSON document. Whether a cut would have been noticed.
     pub async fn lines<E: From<Error>>(
         &self,
         url: Url,
         mut each: impl FnMut(Value) -> Result<(), E>,
-    ) -> Result<(), E> {
+    ) -> Result<bool, E> {
         let mut line = Vec::new();
         let mut take = |line: &mut Vec<u8>| -> Result<(), E> {
             let bytes = std::mem::take(line);
@@ -156,7 +156,7 @@ impl Calls {
                 }
             }
         };
-        self.exchange(Method::GET, url, None, Again::Harmless, |mut piece| {
+        let framed = self.exchange(Method::GET, url, None, Again::Harmless, |mut piece| {
             while let Some(end) = piece.iter().position(|b| *b == b'\n') {
                 line.extend_from_slice(&piece[..end]);
                 piece = &piece[end + 1..];
@@ -164,13 +164,14 @@ impl Calls {
             }
             line.extend_from_slice(piece);
             Ok::<_, E>(line.len())
-        })
-        .await?;
-        take(&mut line)
+        });
+        let framed = framed.await?;
+        take(&mut line)?;
+        Ok(framed)
     }
 
     /// One request, tried again where that may help, and the body of its answer in pieces; `each` says how many bytes
-    /// it holds back.
+    /// it holds back. Whether a cut would have been noticed.
     async fn exchange<E: From<Error>>(
         &self,
         method: Method,
@@ -178,7 +179,7 @@ impl Calls {
         body: Option<(String, Vec<u8>)>,
         again: Again,
         mut each: impl FnMut(&[u8]) -> Result<usize, E>,
-    ) -> Result<(), E> {
+    ) -> Result<bool, E> {
         let cleared = |error: Error| error.cleared_of(self.endpoint.usable_key());
         let admitted = self.gate.admit(0).await;
         admitted.map_err(|why| Error::Setup {
@@ -202,11 +203,12 @@ impl Calls {
                 None => return Err(cleared(failure.error).into()),
             }
         };
+        let framed = is_framed(&response);
         let mut pieces = response.bytes_stream();
         let mut received = 0;
         loop {
             let piece = match patience.wait(pieces.next()).await {
-                Ok(None) => return Ok(()),
+                Ok(None) => return Ok(framed),
                 Ok(Some(Ok(piece))) => piece,
                 Ok(Some(Err(error))) => {
                     return Err(cleared(self.cut(received, deepest(&error))).into());
@@ -231,8 +233,7 @@ impl Calls {
     }
 
     fn elapsed(&self, elapsed: Elapsed) -> Error {
-        let Elapsed { which, after }: Elapsed = elapsed;
-        let which: Which = which;
+        let Elapsed { which, after } = elapsed;
         Error::Timeout {
             place: self.endpoint.place(),
             which,
@@ -265,6 +266,14 @@ impl Calls {
             Err(elapsed) => Err(Failure::silence(elapsed, &self.endpoint)),
         }
     }
+}
+
+/// Whether the end of a body is told by more than the end of the connection.
+fn is_framed(response: &Response) -> bool {
+    let headers = response.headers();
+    response.version() >= Version::HTTP_2
+        || headers.contains_key(CONTENT_LENGTH)
+        || headers.contains_key(TRANSFER_ENCODING)
 }
 
 /// Whether a word can be a provider's id: it becomes part of addresses and is shown to people.

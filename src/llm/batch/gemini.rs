@@ -98,7 +98,7 @@ pub async fn results<E: From<Error>>(
     calls: &Calls,
     operation: &Value,
     each: &mut impl FnMut(&str, Outcome) -> Result<(), E>,
-) -> Result<(), E> {
+) -> Result<bool, E> {
     for holder in ["/response", "/metadata/output"] {
         let Some(output) = operation.pointer(holder) else {
             continue;
@@ -112,7 +112,7 @@ pub async fn results<E: From<Error>>(
                 };
                 each(key, outcome(calls, response))?;
             }
-            return Ok(());
+            return Ok(true);
         }
         if output.get("responsesFile").is_some_and(Value::is_string) {
             let file = calls.id(output, "responsesFile")?;
@@ -125,7 +125,7 @@ pub async fn results<E: From<Error>>(
                 .await;
         }
     }
-    Ok(())
+    Ok(true)
 }
 
 /// The address of a file's content: `/download` stands before the version.

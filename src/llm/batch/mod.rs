@@ -316,6 +316,7 @@ impl Batches {
     }
 
     /// Gives each result that there is to `each`, by the id of its question, as it arrives. Some questions may have none.
+    /// Whether these are all for sure: a body that ends with its connection may have been cut.
     ///
     /// # Errors
     /// As [`Batches::prepare`], with some results given perhaps; or what `each` says.
@@ -324,7 +325,7 @@ impl Batches {
         id: &str,
         status: &Status,
         mut each: impl FnMut(&str, Outcome) -> Result<(), E>,
-    ) -> Result<(), E> {
+    ) -> Result<bool, E> {
         match self.endpoint().dialect {
             Dialect::Anthropic => anthropic::results(&self.calls, id, &mut each).await,
             Dialect::Gemini => gemini::results(&self.calls, &status.document, &mut each).await,

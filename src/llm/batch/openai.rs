@@ -110,14 +110,15 @@ pub async fn results<E: From<Error>>(
     calls: &Calls,
     batch: &Value,
     each: &mut impl FnMut(&str, Outcome) -> Result<(), E>,
-) -> Result<(), E> {
+) -> Result<bool, E> {
+    let mut certain = true;
     for field in ["output_file_id", "error_file_id"] {
         if batch.get(field).is_none_or(Value::is_null) {
             continue;
         }
         let file = calls.id(batch, field)?;
         let url = calls.url(&METHODS, &["files", &file, "content"])?;
-        calls
+        certain &= calls
             .lines(url, |line| {
                 let Some(id) = line.get("custom_id").and_then(Value::as_str) else {
                     return Err(calls.malformed(&format!("no custom_id: {line}")).into());
@@ -126,7 +127,7 @@ pub async fn results<E: From<Error>>(
             })
             .await?;
     }
-    Ok(())
+    Ok(certain)
 }
 
 fn outcome(calls: &Calls, line: &Value) -> Outcome {
