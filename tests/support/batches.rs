@@ -57,6 +57,8 @@ pub struct World {
     pub creation: Creation,
     /// Results break off after so many lines; with the length that the whole would have, or without any length.
     pub cut: Option<(usize, bool)>,
+    /// Gemini names a file of results instead of giving them.
+    pub in_a_file: bool,
     /// Words in errors and answers.
     pub words: String,
     /// All requests are refused with this status, and the words.
@@ -179,6 +181,17 @@ impl World {
             }
             ("POST", ["v1beta", "models", method]) if method.ends_with(":batchGenerateContent") => {
                 self.create_gemini(&request.json())
+            }
+            ("GET", ["download", "v1beta", "files", file]) => {
+                assert!(
+                    request.path.ends_with(":download?alt=media"),
+                    "{}",
+                    request.path
+                );
+                let id = file.trim_end_matches(":download");
+                let batch = self.batch(&format!("batches/{id}"));
+                let lines = self.results(&batch, Self::gemini_file_line);
+                return self.lines(&lines);
             }
             ("GET", ["v1beta", "batches"]) => {
                 let operations: Vec<Value> =
@@ -459,6 +472,9 @@ impl World {
         });
         if state == "FAILED" {
             shown["error"] = json!({"code": 3, "message": self.words});
+        } else if self.is_over() && self.in_a_file {
+            let id = batch.id.trim_start_matches("batches/");
+            shown["response"] = json!({"responsesFile": format!("files/{id}")});
         } else if self.is_over() {
             let lines = self.results(batch, Self::gemini_line);
             let lines: Vec<Value> = lines
@@ -472,6 +488,13 @@ impl World {
             shown["response"] = json!({"inlinedResponses": {"inlinedResponses": given}});
         }
         shown
+    }
+
+    /// In files, the key stands where nothing else does.
+    fn gemini_file_line(&self, fate: Fate, id: &str) -> Value {
+        let mut line = self.gemini_line(fate, id);
+        line["key"] = line["metadata"]["key"].take();
+        line
     }
 
     /// Gemini says nothing of questions that were not reached.
