@@ -236,15 +236,17 @@ fn list(store: &Store, as_json: bool) -> Outcome {
         output::say("nearmiss: no batch was ever handed to a provider");
         return Ok(());
     }
+    let widest = all.iter().map(|b| b.model.chars().count()).max();
+    let width = widest.unwrap_or(0).max("model".len());
     let mut table = format!(
-        "{:>5}  {:<16}  {:<10}  {:>11}  {:<24}  provider's id\n",
+        "{:>5}  {:<16}  {:<10}  {:>11}  {:<width$}  provider's id\n",
         "batch", "sent", "state", "results", "model"
     );
     for batch in &all {
         let results = format!("{}/{}", batch.done, batch.requests);
         let remote_id = batch.remote_id.as_deref().unwrap_or("not known");
         table.push_str(&format!(
-            "{:>5}  {:<16}  {:<10}  {results:>11}  {:<24}  {remote_id}\n",
+            "{:>5}  {:<16}  {:<10}  {results:>11}  {:<width$}  {remote_id}\n",
             batch.id.to_string(),
             time::local(batch.submitted_ms),
             batch.state.name(),
