@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. Data goes to standard output, words to standard error.
 
 mod ask;
+mod batches;
 mod convert;
 mod cost;
 mod describe;
@@ -79,6 +80,8 @@ pub enum Command {
     Models(models::Models),
     /// How good the built-in judge is, and how long before a collision.
     Evaluate(evaluate::Evaluate),
+    /// Batches that providers work off: list, collect their answers, cancel.
+    Batches(batches::Batches),
     /// What was asked and answered: the store of runs.
     Runs(runs::Runs),
     /// What people made of answers side by side: wins and strengths of models and prompts.
@@ -167,6 +170,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Ask(arguments) => ask::run(arguments),
         Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
+        Command::Batches(arguments) => batches::run(arguments),
         Command::Runs(arguments) => runs::run(arguments),
         Command::Ratings(arguments) => ratings::run(arguments),
         Command::Export(arguments) => export::run(arguments),

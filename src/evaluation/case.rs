@@ -326,28 +326,31 @@ impl Asking {
             }
             self.keeper.tend(on_event)?;
         }
-        // A model that puts everything into its reasoning has still answered.
-        let whole = if self.answer.text.trim().is_empty() {
-            &self.answer.reasoning
-        } else {
-            &self.answer.text
-        };
-        self.answer.judged = match failure {
-            Some(missing @ (Missing::NoAnswer(_) | Missing::NotSent(_))) => {
-                Judged::Missing(missing)
-            }
-            stopped => match (verdict::read(task, whole), stopped) {
-                (Ok(reading), _) => Judged::from(reading),
-                (Err(_), Some(stopped)) => Judged::Missing(stopped),
-                (Err(why), None) => Judged::Missing(Missing::NotInAnswer(why.to_string())),
-            },
-        };
+        self.answer.judged = read(task, &self.answer, failure);
         Ok(())
     }
 }
 
+/// What an answer says whose text is whole, or stopped short, or is missing.
+pub(super) fn read(task: Task, answer: &Answer, failure: Option<Missing>) -> Judged {
+    // A model that puts everything into its reasoning has still answered.
+    let whole = if answer.text.trim().is_empty() {
+        &answer.reasoning
+    } else {
+        &answer.text
+    };
+    match failure {
+        Some(missing @ (Missing::NoAnswer(_) | Missing::NotSent(_))) => Judged::Missing(missing),
+        stopped => match (verdict::read(task, whole), stopped) {
+            (Ok(reading), _) => Judged::from(reading),
+            (Err(_), Some(stopped)) => Judged::Missing(stopped),
+            (Err(why), None) => Judged::Missing(Missing::NotInAnswer(why.to_string())),
+        },
+    }
+}
+
 /// Why an answer that ended this way may hold no verdict.
-fn stopped_short(finish: &Finish) -> Option<Missing> {
+pub(super) fn stopped_short(finish: &Finish) -> Option<Missing> {
     let why = match finish {
         Finish::Length => "the answer ran into the token limit; raise max_tokens".to_string(),
         Finish::ContentFilter => "the server's content filter stopped the answer".to_string(),
@@ -362,7 +365,7 @@ fn stopped_short(finish: &Finish) -> Option<Missing> {
     Some(Missing::NotInAnswer(why))
 }
 
-fn word(finish: &Finish) -> String {
+pub(super) fn word(finish: &Finish) -> String {
     match finish {
         Finish::Stop => "stop".into(),
         Finish::Length => "length".into(),

@@ -18,6 +18,8 @@ pub mod published;
 mod question;
 /// Answers that were recorded by others.
 pub mod recorded;
+/// Questions that are handed to a provider as a batch.
+pub mod remote;
 mod request;
 mod scored;
 mod settings;

@@ -195,7 +195,7 @@ impl Endpoint {
     }
 
     /// The address without the model.
-    fn url(&self) -> Result<Url, Error> {
+    pub(super) fn url(&self) -> Result<Url, Error> {
         let wrong = |why: String| Error::Setup {
             place: self.place_as_written(),
             why,

@@ -22,6 +22,8 @@
 //! ```
 
 mod assembly;
+/// Batches that providers work off at half the price.
+pub mod batch;
 mod broken;
 mod budget;
 mod chunk;

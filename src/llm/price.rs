@@ -113,7 +113,7 @@ pub struct Pricing {
     pub source: Option<String>,
     /// The dearer hours, if there are any.
     pub peak: Option<Peak>,
-    /// What a batch costs of it, as a factor; nothing here asks in batches yet.
+    /// What a batch costs of it, as a factor; see [`Pricing::batch_cost`].
     pub batch_factor: Option<f64>,
 }
 
@@ -165,6 +165,13 @@ impl Pricing {
             + written as f64 * price.cache_write.unwrap_or(price.input)
             + output as f64 * price.output;
         Some(millionths * self.factor(asked) / 1e6)
+    }
+
+    /// What an answer cost that was asked for in a batch, US dollars; `None` as for [`Pricing::cost`], or if nobody says
+    /// what batches cost.
+    #[must_use]
+    pub fn batch_cost(&self, usage: &Usage, asked: Timestamp) -> Option<f64> {
+        Some(self.cost(usage, asked)? * self.batch_factor?)
     }
 
     /// The most that a request can cost, US dollars, whenever it is sent and whatever of it goes through a cache;

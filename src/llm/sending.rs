@@ -105,6 +105,17 @@ async fn addressed(
     request: &Request,
 ) -> Result<(Url, HeaderMap), Error> {
     let url = endpoint.request_url(&request.model)?;
+    Ok((url, authorised(client, endpoint).await?))
+}
+
+/// The headers of any request to an endpoint; fetches its key if a command has it.
+///
+/// # Errors
+/// [`Error::Setup`]: the key is missing, or no header can be made of it.
+pub(super) async fn authorised(
+    client: &Client,
+    endpoint: &mut Endpoint,
+) -> Result<HeaderMap, Error> {
     if let Some(missing) = &endpoint.missing_key {
         return Err(Error::Setup {
             place: endpoint.place(),
@@ -118,8 +129,7 @@ async fn addressed(
         })?;
         endpoint.key = Some(key);
     }
-    let headers = headers(endpoint)?;
-    Ok((url, headers))
+    headers(endpoint)
 }
 
 /// Sets aside the most that the request can cost, if there is a budget.

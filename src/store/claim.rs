@@ -5,7 +5,7 @@ use std::time::Duration;
 use rusqlite::{Connection, OptionalExtension, Transaction, params};
 
 use super::database::now_ms;
-use super::{NewRun, Run, RunId, RunState, Store, StoreError, rows, write};
+use super::{Key, NewRun, Run, RunId, RunState, Store, StoreError, rows, write};
 
 /// How long a claim holds unless it is renewed. A program that is killed leaves its claims to expire.
 pub const LEASE: Duration = Duration::from_secs(6);
@@ -37,17 +37,8 @@ impl Store {
         self.change(|transaction| {
             if let Some(key) = &key {
                 interrupt_abandoned(transaction)?;
-                if let Some(found) = answered(transaction, key.as_str(), run.sample)? {
-                    return Ok(Claim::Stored(Box::new(found)));
-                }
-                let asking =
-                    "SELECT id FROM runs WHERE key = ?1 AND sample = ?2 AND state = 'running'
-                    AND deleted_ms IS NULL ORDER BY id LIMIT 1";
-                let found = transaction
-                    .query_row(asking, params![key.as_str(), run.sample], |row| row.get(0))
-                    .optional()?;
-                if let Some(id) = found {
-                    return Ok(Claim::Taken(RunId(id)));
+                if let Some(there) = there(transaction, key, run.sample)? {
+                    return Ok(there);
                 }
             }
             let id = write::insert_new(transaction, run, now_ms())?;
@@ -85,6 +76,23 @@ impl Store {
     }
 }
 
+/// The answer to a request, or who is asking for one; nothing where there is neither.
+pub(super) fn there(
+    transaction: &Transaction<'_>,
+    key: &Key,
+    sample: u32,
+) -> Result<Option<Claim>, StoreError> {
+    if let Some(found) = answered(transaction, key.as_str(), sample)? {
+        return Ok(Some(Claim::Stored(Box::new(found))));
+    }
+    let asking = "SELECT id FROM runs WHERE key = ?1 AND sample = ?2 AND state = 'running'
+        AND deleted_ms IS NULL ORDER BY id LIMIT 1";
+    let found = transaction
+        .query_row(asking, params![key.as_str(), sample], |row| row.get(0))
+        .optional()?;
+    Ok(found.map(|id| Claim::Taken(RunId(id))))
+}
+
 /// The newest whole answer to a request.
 fn answered(connection: &Connection, key: &str, sample: u32) -> Result<Option<Run>, StoreError> {
     let mut statement = connection.prepare_cached(
@@ -97,7 +105,19 @@ fn answered(connection: &Connection, key: &str, sample: u32) -> Result<Option<Ru
 }
 
 fn hold(connection: &Connection, run: RunId) -> Result<(), StoreError> {
-    let until = now_ms().saturating_add(LEASE.as_millis() as i64);
+    hold_until(
+        connection,
+        run,
+        now_ms().saturating_add(LEASE.as_millis() as i64),
+    )
+}
+
+/// Holds a run until a time, milliseconds since 1970.
+pub(super) fn hold_until(
+    connection: &Connection,
+    run: RunId,
+    until: i64,
+) -> Result<(), StoreError> {
     connection
         .prepare_cached("INSERT OR REPLACE INTO claims (run, until_ms) VALUES (?1, ?2)")?
         .execute(params![run.0, until])?;
@@ -123,7 +143,7 @@ fn abandoned(connection: &Connection) -> Result<Vec<RunId>, StoreError> {
     Ok(found.collect::<Result<_, _>>()?)
 }
 
-fn interrupt_abandoned(transaction: &Transaction<'_>) -> Result<(), StoreError> {
+pub(super) fn interrupt_abandoned(transaction: &Transaction<'_>) -> Result<(), StoreError> {
     for run in abandoned(transaction)? {
         write::join_pieces(transaction, run)?;
         transaction.execute(

@@ -5,11 +5,15 @@ use rusqlite::{Connection, TransactionBehavior};
 use super::StoreError;
 
 /// What brings a file from one version to the next; the first one makes it.
-const MIGRATIONS: [&str; 3] = [
+const MIGRATIONS: [&str; 4] = [
     include_str!("migrations/1.sql"),
     include_str!("migrations/2.sql"),
     include_str!("migrations/3.sql"),
+    PROVIDER_BATCHES,
 ];
+
+/// The tables of batches that are with providers.
+const PROVIDER_BATCHES: &str = include_str!("migrations/provider_batches.sql");
 
 /// The version of a file that this program writes.
 pub const VERSION: i64 = MIGRATIONS.len() as i64;

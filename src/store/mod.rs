@@ -9,6 +9,7 @@ mod key;
 mod list;
 mod migrate;
 mod page;
+mod provider_batches;
 mod ratings;
 mod record;
 mod rows;
@@ -23,6 +24,9 @@ pub use health::Health;
 pub use key::Key;
 pub use list::Summary;
 pub use page::{Cursor, Edge, Interrupter, Page};
+pub use provider_batches::{
+    Handed, HandedState, NewProviderBatch, Opened, ProviderBatch, ProviderBatchId,
+};
 pub use ratings::{Choice, NewRating, RatedAnswer, Rating};
 pub use record::RecordError;
 pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};

@@ -37,46 +37,7 @@ impl Store {
         pieces: &[Piece<'_>],
         ending: &Ending,
     ) -> Result<(), StoreError> {
-        let verdict = ending
-            .verdict
-            .as_ref()
-            .map(serde_json::to_string)
-            .transpose()?;
-        self.durably(|transaction| {
-            insert(transaction, run, pieces)?;
-            let (answer, reasoning) = rows::pieces(transaction, run)?;
-            let consumed = &ending.consumed;
-            transaction.execute(
-                "UPDATE runs SET updated_ms = ?2, state = ?3, model_returned = ?4, finish = ?5, verdict = ?6,
-                     reading = ?7, error = ?8, input_tokens = ?9, output_tokens = ?10, reasoning_tokens = ?11,
-                     cached_tokens = ?12, cost_usd = ?13, price_source = ?14, first_chunk_ms = ?15,
-                     duration_ms = ?16, answer = answer || ?17, reasoning = reasoning || ?18
-                 WHERE id = ?1",
-                params![
-                    run.0,
-                    now_ms(),
-                    ending.state.name(),
-                    ending.model_returned,
-                    ending.finish,
-                    verdict,
-                    ending.reading,
-                    ending.error,
-                    consumed.input_tokens,
-                    consumed.output_tokens,
-                    consumed.reasoning_tokens,
-                    consumed.cached_tokens,
-                    consumed.cost_usd,
-                    ending.price_source,
-                    consumed.first_chunk_ms,
-                    consumed.duration_ms,
-                    answer,
-                    reasoning,
-                ],
-            )?;
-            transaction.execute("DELETE FROM pieces WHERE run = ?1", [run.0])?;
-            transaction.execute("DELETE FROM claims WHERE run = ?1", [run.0])?;
-            Ok(())
-        })
+        self.durably(|transaction| conclude(transaction, run, pieces, ending))
     }
 
     /// Adds whole runs of another store or of a publication, in one transaction, unless they are there already; says
@@ -146,6 +107,53 @@ impl Store {
             },
         )
     }
+}
+
+/// Writes the last pieces of a run and how it ended.
+pub(super) fn conclude(
+    transaction: &Connection,
+    run: RunId,
+    pieces: &[Piece<'_>],
+    ending: &Ending,
+) -> Result<(), StoreError> {
+    let verdict = ending
+        .verdict
+        .as_ref()
+        .map(serde_json::to_string)
+        .transpose()?;
+    insert(transaction, run, pieces)?;
+    let (answer, reasoning) = rows::pieces(transaction, run)?;
+    let consumed = &ending.consumed;
+    transaction.execute(
+        "UPDATE runs SET updated_ms = ?2, state = ?3, model_returned = ?4, finish = ?5, verdict = ?6,
+             reading = ?7, error = ?8, input_tokens = ?9, output_tokens = ?10, reasoning_tokens = ?11,
+             cached_tokens = ?12, cost_usd = ?13, price_source = ?14, first_chunk_ms = ?15,
+             duration_ms = ?16, answer = answer || ?17, reasoning = reasoning || ?18
+         WHERE id = ?1",
+        params![
+            run.0,
+            now_ms(),
+            ending.state.name(),
+            ending.model_returned,
+            ending.finish,
+            verdict,
+            ending.reading,
+            ending.error,
+            consumed.input_tokens,
+            consumed.output_tokens,
+            consumed.reasoning_tokens,
+            consumed.cached_tokens,
+            consumed.cost_usd,
+            ending.price_source,
+            consumed.first_chunk_ms,
+            consumed.duration_ms,
+            answer,
+            reasoning,
+        ],
+    )?;
+    transaction.execute("DELETE FROM pieces WHERE run = ?1", [run.0])?;
+    transaction.execute("DELETE FROM claims WHERE run = ?1", [run.0])?;
+    Ok(())
 }
 
 fn insert(connection: &Connection, run: RunId, pieces: &[Piece<'_>]) -> Result<(), StoreError> {

@@ -1,6 +1,7 @@
 //! Helpers that several test files share.
 #![allow(dead_code, clippy::unwrap_used)]
 
+pub mod batches;
 pub mod planted;
 pub mod program;
 pub mod server;

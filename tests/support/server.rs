@@ -204,7 +204,8 @@ async fn serve(listener: TcpListener, scripts: Vec<Script>, seen: Arc<Mutex<Seen
     }
 }
 
-async fn read_request(stream: &mut TcpStream) -> Option<Recorded> {
+/// One request off a connection; nothing if it ends before.
+pub async fn read_request(stream: &mut TcpStream) -> Option<Recorded> {
     let mut bytes = Vec::new();
     let head_end = loop {
         if let Some(at) = bytes.windows(4).position(|w| w == b"\r\n\r\n") {

@@ -1,0 +1,275 @@
+//! `nearmiss batches`: what is with providers, and getting the answers.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use super::filters::store;
+use super::open::configuration;
+use super::{Failure, Outcome, output, time};
+use crate::evaluation::remote::{self, Progress, RemoteError};
+use crate::evaluation::{Judge, ModelJudge};
+use crate::llm::{Client, Environment, Error, Parameters, Registry};
+use crate::store::{ProviderBatch, ProviderBatchId, Store};
+
+/// Arguments of `batches`.
+#[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct Batches {
+    #[command(subcommand)]
+    what: Option<What>,
+    /// One JSON object a line.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum What {
+    /// Take the answers of a batch into the store, as far as the provider has them.
+    Collect {
+        /// Its number [default: every batch that is not over].
+        id: Option<i64>,
+        /// Ask again until nothing more comes.
+        #[arg(long)]
+        wait: bool,
+    },
+    /// Ask the provider to stop; what it has answered by then is paid for, and `collect` takes it.
+    Cancel {
+        /// Its number.
+        id: i64,
+    },
+}
+
+/// The first and the longest wait between two questions about a batch, with --wait.
+const WAITS: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(60));
+
+/// Runs `batches`.
+pub fn run(arguments: &Batches) -> Outcome {
+    let store = store()?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(Failure::input)?;
+    match &arguments.what {
+        None => list(&store, arguments.json),
+        Some(What::Collect { id, wait }) => {
+            let wanted = match id {
+                Some(id) => vec![known(&store, *id)?],
+                None => open(&store)?,
+            };
+            if wanted.is_empty() {
+                output::say("nearmiss: no batch is with a provider");
+                return Ok(());
+            }
+            runtime.block_on(interruptible(collect(&store, wanted, *wait)))
+        }
+        Some(What::Cancel { id }) => {
+            let batch = known(&store, *id)?;
+            runtime.block_on(interruptible(cancel(&store, batch)))
+        }
+    }
+}
+
+/// Until Ctrl-C: whatever it interrupts is in the store and can be done again.
+async fn interruptible(work: impl Future<Output = Outcome>) -> Outcome {
+    tokio::select! {
+        done = work => done,
+        _ = tokio::signal::ctrl_c() => Err(Failure {
+            message: "interrupted; the batches stay with their providers: `nearmiss batches collect` goes on".into(),
+            status: 130,
+        }),
+    }
+}
+
+fn known(store: &Store, id: i64) -> Result<ProviderBatch, Failure> {
+    let id = ProviderBatchId(id);
+    let found = store.provider_batch(id).map_err(Failure::input)?;
+    found.ok_or_else(|| Failure::input(RemoteError::NoBatch(id)))
+}
+
+/// The batches that are not over, oldest first.
+fn open(store: &Store) -> Result<Vec<ProviderBatch>, Failure> {
+    let mut all = store.provider_batches().map_err(Failure::input)?;
+    all.retain(|batch| batch.state.is_open());
+    all.reverse();
+    Ok(all)
+}
+
+/// The model of a batch as it is configured now.
+fn model(batch: &ProviderBatch, client: &Client) -> Result<Box<ModelJudge>, Failure> {
+    let (folders, config) = configuration()?;
+    let environment = Environment::with_files(&[Path::new("."), &folders.config]);
+    let registry = Registry::lenient(&config.providers, &folders.config_file());
+    let parameters = Parameters::default();
+    match Judge::resolve(&batch.model, &registry, client, parameters, &environment) {
+        Ok(Judge::Model(model)) => Ok(model),
+        Ok(Judge::Reference) => Err(Failure::input("the built-in judge has no batches")),
+        Err(error) => Err(Failure::input(format!("batch {}: {error}", batch.id))),
+    }
+}
+
+async fn collect(store: &Arc<Store>, mut wanted: Vec<ProviderBatch>, wait: bool) -> Outcome {
+    let client = Client::new();
+    let (mut pause, longest) = WAITS;
+    let mut said = HashMap::new();
+    let mut hopeless = false;
+    loop {
+        let mut failed = false;
+        let mut still = Vec::new();
+        for batch in wanted {
+            let model = model(&batch, &client)?;
+            match remote::collect(batch.id, &model, store).await {
+                Ok(progress) => {
+                    let words = words(&batch, &progress);
+                    if said.insert(batch.id, words.clone()) != Some(words.clone()) {
+                        output::say(&words);
+                    }
+                    if progress.is_open() {
+                        still.push(batch);
+                    }
+                }
+                Err(error @ (RemoteError::Provider(_) | RemoteError::Short { .. })) => {
+                    let words = format!("nearmiss: batch {}: {error}", batch.id);
+                    if said.insert(batch.id, words.clone()) != Some(words.clone()) {
+                        output::say(&words);
+                    }
+                    failed = true;
+                    // A network that is gone comes back; a key that is missing does not.
+                    match may_pass(&error) {
+                        true => still.push(batch),
+                        false => hopeless = true,
+                    }
+                }
+                Err(error) => return Err(Failure::input(error)),
+            }
+        }
+        wanted = still;
+        if !wait || wanted.is_empty() {
+            return match failed || hopeless {
+                true => Err(Failure {
+                    message: "not every batch could be collected; try again".into(),
+                    status: 1,
+                }),
+                false => Ok(()),
+            };
+        }
+        tokio::time::sleep(pause).await;
+        pause = (pause * 2).min(longest);
+    }
+}
+
+/// Whether asking again later may go better by itself.
+fn may_pass(error: &RemoteError) -> bool {
+    let RemoteError::Provider(error) = error else {
+        return true;
+    };
+    match error {
+        Error::RateLimited { exhausted, .. } => !exhausted,
+        Error::Refused { .. } | Error::Unreachable { .. } | Error::Timeout { .. } => true,
+        Error::Server { .. } | Error::Truncated { .. } => true,
+        _ => false,
+    }
+}
+
+async fn cancel(store: &Arc<Store>, batch: ProviderBatch) -> Outcome {
+    let id = batch.id;
+    let model = model(&batch, &Client::new())?;
+    let asked = remote::cancel(id, &model, store).await;
+    output::say(&match asked.map_err(Failure::input)? {
+        true => format!(
+            "batch {id}: the provider is asked to stop; `nearmiss batches collect {id}` takes what it has answered"
+        ),
+        false => format!("batch {id}: there is nothing to stop"),
+    });
+    Ok(())
+}
+
+fn words(batch: &ProviderBatch, progress: &Progress) -> String {
+    let id = batch.id;
+    match progress {
+        Progress::Unknown => format!(
+            "batch {id}: nobody knows yet whether it reached {}; collect it again in some minutes",
+            batch.model
+        ),
+        Progress::NotSent => {
+            format!(
+                "batch {id}: it never reached {}; ask its questions again",
+                batch.model
+            )
+        }
+        Progress::Working {
+            cancelling,
+            answered,
+            failed,
+        } => format!(
+            "batch {id}: {} is {} it: {answered} answered and {failed} failed of {}",
+            batch.model,
+            if *cancelling {
+                "stopping"
+            } else {
+                "working on"
+            },
+            batch.requests
+        ),
+        Progress::Over {
+            state,
+            taken,
+            without,
+        } => format!(
+            "batch {id}: {}; {taken} results are in the store now, {without} questions ended without one",
+            state.name()
+        ),
+    }
+}
+
+fn list(store: &Store, as_json: bool) -> Outcome {
+    let all = store.provider_batches().map_err(Failure::input)?;
+    if as_json {
+        return all
+            .iter()
+            .try_for_each(|batch| output::json(&document(batch)));
+    }
+    if all.is_empty() {
+        output::say("nearmiss: no batch was ever handed to a provider");
+        return Ok(());
+    }
+    let widest = all.iter().map(|b| b.model.chars().count()).max();
+    let width = widest.unwrap_or(0).max("model".len());
+    let mut table = format!(
+        "{:>5}  {:<16}  {:<10}  {:>11}  {:<width$}  provider's id\n",
+        "batch", "sent", "state", "results", "model"
+    );
+    for batch in &all {
+        let results = format!("{}/{}", batch.done, batch.requests);
+        let remote_id = batch.remote_id.as_deref().unwrap_or("not known");
+        table.push_str(&format!(
+            "{:>5}  {:<16}  {:<10}  {results:>11}  {:<width$}  {remote_id}\n",
+            batch.id.to_string(),
+            time::local(batch.submitted_ms),
+            batch.state.name(),
+            batch.model
+        ));
+        if let Some(problem) = &batch.problem {
+            table.push_str(&format!("       {problem}\n"));
+        }
+    }
+    output::text(&output::visible(&table))
+}
+
+fn document(batch: &ProviderBatch) -> Value {
+    json!({
+        "batch": batch.id.0,
+        "state": batch.state.name(),
+        "model": batch.model,
+        "address": batch.address,
+        "provider_id": batch.remote_id,
+        "created_at": time::rfc3339(batch.created_ms),
+        "submitted_at": time::rfc3339(batch.submitted_ms),
+        "requests": batch.requests,
+        "results": batch.done,
+        "problem": batch.problem,
+    })
+}

@@ -1,0 +1,261 @@
+//! Questions that are handed to a provider as a batch, and collected when it has answered, at half the price.
+//!
+//! The store knows of a batch before the provider does, and gets the provider's id before anything else is done. Where
+//! the program ended between the two, the batch is looked for at the provider; it is not sent again.
+
+mod collect;
+mod result;
+
+use std::sync::Arc;
+
+use jiff::Timestamp;
+
+use super::case::Wanted;
+use super::judges::{Judge, ModelJudge};
+use super::question::Question;
+use super::request::{record, request};
+use crate::llm::batch::{Batches, Found, Item, Mark, split, surely_not_created};
+use crate::llm::{self, Error, Request};
+use crate::store::{
+    Ending, HandedState, NewProviderBatch, NewRun, Opened, ProviderBatch, ProviderBatchId,
+    RunState, Store, StoreError,
+};
+pub use collect::{Progress, cancel, collect};
+
+/// How long after it was sent a batch that is not found at the provider counts as on its way: longer than a server is
+/// waited for.
+const GRACE_MS: i64 = 5 * 60 * 1000;
+
+/// What became of questions that were to be handed over.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Submitted {
+    /// The batches that the provider has now.
+    pub batches: Vec<ProviderBatchId>,
+    /// Questions in them.
+    pub handed: usize,
+    /// Questions whose answers the store had.
+    pub stored: usize,
+    /// Questions that somebody is asking, or that are with the provider already.
+    pub taken: usize,
+    /// What people should know about the requests.
+    pub notes: Vec<String>,
+}
+
+/// Why a batch was not handed over, or not collected.
+#[derive(Debug, thiserror::Error)]
+pub enum RemoteError {
+    /// It can be known without asking that there will be no answer.
+    #[error("nothing was sent: {0}")]
+    Refused(String),
+    /// The provider, or the way to it, failed.
+    #[error(transparent)]
+    Provider(#[from] Error),
+    /// A batch was sent, and nobody knows whether it arrived.
+    #[error(
+        "batch {batch} may or may not have reached the provider: {error}; `nearmiss batches collect {batch}` finds out, and nothing is sent twice until then"
+    )]
+    Unknown {
+        /// Its number.
+        batch: ProviderBatchId,
+        /// What went wrong.
+        error: Error,
+    },
+    /// The store cannot be read or written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// Not all results arrived.
+    #[error(
+        "batch {batch}: the provider says that {said} were answered, and gave {given}; those are kept, collect the others again later"
+    )]
+    Short {
+        /// Its number.
+        batch: ProviderBatchId,
+        /// Answers that there are, as the provider counts.
+        said: u64,
+        /// Answers that it gave.
+        given: u64,
+    },
+    /// There is no such batch.
+    #[error("there is no batch {0}; `nearmiss batches` lists them")]
+    NoBatch(ProviderBatchId),
+    /// The model is served elsewhere than when the batch was sent.
+    #[error(
+        "batch {batch} was sent to {sent}, and {model} is now at {now}; set the provider's base_url as it was"
+    )]
+    Elsewhere {
+        /// Its number.
+        batch: ProviderBatchId,
+        /// The address it was sent to.
+        sent: String,
+        /// The model.
+        model: String,
+        /// The address that is configured.
+        now: String,
+    },
+}
+
+/// Hands questions to a model's provider, in as many batches as its limits need; leaves out what the store has an
+/// answer to, and what is being asked. Submissions of which nobody knows whether they arrived are looked for first.
+///
+/// # Errors
+/// What was handed over before the error is in the store, and `collect` gets its answers.
+pub async fn submit(
+    questions: &[(Question, Wanted)],
+    model: &ModelJudge,
+    store: &Arc<Store>,
+) -> Result<Submitted, RemoteError> {
+    let mut done = Submitted::default();
+    let judge = Judge::Model(Box::new(model.clone()));
+    let mut asked: Vec<(NewRun, Request)> = Vec::new();
+    for (question, wanted) in questions {
+        let run = record(question, &judge, wanted).map_err(StoreError::from)?;
+        if store.answer_to(&run)?.is_some() {
+            done.stored += 1;
+            continue;
+        }
+        let request = request(question, model);
+        let checked = llm::check(&model.client, &model.endpoint, &request).await;
+        checked.map_err(|why| RemoteError::Refused(why.to_string()))?;
+        asked.push((run, request));
+    }
+    if asked.is_empty() {
+        return Ok(done);
+    }
+    let (endpoint, place) = (&model.endpoint, model.endpoint.place());
+    let batches = Batches::new(&model.client, endpoint, &model.name).await?;
+    for batch in store.provider_batches()? {
+        let ours = batch.address == place.url && batch.model == model.id;
+        if ours && batch.state == HandedState::Submitting {
+            find(&batch, &batches, store).await?;
+        }
+    }
+    done.notes = llm::notes(endpoint, &asked[0].1);
+    let new = NewProviderBatch {
+        model: model.id.clone(),
+        address: place.url,
+    };
+    let requests: Vec<Request> = asked.iter().map(|(_, request)| request.clone()).collect();
+    for part in split(endpoint, &requests) {
+        let runs: Vec<NewRun> = asked[part.clone()].iter().map(|(r, _)| r.clone()).collect();
+        let Some(opened) = store.open_provider_batch(&new, &runs)? else {
+            done.taken += part.len();
+            continue;
+        };
+        let granted = opened.requests.iter().zip(&requests[part.clone()]);
+        let items: Vec<Item> = granted
+            .filter_map(|(granted, request)| {
+                let (_, id) = granted.as_ref()?;
+                Some(Item {
+                    id: id.clone(),
+                    request: request.clone(),
+                })
+            })
+            .collect();
+        done.taken += part.len() - items.len();
+        send(&opened, &items, &batches, store).await?;
+        done.handed += items.len();
+        done.batches.push(opened.id);
+    }
+    Ok(done)
+}
+
+/// Sends one batch that the store knows of.
+async fn send(
+    opened: &Opened,
+    items: &[Item],
+    batches: &Batches,
+    store: &Store,
+) -> Result<(), RemoteError> {
+    let mut most = Some(0.0);
+    for (item, (run, _)) in items.iter().zip(opened.requests.iter().flatten()) {
+        let usd = batches.at_most(&item.request);
+        store.bound(*run, usd)?;
+        most = most.zip(usd).map(|(sum, usd)| sum + usd);
+    }
+    let money = match batches.set_aside(most) {
+        Ok(money) => money,
+        Err(error) => return Err(not_sent(opened.id, error, store)?),
+    };
+    let prepared = match batches.prepare(&opened.tag, items).await {
+        Ok(prepared) => prepared,
+        Err(error) => return Err(not_sent(opened.id, error, store)?),
+    };
+    if !store.about_to_submit(opened.id)? {
+        return Err(RemoteError::Refused(
+            "another program gave the batch up while its questions were uploaded; submit it again"
+                .into(),
+        ));
+    }
+    match batches.create(&prepared).await {
+        // Before anything else.
+        Ok(id) => {
+            store.submitted(opened.id, &id)?;
+            money.spent();
+            Ok(())
+        }
+        Err(error) if surely_not_created(&error) => Err(not_sent(opened.id, error, store)?),
+        Err(error) => {
+            money.spent();
+            Err(RemoteError::Unknown {
+                batch: opened.id,
+                error,
+            })
+        }
+    }
+}
+
+/// Writes down that a batch was not sent: its questions are free to be asked again.
+fn not_sent(
+    batch: ProviderBatchId,
+    error: Error,
+    store: &Store,
+) -> Result<RemoteError, StoreError> {
+    give_up(batch, &error.to_string(), store)?;
+    Ok(error.into())
+}
+
+fn give_up(batch: ProviderBatchId, why: &str, store: &Store) -> Result<(), StoreError> {
+    for handed in store.handed(batch)? {
+        store.bound(handed.run, Some(0.0))?;
+    }
+    let rest = Ending {
+        error: Some(format!("nothing was sent: {why}")),
+        ..Ending::bare(RunState::Failed)
+    };
+    store.close_provider_batch(batch, HandedState::NotSent, Some(why), &rest)?;
+    Ok(())
+}
+
+/// Looks at the provider for a batch whose id did not arrive; the id, if it is there.
+async fn find(
+    batch: &ProviderBatch,
+    batches: &Batches,
+    store: &Store,
+) -> Result<Option<String>, RemoteError> {
+    let ids: Vec<String> = store
+        .handed(batch.id)?
+        .into_iter()
+        .map(|h| h.custom_id)
+        .collect();
+    let known = store.provider_batches()?.into_iter();
+    let others: Vec<String> = known.filter_map(|other| other.remote_id).collect();
+    let since = Timestamp::from_millisecond(batch.submitted_ms).unwrap_or(Timestamp::UNIX_EPOCH);
+    let mark = Mark {
+        tag: &batch.tag,
+        since,
+        ids: &ids,
+        others: &others,
+    };
+    match batches.look_up(mark).await? {
+        Found::Batch(id) => {
+            store.submitted(batch.id, &id)?;
+            Ok(Some(id))
+        }
+        Found::Nothing if since.as_millisecond() + GRACE_MS < Timestamp::now().as_millisecond() => {
+            let why = "the program ended before the batch had reached the provider";
+            give_up(batch.id, why, store)?;
+            Ok(None)
+        }
+        Found::Nothing | Found::Perhaps(_) => Ok(None),
+    }
+}

@@ -1,0 +1,114 @@
+//! From one result of a batch to the end of its run: the same reading as of an answer that arrived alone.
+
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+
+use crate::evaluation::answer::{Answer, Judged, Missing};
+use crate::evaluation::case::{read, stopped_short, word};
+use crate::evaluation::judges::ModelJudge;
+use crate::llm::batch::{Answered, Outcome};
+use crate::store::{Consumed, Ending, Piece, Run, RunState};
+
+/// Why a question has no answer whose batch the provider did not finish in time.
+pub const EXPIRED: &str = "the provider did not get to it before its batch expired; ask again";
+
+/// The texts of a result and the end of its run.
+pub struct Settled {
+    pub reasoning: String,
+    pub text: String,
+    pub ending: Ending,
+}
+
+impl Settled {
+    pub fn pieces(&self) -> Vec<Piece<'_>> {
+        let pieces = [Piece::Reasoning(&self.reasoning), Piece::Answer(&self.text)];
+        let some = |piece: &Piece<'_>| match piece {
+            Piece::Reasoning(text) | Piece::Answer(text) => !text.is_empty(),
+        };
+        pieces.into_iter().filter(some).collect()
+    }
+}
+
+/// What becomes of the run of a question with this outcome.
+pub fn settled(run: Run, outcome: Outcome, model: &ModelJudge) -> Settled {
+    match outcome {
+        Outcome::Answered(answered) => answer(run, *answered, model),
+        Outcome::Failed(why) => bare(RunState::Failed, Some(&why)),
+        Outcome::Expired => bare(RunState::Failed, Some(EXPIRED)),
+        Outcome::Cancelled => bare(RunState::Cancelled, None),
+    }
+}
+
+fn bare(state: RunState, error: Option<&str>) -> Settled {
+    Settled {
+        reasoning: String::new(),
+        text: String::new(),
+        ending: Ending {
+            error: error.map(str::to_string),
+            ..Ending::bare(state)
+        },
+    }
+}
+
+fn answer(run: Run, answered: Answered, model: &ModelJudge) -> Settled {
+    let task = run.question.task;
+    let asked = Timestamp::from_millisecond(run.created_ms).unwrap_or(Timestamp::UNIX_EPOCH);
+    let returned = answered.model.as_deref();
+    let (cost_usd, price_source) = match cost(&answered, asked, returned, model) {
+        Some((usd, source)) => (Some(usd), Some(source)),
+        None => (None, None),
+    };
+    let usage = answered.usage.unwrap_or_default();
+    let mut answer = Answer {
+        text: answered.text,
+        reasoning: answered.reasoning,
+        model_returned: answered.model,
+        finish: Some(word(&answered.finish)),
+        consumed: Consumed {
+            input_tokens: usage.input_tokens,
+            output_tokens: usage.output_tokens,
+            reasoning_tokens: usage.reasoning_tokens,
+            cached_tokens: usage.cached_tokens,
+            cost_usd,
+            // Nobody waited for it, so that its time says nothing of the model.
+            first_chunk_ms: None,
+            duration_ms: None,
+        },
+        price_source,
+        judged: Judged::Missing(Missing::Cancelled),
+        ..Answer::from(run)
+    };
+    answer.judged = read(task, &answer, stopped_short(&answered.finish));
+    let ending = answer.ending();
+    Settled {
+        reasoning: answer.reasoning,
+        text: answer.text,
+        ending,
+    }
+}
+
+/// What an answer cost, US dollars, and where that comes from.
+fn cost(
+    answered: &Answered,
+    asked: Timestamp,
+    returned: Option<&str>,
+    model: &ModelJudge,
+) -> Option<(f64, String)> {
+    let usage = answered.usage.as_ref()?;
+    if let Some(cost) = usage.cost {
+        return Some((cost.usd, "stated by the server".into()));
+    }
+    let day = asked.to_zoned(TimeZone::UTC).date();
+    let prices = &model.endpoint.prices;
+    let pricing = prices.of_answer(&model.name, returned, day)?;
+    let usd = pricing.batch_cost(usage, asked)?;
+    let factor = pricing.batch_factor?;
+    let origin = pricing
+        .origin()
+        .map(|o| format!(", {o}"))
+        .unwrap_or_default();
+    Some((
+        usd,
+        format!("tokens times {factor} of listed prices, as part of a batch{origin}"),
+    ))
+}

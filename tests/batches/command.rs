@@ -1,0 +1,99 @@
+//! `nearmiss batches` from outside.
+
+use super::support::program::Home;
+use super::*;
+
+/// A home whose store has a batch with the provider, which calls itself `lab`.
+async fn home(provider: &Provider, dialect: Dialect) -> (Home, ProviderBatchId) {
+    let home = Home::new();
+    let config = format!(
+        "[provider.lab]\ndialect = \"{}\"\nbase_url = \"{}\"\nkey_env = \"LAB_KEY\"\n",
+        dialect.name(),
+        provider.base_url()
+    );
+    home.write(home.config().join("config.toml"), config);
+    let store = Arc::new(Store::open(&home.data().join("runs.sqlite")).unwrap());
+    let model = ModelJudge {
+        id: "lab/tiny".into(),
+        name: "tiny".into(),
+        endpoint: endpoint(provider.base_url(), dialect),
+        client: Client::direct(),
+        parameters: Parameters::default(),
+    };
+    let done = submit(&questions(2), &model, &store).await.unwrap();
+    (home, done.batches[0])
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn batches_are_listed_cancelled_and_collected() {
+    for dialect in DIALECTS {
+        let provider = Provider::start().await;
+        provider.world().state = "in_progress".into();
+        let (home, id) = home(&provider, dialect).await;
+        let id = id.to_string();
+        let run = |arguments: &[&str]| {
+            let ended = tokio::task::block_in_place(|| {
+                home.run_with(arguments, &[("LAB_KEY", KEY), ("NO_PROXY", "127.0.0.1")])
+            });
+            assert!(!ended.stdout.contains(KEY) && !ended.stderr.contains(KEY));
+            ended
+        };
+        let listed = run(&["batches"]).status(0).stdout;
+        assert!(
+            listed.contains("submitted") && listed.contains("0/2"),
+            "{listed}"
+        );
+        let document = run(&["batches", "--json"]).status(0).json();
+        assert_eq!(document["state"], "submitted");
+        run(&["batches", "collect"])
+            .status(0)
+            .says(&["working on it"]);
+        run(&["batches", "cancel", &id])
+            .status(0)
+            .says(&["asked to stop"]);
+        run(&["batches", "collect", &id])
+            .status(0)
+            .says(&["batch 1"]);
+
+        provider.world().fates = vec![Fate::Answered, Fate::Cancelled];
+        provider.world().state = "cancelled".into();
+        run(&["batches", "collect", "--wait"])
+            .status(0)
+            .says(&["cancelled"]);
+        let document = run(&["batches", "--json"]).json();
+        assert_eq!(document["results"], 2, "{document}");
+        assert_eq!(document["state"], "cancelled");
+        let states: Vec<_> = home
+            .runs()
+            .iter()
+            .map(|run| run["state"].clone().unwrap())
+            .collect();
+        assert_eq!(states, ["answered", "cancelled"]);
+        run(&["batches", "collect"])
+            .status(0)
+            .says(&["no batch is with a provider"]);
+        run(&["batches", "cancel", &id])
+            .status(0)
+            .says(&["nothing to stop"]);
+        assert!(home.files_with(KEY).is_empty());
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_cannot_be_done_is_said() {
+    let provider = Provider::start().await;
+    let (home, _) = home(&provider, Dialect::Anthropic).await;
+    let run = |arguments: &[&str]| tokio::task::block_in_place(|| home.run(arguments));
+    run(&["batches", "collect", "7"])
+        .status(2)
+        .says(&["there is no batch 7"]);
+    // Without its key nothing can be asked; the batch stays.
+    run(&["batches", "collect"]).status(1).says(&["LAB_KEY"]);
+    let elsewhere = "[provider.lab]\ndialect = \"anthropic\"\nbase_url = \"http://127.0.0.1:9\"\n";
+    home.write(home.config().join("config.toml"), elsewhere);
+    run(&["batches", "collect"])
+        .status(2)
+        .says(&["was sent to", "base_url"]);
+    home.write(home.config().join("config.toml"), "");
+    run(&["batches", "cancel", "1"]).status(2).says(&["lab"]);
+}
