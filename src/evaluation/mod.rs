@@ -21,6 +21,7 @@ mod question;
 /// Answers that were recorded by others.
 pub mod recorded;
 mod request;
+mod results;
 mod scored;
 mod settings;
 mod share;
@@ -44,6 +45,7 @@ pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
 pub use lead_curve::{LeadCurve, LeadPoint, Seen, Timed, lead_curves};
 pub use plan::{Plan, PlanError};
 pub use question::{Case, CaseError, Question, prepare, template};
+pub use results::{Counted, Outcome, Results, results};
 pub use scored::{Said, Scored, Way};
 pub use settings::{Decided, Settings};
 pub use share::Share;

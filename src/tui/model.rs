@@ -22,6 +22,7 @@ mod prices;
 mod prompt;
 mod question;
 mod recall;
+mod results;
 mod sizes;
 mod timeline;
 mod values;
@@ -56,6 +57,7 @@ pub use plot::Plot;
 pub use prices::Prices;
 pub use prompt::{EntryLine, PromptPane, PromptView};
 pub use recall::Recall;
+pub use results::ResultsView;
 pub use sizes::{Border, Edge, Shares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
@@ -97,6 +99,8 @@ pub enum Overlay {
     },
     /// The history of runs.
     History,
+    /// What all stored answers come to.
+    Results,
     /// Everything that runs, and what ran.
     Jobs,
     /// What a batch of questions would take, before it is asked.
@@ -163,6 +167,7 @@ impl Overlay {
             | Self::Tags { .. }
             | Self::History
             | Self::Jobs
+            | Self::Results
             | Self::Batch => None,
         }
     }
@@ -251,6 +256,8 @@ pub struct Model {
     pub card: Option<Card>,
     /// Everything that runs, and what ran.
     pub jobs: Jobs,
+    /// What all stored answers come to.
+    pub results: ResultsView,
     /// How long the program has been running; the loop sets it.
     pub uptime: Duration,
     /// What lies over the main screen, the top last.
@@ -326,6 +333,7 @@ impl Model {
             marks: Marks::default(),
             card: None,
             jobs: Jobs::default(),
+            results: ResultsView::default(),
             uptime: Duration::ZERO,
             overlays: Vec::new(),
             toasts: Vec::new(),

@@ -24,6 +24,7 @@ mod plotting;
 mod prompt;
 mod random;
 mod reasoning;
+mod results;
 mod session;
 mod side_by_side;
 mod stored;
