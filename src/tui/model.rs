@@ -14,6 +14,7 @@ mod list;
 mod look;
 mod map;
 mod notices;
+mod overlay;
 mod pane;
 mod picker;
 mod picture;
@@ -146,31 +147,6 @@ pub enum Overlay {
         /// The scenario's name.
         scenario: String,
     },
-}
-
-impl Overlay {
-    /// How far it is scrolled, if it is text.
-    pub fn scroll_mut(&mut self) -> Option<&mut usize> {
-        match self {
-            Self::Help { scroll, .. }
-            | Self::About { scroll }
-            | Self::Values { scroll }
-            | Self::Details(scroll)
-            | Self::Source { scroll } => Some(scroll),
-            Self::Palette(_)
-            | Self::Layers(_)
-            | Self::Themes(_)
-            | Self::Models { .. }
-            | Self::Measures { .. }
-            | Self::Pictures(_)
-            | Self::Templates { .. }
-            | Self::Tags { .. }
-            | Self::History
-            | Self::Jobs
-            | Self::Results
-            | Self::Batch => None,
-        }
-    }
 }
 
 /// Everything that the workbench knows.

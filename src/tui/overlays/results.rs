@@ -16,6 +16,9 @@ use crate::tui::widgets::words::{fit_end, pad, thousands};
 /// Columns after the way, before the shares.
 const HEADS: [&str; 8] = ["n", "tp", "fp", "fn", "tn", "open", "unp", "fail"];
 
+/// Columns of a way at most: the numbers stay near it on a wide screen.
+const NAMES: usize = 64;
+
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let body = Rect {
         height: screen.height.saturating_sub(1),
@@ -74,8 +77,12 @@ fn asked(way: &Way) -> String {
     });
     let techniques = way.techniques.map_or("-".into(), |t| t.to_string());
     let techniques = techniques.replace("cp+cot+icl", "all");
-    let task = way.task.name().get(..4).unwrap_or_default();
-    format!("{task} {} {}", pad(frame, 4), pad(&techniques, 7))
+    let task = match way.task.name() {
+        "collision" => "coll.",
+        name => name,
+    };
+    let (task, frame) = (pad(task, 6), pad(frame, 4));
+    format!("{task} {frame} {}", pad(&techniques, 7))
 }
 
 fn shares(counts: &Confusion) -> [String; 3] {
@@ -101,14 +108,14 @@ fn matrix(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         })
         .collect();
     let fixed: usize = widths.iter().sum::<usize>() + 3 * 5 + 2;
-    let names = usize::from(inner.width).saturating_sub(fixed);
+    let names = usize::from(inner.width).saturating_sub(fixed).min(NAMES);
     let dim = Style::new().fg(theme.dim);
     let mut head = format!("  {}", pad("asked", names));
     for (word, width) in HEADS.iter().zip(&widths) {
         head.push_str(&format!("{word:>width$}"));
     }
     head.push_str(" prec  rec   F1");
-    let truth = "truth: the built-in judge; open: it does not know the scenario; unp: no verdict in the answer";
+    let truth = "truth: the built-in judge · open: truth not known · unp: no verdict was read";
     let rows = usize::from(inner.height).saturating_sub(2);
     let top = (results.selected + 1).saturating_sub(rows);
     let mut lines = vec![Line::styled(head, dim.add_modifier(Modifier::BOLD))];
@@ -206,7 +213,7 @@ fn said(outcome: Outcome) -> (&'static str, &'static str) {
         Outcome::TrueNegative => ("right", "says no"),
         Outcome::FalsePositive => ("wrong", "says yes, the judge no"),
         Outcome::FalseNegative => ("wrong", "says no, the judge yes"),
-        Outcome::Open => ("open", "has a verdict; the truth is not known"),
+        Outcome::Open => ("open", "has a verdict; truth not known"),
         Outcome::Unparsed => ("none", "no verdict in the answer"),
         Outcome::Failed => ("fail", "no whole answer"),
     }
@@ -243,7 +250,7 @@ fn answers(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         let tail = format!("  run {}{sample}", answer.run);
         let rest = usize::from(inner.width).saturating_sub(2 + 6 + tail.width());
         let what_width = 38.min(rest / 2);
-        let name_width = rest - what_width;
+        let name_width = (rest - what_width).min(NAMES);
         let line = Line::from(vec![
             Span::raw(if chosen { "▸ " } else { "  " }),
             Span::styled(
