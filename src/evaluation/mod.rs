@@ -1,6 +1,7 @@
 //! One case from end to end: a scene is described, put into a prompt, judged, read and kept; and how good the
 //! built-in judge is.
 
+mod altered;
 mod answer;
 mod bradley_terry;
 mod case;
@@ -8,10 +9,12 @@ mod case;
 pub mod claims;
 mod confusion;
 mod how;
+mod invariance;
 mod judges;
 mod keeper;
 mod labels;
 mod lead;
+mod lead_curve;
 mod plan;
 /// Recorded answers as runs for the store.
 pub mod published;
@@ -21,26 +24,35 @@ pub mod recorded;
 /// Questions that are handed to a provider as a batch.
 pub mod remote;
 mod request;
+mod results;
 mod scored;
 mod settings;
+mod share;
 mod standings;
+#[cfg(test)]
+mod tests_scored;
 mod trial;
 mod usable;
 mod usual;
 mod values;
 
+pub use altered::{Altered, altered, question_for};
 pub use answer::{Answer, Judged, Missing, Past};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use case::{AskError, Event, Wanted, can_ask, run, stored};
 pub use confusion::Confusion;
 pub use how::{how, template_words};
+pub use invariance::{Invariance, Pair, invariance, pairs};
 pub use judges::{Judge, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
+pub use lead_curve::{LeadCurve, LeadPoint, Seen, Timed, lead_curves};
 pub use plan::{Plan, PlanError};
 pub use question::{Case, CaseError, Question, prepare, template};
+pub use results::{Counted, Outcome, Results, results};
 pub use scored::{Said, Scored, Way};
 pub use settings::{Decided, Settings};
+pub use share::Share;
 pub use standings::{By, Standing, Standings};
 pub use trial::trial;
 pub use usable::usable;

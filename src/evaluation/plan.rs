@@ -37,6 +37,16 @@ pub enum PlanError {
     /// It has no ego.
     #[error("{0}: no recorded ego beside it")]
     NoEgo(String),
+    /// The window would end before the recording begins.
+    #[error(
+        "{scenario}: the recording begins after the window of lead {lead} would end; ask for a shorter lead"
+    )]
+    TooEarly {
+        /// Which scenario.
+        scenario: String,
+        /// The lead that was asked for, as on the command line.
+        lead: String,
+    },
     /// No prompt can be made of it.
     #[error(transparent)]
     Case(#[from] CaseError),
@@ -61,24 +71,43 @@ impl Plan {
     /// # Errors
     /// It cannot be read, has no ego, or no prompt can be made of it.
     pub fn question(&self, entry: &Entry, ego: &WantedEgo) -> Result<Question, PlanError> {
+        let scene = self.scene(entry, ego)?;
+        let window = self.window(&scene);
+        Ok(self.question_about(entry.name.clone(), scene, window, None)?)
+    }
+
+    /// A scenario with this ego.
+    pub(super) fn scene(&self, entry: &Entry, ego: &WantedEgo) -> Result<Arc<Scene>, PlanError> {
         let unreadable = |why: String| PlanError::Unreadable(why);
         let scenario = entry.read().map_err(|e| unreadable(e.to_string()))?;
         let ego = ego.of(entry, &scenario);
         let ego = ego.map_err(|e| unreadable(e.to_string()))?;
         let ego = ego.ok_or_else(|| PlanError::NoEgo(entry.display()))?;
-        let scene = Arc::new(Scene::new(scenario, ego));
+        Ok(Arc::new(Scene::new(scenario, ego)))
+    }
+
+    /// The question about a scene; `obstacle` is the one that is described in place of the plan's own.
+    pub(super) fn question_about(
+        &self,
+        name: String,
+        scene: Arc<Scene>,
+        window: Window,
+        obstacle: Option<i64>,
+    ) -> Result<Question, CaseError> {
+        let mut options = self.decided.options;
+        options.obstacle = obstacle.or(options.obstacle);
         let case = Case {
-            name: entry.name.clone(),
-            window: self.window(&scene),
+            name,
+            window,
             scene,
             task: self.task,
             frame: self.frame,
             techniques: self.decided.techniques,
-            options: self.decided.options,
+            options,
             thresholds: self.thresholds.clone(),
         };
         let draft = self.draft.as_ref().map(|(f, s)| (f.as_str(), s.as_str()));
-        Ok(prepare(case, &self.library, draft)?)
+        prepare(case, &self.library, draft)
     }
 
     /// What the built-in judge says to a question of this plan; nothing for tasks that it does not answer.

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::question::Case;
 use crate::metrics::{MEASURES, RiskLevel, Thresholds};
 use crate::prompts;
+use crate::scenario::Transform;
 
 /// The values of a case.
 #[derive(Debug, Serialize)]
@@ -94,7 +95,8 @@ impl<'a> Values<'a> {
             radius: case.options.radius,
             ego: case.scene.ego.id,
             obstacle: case.options.obstacle,
-            scenario: &case.name,
+            // That a scene was changed is for the store, not for a model.
+            scenario: Transform::of_name(&case.name).0,
             window: WindowValues {
                 first,
                 last,

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{Point, Pose, SemiTrailer, Truck};
+use super::{Point, Pose, SemiTrailer, Truck, Vector};
 
 /// A region fixed to an object, in the object's own frame (x forward, y left, metres).
 #[derive(Debug, Clone, PartialEq)]
@@ -250,6 +250,30 @@ impl Shape {
             Self::Group(members) => members.iter().flat_map(Self::outlines).collect(),
             Self::Truck(_) | Self::SemiTrailerTruck { .. } => self.plain().outlines(),
         }
+    }
+
+    /// The centroid of its area, in the object's frame; where parts overlap, both count. It turns with the shape, which
+    /// the middle of a box around it does not.
+    #[must_use]
+    pub fn centroid(&self) -> Option<Point> {
+        let rings = self.outlines();
+        // From a corner, so that no digits are lost far from the origin.
+        let origin = *rings.first()?.first()?;
+        let (mut moment, mut area) = (Vector::zeros(), 0.0);
+        for ring in &rings {
+            let corners = ring.iter().map(|p| p - origin);
+            let next = corners.clone().cycle().skip(1);
+            let (mut of_ring, mut twice) = (Vector::zeros(), 0.0);
+            for (a, b) in corners.zip(next) {
+                let cross = a.perp(&b);
+                of_ring += (a + b) * cross / 6.0;
+                twice += cross;
+            }
+            // Whichever way round the corners are told.
+            moment += of_ring * f64::signum(twice);
+            area += twice.abs() / 2.0;
+        }
+        (area > 0.0).then(|| origin + moment / area)
     }
 
     /// Length and width of the smallest box in line with the object that holds the shape, metres.

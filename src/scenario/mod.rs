@@ -19,6 +19,7 @@ mod search;
 mod signs;
 mod summary;
 mod track;
+mod transform;
 mod vehicle;
 mod window;
 
@@ -51,6 +52,7 @@ pub use search::{Found, LibraryError, PassedOver, Why, find, find_in_pieces, not
 pub use signs::SignMeaning;
 pub use summary::{alike, in_short};
 pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};
+pub use transform::{Transform, TransformError, Transformed};
 pub use vehicle::{VehicleModel, VehicleType};
 pub use window::Window;
 

@@ -3,7 +3,7 @@
 use super::{
     ObstacleRole, ObstacleType, Position, Quantity, Sample, Signal, State, StateField, Steps, Track,
 };
-use crate::geometry::{Footprint, Shape};
+use crate::geometry::{Footprint, Shape, Vector};
 
 /// Another participant, or a thing in the way.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,6 +159,15 @@ fn sample(state: &State) -> Option<Sample> {
     let vector = state.point_mass_velocity();
     let direction = vector.filter(|v| v.norm() > STANDSTILL);
     let said = |quantity: Option<Quantity>| quantity.map(|q| q.middle());
+    // That of a point mass is told along the world's axes, too, where there are two of them.
+    let across = vector.and(state.quantity(StateField::AccelerationY));
+    let acceleration = match (said(state.acceleration), across) {
+        (Some(x), Some(y)) => {
+            let vector = Vector::new(x, y.middle());
+            direction.map(|v| v.normalize().dot(&vector))
+        }
+        (along, _) => along,
+    };
     Some(Sample {
         step: state.time.from,
         position: state.middle()?,
@@ -166,6 +175,6 @@ fn sample(state: &State) -> Option<Sample> {
             .map(|v| v.y.atan2(v.x))
             .or(said(state.orientation)),
         velocity: vector.map(|v| v.norm()).or(said(state.velocity)),
-        acceleration: state.acceleration.map(|q| q.middle()),
+        acceleration,
     })
 }

@@ -1,7 +1,7 @@
 //! States as files give them: numbers that may be intervals, positions that may be regions.
 
 use super::StateField;
-use crate::geometry::{Bounds, Point, Shape, Vector};
+use crate::geometry::{Point, Shape, Vector};
 
 /// A number, exact or known to lie in an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,15 +100,12 @@ impl State {
         Some(Vector::new(along.middle(), across.middle()))
     }
 
-    /// The position, or the middle of the region in which it is; nothing on lanelets.
+    /// The position, or the centroid of the region in which it is; nothing on lanelets.
     #[must_use]
     pub fn middle(&self) -> Option<Point> {
         match self.position.as_ref()? {
             Position::Point(p) => Some(*p),
-            Position::Region(region) => {
-                let outlines = region.outlines();
-                Some(Bounds::of(outlines.iter().flatten())?.center())
-            }
+            Position::Region(region) => region.centroid(),
             Position::Lanelets(_) => None,
         }
     }

@@ -8,6 +8,7 @@ mod health;
 mod key;
 mod list;
 mod migrate;
+mod outcomes;
 mod page;
 mod provider_batches;
 mod ratings;
@@ -23,6 +24,7 @@ pub use filter::{Decision, Filter, FilterError, moment};
 pub use health::Health;
 pub use key::Key;
 pub use list::Summary;
+pub use outcomes::StoredOutcome;
 pub use page::{Cursor, Edge, Interrupter, Page};
 pub use provider_batches::{
     Handed, HandedState, NewProviderBatch, Opened, ProviderBatch, ProviderBatchId,

@@ -116,6 +116,10 @@ pub enum Action {
     Suspend,
     History,
     TaskList,
+    Results,
+    CellLeft,
+    CellRight,
+    OpenCell,
     MarkScenario,
     UnmarkScenarios,
     AskMarked,
@@ -163,6 +167,8 @@ pub enum Scope {
     History,
     /// In the list of tasks.
     Jobs,
+    /// On the screen of results.
+    Results,
     /// In the template editor, where keys write and nothing else holds.
     Editor,
     /// On the screen of answers side by side, which has keys for everything itself.
@@ -171,13 +177,14 @@ pub enum Scope {
 
 impl Scope {
     /// Every place with its name in keymap files, and in words.
-    pub const ALL: [(Self, &'static str, &'static str); 8] = [
+    pub const ALL: [(Self, &'static str, &'static str); 9] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
         (Self::Map, "map", "on the map"),
         (Self::Text, "text", "in prompt, verdict and reasoning"),
         (Self::History, "history", "in the history of runs"),
         (Self::Jobs, "tasks", "in the list of tasks"),
+        (Self::Results, "results", "on the screen of results"),
         (Self::Editor, "editor", "in the template editor"),
         (
             Self::Compare,
@@ -198,7 +205,7 @@ impl Scope {
     pub fn is_own(self) -> bool {
         matches!(
             self,
-            Self::History | Self::Jobs | Self::Editor | Self::Compare
+            Self::History | Self::Jobs | Self::Results | Self::Editor | Self::Compare
         )
     }
 }

@@ -64,6 +64,8 @@ pub enum Msg {
     Stored(StoredOf, Vec<Answer>),
     /// Of the history of runs.
     History(runs::HistoryNews),
+    /// Of the screen of results.
+    Results(runs::ResultsNews),
     /// Of a batch of questions.
     Batch(runs::BatchNews),
     /// A rating of the answers of a round of the comparison was kept, under this number, or why not.
@@ -210,6 +212,8 @@ pub enum Effect {
     },
     /// Something for the history of runs.
     History(runs::HistoryAsk),
+    /// Something for the screen of results.
+    Results(runs::ResultsAsk),
     /// Something for a batch of questions.
     Batch(runs::BatchAsk),
     /// Stop working out facts of scenarios.

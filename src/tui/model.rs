@@ -14,6 +14,7 @@ mod list;
 mod look;
 mod map;
 mod notices;
+mod overlay;
 mod pane;
 mod picker;
 mod picture;
@@ -22,6 +23,7 @@ mod prices;
 mod prompt;
 mod question;
 mod recall;
+mod results;
 mod sizes;
 mod timeline;
 mod values;
@@ -56,6 +58,7 @@ pub use plot::Plot;
 pub use prices::Prices;
 pub use prompt::{EntryLine, PromptPane, PromptView};
 pub use recall::Recall;
+pub use results::ResultsView;
 pub use sizes::{Border, Edge, Shares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
@@ -97,6 +100,8 @@ pub enum Overlay {
     },
     /// The history of runs.
     History,
+    /// What all stored answers come to.
+    Results,
     /// Everything that runs, and what ran.
     Jobs,
     /// What a batch of questions would take, before it is asked.
@@ -142,30 +147,6 @@ pub enum Overlay {
         /// The scenario's name.
         scenario: String,
     },
-}
-
-impl Overlay {
-    /// How far it is scrolled, if it is text.
-    pub fn scroll_mut(&mut self) -> Option<&mut usize> {
-        match self {
-            Self::Help { scroll, .. }
-            | Self::About { scroll }
-            | Self::Values { scroll }
-            | Self::Details(scroll)
-            | Self::Source { scroll } => Some(scroll),
-            Self::Palette(_)
-            | Self::Layers(_)
-            | Self::Themes(_)
-            | Self::Models { .. }
-            | Self::Measures { .. }
-            | Self::Pictures(_)
-            | Self::Templates { .. }
-            | Self::Tags { .. }
-            | Self::History
-            | Self::Jobs
-            | Self::Batch => None,
-        }
-    }
 }
 
 /// Everything that the workbench knows.
@@ -251,6 +232,8 @@ pub struct Model {
     pub card: Option<Card>,
     /// Everything that runs, and what ran.
     pub jobs: Jobs,
+    /// What all stored answers come to.
+    pub results: ResultsView,
     /// How long the program has been running; the loop sets it.
     pub uptime: Duration,
     /// What lies over the main screen, the top last.
@@ -326,6 +309,7 @@ impl Model {
             marks: Marks::default(),
             card: None,
             jobs: Jobs::default(),
+            results: ResultsView::default(),
             uptime: Duration::ZERO,
             overlays: Vec::new(),
             toasts: Vec::new(),

@@ -4,6 +4,7 @@ mod batch;
 pub mod history;
 mod pictures;
 mod queue;
+pub mod results;
 mod scenarios;
 pub mod session;
 mod templates;
@@ -53,6 +54,8 @@ pub struct Tasks {
     ending: Vec<AbortHandle>,
     /// Reads for the history, while that is open.
     history: Option<history::Reader>,
+    /// Tells the reading of results that is under way to end.
+    results: std::sync::Arc<std::sync::atomic::AtomicBool>,
     batches: batch::Batches,
     /// Requests of batches at once, to one provider.
     concurrency: std::num::NonZeroU32,
@@ -114,6 +117,7 @@ impl Tasks {
             pictures: pictures::Drawing::default(),
             ending: Vec::new(),
             history: None,
+            results: std::sync::Arc::default(),
             batches: batch::Batches::default(),
             concurrency: config.concurrency,
             budget: config.budget.map(Budget::new),
@@ -170,6 +174,7 @@ impl Tasks {
                 fresh,
             } => self.ask(id, question, &model, fresh),
             Effect::History(ask) => self.history(ask),
+            Effect::Results(ask) => self.results(ask),
             Effect::Batch(ask) => self.batch(ask),
             Effect::StopSurvey => self.survey.stop(),
             Effect::StopRanking => self.ranking.stop(),

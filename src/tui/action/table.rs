@@ -85,6 +85,7 @@ table! {
     ZoomOut, Global, "zoom-out", ["-"], 0, "zoom out", "Zoom the map out.";
     History, Global, "history", ["ctrl-r"], 0, "history", "The history of runs: what was asked and answered.";
     TaskList, Global, "tasks", ["shift-j"], 0, "tasks", "Everything that runs or waits, what it costs, and what became of what ran.";
+    Results, Global, "results", ["%"], 0, "results", "What all stored answers come to: right and wrong by model, frame and techniques, and the answers behind each number.";
     MarkScenario, Global, "mark-scenario", ["*"], 0, "mark scenario", "Mark the selected scenario, or take its mark away.";
     UnmarkScenarios, Global, "unmark-scenarios", [], 0, "unmark all", "Take the marks of all scenarios away.";
     AskMarked, Global, "ask-marked", ["shift-a"], 0, "ask many", "Ask the chosen model about the marked scenarios, or about all that are listed where none is marked.";
@@ -137,6 +138,15 @@ table! {
     CancelJob, Jobs, "cancel-task", ["x", "delete"], 1, "cancel", "Cancel the selected task; a batch begins nothing more, and a second time what it began is cancelled too.";
     CancelAllJobs, Jobs, "cancel-tasks", ["shift-x"], 2, "cancel all", "Cancel everything that runs.";
     ShowJob, Jobs, "show-task", ["enter"], 3, "its runs", "Show the runs of the selected batch in the history.";
+    Up, Results, "up", ["up", "k"], 0, "up", "The row or the answer above.";
+    Down, Results, "down", ["down", "j"], 0, "down", "The row or the answer below.";
+    PageUp, Results, "page-up", ["pageup", "ctrl-u"], 0, "page up", "A page up.";
+    PageDown, Results, "page-down", ["pagedown", "ctrl-d"], 0, "page down", "A page down.";
+    Top, Results, "top", ["g", "home"], 0, "first", "The first row or answer.";
+    Bottom, Results, "bottom", ["shift-g", "end"], 0, "last", "The last row or answer.";
+    CellLeft, Results, "cell-left", ["left", "h"], 2, "cell", "The number on the left.";
+    CellRight, Results, "cell-right", ["right", "l"], 2, "cell", "The number on the right.";
+    OpenCell, Results, "open-cell", ["enter"], 1, "open", "List the answers behind the number; open the scenario of an answer, asked in the same way.";
     EditDone, Editor, "edit-done", ["esc"], 1, "done", "Give the keys back; the draft stays in use. In vim's modes, first back to normal.";
     SaveTemplate, Editor, "save-template", ["ctrl-s"], 2, "save", "Save the template in your prompts folder.";
     SaveTemplateAs, Editor, "save-as", ["ctrl-a", "alt-s"], 8, "save as", "Save it under a new name, and use that for the task and frame.";

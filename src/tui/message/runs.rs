@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::evaluation::{Answer, Plan};
+use crate::evaluation::{Answer, Plan, Results};
 use crate::scenario::Entry;
 use crate::store::{Edge, Filter, Page, Run, RunId};
 use crate::verdict::Task;
@@ -52,6 +52,26 @@ pub enum HistoryNews {
     Done(RunId, Result<(), String>),
     /// A file was written: what to say, or why not.
     Exported(Result<String, String>),
+}
+
+/// What the screen of results wants.
+#[derive(Debug)]
+pub enum ResultsAsk {
+    /// All stored answers counted, with the truth by the built-in judge, for which these files may be the scenarios.
+    Read(PageId, Vec<Entry>),
+    /// A run whole.
+    Run(RunId),
+    /// Nothing any longer.
+    Stop,
+}
+
+/// What the screen of results hears.
+#[derive(Debug)]
+pub enum ResultsNews {
+    /// What the answers come to, by way of asking.
+    Read(PageId, Result<Vec<Results>, String>),
+    /// A run, if it is still there.
+    Run(RunId, Result<Option<Box<Run>>, String>),
 }
 
 /// Numbers the batches of questions.

@@ -8,6 +8,7 @@ mod history;
 mod jobs;
 mod layers;
 mod picker;
+mod results;
 mod run;
 mod source;
 mod tags;
@@ -32,6 +33,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Values { scroll } => values::draw(frame, screen, model, *scroll),
             Overlay::History => history::draw(frame, screen, model),
             Overlay::Jobs => jobs::draw(frame, screen, model),
+            Overlay::Results => results::draw(frame, screen, model),
             Overlay::Batch => batch::draw(frame, screen, model),
             Overlay::Themes(typed) => picker::themes(frame, screen, model, typed),
             Overlay::Details(scroll) => details::draw(frame, screen, model, *scroll),

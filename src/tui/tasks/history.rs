@@ -301,23 +301,39 @@ impl Truths {
         if let Some(known) = self.0.get(&about) {
             return *known;
         }
-        let said = files.iter().find_map(|entry| judged(entry, judging, run));
+        let asked = Question {
+            task: question.task,
+            scenario_hash: question.scenario_hash.as_deref(),
+            ego: &question.ego,
+            window: question.window,
+        };
+        let said = files
+            .iter()
+            .find_map(|entry| judged(entry, judging, &asked));
         self.0.insert(about, said);
         said
     }
 }
 
+/// As much of a question as decides what the built-in judge says to it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Question<'a> {
+    pub task: Task,
+    pub scenario_hash: Option<&'a str>,
+    pub ego: &'a str,
+    pub window: Option<(i64, i64)>,
+}
+
 /// What the built-in judge says to the question of a run, if this file is its scenario.
-fn judged(entry: &Entry, judging: &Judging, run: &Run) -> Option<bool> {
-    let question = &run.question;
+pub(super) fn judged(entry: &Entry, judging: &Judging, question: &Question<'_>) -> Option<bool> {
     if !Task::VERDICTS.contains(&question.task) {
         return None;
     }
     let scenario = entry.read().ok()?;
-    if Some(scenario.hash.to_string()) != question.scenario_hash {
+    if Some(scenario.hash.to_string().as_str()) != question.scenario_hash {
         return None;
     }
-    let taken = obstacle_taken(&question.ego).map(WantedEgo::Obstacle);
+    let taken = obstacle_taken(question.ego).map(WantedEgo::Obstacle);
     let ego = taken.unwrap_or_else(|| judging.ego.clone());
     let ego = ego.of(entry, &scenario).ok()??;
     if ego.to_string() != question.ego {

@@ -128,7 +128,12 @@ fn text(buffer: &Buffer) -> String {
 const SIGNS: [Modifier; 3] = [Modifier::BOLD, Modifier::REVERSED, Modifier::UNDERLINED];
 
 /// Holds the view in every theme against the dark one; gives its text.
-fn seen_in_every_theme(what: &str, bench: &mut Bench, size: (u16, u16), selects: bool) -> String {
+pub(super) fn seen_in_every_theme(
+    what: &str,
+    bench: &mut Bench,
+    size: (u16, u16),
+    selects: bool,
+) -> String {
     let dark = drawn(bench, Theme::default_for(true), size);
     let plain = drawn(bench, Theme::default_for(true).at_depth(Depth::None), size);
     let light = drawn(bench, Theme::default_for(false), size);

@@ -25,6 +25,7 @@ mod prompt;
 mod random;
 mod rating;
 mod reasoning;
+mod results;
 mod session;
 mod side_by_side;
 mod stored;

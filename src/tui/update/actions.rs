@@ -6,7 +6,7 @@ use super::super::message::{Effect, StoredOf};
 use super::super::model::{Column, Model, Notice, Overlay, Pane, Picker, PromptView, Shown, Toast};
 use super::{
     answers, batch, claims, clock, compare, editing, history, jobs, list, look, map, obstacles,
-    open_current, panes, picture, plot, rating, session, source, task, timeline,
+    open_current, panes, picture, plot, rating, results, session, source, task, timeline,
 };
 use crate::scenario::EgoSource;
 
@@ -105,6 +105,8 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Copy => return copy(model),
         History => return history::open(model, None),
         TaskList => return jobs::open(model),
+        Results => return results::open(model),
+        CellLeft | CellRight | OpenCell => return results::perform(model, action),
         MarkScenario => batch::mark(model),
         UnmarkScenarios => model.marks.clear(),
         AskMarked => return batch::propose(model),
@@ -195,6 +197,7 @@ pub fn stored_of(model: &Model) -> Option<StoredOf> {
 pub fn cancel(model: &mut Model) -> Vec<Effect> {
     match model.overlays.last() {
         Some(Overlay::History) => return history::close(model),
+        Some(Overlay::Results) => return results::back(model),
         Some(Overlay::Batch) => {
             return batch::on_key(model, Key::plain(Code::Esc));
         }
@@ -247,6 +250,10 @@ fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
         Some(Overlay::History) => return history::moved(model, action),
         Some(Overlay::Jobs) => {
             jobs::moved(model, action);
+            return Vec::new();
+        }
+        Some(Overlay::Results) => {
+            results::moved(model, action);
             return Vec::new();
         }
         _ => {}

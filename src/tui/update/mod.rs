@@ -23,6 +23,7 @@ mod plot;
 mod pointer;
 mod rating;
 mod reopen;
+mod results;
 pub mod session;
 mod source;
 mod task;
@@ -118,6 +119,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::History(news) => history::heard(model, news),
+        Msg::Results(news) => results::heard(model, news),
         Msg::Batch(news) => batch::heard(model, news),
         Msg::Rated(round, result) => rating::kept(model, round, result),
         Msg::Ratings(result) => {

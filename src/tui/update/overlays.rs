@@ -9,7 +9,8 @@ use super::super::model::{
 };
 use super::line::edit;
 use super::{
-    actions, answers, batch, editing, history, jobs, list, look, map, picture, plot, source, values,
+    actions, answers, batch, editing, history, jobs, list, look, map, picture, plot, results,
+    source, values,
 };
 
 /// A key while an overlay is open.
@@ -18,6 +19,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         Some(Overlay::History) => return history::on_key(model, key),
         Some(Overlay::Jobs) => return jobs::on_key(model, key),
         Some(Overlay::Batch) => return batch::on_key(model, key),
+        Some(Overlay::Results) => return results::on_key(model, key),
         _ => {}
     }
     if key.code == Code::Esc {
@@ -144,6 +146,7 @@ pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
         | Overlay::Layers(_)
         | Overlay::History
         | Overlay::Jobs
+        | Overlay::Results
         | Overlay::Batch => None,
     }
 }

@@ -169,6 +169,7 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         }
         Some(Overlay::History) => return own(model, Scope::History),
         Some(Overlay::Jobs) => return own(model, Scope::Jobs),
+        Some(Overlay::Results) => return own(model, Scope::Results),
         Some(Overlay::Batch) => return fixed(&[("Enter", "ask"), ("Esc", "do not")]),
         Some(Overlay::Tags { .. }) => {
             return fixed(&[("type", "tags"), ("Enter", "keep"), ("Esc", "as before")]);

@@ -1,0 +1,200 @@
+//! Whether answers stay the same when a scene is turned, mirrored, moved or renumbered, which changes nothing about it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::share::Share;
+use super::{Said, Scored, Way};
+use crate::scenario::Transform;
+use crate::verdict::Verdict;
+
+/// Two answers of one way of asking: about a scene, and about the same scene changed.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair<'a> {
+    /// About the scene as it is.
+    pub original: &'a Scored,
+    /// About the changed one, with the ids of the original: see [`Scored::mapped_back`].
+    pub changed: &'a Scored,
+    /// The change.
+    pub transform: Transform,
+}
+
+/// What a change does to the answers of one way of asking.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Invariance {
+    /// How it was asked.
+    pub way: Way,
+    /// What was changed about the scenes.
+    pub transform: Transform,
+    /// Verdicts that turned from yes to no or from no to yes, of the pairs with two verdicts.
+    pub flipped: Share,
+    /// Verdicts that name other obstacles as colliding or of extreme risk (scores 0 and 1), of the same pairs.
+    pub renamed: Share,
+    /// The mean of the score afterwards less the score before, over all obstacles that both verdicts of a pair score.
+    pub risk_change: Option<f64>,
+    /// The mean of the size of that difference.
+    pub risk_distance: Option<f64>,
+    /// Obstacles that those two are the means of.
+    pub scores: u32,
+    /// Pairs in which one answer or both hold no verdict.
+    pub without_verdict: u32,
+}
+
+impl Scored {
+    /// The same answer with other ids of obstacles, by a map from the ones it has to the ones it shall have; ids that are
+    /// not in the map stay. The truth is left as it is: it is told about the original.
+    #[must_use]
+    pub fn mapped_back(mut self, ids: &BTreeMap<i64, i64>) -> Self {
+        let verdicts = self.reference.iter_mut().chain(match &mut self.said {
+            Said::Verdict(verdict) => Some(verdict),
+            Said::Unparsed(_) | Said::Failed(_) => None,
+        });
+        for obstacle in verdicts.flat_map(|verdict| &mut verdict.obstacles) {
+            obstacle.id = ids.get(&obstacle.id).copied().unwrap_or(obstacle.id);
+        }
+        self
+    }
+
+    fn verdict(&self) -> Option<&Verdict> {
+        match &self.said {
+            Said::Verdict(verdict) => Some(verdict),
+            Said::Unparsed(_) | Said::Failed(_) => None,
+        }
+    }
+}
+
+/// Finds the pairs among answers, by the names that [`Transform::name`] gives changed scenes: same scenario, way and
+/// sample. Ids have to be mapped back before.
+#[must_use]
+pub fn pairs(answers: &[Scored]) -> Vec<Pair<'_>> {
+    let named = |answer: &'_ Scored| Transform::of_name(&answer.scenario).1;
+    let originals = answers.iter().filter(|a| named(a).is_none());
+    let originals: BTreeMap<_, &Scored> = originals
+        .map(|a| ((a.scenario.as_str(), &a.way, a.sample), a))
+        .collect();
+    let pair = |changed| {
+        let changed: &Scored = changed;
+        let (scenario, transform) = Transform::of_name(&changed.scenario);
+        let original = originals.get(&(scenario, &changed.way, changed.sample))?;
+        Some(Pair {
+            original,
+            changed,
+            transform: transform?,
+        })
+    };
+    answers.iter().filter_map(pair).collect()
+}
+
+/// Counts pairs, by way and change.
+#[must_use]
+pub fn invariance<'a>(pairs: impl IntoIterator<Item = Pair<'a>>) -> Vec<Invariance> {
+    let mut groups: BTreeMap<(&Way, String), Vec<Pair<'a>>> = BTreeMap::new();
+    for pair in pairs {
+        let key = (&pair.original.way, pair.transform.to_string());
+        groups.entry(key).or_default().push(pair);
+    }
+    groups
+        .into_values()
+        .filter_map(|pairs| of(&pairs))
+        .collect()
+}
+
+/// Of pairs of one way and change.
+fn of(pairs: &[Pair<'_>]) -> Option<Invariance> {
+    let first = pairs.first()?;
+    let (mut flipped, mut renamed) = (Share::default(), Share::default());
+    let mut changes: Vec<f64> = Vec::new();
+    let mut without_verdict = 0;
+    for pair in pairs {
+        let Some((a, b)) = pair.original.verdict().zip(pair.changed.verdict()) else {
+            without_verdict += 1;
+            continue;
+        };
+        flipped.count(a.dangerous != b.dangerous);
+        renamed.count(grave(a) != grave(b));
+        let scores = scores(a);
+        changes.extend(b.obstacles.iter().filter_map(|o| {
+            let before = scores.get(&o.id)?;
+            Some(f64::from(o.risk_score) - f64::from(*before))
+        }));
+    }
+    let mean = |values: &mut dyn Iterator<Item = f64>| {
+        (!changes.is_empty()).then(|| values.sum::<f64>() / changes.len() as f64)
+    };
+    Some(Invariance {
+        way: first.original.way.clone(),
+        transform: first.transform,
+        flipped,
+        renamed,
+        risk_change: mean(&mut changes.iter().copied()),
+        risk_distance: mean(&mut changes.iter().map(|c| c.abs())),
+        scores: changes.len() as u32,
+        without_verdict,
+    })
+}
+
+/// The obstacles that a verdict names as the paper counts it: see [`super::recorded::names`].
+fn grave(verdict: &Verdict) -> BTreeSet<i64> {
+    let all = verdict.obstacles.iter();
+    all.map(|o| o.id)
+        .filter(|id| super::recorded::names(verdict, *id))
+        .collect()
+}
+
+fn scores(verdict: &Verdict) -> BTreeMap<i64, u8> {
+    verdict
+        .obstacles
+        .iter()
+        .map(|o| (o.id, o.risk_score))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::evaluation::tests_scored::{answer, failed};
+
+    #[test]
+    fn flips_names_and_scores_are_counted_by_way_and_change() {
+        let mirrored = |name: &str| Transform::Mirror.name(name);
+        let answers = [
+            answer("a", "m/x", true, &[(1, 0), (2, 4)]),
+            answer("b", "m/x", true, &[(1, 1)]),
+            answer("c", "m/x", false, &[]),
+            answer("d", "m/x", false, &[]),
+            // The same; a flip that names nobody; another one named; no verdict; no original.
+            answer(&mirrored("a"), "m/x", true, &[(1, 0), (2, 5)]),
+            answer(&mirrored("b"), "m/x", false, &[(1, 4)]),
+            answer(&mirrored("c"), "m/x", false, &[(7, 1)]),
+            failed(&mirrored("d"), "m/x"),
+            answer(&mirrored("e"), "m/x", false, &[]),
+            answer(&Transform::Renumber(1).name("a"), "m/x", true, &[(1, 0)]),
+            answer(&mirrored("a"), "m/y", true, &[]),
+        ];
+        let found = invariance(pairs(&answers));
+        assert_eq!(found.len(), 2, "{found:#?}");
+        let mirror = &found[0];
+        assert_eq!(
+            (mirror.transform, mirror.way.model.as_str()),
+            (Transform::Mirror, "m/x")
+        );
+        assert_eq!(mirror.flipped, Share { hits: 1, of: 3 });
+        assert_eq!(mirror.renamed, Share { hits: 2, of: 3 });
+        assert_eq!((mirror.scores, mirror.without_verdict), (3, 1));
+        // 0 → 0, 4 → 5 and 1 → 4.
+        assert!((mirror.risk_change.unwrap() - 4.0 / 3.0).abs() < 1e-12);
+        assert!((mirror.risk_distance.unwrap() - 4.0 / 3.0).abs() < 1e-12);
+        assert_eq!(found[1].flipped, Share { hits: 0, of: 1 });
+        assert_eq!(found[1].risk_change, Some(0.0));
+    }
+
+    #[test]
+    fn ids_are_mapped_back_in_both_verdicts() {
+        let mut scored = answer("a", "m/x", true, &[(1, 0), (3, 2)]);
+        scored.reference = Some(scored.verdict().unwrap().clone());
+        let back = scored.mapped_back(&BTreeMap::from([(1, 2), (2, 1)]));
+        let ids = |v: &Verdict| v.obstacles.iter().map(|o| o.id).collect::<Vec<_>>();
+        assert_eq!(ids(back.verdict().unwrap()), [2, 3]);
+        assert_eq!(ids(back.reference.as_ref().unwrap()), [2, 3]);
+    }
+}

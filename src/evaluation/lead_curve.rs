@@ -1,0 +1,204 @@
+//! The verdict as a function of time before the collision: how early a way of asking sees it, and whether it stays with that.
+
+use std::collections::BTreeMap;
+
+use super::share::Share;
+use super::{Label, Said, Scored, Way, recorded};
+
+/// An answer, with how long before the collision its window ended.
+#[derive(Debug, Clone, Copy)]
+pub struct Timed<'a> {
+    /// The answer.
+    pub scored: &'a Scored,
+    /// Seconds from the end of the window to the collision; leads are told apart by milliseconds.
+    pub lead: f64,
+}
+
+/// The answers of one way at one lead, about scenarios that are collisions in truth.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LeadPoint {
+    /// Seconds before the collision.
+    pub lead: f64,
+    /// Those that say yes, of those with a verdict, whomever they name.
+    pub yes: Share,
+    /// Those that name the obstacle of the truth as colliding or of extreme risk, of those with a verdict about a scenario
+    /// whose truth has an obstacle.
+    pub named: Share,
+    /// Answers in which no verdict could be read.
+    pub unparsed: u32,
+    /// Questions without a whole answer.
+    pub failed: u32,
+}
+
+/// How early one scenario was seen by one series of answers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// The scenario.
+    pub scenario: String,
+    /// Which of several answers to the same question.
+    pub sample: u32,
+    /// The greatest lead with a yes from which on every verdict nearer to the collision is a yes, too, seconds; nothing
+    /// where the one nearest to it is a no, or there is none. Answers without a verdict say neither, and are passed over.
+    pub earliest: Option<f64>,
+}
+
+/// What one way of asking says at all leads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeadCurve {
+    /// How it was asked.
+    pub way: Way,
+    /// By lead, the longest first.
+    pub points: Vec<LeadPoint>,
+    /// By scenario and sample.
+    pub seen: Vec<Seen>,
+}
+
+impl LeadCurve {
+    /// The median of the earliest leads, seconds: half of the series saw it at least so early. Those that never saw it count
+    /// as later than all others, so there is none where they are half or more. Of an even number the lower of the two
+    /// in the middle, which was measured.
+    #[must_use]
+    pub fn median_earliest(&self) -> Option<f64> {
+        let mut leads: Vec<Option<f64>> = self.seen.iter().map(|s| s.earliest).collect();
+        let later = |a: &Option<f64>, b: &Option<f64>| match (a, b) {
+            (Some(a), Some(b)) => a.total_cmp(b),
+            (a, b) => a.is_some().cmp(&b.is_some()),
+        };
+        leads.sort_by(later);
+        *leads.get(leads.len().checked_sub(1)? / 2)?
+    }
+}
+
+/// The curves of answers, by way. Answers about scenarios that are no collision in truth have no lead and are left out.
+#[must_use]
+pub fn lead_curves<'a>(answers: impl IntoIterator<Item = Timed<'a>>) -> Vec<LeadCurve> {
+    let mut ways: BTreeMap<&Way, Vec<Timed<'a>>> = BTreeMap::new();
+    for timed in answers {
+        if timed.scored.is_collision() == Some(true) && timed.lead.is_finite() {
+            ways.entry(&timed.scored.way).or_default().push(timed);
+        }
+    }
+    let curve = |(way, answers): (&Way, Vec<Timed<'a>>)| LeadCurve {
+        way: way.clone(),
+        points: points(&answers),
+        seen: seen(answers),
+    };
+    ways.into_iter().map(curve).collect()
+}
+
+fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
+    let mut points: BTreeMap<i64, LeadPoint> = BTreeMap::new();
+    for timed in answers {
+        let milliseconds = (timed.lead * 1000.0).round();
+        let point = points.entry(milliseconds as i64).or_default();
+        point.lead = milliseconds / 1000.0;
+        match &timed.scored.said {
+            Said::Unparsed(_) => point.unparsed += 1,
+            Said::Failed(_) => point.failed += 1,
+            Said::Verdict(verdict) => {
+                point.yes.count(verdict.dangerous);
+                if let Some(Label::Collision(Some(obstacle))) = timed.scored.truth {
+                    point.named.count(recorded::names(verdict, obstacle));
+                }
+            }
+        }
+    }
+    points.into_values().rev().collect()
+}
+
+fn seen(mut answers: Vec<Timed<'_>>) -> Vec<Seen> {
+    answers.sort_by(|a, b| a.lead.total_cmp(&b.lead));
+    let mut series: BTreeMap<(&str, u32), Vec<Timed<'_>>> = BTreeMap::new();
+    for timed in answers {
+        let key = (timed.scored.scenario.as_str(), timed.scored.sample);
+        series.entry(key).or_default().push(timed);
+    }
+    let one = |((scenario, sample), answers): ((&str, u32), Vec<Timed<'_>>)| {
+        let verdicts = answers.iter().filter_map(|timed| match &timed.scored.said {
+            Said::Verdict(verdict) => Some((timed.lead, verdict.dangerous)),
+            Said::Unparsed(_) | Said::Failed(_) => None,
+        });
+        let yes = verdicts.take_while(|(_, dangerous)| *dangerous);
+        Seen {
+            scenario: scenario.to_string(),
+            sample,
+            earliest: yes.last().map(|(lead, _)| lead),
+        }
+    };
+    series.into_iter().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::evaluation::tests_scored::{answer, failed};
+
+    fn about(scenario: &str, dangerous: bool, risks: &[(i64, u8)], truth: Label) -> Scored {
+        Scored {
+            truth: Some(truth),
+            ..answer(scenario, "m/x", dangerous, risks)
+        }
+    }
+
+    #[test]
+    fn a_curve_counts_yes_and_names_and_tells_from_when_on_it_is_seen() {
+        let truth = Label::Collision(Some(7));
+        let answers = [
+            // Seen at 3 s, lost at 2 s, seen from 1 s on.
+            (about("a", true, &[(7, 1)], truth), 3.0),
+            (about("a", false, &[], truth), 2.0),
+            (about("a", true, &[(7, 0)], truth), 1.0),
+            (about("a", true, &[(8, 0)], truth), 0.5),
+            // Seen from 2 s on; nothing came at 1 s.
+            (about("b", false, &[(7, 3)], Label::Collision(None)), 3.0),
+            (about("b", true, &[], Label::Collision(None)), 2.0),
+            (
+                Scored {
+                    truth: Some(truth),
+                    ..failed("b", "m/x")
+                },
+                1.0,
+            ),
+            (about("b", true, &[], Label::Collision(None)), 0.500_2),
+            // Never seen.
+            (about("c", false, &[], truth), 0.5),
+            // No collision.
+            (about("d", true, &[], Label::Safe), 1.0),
+        ];
+        let timed = answers.iter().map(|(scored, lead)| Timed {
+            scored,
+            lead: *lead,
+        });
+        let curves = lead_curves(timed);
+        assert_eq!(curves.len(), 1);
+        let curve = &curves[0];
+        let leads: Vec<f64> = curve.points.iter().map(|p| p.lead).collect();
+        assert_eq!(leads, [3.0, 2.0, 1.0, 0.5]);
+        let yes: Vec<_> = curve
+            .points
+            .iter()
+            .map(|p| (p.yes.hits, p.yes.of))
+            .collect();
+        assert_eq!(yes, [(1, 2), (1, 2), (1, 1), (2, 3)]);
+        let named: Vec<_> = curve
+            .points
+            .iter()
+            .map(|p| (p.named.hits, p.named.of))
+            .collect();
+        assert_eq!(named, [(1, 1), (0, 1), (1, 1), (0, 2)]);
+        assert_eq!((curve.points[2].failed, curve.points[2].unparsed), (1, 0));
+        let earliest: Vec<_> = curve.seen.iter().map(|s| s.earliest).collect();
+        assert_eq!(earliest, [Some(1.0), Some(2.0), None]);
+        assert_eq!(curve.median_earliest(), Some(1.0));
+    }
+
+    #[test]
+    fn where_most_never_see_it_there_is_no_median() {
+        let truth = Label::Collision(None);
+        let answers = ["a", "b", "c"].map(|name| about(name, name == "a", &[], truth));
+        let timed = answers.iter().map(|scored| Timed { scored, lead: 1.0 });
+        assert_eq!(lead_curves(timed)[0].median_earliest(), None);
+        assert_eq!(lead_curves([]), []);
+    }
+}

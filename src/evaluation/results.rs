@@ -1,0 +1,185 @@
+//! Stored answers counted by the way they were asked: a matrix whose cells lead back to the answers.
+
+use std::collections::{BTreeMap, HashSet};
+
+use super::{Confusion, Way};
+use crate::prompts::Techniques;
+use crate::store::{RunId, RunState, StoredOutcome};
+use crate::text::Frame;
+
+/// What became of one question, held against the truth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Outcome {
+    /// Said yes, and it is.
+    TruePositive,
+    /// Said yes, and it is not.
+    FalsePositive,
+    /// Said no, and it is.
+    FalseNegative,
+    /// Said no, and it is not.
+    TrueNegative,
+    /// There is a verdict, and nobody says what is true.
+    Open,
+    /// An answer came, and no verdict could be read in it.
+    Unparsed,
+    /// No whole answer came.
+    Failed,
+}
+
+/// One answer of a way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Counted {
+    /// The run in the store.
+    pub run: RunId,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Which of several answers to the same question.
+    pub sample: u32,
+    /// What became of it.
+    pub outcome: Outcome,
+}
+
+/// The answers of one way of asking.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Results {
+    /// How it was asked.
+    pub way: Way,
+    /// The answers, by scenario and sample.
+    pub answers: Vec<Counted>,
+}
+
+impl Outcome {
+    /// Every outcome, in the order of columns.
+    pub const ALL: [Self; 7] = [
+        Self::TruePositive,
+        Self::FalsePositive,
+        Self::FalseNegative,
+        Self::TrueNegative,
+        Self::Open,
+        Self::Unparsed,
+        Self::Failed,
+    ];
+
+    /// What comes of a stored outcome and the truth.
+    #[must_use]
+    pub fn of(stored: &StoredOutcome, truth: Option<bool>) -> Self {
+        match (stored.dangerous, truth, stored.state) {
+            (Some(true), Some(true), _) => Self::TruePositive,
+            (Some(true), Some(false), _) => Self::FalsePositive,
+            (Some(false), Some(true), _) => Self::FalseNegative,
+            (Some(false), Some(false), _) => Self::TrueNegative,
+            (Some(_), None, _) => Self::Open,
+            (None, _, RunState::Answered | RunState::Truncated) => Self::Unparsed,
+            (None, ..) => Self::Failed,
+        }
+    }
+
+    /// Whether the answer was right; nothing where there is no verdict or no truth.
+    #[must_use]
+    pub fn is_right(self) -> Option<bool> {
+        match self {
+            Self::TruePositive | Self::TrueNegative => Some(true),
+            Self::FalsePositive | Self::FalseNegative => Some(false),
+            Self::Open | Self::Unparsed | Self::Failed => None,
+        }
+    }
+}
+
+impl Results {
+    /// How many answers came to this.
+    #[must_use]
+    pub fn count(&self, outcome: Outcome) -> u32 {
+        let all = self.answers.iter();
+        all.filter(|a| a.outcome == outcome).count() as u32
+    }
+
+    /// The counts of those with a verdict and a truth.
+    #[must_use]
+    pub fn confusion(&self) -> Confusion {
+        Confusion {
+            true_positives: self.count(Outcome::TruePositive),
+            false_positives: self.count(Outcome::FalsePositive),
+            false_negatives: self.count(Outcome::FalseNegative),
+            true_negatives: self.count(Outcome::TrueNegative),
+        }
+    }
+}
+
+/// Counts stored outcomes, the newest first, each with the truth about it. Of several runs of one way about the same scenario,
+/// ego and window with the same sample number the newest counts.
+#[must_use]
+pub fn results(stored: impl IntoIterator<Item = (StoredOutcome, Option<bool>)>) -> Vec<Results> {
+    let mut ways: BTreeMap<Way, Vec<Counted>> = BTreeMap::new();
+    let mut seen = HashSet::new();
+    for (stored, truth) in stored {
+        let way = Way {
+            task: stored.task,
+            frame: Frame::parse(&stored.frame),
+            techniques: Techniques::parse(&stored.techniques).ok(),
+            model: stored.model.clone(),
+        };
+        let counted = Counted {
+            run: stored.run,
+            scenario: stored.scenario.clone(),
+            sample: stored.sample,
+            outcome: Outcome::of(&stored, truth),
+        };
+        let scenario = stored.scenario_hash.unwrap_or(stored.scenario);
+        let about = (scenario, stored.ego, stored.window, stored.sample);
+        if seen.insert((way.clone(), about)) {
+            ways.entry(way).or_default().push(counted);
+        }
+    }
+    let by_way = |(way, mut answers): (Way, Vec<Counted>)| {
+        answers.sort_by(|a, b| {
+            (&a.scenario, a.sample, a.run.0).cmp(&(&b.scenario, b.sample, b.run.0))
+        });
+        Results { way, answers }
+    };
+    ways.into_iter().map(by_way).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verdict::Task;
+
+    fn stored(run: i64, scenario: &str, dangerous: Option<bool>, state: RunState) -> StoredOutcome {
+        StoredOutcome {
+            run: RunId(run),
+            scenario_hash: None,
+            scenario: scenario.into(),
+            ego: "1".into(),
+            task: Task::Collision,
+            frame: "ego".into(),
+            techniques: "cp".into(),
+            model: "m/x".into(),
+            sample: 0,
+            window: None,
+            state,
+            dangerous,
+        }
+    }
+
+    #[test]
+    fn every_outcome_has_its_cell_and_of_the_same_question_the_newest_counts() {
+        use RunState::{Answered, Failed, Interrupted, Truncated};
+        let all = [
+            (stored(9, "a", Some(true), Answered), Some(true)),
+            (stored(8, "a", Some(false), Answered), Some(true)),
+            (stored(7, "b", Some(true), Answered), Some(false)),
+            (stored(6, "c", Some(false), Answered), Some(true)),
+            (stored(5, "d", Some(false), Truncated), Some(false)),
+            (stored(4, "e", Some(true), Answered), None),
+            (stored(3, "f", None, Answered), Some(true)),
+            (stored(2, "g", None, Failed), None),
+            (stored(1, "h", None, Interrupted), Some(true)),
+        ];
+        let found = results(all);
+        assert_eq!(found.len(), 1);
+        let counts = Outcome::ALL.map(|outcome| found[0].count(outcome));
+        assert_eq!(counts, [1, 1, 1, 1, 1, 1, 2]);
+        assert_eq!(found[0].answers[0].run, RunId(9));
+        assert_eq!(found[0].confusion().f1(), Some(0.5));
+    }
+}

@@ -1,0 +1,43 @@
+//! Answers to count from, for tests.
+
+use super::{Said, Scored, Way};
+use crate::store::Consumed;
+use crate::verdict::{ObstacleRisk, Task, Verdict};
+
+/// What a model says about a scenario: yes or no, and obstacles with their scores.
+pub(super) fn answer(scenario: &str, model: &str, dangerous: bool, risks: &[(i64, u8)]) -> Scored {
+    let risk = |&(id, risk_score): &(i64, u8)| ObstacleRisk {
+        id,
+        risk_score,
+        reason: String::new(),
+    };
+    let verdict = Verdict {
+        task: Task::Safety,
+        dangerous,
+        obstacles: risks.iter().map(risk).collect(),
+        justification: String::new(),
+    };
+    Scored {
+        said: Said::Verdict(verdict),
+        ..failed(scenario, model)
+    }
+}
+
+/// No answer of a model about a scenario.
+pub(super) fn failed(scenario: &str, model: &str) -> Scored {
+    Scored {
+        scenario: scenario.into(),
+        way: Way {
+            task: Task::Safety,
+            frame: None,
+            techniques: None,
+            model: model.into(),
+        },
+        sample: 0,
+        truth: None,
+        said: Said::Failed("cut".into()),
+        reference: None,
+        consumed: Consumed::default(),
+        run: None,
+    }
+}

@@ -1,0 +1,172 @@
+//! The screen of results over a store in memory: counting, moving from a cell to its answers, opening one again.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use super::bench::Bench;
+use super::everywhere::seen_in_every_theme;
+use super::kept::{FIRST, Kept};
+use crate::evaluation::Outcome;
+use crate::metrics::Thresholds;
+use crate::scenario::WantedEgo;
+use crate::tui::keymap::{Keymap, Preset};
+use crate::tui::message::runs::ResultsNews;
+use crate::tui::message::{Effect, Msg};
+use crate::tui::model::Overlay;
+use crate::tui::tasks::history::Judging;
+use crate::tui::tasks::results::answer;
+
+/// Answers what the screen asked for, until nothing is left.
+fn settle(kept: &mut Kept) {
+    let judging = Judging {
+        ego: WantedEgo::Beside,
+        thresholds: Arc::new(Thresholds::shipped().clone()),
+    };
+    loop {
+        let effects = std::mem::take(&mut kept.bench.effects);
+        let (asks, others): (Vec<_>, Vec<_>) = effects
+            .into_iter()
+            .partition(|e| matches!(e, Effect::Results(_)));
+        kept.bench.effects = others;
+        if asks.is_empty() {
+            return;
+        }
+        for ask in asks {
+            let Effect::Results(ask) = ask else { continue };
+            let going = AtomicBool::new(false);
+            if let Some(news) = answer(&kept.store, &judging, ask, &going) {
+                kept.bench.send(Msg::Results(news));
+            }
+        }
+    }
+}
+
+fn press(kept: &mut Kept, keys: &str) {
+    kept.press(keys);
+    settle(kept);
+}
+
+/// Two models: one says yes and no on the bundled scenario, and yes on one that is not there; one says no.
+fn four() -> Kept {
+    let mut kept = Kept::new();
+    kept.add(FIRST, "lab/small", true, "the lead car brakes hard");
+    kept.add(
+        "ZAM_Lost-1_1_T-1\u{1b}[2J",
+        "lab/small",
+        true,
+        "something is near",
+    );
+    kept.add(FIRST, "lab/large", false, "there is room to brake");
+    press(&mut kept, "%");
+    kept
+}
+
+fn counts(kept: &Kept, row: usize) -> [u32; 7] {
+    Outcome::ALL.map(|outcome| kept.bench.model.results.rows[row].count(outcome))
+}
+
+#[test]
+fn answers_are_held_against_the_judge_and_what_it_does_not_know_stays_open() {
+    let mut kept = four();
+    let results = &kept.bench.model.results;
+    let models: Vec<_> = results
+        .rows
+        .iter()
+        .map(|row| row.way.model.as_str())
+        .collect();
+    assert_eq!(models, ["lab/large", "lab/small"]);
+    let said = (counts(&kept, 0), counts(&kept, 1));
+    let (large, small) = said;
+    // Whatever the judge says about the scenario, one of the two is right.
+    assert_eq!(large[2] + large[3], 1, "{said:?}");
+    assert_eq!(small[0] + small[1], 1, "{said:?}");
+    assert_eq!((small[0], small[4]), (large[2], 1), "{said:?}");
+    // The judge's own run counts as the truth, and is no row.
+    let judged = large[2] == 1;
+    kept.add(FIRST, crate::judge::MODEL, !judged, "I changed my mind");
+    press(&mut kept, "esc %");
+    assert_eq!(kept.bench.model.results.rows.len(), 2);
+    assert_eq!(counts(&kept, 0)[2] == 1, !judged);
+}
+
+#[test]
+fn from_a_cell_to_its_answers_to_the_scenario_and_back() {
+    let mut kept = four();
+    press(&mut kept, "enter");
+    assert_eq!(kept.bench.model.results.answers().len(), 1);
+    press(&mut kept, "esc");
+    assert_eq!(kept.bench.model.results.inside, None);
+    press(&mut kept, "j right right right right right");
+    assert_eq!(kept.bench.model.results.outcome(), Some(Outcome::Open));
+    press(&mut kept, "enter");
+    let frame = kept.bench.frame(120, 30);
+    assert!(
+        frame.contains("ZAM_Lost") && frame.contains("truth not known"),
+        "{frame}"
+    );
+    assert!(!frame.contains('\u{1b}'));
+    // It is not in the list: that is said, and the answers stay.
+    press(&mut kept, "enter");
+    assert_eq!(kept.bench.model.overlays, [Overlay::Results]);
+    assert!(
+        kept.bench
+            .model
+            .toasts
+            .last()
+            .unwrap()
+            .text
+            .contains("not in the list")
+    );
+    press(&mut kept, "esc");
+    let results = &mut kept.bench.model.results;
+    results.column = 0;
+    press(&mut kept, "enter enter");
+    let model = &kept.bench.model;
+    assert!(model.overlays.is_empty());
+    assert_eq!(model.opened.as_ref().unwrap().name, FIRST);
+    assert_eq!(model.answers.column().unwrap().model, "lab/small");
+    press(&mut kept, "% esc");
+    assert!(kept.bench.model.overlays.is_empty());
+}
+
+#[test]
+fn an_empty_cell_and_news_of_an_older_reading_change_nothing() {
+    let mut kept = four();
+    kept.bench.model.results.column = 7;
+    press(&mut kept, "enter");
+    assert_eq!(kept.bench.model.results.inside, None);
+    let old = kept.bench.model.results.asked;
+    press(&mut kept, "esc");
+    kept.bench
+        .send(Msg::Results(ResultsNews::Read(old, Err("gone".into()))));
+    assert_eq!(kept.bench.model.results.error, None);
+    assert_eq!(kept.bench.model.results.rows.len(), 2);
+}
+
+#[test]
+fn the_palette_has_it_and_an_empty_store_says_what_to_do() {
+    let mut kept = Kept::new();
+    press(&mut kept, ": r e s u l t s enter");
+    let frame = kept.bench.frame(80, 24);
+    assert!(frame.contains("no model has been asked yet"), "{frame}");
+    let mut bench = Bench::bundled();
+    bench.model.look.keymap = Keymap::of(Preset::Vim);
+    bench.press("%");
+    assert_eq!(bench.model.overlays, [Overlay::Results]);
+}
+
+#[test]
+fn how_it_looks_in_every_theme() {
+    for (columns, rows) in [(80, 24), (120, 40), (200, 60)] {
+        let mut all = String::new();
+        for keys in ["", "j right", "j enter j"] {
+            let mut kept = four();
+            kept.bench.model.size = (columns, rows);
+            press(&mut kept, keys);
+            let text = seen_in_every_theme("results", &mut kept.bench, (columns, rows), true);
+            all.push_str(&text);
+            all.push('\n');
+        }
+        insta::assert_snapshot!(format!("results_at_{columns}_by_{rows}"), all);
+    }
+}
