@@ -202,15 +202,19 @@ impl Answer {
 
     /// An answer that the server ended is not whole, whatever can be read from it, and one that says nothing neither.
     fn whole(&self) -> RunState {
+        match self.is_whole() {
+            true => RunState::Answered,
+            false => RunState::Truncated,
+        }
+    }
+
+    /// Whether the server let the model finish, and it said something.
+    pub(super) fn is_whole(&self) -> bool {
         let cut = matches!(
             self.finish.as_deref(),
             Some("length" | "content_filter" | "blank" | "blocked")
         );
-        if cut || (self.text.trim().is_empty() && self.reasoning.trim().is_empty()) {
-            RunState::Truncated
-        } else {
-            RunState::Answered
-        }
+        !cut && !(self.text.trim().is_empty() && self.reasoning.trim().is_empty())
     }
 }
 

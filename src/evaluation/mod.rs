@@ -2,6 +2,8 @@
 //! built-in judge is.
 
 mod answer;
+/// Questions in bulk, resumable, in the store.
+pub mod batch;
 mod bradley_terry;
 mod case;
 /// Claims about obstacles in the text of an answer.

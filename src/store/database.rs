@@ -53,6 +53,9 @@ pub enum StoreError {
     /// A verdict cannot be written as JSON.
     #[error("a verdict cannot be stored: {0}")]
     Json(#[from] serde_json::Error),
+    /// A word that another version wrote.
+    #[error("the store of runs: {0}")]
+    Word(String),
     /// There is no run with this number.
     #[error("there is no run {0}; `nearmiss runs` lists them")]
     NoRun(super::RunId),

@@ -1,12 +1,15 @@
 //! The store: every run in SQLite, piece by piece as it arrives; nothing is lost, nothing is asked for twice.
 
+mod batches;
 mod bound;
 mod claim;
 mod database;
 mod filter;
 mod health;
+mod items;
 mod key;
 mod list;
+mod merge;
 mod migrate;
 mod page;
 mod ratings;
@@ -16,12 +19,15 @@ mod run;
 mod verdicts;
 mod write;
 
+pub use batches::{Batch, BatchId, Progress};
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
 pub use filter::{Decision, Filter, FilterError, moment};
 pub use health::Health;
+pub use items::{Found, Item, ItemState, NewItem};
 pub use key::Key;
 pub use list::Summary;
+pub use merge::Merged;
 pub use page::{Cursor, Edge, Interrupter, Page};
 pub use ratings::{Choice, NewRating, RatedAnswer, Rating};
 pub use record::RecordError;
