@@ -170,7 +170,7 @@ impl Desk {
         let opened = self.open(entry);
         let scene = opened.as_ref().ok().map(|reading| &*reading.scene);
         let label = truth.of(entry, scene);
-        if label.is_none() && (scene.is_some() || !matches!(truth, Truth::Geometry)) {
+        if label.is_none() && (scene.is_some() || !truth.needs_scene()) {
             looked.unlabelled = true;
             return Ok(looked);
         }
@@ -231,7 +231,7 @@ pub(super) fn obstacle(label: Option<Label>) -> Option<i64> {
 }
 
 /// What an entry is found by again: its file, or the name of a bundled scenario.
-fn path_of(entry: &Entry) -> String {
+pub(super) fn path_of(entry: &Entry) -> String {
     match &entry.place {
         Place::File(path) => path.display().to_string(),
         Place::Bundled(_) => entry.name.clone(),

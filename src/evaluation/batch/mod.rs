@@ -14,7 +14,7 @@ pub use asking::{Asking, Ended, Judges, Selection};
 pub use desk::{Ask, Desk, Looked, Reading};
 pub use estimate::Estimate;
 pub use matrix::{Manner, Matrix};
-pub use scored::{retold, scored};
+pub use scored::{retold, scored, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};
 pub use truth::{Truth, TruthError, TruthSource};

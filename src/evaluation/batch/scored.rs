@@ -87,7 +87,7 @@ pub fn retold(
             let entry = Entry::of_argument(std::path::Path::new(&item.asked.path));
             let scene = match truth {
                 Truth::Geometry => desk.open(&entry).ok(),
-                Truth::Layout(_) | Truth::Labels(_) => None,
+                Truth::Layout(_) | Truth::Labels(_) | Truth::Known(_) => None,
             };
             let label = truth.of(&entry, scene.as_ref().map(|reading| &*reading.scene));
             (item.place, label.map(Label::collides), obstacle(label))
@@ -99,7 +99,7 @@ pub fn retold(
 ///
 /// # Errors
 /// A word that this version does not know.
-pub(super) fn way_of(asked: &NewItem) -> Result<Way, String> {
+pub fn way_of(asked: &NewItem) -> Result<Way, String> {
     let frame = asked.frame.as_deref().map(|word| {
         Frame::parse(word).ok_or_else(|| format!("the frame {word} is not known to this version"))
     });

@@ -6,7 +6,11 @@ use std::path::{Path, PathBuf};
 use crate::evaluation::recorded;
 use crate::evaluation::{Label, LabelError, Labelled, Labels};
 use crate::scenario::{Entry, Place, Scene};
+use crate::store::Item;
 use crate::system;
+
+use super::desk::path_of;
+use super::scored::label_of;
 
 /// Where the truth is from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,6 +32,8 @@ pub enum Truth {
     Layout(BTreeMap<PathBuf, Labels>),
     /// Labels.
     Labels(Labels),
+    /// What a batch has written down, by the scenario's file, or the name of a bundled one.
+    Known(BTreeMap<String, Option<Label>>),
 }
 
 /// Why there is no truth.
@@ -124,12 +130,30 @@ impl Truth {
         Ok((truth, doubts))
     }
 
+    /// Whether it says nothing about a scenario that cannot be opened, and may say something once it can.
+    #[must_use]
+    pub fn needs_scene(&self) -> bool {
+        matches!(self, Self::Geometry | Self::Known(_))
+    }
+
+    /// The truth as the questions of a batch have it.
+    #[must_use]
+    pub fn known(items: &[Item]) -> Self {
+        let known = items.iter().map(|item| (item.asked.path.clone(), label_of(&item.asked)));
+        Self::Known(known.collect())
+    }
+
     /// What is true about a scenario; nothing where nobody says. The geometry needs the scene.
     #[must_use]
     pub fn of(&self, entry: &Entry, scene: Option<&Scene>) -> Option<Label> {
         match self {
             Self::Geometry => scene.map(|scene| Labelled::new(scene, None).label),
             Self::Labels(labels) => labels.of(&entry.name),
+            // Where a file could not be read before, its geometry may be there now.
+            Self::Known(known) => match known.get(&path_of(entry)) {
+                Some(None) => Self::Geometry.of(entry, scene),
+                found => found.copied().flatten(),
+            },
             Self::Layout(annotated) => {
                 let (collides, root) = half(entry)?;
                 if !collides {
