@@ -339,25 +339,38 @@ pub mod tests {
         };
         let begun = [item("A", 0), item("A", 1), lost];
         let id = store.begin_batch("{}", Some("1/2"), &begun).unwrap();
-        store.extend_batch(id, "{\"more\":1}", &[item("A", 2)]).unwrap();
+        store
+            .extend_batch(id, "{\"more\":1}", &[item("A", 2)])
+            .unwrap();
         let key = Key::parse(&"b".repeat(64)).unwrap();
         let (waiting, failed) = (ItemState::Waiting, ItemState::Failed);
         store
             .set_item(id, 1, Some(&key), failed, None, Some("cut off"))
             .unwrap();
-        store.set_truth(id, "{}", &[(3, Some(false), None)]).unwrap();
+        store
+            .set_truth(id, "{}", &[(3, Some(false), None)])
+            .unwrap();
         let items = store.items(id).unwrap();
         let states: Vec<_> = items.iter().map(|i| (i.place, i.state)).collect();
         let unaskable = ItemState::Unaskable;
-        assert_eq!(states, [(0, waiting), (1, failed), (2, unaskable), (3, waiting)]);
+        assert_eq!(
+            states,
+            [(0, waiting), (1, failed), (2, unaskable), (3, waiting)]
+        );
         assert_eq!(items[0].asked, begun[0]);
         assert_eq!(items[2].asked, begun[2]);
         assert_eq!(items[1].asked.key, Some(key));
         assert_eq!(items[1].error.as_deref(), Some("cut off"));
-        assert_eq!((items[3].asked.collides, items[3].asked.obstacle), (Some(false), None));
+        assert_eq!(
+            (items[3].asked.collides, items[3].asked.obstacle),
+            (Some(false), None)
+        );
         let (batch, progress) = store.batches().unwrap().remove(0);
         assert_eq!((batch.id, batch.shard.as_deref()), (id, Some("1/2")));
-        assert_eq!((progress.all(), progress.waiting, progress.unaskable), (4, 2, 1));
+        assert_eq!(
+            (progress.all(), progress.waiting, progress.unaskable),
+            (4, 2, 1)
+        );
         assert_eq!(store.last_batch().unwrap().unwrap().id, id);
         assert_eq!(id.to_string().parse(), Ok(id));
         assert!("seven".parse::<BatchId>().is_err() && "b0".parse::<BatchId>().is_err());

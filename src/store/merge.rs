@@ -100,7 +100,12 @@ impl Store {
             }
             transaction.execute(
                 "INSERT INTO batches (created_ms, updated_ms, spec, shard) VALUES (?1, ?2, ?3, ?4)",
-                params![theirs.created_ms, theirs.updated_ms, theirs.spec, theirs.shard],
+                params![
+                    theirs.created_ms,
+                    theirs.updated_ms,
+                    theirs.spec,
+                    theirs.shard
+                ],
             )?;
             Ok((BatchId(transaction.last_insert_rowid()), true))
         })
@@ -177,7 +182,10 @@ mod tests {
     #[test]
     fn parts_become_a_whole() {
         assert_eq!(both(Some("2/3"), Some("1/3")).as_deref(), Some("1/3,2/3"));
-        assert_eq!(both(Some("1/3,2/3"), Some("2/3")).as_deref(), Some("1/3,2/3"));
+        assert_eq!(
+            both(Some("1/3,2/3"), Some("2/3")).as_deref(),
+            Some("1/3,2/3")
+        );
         assert_eq!(both(Some("1/3,2/3"), Some("3/3")), None);
         assert_eq!(both(None, Some("3/3")), None);
     }
@@ -188,12 +196,16 @@ mod tests {
         let ours = here
             .begin_batch("{\"a\":1}", Some("1/2"), &[item("A", 0), item("A", 1)])
             .unwrap();
-        there.begin_batch("{\"b\":2}", None, &[item("C", 0)]).unwrap();
+        there
+            .begin_batch("{\"b\":2}", None, &[item("C", 0)])
+            .unwrap();
         let theirs = there
             .begin_batch("{\"a\":1}", Some("2/2"), &[item("B", 0), item("A", 1)])
             .unwrap();
         let answered = ItemState::Answered;
-        there.set_item(theirs, 1, None, answered, None, None).unwrap();
+        there
+            .set_item(theirs, 1, None, answered, None, None)
+            .unwrap();
         let merged = here.merge(&there).unwrap();
         assert_eq!((merged.batches, merged.united, merged.runs), (1, 1, 0));
         let items = here.items(ours).unwrap();

@@ -71,7 +71,10 @@ pub fn ask(
 ) -> Outcome {
     let Going { id, selection, .. } = going;
     let items = opened.store.items(id).map_err(Failure::input)?;
-    let items: Vec<Item> = items.into_iter().filter(|i| selection.has(i.state)).collect();
+    let items: Vec<Item> = items
+        .into_iter()
+        .filter(|i| selection.has(i.state))
+        .collect();
     output::say(&format!("nearmiss: {id}: {}", sheet.line()));
     let asking = Arc::new(Asking {
         store: Arc::clone(&opened.store),
@@ -108,7 +111,10 @@ pub fn show(opened: &Opened, id: BatchId, json: bool, csv: bool) -> Outcome {
 /// Says which questions have no whole answer, and why.
 fn unanswered(opened: &Opened, id: BatchId) -> Outcome {
     let items = opened.store.items(id).map_err(Failure::input)?;
-    let open: Vec<_> = items.iter().filter(|i| i.state != ItemState::Answered).collect();
+    let open: Vec<_> = items
+        .iter()
+        .filter(|i| i.state != ItemState::Answered)
+        .collect();
     if open.is_empty() {
         return Ok(());
     }
@@ -208,7 +214,8 @@ impl Meter {
         self.done += 1;
         self.usd += ended.cost_usd.unwrap_or(0.0);
         let rate = f64::from(self.done) / self.begun.elapsed().as_secs_f64().max(0.001);
-        self.progress.say(format!("{rate:.1}/s, {:.4} USD", self.usd));
+        self.progress
+            .say(format!("{rate:.1}/s, {:.4} USD", self.usd));
         self.progress.step();
     }
 }

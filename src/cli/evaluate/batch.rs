@@ -8,9 +8,7 @@ use super::{Evaluate, Format};
 use crate::cli::ask::{budget, effort, temperature};
 use crate::cli::open::{found, frame, techniques};
 use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{
-    Ask, Manner, Matrix, Selection, Shard, Spec, Truth, TruthSource,
-};
+use crate::evaluation::batch::{Ask, Manner, Matrix, Selection, Shard, Spec, Truth, TruthSource};
 use crate::evaluation::{Lead, usual_frame};
 use crate::llm::Effort;
 use crate::prompts::Techniques;
@@ -157,7 +155,11 @@ fn begin(arguments: &Evaluate) -> Outcome {
     let mut paths = Vec::new();
     for path in &arguments.paths {
         let bundled = matches!(Entry::of_argument(path).place, Place::Bundled(_));
-        paths.push(if bundled { path.clone() } else { absolute(path)? });
+        paths.push(if bundled {
+            path.clone()
+        } else {
+            absolute(path)?
+        });
     }
     let spec = Spec {
         paths,

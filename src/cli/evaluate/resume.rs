@@ -10,7 +10,7 @@ use super::sheet::Sheet;
 use super::{Evaluate, Format};
 use crate::cli::filters::store;
 use crate::cli::{Failure, Outcome, output, time};
-use crate::evaluation::batch::{Ask, Selection, Spec, Truth, retold};
+use crate::evaluation::batch::{Ask, Selection, Spec, Truth, TruthSource, retold};
 use crate::evaluation::{Way, batch};
 use crate::scenario::Entry;
 use crate::store::{Batch, Item, NewItem};
@@ -45,7 +45,10 @@ pub fn list() -> Outcome {
             ),
             Err(error) => error.to_string(),
         };
-        let shard = batch.shard.as_ref().map_or_else(String::new, |s| format!(" part {s}"));
+        let shard = batch
+            .shard
+            .as_ref()
+            .map_or_else(String::new, |s| format!(" part {s}"));
         let mut more = String::new();
         for (count, word) in [
             (progress.failed, "failed"),
@@ -89,6 +92,7 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
             batch.id, spec.matrix.samples
         )));
     }
+    let mut spec_before = spec.clone();
     let (models, techniques) = (&options.add_model, &options.add_techniques);
     spec.matrix.extend(models, techniques, options.samples);
     spec.templates
@@ -102,13 +106,10 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         for (item, (_, collides, obstacle)) in items.iter_mut().zip(&labels) {
             (item.asked.collides, item.asked.obstacle) = (*collides, *obstacle);
         }
-        spec.truth = source;
+        spec.truth = source.clone();
+        spec_before.truth = source;
         if !options.dry_run {
-            let json = Spec::from_json(&batch.spec).map(|old| Spec {
-                truth: spec.truth.clone(),
-                ..old
-            });
-            let json = json.map_err(Failure::input)?.to_json();
+            let json = spec_before.to_json();
             let set = opened.store.set_truth(batch.id, &json, &labels);
             set.map_err(Failure::input)?;
         }
@@ -128,7 +129,11 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         .collect();
     let models: Vec<String> = models.into_iter().cloned().collect();
     let judges = opened.judges(&models, &spec, options)?;
-    let truth = Truth::known(&items);
+    let truth = match spec.truth {
+        // Of files that could not be read before.
+        TruthSource::Geometry => Truth::Geometry,
+        TruthSource::Layout | TruthSource::Files(_) => Truth::known(&items),
+    };
     let sheet = Sheet::of(&wanted, &desk, &truth, &judges, &opened.store)?;
     sheet.say_doubts();
     let runtime = asked::runtime()?;
@@ -137,8 +142,18 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         return sheet.write(&refused, json(arguments));
     }
     asked::all_can_be_asked(&refused)?;
+    let known = known_now(&items, &sheet.items);
+    if !known.is_empty() {
+        let set = opened
+            .store
+            .set_truth(batch.id, &spec_before.to_json(), &known);
+        set.map_err(Failure::input)?;
+    }
     if extended {
-        let new = sheet.items.iter().filter(|item| !there.contains(&identity(item)));
+        let new = sheet
+            .items
+            .iter()
+            .filter(|item| !there.contains(&identity(item)));
         let new: Vec<_> = new.cloned().collect();
         let done = opened.store.extend_batch(batch.id, &spec.to_json(), &new);
         done.map_err(Failure::input)?;
@@ -156,6 +171,18 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         return asked::show(&opened, batch.id, going.json, going.csv);
     }
     asked::ask(&runtime, &opened, options, going, &sheet)
+}
+
+/// The truth about scenarios that could not be read when the batch was begun, and can be now.
+fn known_now(items: &[Item], now: &[NewItem]) -> Vec<(u64, Option<bool>, Option<i64>)> {
+    let known = now.iter().filter(|item| item.collides.is_some());
+    let known: BTreeMap<&str, &NewItem> = known.map(|item| (item.path.as_str(), item)).collect();
+    let unknown = items.iter().filter(|item| item.asked.collides.is_none());
+    let found = unknown.filter_map(|item| {
+        let now = known.get(item.asked.path.as_str())?;
+        Some((item.place, now.collides, now.obstacle))
+    });
+    found.collect()
 }
 
 fn chosen(opened: &Opened, which: Resumed) -> Result<Batch, Failure> {
@@ -191,14 +218,15 @@ fn wanted(
     there: &HashSet<Identity>,
 ) -> Result<Vec<(Entry, Vec<Ask>)>, Failure> {
     let mut by_path: BTreeMap<&str, Vec<Ask>> = BTreeMap::new();
-    let add = |asks: &mut Vec<Ask>, way: Way, sample: u32| {
-        match asks.iter_mut().find(|ask| ask.way == way) {
-            Some(ask) => ask.samples.push(sample),
-            None => asks.push(Ask {
-                way,
-                samples: vec![sample],
-            }),
-        }
+    let add = |asks: &mut Vec<Ask>, way: Way, sample: u32| match asks
+        .iter_mut()
+        .find(|ask| ask.way == way)
+    {
+        Some(ask) => ask.samples.push(sample),
+        None => asks.push(Ask {
+            way,
+            samples: vec![sample],
+        }),
     };
     for item in items.iter().filter(|item| selection.has(item.state)) {
         let way = batch::way_of(&item.asked).map_err(Failure::input)?;

@@ -110,8 +110,7 @@ impl Sheet {
         let estimate = &self.estimate;
         if json {
             let unaskable = estimate.why.iter();
-            let unaskable =
-                unaskable.map(|(why, count)| json!({ "why": why, "questions": count }));
+            let unaskable = unaskable.map(|(why, count)| json!({ "why": why, "questions": count }));
             let refused = refused.iter();
             let refused = refused.map(|(model, why)| json!({ "model": model, "why": why }));
             return output::json(&json!({

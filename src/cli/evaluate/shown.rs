@@ -143,8 +143,20 @@ pub fn table(cells: &[Cell]) -> String {
     let width = width.unwrap_or(0).max("model".len());
     let mut text = format!(
         "{:<9} {:<9} {:<10} {:<width$} {:>5} {:>5} {:>5} {:>5} {:>5} {:>8} {:>6} {:>9} {:>6} {:>6}\n",
-        "task", "frame", "techniques", "model", "n", "tp", "fp", "fn", "tn", "unparsed", "failed",
-        "precision", "recall", "F1"
+        "task",
+        "frame",
+        "techniques",
+        "model",
+        "n",
+        "tp",
+        "fp",
+        "fn",
+        "tn",
+        "unparsed",
+        "failed",
+        "precision",
+        "recall",
+        "F1"
     );
     for cell in cells {
         let [n, tp, fp, fn_, tn, unparsed, failed] = cell.numbers();

@@ -85,7 +85,10 @@ impl Asking {
         let mut by_provider: BTreeMap<String, Vec<Item>> = BTreeMap::new();
         for item in items {
             let provider = item.asked.model.split('/').next().unwrap_or_default();
-            by_provider.entry(provider.to_string()).or_default().push(item);
+            by_provider
+                .entry(provider.to_string())
+                .or_default()
+                .push(item);
         }
         let (sender, mut receiver) = unbounded_channel();
         let mut providers = JoinSet::new();
@@ -148,9 +151,7 @@ impl Asking {
         let store = Some(Arc::clone(&self.store));
         match evaluation::run(&question, judge, store, &wanted, |_| {}).await {
             Ok(answer) => self.answered(&item, key.as_ref(), &answer),
-            Err(AskError::Refused(why)) => {
-                self.ended(&item, key.as_ref(), ItemState::Waiting, why)
-            }
+            Err(AskError::Refused(why)) => self.ended(&item, key.as_ref(), ItemState::Waiting, why),
             Err(AskError::Store(error)) => Err(error),
         }
     }
@@ -224,6 +225,7 @@ impl Asking {
         run: Option<RunId>,
         error: Option<&str>,
     ) -> Result<(), StoreError> {
-        self.store.set_item(self.batch, item.place, key, state, run, error)
+        self.store
+            .set_item(self.batch, item.place, key, state, run, error)
     }
 }

@@ -130,7 +130,9 @@ impl Desk {
         way: &Way,
         label: Option<Label>,
     ) -> Result<Question, String> {
-        let frame = way.frame.unwrap_or_else(|| usual_frame(&self.library, way.task));
+        let frame = way
+            .frame
+            .unwrap_or_else(|| usual_frame(&self.library, way.task));
         let techniques = way.techniques.unwrap_or(Techniques::ALL);
         let (_, chosen) = template(&self.library, way.task, frame).map_err(|e| e.to_string())?;
         let settings = self.manner.settings(Some(techniques));
@@ -170,7 +172,7 @@ impl Desk {
         let opened = self.open(entry);
         let scene = opened.as_ref().ok().map(|reading| &*reading.scene);
         let label = truth.of(entry, scene);
-        if label.is_none() && (scene.is_some() || !truth.needs_scene()) {
+        if label.is_none() && truth.leaves_out() {
             looked.unlabelled = true;
             return Ok(looked);
         }
@@ -190,7 +192,10 @@ impl Desk {
                     _ => false,
                 };
                 if let (Ok(question), false) = (&question, stored)
-                    && !looked.first.iter().any(|(model, _)| *model == ask.way.model)
+                    && !looked
+                        .first
+                        .iter()
+                        .any(|(model, _)| *model == ask.way.model)
                 {
                     let first = (ask.way.model.clone(), Arc::clone(question));
                     looked.first.push(first);
@@ -210,7 +215,9 @@ impl Desk {
                     obstacle: obstacle(label),
                     unaskable: question.as_ref().err().cloned(),
                 };
-                looked.items.push((item, size.map(|size| Size { stored, ..size })));
+                looked
+                    .items
+                    .push((item, size.map(|size| Size { stored, ..size })));
             }
         }
         Ok(looked)

@@ -129,7 +129,10 @@ impl Estimate {
             ),
         };
         if self.unpriced > 0 {
-            words.push_str(&format!(", without {} that have no known price", self.unpriced));
+            words.push_str(&format!(
+                ", without {} that have no known price",
+                self.unpriced
+            ));
         }
         words
     }

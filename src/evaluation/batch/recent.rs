@@ -54,7 +54,11 @@ mod tests {
         };
         assert_eq!([get(1), get(2), get(1)], [10, 20, 10]);
         assert_eq!(made.get(), 2);
-        assert_eq!([get(3), get(1)], [30, 10], "1 was there longest, and is gone");
+        assert_eq!(
+            [get(3), get(1)],
+            [30, 10],
+            "1 was there longest, and is gone"
+        );
         assert_eq!(made.get(), 4);
     }
 }

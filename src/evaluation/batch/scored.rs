@@ -29,9 +29,7 @@ pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> 
         .iter()
         .filter(|one| one.way.model == judge::MODEL)
         .filter_map(|one| match &one.said {
-            Said::Verdict(verdict) => {
-                Some((one.scenario.clone(), one.way.task, verdict.clone()))
-            }
+            Said::Verdict(verdict) => Some((one.scenario.clone(), one.way.task, verdict.clone())),
             Said::Unparsed(_) | Said::Failed(_) => None,
         })
         .collect();
@@ -40,7 +38,9 @@ pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> 
         .map(|(scenario, task, verdict)| ((scenario.as_str(), *task), verdict))
         .collect();
     for one in &mut scored {
-        one.reference = of.get(&(one.scenario.as_str(), one.way.task)).map(|v| (*v).clone());
+        one.reference = of
+            .get(&(one.scenario.as_str(), one.way.task))
+            .map(|v| (*v).clone());
     }
     Ok(scored)
 }
@@ -106,7 +106,11 @@ pub fn way_of(asked: &NewItem) -> Result<Way, String> {
     Ok(Way {
         task: asked.task,
         frame: frame.transpose()?,
-        techniques: asked.techniques.as_deref().map(Techniques::parse).transpose()?,
+        techniques: asked
+            .techniques
+            .as_deref()
+            .map(Techniques::parse)
+            .transpose()?,
         model: asked.model.clone(),
     })
 }

@@ -35,7 +35,9 @@ impl std::str::FromStr for Shard {
         let parts = parts.and_then(|(n, of)| Some((n.parse().ok()?, of.parse().ok()?)));
         match parts {
             Some((number, of)) if (1..=of).contains(&number) => Ok(Self { number, of }),
-            _ => Err("a part and how many there are is needed, from 1/N to N/N, such as 2/8".into()),
+            _ => {
+                Err("a part and how many there are is needed, from 1/N to N/N, such as 2/8".into())
+            }
         }
     }
 }

@@ -155,7 +155,11 @@ impl Spec {
     /// What is changed of the thresholds, in words.
     #[must_use]
     pub fn thresholds_of(thresholds: &Thresholds) -> Vec<String> {
-        thresholds.changes().iter().map(ToString::to_string).collect()
+        thresholds
+            .changes()
+            .iter()
+            .map(ToString::to_string)
+            .collect()
     }
 
     /// Whether templates and thresholds are still those of the batch.
@@ -166,7 +170,8 @@ impl Spec {
         let now = Self::templates_of(&self.matrix, library);
         for (file, hash) in &self.templates {
             if now.get(file) != Some(hash) {
-                let why = format!("the template {file} is not the one that the batch was begun with");
+                let why =
+                    format!("the template {file} is not the one that the batch was begun with");
                 return Err(SpecError::Changed(why));
             }
         }

@@ -58,7 +58,11 @@ fn ways_come_in_the_order_they_were_named_and_the_judge_once_for_each_task() {
 #[test]
 fn what_is_added_stands_behind_what_is_there_and_nothing_twice() {
     let mut more = matrix();
-    more.extend(&["lab/a".into(), "lab/b".into()], &[techniques("cot+cp")], Some(2));
+    more.extend(
+        &["lab/a".into(), "lab/b".into()],
+        &[techniques("cot+cp")],
+        Some(2),
+    );
     assert_eq!(more.models, ["lab/a", judge::MODEL, "lab/b"]);
     assert_eq!(more.techniques, matrix().techniques);
     assert_eq!(more.samples, 3, "samples are not taken away");
@@ -83,10 +87,16 @@ fn shards_have_every_scenario_once_whatever_the_order() {
         assert_eq!(owners.len(), names.len(), "all of them");
         assert!(owners.values().all(|owners| owners.len() == 1), "each once");
         let first = owners.values().filter(|owners| owners[0] == 1).count();
-        assert!(first > 500 / of as usize / 2, "about as many each: {first} of 1/{of}");
+        assert!(
+            first > 500 / of as usize / 2,
+            "about as many each: {first} of 1/{of}"
+        );
     }
     // By `printf ZAM_A-1 | sha256sum`: the first eight bytes are odd or even.
-    assert!("1/2".parse::<Shard>().unwrap().has("ZAM_A-1") != "2/2".parse::<Shard>().unwrap().has("ZAM_A-1"));
+    assert!(
+        "1/2".parse::<Shard>().unwrap().has("ZAM_A-1")
+            != "2/2".parse::<Shard>().unwrap().has("ZAM_A-1")
+    );
     for wrong in ["0/2", "3/2", "1", "1/0", "a/b", "-1/2"] {
         assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
     }
@@ -109,10 +119,7 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
     ] {
         let spec = Spec {
             paths: vec![PathBuf::from("/data"), PathBuf::from("ZAM_CutIn-1_1_T-1")],
-            matrix: Matrix {
-                manner,
-                ..matrix()
-            },
+            matrix: Matrix { manner, ..matrix() },
             truth,
             templates: BTreeMap::from([("collision-ego.md".into(), "ab".into())]),
             thresholds: vec!["risk 1 distance = 3 m".into()],
@@ -138,7 +145,8 @@ fn a_changed_template_is_noticed() {
     };
     assert_eq!(spec.templates.len(), 4, "two tasks, two frames");
     assert_eq!(spec.still(&library, thresholds), Ok(()));
-    spec.templates.insert("collision-ego.md".into(), "0".repeat(64));
+    spec.templates
+        .insert("collision-ego.md".into(), "0".repeat(64));
     let error = spec.still(&library, thresholds).unwrap_err().to_string();
     assert!(error.contains("collision-ego.md"), "{error}");
 }

@@ -40,7 +40,10 @@ pub enum Truth {
 #[derive(Debug, thiserror::Error)]
 pub enum TruthError {
     /// A file cannot be read.
-    #[error("--truth {file}: {}; it takes CSV files, or auto (exact geometry) or layout (folders) alone", system::words(source))]
+    #[error(
+        "--truth {file}: {}; it takes CSV files, or auto (exact geometry) or layout (folders) alone",
+        system::words(source)
+    )]
     File {
         /// Which file.
         file: String,
@@ -84,7 +87,10 @@ impl Truth {
     ///
     /// # Errors
     /// A file cannot be read, or holds no labels.
-    pub fn open(source: &TruthSource, entries: &[Entry]) -> Result<(Self, Vec<String>), TruthError> {
+    pub fn open(
+        source: &TruthSource,
+        entries: &[Entry],
+    ) -> Result<(Self, Vec<String>), TruthError> {
         let mut doubts = Vec::new();
         let truth = match source {
             TruthSource::Geometry => Self::Geometry,
@@ -130,16 +136,18 @@ impl Truth {
         Ok((truth, doubts))
     }
 
-    /// Whether it says nothing about a scenario that cannot be opened, and may say something once it can.
+    /// Whether scenarios that it says nothing about are left out; they could be neither right nor wrong.
     #[must_use]
-    pub fn needs_scene(&self) -> bool {
-        matches!(self, Self::Geometry | Self::Known(_))
+    pub fn leaves_out(&self) -> bool {
+        matches!(self, Self::Labels(_) | Self::Layout(_))
     }
 
     /// The truth as the questions of a batch have it.
     #[must_use]
     pub fn known(items: &[Item]) -> Self {
-        let known = items.iter().map(|item| (item.asked.path.clone(), label_of(&item.asked)));
+        let known = items
+            .iter()
+            .map(|item| (item.asked.path.clone(), label_of(&item.asked)));
         Self::Known(known.collect())
     }
 
@@ -149,17 +157,15 @@ impl Truth {
         match self {
             Self::Geometry => scene.map(|scene| Labelled::new(scene, None).label),
             Self::Labels(labels) => labels.of(&entry.name),
-            // Where a file could not be read before, its geometry may be there now.
-            Self::Known(known) => match known.get(&path_of(entry)) {
-                Some(None) => Self::Geometry.of(entry, scene),
-                found => found.copied().flatten(),
-            },
+            Self::Known(known) => known.get(&path_of(entry)).copied().flatten(),
             Self::Layout(annotated) => {
                 let (collides, root) = half(entry)?;
                 if !collides {
                     return Some(Label::Safe);
                 }
-                let label = annotated.get(&root).and_then(|labels| labels.of(&entry.name));
+                let label = annotated
+                    .get(&root)
+                    .and_then(|labels| labels.of(&entry.name));
                 Some(match label {
                     Some(label @ Label::Collision(_)) => label,
                     _ => Label::Collision(None),
