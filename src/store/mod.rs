@@ -4,6 +4,7 @@ mod batches;
 mod bound;
 mod claim;
 mod database;
+mod durable;
 mod filter;
 mod health;
 mod items;

@@ -30,10 +30,14 @@ pub struct Going {
 /// After an interruption, answers that are on their way are waited for so long: they are paid for.
 const GRACE: Duration = Duration::from_secs(10);
 
+/// Threads that wait for the network and the disk. An answer's thread waits until it is on the disk; the more wait at
+/// once, the more share a sync.
+const WAITING: usize = 16;
+
 /// What waits for the network.
 pub fn runtime() -> Result<Runtime, Failure> {
     tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(2)
+        .worker_threads(WAITING)
         .enable_all()
         .build()
         .map_err(Failure::input)
