@@ -5,6 +5,8 @@
 mod accounts;
 #[path = "cli/ask.rs"]
 mod ask;
+#[path = "cli/batches.rs"]
+mod batches;
 #[path = "cli/convert.rs"]
 mod convert;
 #[path = "cli/doctor.rs"]

@@ -71,7 +71,7 @@ pub struct Ask {
     no_store: bool,
 }
 
-fn temperature(text: &str) -> Result<f64, String> {
+pub fn temperature(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "a number is needed".to_string())?;
     if (0.0..=2.0).contains(&value) {
         Ok(value)
@@ -80,11 +80,11 @@ fn temperature(text: &str) -> Result<f64, String> {
     }
 }
 
-fn effort(text: &str) -> Result<Effort, String> {
+pub fn effort(text: &str) -> Result<Effort, String> {
     Effort::parse(text).ok_or_else(|| "it must be off, low, medium or high".into())
 }
 
-fn budget(text: &str) -> Result<f64, String> {
+pub fn budget(text: &str) -> Result<f64, String> {
     let usd: f64 = text.parse().map_err(|_| "a number is needed".to_string())?;
     if usd.is_finite() && usd > 0.0 {
         Ok(usd)

@@ -27,6 +27,21 @@ impl Progress {
         Self { bar }
     }
 
+    /// The same with words of its own, see [`Progress::say`].
+    pub fn with_words(count: usize, what: &str) -> Self {
+        let progress = Self::new(count, what, true);
+        let template = format!("{{wide_bar}} {{pos}}/{{len}} {what}, {{msg}}, {{eta}} left");
+        if let Ok(style) = ProgressStyle::with_template(&template) {
+            progress.bar.set_style(style);
+        }
+        progress
+    }
+
+    /// How it goes.
+    pub fn say(&self, words: String) {
+        self.bar.set_message(words);
+    }
+
     /// One more is done.
     pub fn step(&self) {
         self.bar.inc(1);

@@ -98,7 +98,7 @@ impl std::fmt::Display for Missing {
 impl Answer {
     /// Whether all of it arrived, with a verdict or without.
     #[must_use]
-    pub fn is_whole(&self) -> bool {
+    pub fn arrived(&self) -> bool {
         !matches!(
             self.judged,
             Judged::Missing(Missing::NoAnswer(_) | Missing::NotSent(_) | Missing::Cancelled)
@@ -212,15 +212,19 @@ impl Answer {
 
     /// An answer that the server ended is not whole, whatever can be read from it, and one that says nothing neither.
     fn whole(&self) -> RunState {
+        match self.is_whole() {
+            true => RunState::Answered,
+            false => RunState::Truncated,
+        }
+    }
+
+    /// Whether the server let the model finish, and it said something.
+    pub(super) fn is_whole(&self) -> bool {
         let cut = matches!(
             self.finish.as_deref(),
             Some("length" | "content_filter" | "blank" | "blocked")
         );
-        if cut || (self.text.trim().is_empty() && self.reasoning.trim().is_empty()) {
-            RunState::Truncated
-        } else {
-            RunState::Answered
-        }
+        !cut && !(self.text.trim().is_empty() && self.reasoning.trim().is_empty())
     }
 }
 

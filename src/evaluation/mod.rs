@@ -3,6 +3,8 @@
 
 mod altered;
 mod answer;
+/// Questions in bulk, resumable, in the store.
+pub mod batch;
 mod bradley_terry;
 mod case;
 /// Claims about obstacles in the text of an answer.

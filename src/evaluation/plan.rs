@@ -57,13 +57,7 @@ impl Plan {
     /// [`Window::AFTER_SAFETY`] steps earlier.
     #[must_use]
     pub fn window(&self, scene: &Scene) -> Window {
-        let last = match self.task {
-            Task::Collision => scene.last_step(),
-            Task::Safety | Task::Attacker | Task::Trajectory => {
-                scene.last_step() - Window::AFTER_SAFETY
-            }
-        };
-        Window::ending_at(scene, last, self.decided.history)
+        usual_window(self.task, scene, self.decided.history)
     }
 
     /// The question about a scenario with this ego.
@@ -118,6 +112,17 @@ impl Plan {
             .contains(&case.task)
             .then(|| judge_under(&case.scene, case.task, &case.window, &self.thresholds).verdict)
     }
+}
+
+/// The window of a task where nobody says another, of so many steps: see [`Plan::window`].
+pub(super) fn usual_window(task: Task, scene: &Scene, history: usize) -> Window {
+    let last = match task {
+        Task::Collision => scene.last_step(),
+        Task::Safety | Task::Attacker | Task::Trajectory => {
+            scene.last_step() - Window::AFTER_SAFETY
+        }
+    };
+    Window::ending_at(scene, last, history)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use rusqlite::{Connection, Transaction, TransactionBehavior};
 
+use super::durable::Log;
 use super::migrate::migrate;
 use crate::system;
 
@@ -13,6 +14,8 @@ use crate::system;
 #[derive(Debug)]
 pub struct Store {
     connection: Mutex<Connection>,
+    /// Nothing where there is no log: in memory, or where the file's system cannot have one.
+    log: Option<Log>,
 }
 
 /// Why something is not in the store.
@@ -53,6 +56,12 @@ pub enum StoreError {
     /// A verdict cannot be written as JSON.
     #[error("a verdict cannot be stored: {0}")]
     Json(#[from] serde_json::Error),
+    /// What was written may not be on the disk.
+    #[error("the store of runs cannot be synced to the disk: {}", system::words(.0))]
+    Sync(std::io::Error),
+    /// A word that another version wrote.
+    #[error("the store of runs: {0}")]
+    Word(String),
     /// There is no run with this number.
     #[error("there is no run {0}; `nearmiss runs` lists them")]
     NoRun(super::RunId),
@@ -109,8 +118,11 @@ impl Store {
         migrate(&mut connection)?;
         // Not before: a migration puts tables in the place of others.
         connection.pragma_update(None, "foreign_keys", true)?;
+        let mode: String = connection.query_row("PRAGMA journal_mode", [], |row| row.get(0))?;
+        let log = connection.path().filter(|_| mode == "wal").map(Log::beside);
         let store = Self {
             connection: Mutex::new(connection),
+            log,
         };
         store.interrupt_abandoned()?;
         Ok(store)
@@ -137,8 +149,15 @@ impl Store {
         work: impl FnOnce(&Transaction<'_>) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
         let mut connection = self.lock();
-        // With a write-ahead log, `full` syncs the log at every commit and `normal` only when it is copied into
-        // the file. The setting is the connection's own, and cannot be changed inside a transaction.
+        if let Some(log) = &self.log {
+            let done = change(&mut connection, work)?;
+            let ticket = log.committed();
+            // While this one is on its way to the disk, others commit, and share the next sync.
+            drop(connection);
+            log.sync(ticket).map_err(StoreError::Sync)?;
+            return Ok(done);
+        }
+        // The setting is the connection's own, and cannot be changed inside a transaction.
         connection.pragma_update(None, "synchronous", "full")?;
         let done = change(&mut connection, work);
         connection.pragma_update(None, "synchronous", "normal")?;

@@ -5,15 +5,13 @@ use rusqlite::{Connection, TransactionBehavior};
 use super::StoreError;
 
 /// What brings a file from one version to the next; the first one makes it.
-const MIGRATIONS: [&str; 4] = [
+const MIGRATIONS: [&str; 5] = [
     include_str!("migrations/1.sql"),
     include_str!("migrations/2.sql"),
     include_str!("migrations/3.sql"),
-    PROVIDER_BATCHES,
+    include_str!("migrations/4.sql"),
+    include_str!("migrations/5.sql"),
 ];
-
-/// The tables of batches that are with providers.
-const PROVIDER_BATCHES: &str = include_str!("migrations/provider_batches.sql");
 
 /// The version of a file that this program writes.
 pub const VERSION: i64 = MIGRATIONS.len() as i64;
@@ -134,5 +132,30 @@ mod tests {
         drop(store);
         let again = Store::open(&path).unwrap().ratings().unwrap();
         assert_eq!(again[0].answers, rating.answers);
+    }
+
+    #[test]
+    fn a_store_of_version_3_takes_batches_and_keeps_its_runs() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        for sql in &super::MIGRATIONS[1..3] {
+            connection.execute_batch(sql).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 3).unwrap();
+        let missing = connection.prepare("SELECT * FROM batches").is_err();
+        assert!(missing, "version 3 has none");
+        drop(connection);
+        let store = Store::open(&path).unwrap();
+        assert_eq!(store.run(RunId(1)).unwrap().unwrap().answer, "whole");
+        assert_eq!(store.batches().unwrap(), []);
+        let item = crate::store::items::tests::item("ZAM_A-1", 0);
+        let batch = store.begin_batch("{}", None, &[item]).unwrap();
+        drop(store);
+        let again = Store::open(&path).unwrap();
+        let items = again.items(batch).unwrap();
+        assert_eq!(items.len(), 1);
+        assert_eq!(items[0].asked.scenario, "ZAM_A-1");
     }
 }

@@ -1,12 +1,16 @@
 //! The store: every run in SQLite, piece by piece as it arrives; nothing is lost, nothing is asked for twice.
 
+mod batches;
 mod bound;
 mod claim;
 mod database;
+mod durable;
 mod filter;
 mod health;
+mod items;
 mod key;
 mod list;
+mod merge;
 mod migrate;
 mod outcomes;
 mod page;
@@ -18,13 +22,16 @@ mod run;
 mod verdicts;
 mod write;
 
+pub use batches::{Batch, BatchId, Progress};
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
 pub use filter::{Decision, Filter, FilterError, moment};
 pub use health::Health;
+pub use items::{Found, Item, ItemState, NewItem};
 pub use key::Key;
 pub use list::Summary;
 pub use outcomes::StoredOutcome;
+pub use merge::Merged;
 pub use page::{Cursor, Edge, Interrupter, Page};
 pub use provider_batches::{
     Handed, HandedState, NewProviderBatch, Opened, ProviderBatch, ProviderBatchId,

@@ -1,6 +1,6 @@
 //! Writing runs: their beginning, their pieces, their end, and what people do with them later.
 
-use rusqlite::{Connection, params};
+use rusqlite::{Connection, OptionalExtension, params};
 
 use super::claim::renew;
 use super::database::now_ms;
@@ -52,7 +52,7 @@ impl Store {
         self.durably(|transaction| {
             let mut added = 0;
             for run in runs {
-                if is_there(transaction, run)? {
+                if there(transaction, run)?.is_some() {
                     continue;
                 }
                 let id = insert_new(transaction, &run.question, run.created_ms)?;
@@ -174,20 +174,20 @@ fn is_known(connection: &Connection, run: RunId) -> Result<bool, StoreError> {
     Ok(connection.query_row(sql, [run.0], |row| row.get(0))?)
 }
 
-fn is_there(connection: &Connection, run: &Run) -> Result<bool, StoreError> {
+/// The run that is the same one, as [`Store::add`] says.
+pub(super) fn there(connection: &Connection, run: &Run) -> Result<Option<RunId>, StoreError> {
     let key = run.key.as_ref().map(super::Key::as_str);
     let question = &run.question;
+    let number = |row: &rusqlite::Row<'_>| row.get(0).map(RunId);
     if let (Origin::Recorded, Some(key)) = (run.origin, key) {
-        let sql = "SELECT EXISTS (SELECT 1 FROM runs WHERE key = ?1 AND origin = 'recorded')";
-        return Ok(connection
-            .prepare_cached(sql)?
-            .query_row([key], |row| row.get(0))?);
+        let sql = "SELECT id FROM runs WHERE key = ?1 AND origin = 'recorded' LIMIT 1";
+        let mut statement = connection.prepare_cached(sql)?;
+        return Ok(statement.query_row([key], number).optional()?);
     }
     // Without a key, what it would have been made of.
-    let sql =
-        "SELECT EXISTS (SELECT 1 FROM runs WHERE created_ms = ?1 AND sample = ?2 AND key IS ?3
+    let sql = "SELECT id FROM runs WHERE created_ms = ?1 AND sample = ?2 AND key IS ?3
         AND (?3 IS NOT NULL OR (model = ?4 AND scenario_hash IS ?5 AND ego = ?6 AND task = ?7
-            AND messages = ?8 AND answer = ?9)))";
+            AND messages = ?8 AND answer = ?9)) LIMIT 1";
     let values = params![
         run.created_ms,
         question.sample,
@@ -199,9 +199,8 @@ fn is_there(connection: &Connection, run: &Run) -> Result<bool, StoreError> {
         question.messages,
         run.answer,
     ];
-    Ok(connection
-        .prepare_cached(sql)?
-        .query_row(values, |row| row.get(0))?)
+    let mut statement = connection.prepare_cached(sql)?;
+    Ok(statement.query_row(values, number).optional()?)
 }
 
 /// Inserts a run of which only the question is known.
@@ -248,7 +247,7 @@ pub(super) fn insert_new(
 }
 
 /// Everything of a run beside its question.
-fn insert_rest(connection: &Connection, id: RunId, run: &Run) -> Result<(), StoreError> {
+pub(super) fn insert_rest(connection: &Connection, id: RunId, run: &Run) -> Result<(), StoreError> {
     let (ending, consumed) = (&run.ending, &run.ending.consumed);
     connection
         .prepare_cached(

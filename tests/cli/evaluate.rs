@@ -159,7 +159,7 @@ fn what_cannot_be_evaluated_is_said() {
         (
             &["--model", "openai/gpt-4o"][..],
             2,
-            &["language models are not evaluated by this command"][..],
+            &["openai/gpt-4o", "nothing was sent", "OPENAI_API_KEY"][..],
         ),
         (
             &["--model", "reference/magic"],

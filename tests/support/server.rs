@@ -16,6 +16,7 @@ enum Step {
     Send(Vec<u8>),
     Pause(Duration),
     AwaitClose,
+    Whole,
 }
 
 impl Script {
@@ -83,6 +84,22 @@ impl Script {
         self
     }
 
+    /// Everything of another script behind this one; of its head, if it begins with one, there may only be one.
+    pub fn append(mut self, other: Self) -> Self {
+        let head =
+            |step: &Step| matches!(step, Step::Send(bytes) if bytes.starts_with(b"HTTP/1.1"));
+        let begun = self.0.iter().any(head);
+        self.0
+            .extend(other.0.into_iter().filter(|step| !begun || !head(step)));
+        self
+    }
+
+    /// Counts the request among those of [`Server::whole`].
+    pub fn whole(mut self) -> Self {
+        self.0.push(Step::Whole);
+        self
+    }
+
     /// Waits until the client closes the connection; [`Server::seen_close`] counts it.
     pub fn await_close(mut self) -> Self {
         self.0.push(Step::AwaitClose);
@@ -118,8 +135,12 @@ impl Recorded {
 #[derive(Default)]
 struct Seen {
     requests: Vec<Recorded>,
+    whole: Vec<usize>,
     closed: usize,
 }
+
+/// What is answered to the n-th request, from 0.
+type Answering = Arc<dyn Fn(usize, &Recorded) -> Option<Script> + Send + Sync>;
 
 /// A running server; it stops when dropped. The n-th request gets the n-th script, further ones a closed connection.
 pub struct Server {
@@ -131,10 +152,17 @@ pub struct Server {
 impl Server {
     /// Starts on a free port of 127.0.0.1.
     pub async fn start(scripts: Vec<Script>) -> Self {
+        Self::answering(move |number, _| scripts.get(number).cloned()).await
+    }
+
+    /// The same with a script for the n-th request, from 0, by what it asks.
+    pub async fn answering(
+        script: impl Fn(usize, &Recorded) -> Option<Script> + Send + Sync + 'static,
+    ) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let base_url = format!("http://{}", listener.local_addr().unwrap());
         let seen = Arc::new(Mutex::new(Seen::default()));
-        let task = tokio::spawn(serve(listener, scripts, Arc::clone(&seen)));
+        let task = tokio::spawn(serve(listener, Arc::new(script), Arc::clone(&seen)));
         Self {
             base_url,
             seen,
@@ -150,6 +178,13 @@ impl Server {
     /// All requests so far.
     pub fn requests(&self) -> Vec<Recorded> {
         self.seen.lock().unwrap().requests.clone()
+    }
+
+    /// Bodies of the requests whose script came to [`Script::whole`].
+    pub fn whole(&self) -> Vec<Vec<u8>> {
+        let seen = self.seen.lock().unwrap();
+        let bodies = seen.whole.iter().map(|n| seen.requests[*n].body.clone());
+        bodies.collect()
     }
 
     /// Waits at most five seconds for a client to close its connection during [`Script::await_close`].
@@ -170,11 +205,11 @@ impl Drop for Server {
     }
 }
 
-async fn serve(listener: TcpListener, scripts: Vec<Script>, seen: Arc<Mutex<Seen>>) {
+async fn serve(listener: TcpListener, answering: Answering, seen: Arc<Mutex<Seen>>) {
     let mut connections = tokio::task::JoinSet::new();
     loop {
         let (mut stream, _) = listener.accept().await.unwrap();
-        let (scripts, seen) = (scripts.clone(), Arc::clone(&seen));
+        let (answering, seen) = (Arc::clone(&answering), Arc::clone(&seen));
         connections.spawn(async move {
             stream.set_nodelay(true).unwrap();
             let Some(request) = read_request(&mut stream).await else {
@@ -182,16 +217,17 @@ async fn serve(listener: TcpListener, scripts: Vec<Script>, seen: Arc<Mutex<Seen
             };
             let number = {
                 let mut seen = seen.lock().unwrap();
-                seen.requests.push(request);
+                seen.requests.push(request.clone());
                 seen.requests.len() - 1
             };
-            let Some(script) = scripts.get(number) else {
+            let Some(script) = answering(number, &request) else {
                 return;
             };
             for step in &script.0 {
                 match step {
                     // The client may have gone, which is what some tests are about.
                     Step::Send(bytes) => drop(stream.write_all(bytes).await),
+                    Step::Whole => seen.lock().unwrap().whole.push(number),
                     Step::Pause(wait) => tokio::time::sleep(*wait).await,
                     Step::AwaitClose => {
                         let mut rest = [0; 64];

@@ -1,7 +1,13 @@
-//! `nearmiss evaluate`: how good the built-in judge is on many scenarios, and how long before a collision.
+//! `nearmiss evaluate`: how good the built-in judge and language models are on many scenarios.
 
+mod asked;
+mod batch;
 mod collision;
+mod opened;
+mod resume;
 mod safety;
+mod sheet;
+mod shown;
 
 use std::path::PathBuf;
 
@@ -21,30 +27,28 @@ use crate::verdict::Task;
 #[derive(Debug, clap::Args)]
 pub struct Evaluate {
     /// CommonRoad files or folders, or names of bundled scenarios; each with its recorded ego.
-    #[arg(required = true)]
+    #[arg(required_unless_present_any = ["resume", "list"])]
     paths: Vec<PathBuf>,
-    /// Who is evaluated, separated by commas: reference/geometry and, in the safety task, what it is compared with,
-    /// reference/constant-velocity and reference/constant-acceleration [default: all that answer the task].
+    /// Who is evaluated, separated by commas: language models as provider/model; reference/geometry and, in the safety
+    /// task, what it is compared with, reference/constant-velocity and reference/constant-acceleration [default: all
+    /// built-in ones that answer the task].
     #[arg(long, value_delimiter = ',', value_name = "MODEL")]
     model: Vec<String>,
-    /// What is asked: safety or collision.
-    #[arg(long, default_value = "safety", value_parser = task)]
-    task: Task,
-    /// What is true: `auto` for the exact geometry of the whole recordings, or CSV files with the columns `scenario`
-    /// and `label` (or `obstacle_id`, `none` where nobody collides), separated by commas.
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "auto",
-        value_name = "CSV|auto"
-    )]
+    /// What is asked: safety or collision, of language models both, separated by commas [default: safety].
+    #[arg(long, value_delimiter = ',', value_parser = task)]
+    task: Vec<Task>,
+    /// What is true: `auto` for the exact geometry of the whole recordings, `layout` for the folders collision_scenarios
+    /// and normal_scenarios with their annotations, or CSV files with the columns `scenario` and `label` (or
+    /// `obstacle_id`, `none` where nobody collides), separated by commas [default: auto; for language models layout where
+    /// there are such folders].
+    #[arg(long, value_delimiter = ',', value_name = "CSV|auto|layout")]
     truth: Vec<PathBuf>,
     /// Where the windows of collisions end: seconds before the first overlap of the bodies, or `paper` for two steps
-    /// before the last recorded one. Safe scenarios always have their first window.
+    /// before the last recorded one. Safe scenarios always have their first window [default: paper,0.2,0.5,1,1.5,2;
+    /// language models are asked with one, and by default about the end of every recording].
     #[arg(
         long,
         value_delimiter = ',',
-        default_value = "paper,0.2,0.5,1,1.5,2",
         value_name = "S",
         allow_negative_numbers = true
     )]
@@ -52,15 +56,33 @@ pub struct Evaluate {
     /// Horizons of what the judge is compared with, seconds up to 10; its own is fixed.
     #[arg(long, value_delimiter = ',', default_value = "1,1.5,2", value_name = "S", allow_negative_numbers = true, value_parser = horizon)]
     horizon: Vec<f64>,
-    /// Steps in a window.
-    #[arg(long, default_value_t = 10, value_name = "N", allow_negative_numbers = true, value_parser = history)]
-    history: u32,
-    /// In the safety task, obstacles farther from the ego are left out, metres.
-    #[arg(long, default_value_t = 30.0, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
-    radius: f64,
+    /// Steps in a window [default: 10; for language models what the template says].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
+    history: Option<u32>,
+    /// Obstacles farther from the ego are left out, metres [default: 30; for language models what the template says].
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
+    radius: Option<f64>,
     /// How the result is written.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
+    #[command(flatten)]
+    batch: batch::Options,
+}
+
+impl Evaluate {
+    /// What is asked.
+    fn tasks(&self) -> Vec<Task> {
+        match self.task.is_empty() {
+            true => vec![Task::Safety],
+            false => self.task.clone(),
+        }
+    }
+
+    /// Whether more is wanted than an evaluation of the built-in judge.
+    fn is_batch(&self) -> bool {
+        let in_words = |model: &String| !model.starts_with("reference/");
+        self.batch.any() || self.task.len() > 1 || self.model.iter().any(in_words)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -116,21 +138,29 @@ enum One<T> {
 
 /// Runs `evaluate`.
 pub fn run(arguments: &Evaluate) -> Outcome {
-    let candidates = candidates(arguments)?;
+    if arguments.is_batch() {
+        return batch::run(arguments);
+    }
+    let task = arguments.tasks()[0];
+    let candidates = candidates(arguments, task)?;
     let truth = truth(&arguments.truth)?;
     let entries = found(&arguments.paths)?;
-    match arguments.task {
+    match task {
         Task::Safety => safety::run(arguments, candidates, &truth, &entries),
         Task::Collision => collision::run(arguments, &truth, &entries),
-        task @ (Task::Attacker | Task::Trajectory) => Err(Failure::input(format!(
-            "--task {}: it has no yes or no that could be right; collision and safety can be evaluated",
-            task.name()
-        ))),
+        task @ (Task::Attacker | Task::Trajectory) => Err(no_verdicts(task)),
     }
 }
 
-fn candidates(arguments: &Evaluate) -> Result<Vec<Candidate>, Failure> {
-    let safety = arguments.task == Task::Safety;
+fn no_verdicts(task: Task) -> Failure {
+    Failure::input(format!(
+        "--task {}: it has no yes or no that could be right; collision and safety can be evaluated",
+        task.name()
+    ))
+}
+
+fn candidates(arguments: &Evaluate, task: Task) -> Result<Vec<Candidate>, Failure> {
+    let safety = task == Task::Safety;
     let names: Vec<&str> = match (arguments.model.is_empty(), safety) {
         (false, _) => arguments.model.iter().map(String::as_str).collect(),
         (true, true) => Candidate::NAMES.to_vec(),
@@ -145,14 +175,9 @@ fn candidates(arguments: &Evaluate) -> Result<Vec<Candidate>, Failure> {
         };
         let more = Candidate::named(name, &arguments.horizon).filter(|_| known.contains(&name));
         let Some(more) = more else {
-            let advice = if name.starts_with("reference/") {
-                String::new()
-            } else {
-                "; language models are not evaluated by this command, `nearmiss ask` asks one about one scenario".into()
-            };
             return Err(Failure::input(format!(
-                "--model {name}: for the {} task it must be one of {}{advice}",
-                arguments.task.name(),
+                "--model {name}: for the {} task it must be one of {}",
+                task.name(),
                 known.join(", "),
             )));
         };
@@ -166,9 +191,8 @@ fn candidates(arguments: &Evaluate) -> Result<Vec<Candidate>, Failure> {
 }
 
 fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
-    if let [only] = paths
-        && only.as_os_str() == "auto"
-    {
+    let auto = |path: &PathBuf| path.as_os_str() == "auto";
+    if paths.is_empty() || (paths.len() == 1 && paths.iter().all(auto)) {
         return Ok(Truth::Geometry);
     }
     let (mut labels, mut files) = (Labels::default(), Vec::new());

@@ -14,9 +14,12 @@ pub(super) fn run(
     entries: &[Entry],
 ) -> Outcome {
     let setting = Setting {
-        leads: arguments.lead.clone(),
-        history: arguments.history as usize,
-        radius: arguments.radius,
+        leads: match arguments.lead.is_empty() {
+            true => LEADS.to_vec(),
+            false => arguments.lead.clone(),
+        },
+        history: arguments.history.unwrap_or(10) as usize,
+        radius: arguments.radius.unwrap_or(30.0),
         candidates,
         every_window: true,
     };
@@ -31,6 +34,16 @@ pub(super) fn run(
     }
     batch.outcome()
 }
+
+/// Leads where nobody says which.
+const LEADS: [Lead; 6] = [
+    Lead::Paper,
+    Lead::Seconds(0.2),
+    Lead::Seconds(0.5),
+    Lead::Seconds(1.0),
+    Lead::Seconds(1.5),
+    Lead::Seconds(2.0),
+];
 
 /// What one candidate reached.
 struct Row {

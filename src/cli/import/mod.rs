@@ -2,6 +2,7 @@
 
 mod lines;
 mod recorded;
+mod store;
 
 use std::path::PathBuf;
 
@@ -13,7 +14,7 @@ use super::{Failure, Outcome, output};
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
 pub struct Import {
-    /// Files that `nearmiss export` wrote as JSONL; folders laid out as the repository of "From Words to Collisions".
+    /// Files that `nearmiss export` wrote as JSONL; stores of other machines, runs.sqlite, with their batches; folders laid out as the repository of "From Words to Collisions".
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// What was imported as one line of JSON.
@@ -46,6 +47,8 @@ pub fn run(arguments: &Import) -> Outcome {
     for path in &arguments.paths {
         if path.is_dir() {
             recorded::import(path, &store, &mut counts)?;
+        } else if store::is_one(path) {
+            store::import(path, &store, &mut counts)?;
         } else {
             lines::import(path, &store, &mut counts)?;
         }

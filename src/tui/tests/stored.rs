@@ -119,7 +119,7 @@ fn what_broke_off_does_not_hide_a_whole_answer() {
     bench.send(Msg::Stored(of, vec![cancelled, answer("lab/a", true, 301)]));
     let columns = &bench.model.answers.columns;
     assert_eq!(columns.len(), 1);
-    assert!(columns[0].answer().is_some_and(Answer::is_whole));
+    assert!(columns[0].answer().is_some_and(Answer::arrived));
 }
 
 #[test]

@@ -170,7 +170,7 @@ pub fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     let how = model.way();
     let mut seen = std::collections::HashSet::new();
     // What broke off does not stand before a whole answer to the same.
-    let (whole, broken): (Vec<_>, Vec<_>) = stored.into_iter().partition(Answer::is_whole);
+    let (whole, broken): (Vec<_>, Vec<_>) = stored.into_iter().partition(Answer::arrived);
     let mut newest: Vec<Answer> = whole
         .into_iter()
         .chain(broken)

@@ -1,4 +1,4 @@
--- Batches that are with a provider: written down before anything is sent, so that none is paid for twice.
+-- Version 5: batches that are with a provider: written down before anything is sent, so that none is paid for twice.
 CREATE TABLE provider_batches (
     id           INTEGER PRIMARY KEY,
     tag          TEXT NOT NULL UNIQUE, -- sent along, so that the batch is recognised where its id did not arrive

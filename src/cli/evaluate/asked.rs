@@ -1,0 +1,225 @@
+//! A batch on its way: progress, interruption, and the table at its end.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use tokio::runtime::Runtime;
+
+use super::batch::Options;
+use super::opened::Opened;
+use super::sheet::Sheet;
+use super::shown;
+use crate::cli::interrupt::INTERRUPTED;
+use crate::cli::progress::Progress;
+use crate::cli::{Failure, Outcome, output};
+use crate::evaluation::batch::{Asking, Desk, Ended, Judges, Selection, scored};
+use crate::evaluation::can_ask;
+use crate::store::{BatchId, Item, ItemState};
+
+/// A batch that is written down.
+pub struct Going {
+    pub id: BatchId,
+    pub judges: Judges,
+    pub desk: Arc<Desk>,
+    pub selection: Selection,
+    pub json: bool,
+    pub csv: bool,
+}
+
+/// After an interruption, answers that are on their way are waited for so long: they are paid for.
+const GRACE: Duration = Duration::from_secs(10);
+
+/// Threads that wait for the network and the disk. An answer's thread waits until it is on the disk; the more wait at
+/// once, the more share a sync.
+const WAITING: usize = 16;
+
+/// What waits for the network.
+pub fn runtime() -> Result<Runtime, Failure> {
+    tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(WAITING)
+        .enable_all()
+        .build()
+        .map_err(Failure::input)
+}
+
+/// The models that cannot be asked as things stand, and why.
+pub fn refused(runtime: &Runtime, sheet: &Sheet, judges: &Judges) -> Vec<(String, String)> {
+    let ask = async {
+        let mut refused = Vec::new();
+        for (model, question) in &sheet.first {
+            if let Err(why) = can_ask(question, &judges[model]).await {
+                refused.push((model.clone(), why.to_string()));
+            }
+        }
+        refused
+    };
+    runtime.block_on(ask)
+}
+
+/// Nothing is begun where a model would refuse every question.
+pub fn all_can_be_asked(refused: &[(String, String)]) -> Outcome {
+    match refused {
+        [] => Ok(()),
+        [(model, why), ..] => Err(Failure::input(format!("{model}: {why}"))),
+    }
+}
+
+/// Asks what a batch has to ask, then writes its table.
+pub fn ask(
+    runtime: &Runtime,
+    opened: &Opened,
+    options: &Options,
+    going: Going,
+    sheet: &Sheet,
+) -> Outcome {
+    let Going { id, selection, .. } = going;
+    let items = opened.store.items(id).map_err(Failure::input)?;
+    let items: Vec<Item> = items
+        .into_iter()
+        .filter(|i| selection.has(i.state))
+        .collect();
+    output::say(&format!("nearmiss: {id}: {}", sheet.line()));
+    let asking = Arc::new(Asking {
+        store: Arc::clone(&opened.store),
+        batch: id,
+        desk: going.desk,
+        at_once: opened.at_once(&going.judges, options),
+        judges: going.judges,
+        stop: Arc::new(AtomicBool::new(false)),
+    });
+    let whole = runtime.block_on(until_interrupted(&asking, items))?;
+    if !whole {
+        return Err(Failure {
+            message: format!("interrupted; `nearmiss evaluate --resume {id}` goes on with it"),
+            status: INTERRUPTED,
+        });
+    }
+    show(opened, id, going.json, going.csv)
+}
+
+/// Writes the table of a batch as it stands.
+pub fn show(opened: &Opened, id: BatchId, json: bool, csv: bool) -> Outcome {
+    let scored = scored(&opened.store, id).map_err(Failure::input)?;
+    let cells = shown::cells(&scored);
+    if json {
+        output::json(&shown::document(Some(id), &cells))?;
+    } else if csv {
+        output::text(&shown::csv(&cells)?)?;
+    } else {
+        output::text(&shown::table(&cells))?;
+    }
+    unanswered(opened, id)
+}
+
+/// Says which questions have no whole answer, and why.
+fn unanswered(opened: &Opened, id: BatchId) -> Outcome {
+    let items = opened.store.items(id).map_err(Failure::input)?;
+    let open: Vec<_> = items
+        .iter()
+        .filter(|i| i.state != ItemState::Answered)
+        .collect();
+    if open.is_empty() {
+        return Ok(());
+    }
+    let mut reasons: Vec<(&str, usize)> = Vec::new();
+    for item in &open {
+        let why = item.error.as_deref().unwrap_or("not asked yet");
+        match reasons.iter_mut().find(|(known, _)| *known == why) {
+            Some((_, count)) => *count += 1,
+            None => reasons.push((why, 1)),
+        }
+    }
+    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    for (why, count) in reasons.iter().take(NAMED) {
+        output::say(&format!("nearmiss: {count} × {why}"));
+    }
+    let again = match open.iter().any(|item| Selection::Open.has(item.state)) {
+        true => format!("`nearmiss evaluate --resume {id}` asks them again"),
+        false => format!("`nearmiss evaluate --resume {id} --retry-failed` asks them again"),
+    };
+    Err(Failure {
+        message: format!(
+            "of {}, {} without a whole answer; {again}",
+            super::number(items.len(), "question"),
+            open.len()
+        ),
+        status: 1,
+    })
+}
+
+/// Reasons that are named each.
+const NAMED: usize = 3;
+
+/// Asks until everything is through, or until it is interrupted: then nothing more is begun, and what is on its way is
+/// waited for a little. Says whether everything is through.
+async fn until_interrupted(asking: &Arc<Asking>, items: Vec<Item>) -> Result<bool, Failure> {
+    let mut meter = Meter::new(items.len());
+    let all = Arc::clone(asking).all(items, |ended| meter.hear(&ended));
+    tokio::pin!(all);
+    tokio::select! {
+        biased;
+        done = &mut all => return done.map(|()| true).map_err(Failure::input),
+        () = interrupted() => {}
+    }
+    asking.stop.store(true, Ordering::SeqCst);
+    output::say(
+        "nearmiss: interrupted; the answers on their way are waited for, ten seconds at most; Ctrl-C again: not at all",
+    );
+    tokio::select! {
+        done = &mut all => done.map(|()| false).map_err(Failure::input),
+        () = tokio::time::sleep(GRACE) => Ok(false),
+        () = interrupted() => Ok(false),
+    }
+}
+
+/// Waits for Ctrl-C or SIGTERM; for ever where the system does not let us listen.
+async fn interrupted() {
+    let ctrl_c = async {
+        if tokio::signal::ctrl_c().await.is_err() {
+            std::future::pending::<()>().await;
+        }
+    };
+    #[cfg(unix)]
+    let ended = async {
+        use tokio::signal::unix::{SignalKind, signal};
+        match signal(SignalKind::terminate()) {
+            Ok(mut ended) => drop(ended.recv().await),
+            Err(_) => std::future::pending::<()>().await,
+        }
+    };
+    #[cfg(not(unix))]
+    let ended = std::future::pending::<()>();
+    tokio::select! {
+        () = ctrl_c => {}
+        () = ended => {}
+    }
+}
+
+/// Progress with rate and cost.
+struct Meter {
+    progress: Progress,
+    begun: Instant,
+    done: u32,
+    usd: f64,
+}
+
+impl Meter {
+    fn new(questions: usize) -> Self {
+        Self {
+            progress: Progress::with_words(questions, "answers"),
+            begun: Instant::now(),
+            done: 0,
+            usd: 0.0,
+        }
+    }
+
+    fn hear(&mut self, ended: &Ended) {
+        self.done += 1;
+        self.usd += ended.cost_usd.unwrap_or(0.0);
+        let rate = f64::from(self.done) / self.begun.elapsed().as_secs_f64().max(0.001);
+        self.progress
+            .say(format!("{rate:.1}/s, {:.4} USD", self.usd));
+        self.progress.step();
+    }
+}

@@ -1,0 +1,305 @@
+//! `nearmiss evaluate` with language models: a matrix of ways of asking over many scenarios, as a batch in the store.
+
+use std::num::NonZeroU32;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use super::{Evaluate, Format};
+use crate::cli::ask::{budget, effort, temperature};
+use crate::cli::open::{found, frame, techniques};
+use crate::cli::{Failure, Outcome, output};
+use crate::evaluation::batch::{Ask, Manner, Matrix, Selection, Shard, Spec, Truth, TruthSource};
+use crate::evaluation::{Lead, usual_frame};
+use crate::llm::Effort;
+use crate::prompts::Techniques;
+use crate::scenario::{Entry, Place};
+use crate::store::BatchId;
+use crate::text::Frame;
+use crate::verdict::Task;
+
+use super::asked::{self, Going};
+use super::opened::Opened;
+use super::sheet::Sheet;
+use super::{resume, shown};
+
+/// What only batches take.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Language models")]
+pub struct Options {
+    /// From where scenes are described, separated by commas [default: ego].
+    #[arg(long, value_delimiter = ',', value_name = "FRAME", value_parser = frame)]
+    pub frame: Vec<Frame>,
+    /// Prompting techniques, separated by commas: base, cp, cot, icl, all, or several at once such as cp+cot [default: all].
+    #[arg(long, value_delimiter = ',', value_name = "TECHNIQUES", value_parser = techniques)]
+    pub techniques: Vec<Techniques>,
+    /// Answers to each request; of a batch that is resumed, as many as there shall be then [default: 1].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub samples: Option<u32>,
+    /// Sampling temperature, 0 to 2 [default: the template's, else the server's].
+    #[arg(long, allow_negative_numbers = true, value_parser = temperature)]
+    pub temperature: Option<f64>,
+    /// Most tokens of an answer [default: the server's].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_tokens: Option<u32>,
+    /// How much the models are to reason: off, low, medium or high [default: the server's].
+    #[arg(long, value_parser = effort)]
+    pub effort: Option<Effort>,
+    /// Requests that are on their way to each provider at once [default: `concurrency` in config.toml].
+    #[arg(long, value_name = "N")]
+    pub concurrency: Option<NonZeroU32>,
+    /// The most that this run may cost, US dollars; needs prices and a limit of tokens [default: `budget` in config.toml].
+    #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
+    pub budget: Option<f64>,
+    /// Address of the server of all models, instead of their providers' own.
+    #[arg(long, value_name = "URL")]
+    pub base_url: Option<String>,
+    /// Only this part of the scenarios, such as 2/8: each belongs to one part, by its name.
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Shard>,
+    /// Say what would be asked, how many tokens that is and what it costs at most; send nothing.
+    #[arg(long)]
+    pub dry_run: bool,
+    /// The table as one line of JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Go on with a batch, by its name such as b7, or with the last one.
+    #[arg(long, value_name = "ID|last", conflicts_with_all = ["paths", "model", "task", "frame", "techniques", "lead", "horizon", "history", "radius", "temperature", "max_tokens", "effort", "base_url", "shard"])]
+    pub resume: Option<Resumed>,
+    /// Ask only those questions of the batch that have no answer because asking failed or the answer was cut off.
+    #[arg(long, requires = "resume", conflicts_with_all = ["add_model", "add_techniques", "samples"])]
+    pub retry_failed: bool,
+    /// Ask these models, too, separated by commas.
+    #[arg(long, value_delimiter = ',', value_name = "MODEL", requires = "resume")]
+    pub add_model: Vec<String>,
+    /// Ask with these techniques, too, separated by commas.
+    #[arg(long, value_delimiter = ',', value_name = "TECHNIQUES", requires = "resume", value_parser = techniques)]
+    pub add_techniques: Vec<Techniques>,
+    /// The batches in the store and how far they are.
+    #[arg(long, exclusive = true)]
+    pub list: bool,
+}
+
+/// Which batch is gone on with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Resumed {
+    Last,
+    Batch(BatchId),
+}
+
+impl FromStr for Resumed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "last" => Ok(Self::Last),
+            other => other.parse().map(Self::Batch),
+        }
+    }
+}
+
+impl Options {
+    /// Whether anything is said that only a batch understands.
+    pub fn any(&self) -> bool {
+        !self.frame.is_empty()
+            || !self.techniques.is_empty()
+            || self.samples.is_some()
+            || self.temperature.is_some()
+            || self.max_tokens.is_some()
+            || self.effort.is_some()
+            || self.concurrency.is_some()
+            || self.budget.is_some()
+            || self.base_url.is_some()
+            || self.shard.is_some()
+            || self.dry_run
+            || self.json
+            || self.resume.is_some()
+            || self.list
+    }
+}
+
+/// Runs what is no evaluation of the built-in judge alone.
+pub fn run(arguments: &Evaluate) -> Outcome {
+    if arguments.batch.list {
+        return resume::list();
+    }
+    match arguments.batch.resume {
+        Some(which) => resume::run(arguments, which),
+        None => begin(arguments),
+    }
+}
+
+/// Begins a batch.
+fn begin(arguments: &Evaluate) -> Outcome {
+    let options = &arguments.batch;
+    let opened = Opened::new()?;
+    let matrix = matrix(arguments, &opened)?;
+    let mut entries = found(&arguments.paths)?;
+    for entry in &mut entries {
+        if let Place::File(path) = &mut entry.place {
+            *path = absolute(path)?;
+        }
+    }
+    if let Some(shard) = options.shard {
+        entries.retain(|entry| shard.has(&entry.name));
+        if entries.is_empty() {
+            output::say(&format!("nearmiss: no scenario belongs to part {shard}"));
+            return match json(arguments) {
+                true => output::json(&shown::document(None, &[])),
+                false => Ok(()),
+            };
+        }
+    }
+    let source = truth_source(&arguments.truth)?.unwrap_or_else(|| TruthSource::usual(&entries));
+    let (truth, doubts) = Truth::open(&source, &entries).map_err(Failure::input)?;
+    say_each(&doubts);
+    let mut paths = Vec::new();
+    for path in &arguments.paths {
+        let bundled = matches!(Entry::of_argument(path).place, Place::Bundled(_));
+        paths.push(if bundled {
+            path.clone()
+        } else {
+            absolute(path)?
+        });
+    }
+    let spec = Spec {
+        paths,
+        templates: Spec::templates_of(&matrix, &opened.library),
+        thresholds: Spec::thresholds_of(&opened.thresholds),
+        truth: source,
+        base_url: options.base_url.clone(),
+        matrix,
+    };
+    let judges = opened.judges(&spec.matrix.models, &spec, options)?;
+    let desk = opened.desk(&spec.matrix);
+    let ways = spec.matrix.ways();
+    let asks = ways.into_iter().map(|way| Ask {
+        samples: (0..spec.matrix.samples_of(&way)).collect(),
+        way,
+    });
+    let asks: Vec<Ask> = asks.collect();
+    let wanted = entries.iter().map(|entry| (entry.clone(), asks.clone()));
+    let wanted: Vec<_> = wanted.collect();
+    let sheet = Sheet::of(&wanted, &desk, &truth, &judges, &opened.store)?;
+    sheet.say_doubts();
+    if sheet.items.is_empty() {
+        return Err(Failure::input(format!(
+            "none of {} has a label; the truth is: {}",
+            super::number(entries.len(), "scenario"),
+            spec.truth.words()
+        )));
+    }
+    let runtime = asked::runtime()?;
+    let refused = asked::refused(&runtime, &sheet, &judges);
+    if options.dry_run {
+        return sheet.write(&refused, json(arguments));
+    }
+    asked::all_can_be_asked(&refused)?;
+    let items: Vec<_> = sheet.items.iter().map(|item| item.clone()).collect();
+    let shard = options.shard.map(|shard| shard.to_string());
+    let id = opened
+        .store
+        .begin_batch(&spec.to_json(), shard.as_deref(), &items)
+        .map_err(Failure::input)?;
+    let going = Going {
+        id,
+        judges,
+        desk,
+        selection: Selection::Open,
+        json: json(arguments),
+        csv: arguments.format == Format::Csv,
+    };
+    asked::ask(&runtime, &opened, options, going, &sheet)
+}
+
+/// Whether the table is to be JSON.
+pub fn json(arguments: &Evaluate) -> bool {
+    arguments.batch.json || arguments.format == Format::Json
+}
+
+fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
+    let (options, config) = (&arguments.batch, &opened.config);
+    let tasks = arguments.tasks();
+    for task in &tasks {
+        if !Task::VERDICTS.contains(task) {
+            return Err(super::no_verdicts(*task));
+        }
+    }
+    let mut models = arguments.model.clone();
+    if models.is_empty() {
+        models.extend(config.model.clone());
+    }
+    if models.is_empty() {
+        return Err(Failure::input(
+            "who shall be asked? --model provider/model,…, or `model` in config.toml; `nearmiss models` lists them",
+        ));
+    }
+    models.dedup();
+    let lead = match &arguments.lead[..] {
+        [] => None,
+        [Lead::Paper] => None,
+        [one] => Some(*one),
+        _ => {
+            return Err(Failure::input(
+                "--lead: a batch has one; begin a batch for each",
+            ));
+        }
+    };
+    let frames = match options.frame.is_empty() {
+        true => vec![usual_frame(&opened.library, tasks[0])],
+        false => options.frame.clone(),
+    };
+    let techniques = match options.techniques.is_empty() {
+        true => vec![Techniques::ALL],
+        false => options.techniques.clone(),
+    };
+    let history = arguments.history.map(|steps| steps as usize);
+    let effort = config.effort.as_deref().and_then(Effort::parse);
+    Ok(Matrix {
+        tasks,
+        frames,
+        techniques,
+        models,
+        samples: options.samples.unwrap_or(1),
+        manner: Manner {
+            history: history.or(config.history),
+            radius: arguments.radius.or(config.radius),
+            lead,
+            temperature: options.temperature.or(config.temperature),
+            max_tokens: options.max_tokens.or(config.max_tokens),
+            effort: options.effort.or(effort),
+        },
+    })
+}
+
+/// What is said about the truth; nothing where nothing is.
+pub fn truth_source(said: &[PathBuf]) -> Result<Option<TruthSource>, Failure> {
+    let word = |word: &str| said.iter().any(|path| path.as_os_str() == word);
+    Ok(match said {
+        [] => None,
+        [_] if word("auto") => Some(TruthSource::Geometry),
+        [_] if word("layout") => Some(TruthSource::Layout),
+        files => {
+            let files = files.iter().map(|file| absolute(file));
+            Some(TruthSource::Files(files.collect::<Result<_, _>>()?))
+        }
+    })
+}
+
+/// What is doubtful, as far as there is room for it.
+pub fn say_each(doubts: &[String]) {
+    for doubt in doubts.iter().take(NAMED) {
+        output::say(&format!("nearmiss: {doubt}"));
+    }
+    if doubts.len() > NAMED {
+        let more = doubts.len() - NAMED;
+        output::say(&format!("nearmiss: {more} more of this kind"));
+    }
+}
+
+/// Doubts that are named each.
+const NAMED: usize = 10;
+
+/// A path that holds from every folder.
+fn absolute(path: &Path) -> Result<PathBuf, Failure> {
+    std::path::absolute(path).map_err(|error| Failure::system(path.display(), &error))
+}

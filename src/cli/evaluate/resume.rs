@@ -1,0 +1,263 @@
+//! Going on with a batch: what is not answered yet, what failed, more models, techniques and samples, another truth.
+
+use std::collections::{BTreeMap, HashSet};
+use std::path::Path;
+
+use super::asked::{self, Going};
+use super::batch::{Resumed, json, say_each, truth_source};
+use super::opened::Opened;
+use super::sheet::Sheet;
+use super::{Evaluate, Format};
+use crate::cli::filters::store;
+use crate::cli::{Failure, Outcome, output, time};
+use crate::evaluation::batch::{Ask, Selection, Spec, Truth, TruthSource, retold};
+use crate::evaluation::{Way, batch};
+use crate::scenario::Entry;
+use crate::store::{Batch, Item, NewItem};
+
+/// What makes a question of a batch that one and no other.
+type Identity = (String, String, Option<String>, Option<String>, String, u32);
+
+fn identity(item: &NewItem) -> Identity {
+    (
+        item.path.clone(),
+        item.task.name().to_string(),
+        item.frame.clone(),
+        item.techniques.clone(),
+        item.model.clone(),
+        item.sample,
+    )
+}
+
+/// Lists the batches.
+pub fn list() -> Outcome {
+    let batches = store()?.batches().map_err(Failure::input)?;
+    let mut text = String::new();
+    for (batch, progress) in &batches {
+        let about = match Spec::from_json(&batch.spec) {
+            Ok(spec) => format!(
+                "{} · {} · {} · {} × {}",
+                joined(&spec.matrix.tasks, |task| task.name().to_string()),
+                joined(&spec.matrix.frames, |frame| frame.name().to_string()),
+                joined(&spec.matrix.techniques, ToString::to_string),
+                spec.matrix.models.join(","),
+                spec.matrix.samples
+            ),
+            Err(error) => error.to_string(),
+        };
+        let shard = batch
+            .shard
+            .as_ref()
+            .map_or_else(String::new, |s| format!(" part {s}"));
+        let mut more = String::new();
+        for (count, word) in [
+            (progress.failed, "failed"),
+            (progress.truncated, "cut off"),
+            (progress.unaskable, "cannot be asked"),
+        ] {
+            if count > 0 {
+                more.push_str(&format!(", {count} {word}"));
+            }
+        }
+        text.push_str(&format!(
+            "{:<5} {}  {} of {} answered{more}  {about}{shard}\n",
+            batch.id.to_string(),
+            time::local(batch.created_ms),
+            progress.answered,
+            progress.all()
+        ));
+    }
+    if batches.is_empty() {
+        output::say("nearmiss: there is no batch yet");
+    }
+    output::text(&output::visible(&text))
+}
+
+fn joined<T>(values: &[T], word: impl Fn(&T) -> String) -> String {
+    values.iter().map(word).collect::<Vec<_>>().join(",")
+}
+
+/// Goes on with a batch.
+pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
+    let options = &arguments.batch;
+    let opened = Opened::new()?;
+    let batch = chosen(&opened, which)?;
+    let mut spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;
+    let still = spec.still(&opened.library, &opened.thresholds);
+    still.map_err(|why| Failure::input(format!("{}: {why}", batch.id)))?;
+    let mut items = opened.store.items(batch.id).map_err(Failure::input)?;
+    if let Some(samples) = options.samples.filter(|n| *n < spec.matrix.samples) {
+        return Err(Failure::input(format!(
+            "--samples {samples}: {} has {} already, and they are not taken away",
+            batch.id, spec.matrix.samples
+        )));
+    }
+    let mut spec_before = spec.clone();
+    let (models, techniques) = (&options.add_model, &options.add_techniques);
+    spec.matrix.extend(models, techniques, options.samples);
+    spec.templates
+        .extend(Spec::templates_of(&spec.matrix, &opened.library));
+    let desk = opened.desk(&spec.matrix);
+    if let Some(source) = truth_source(&arguments.truth)? {
+        let entries: Vec<Entry> = paths(&items).into_iter().map(entry).collect();
+        let (truth, doubts) = Truth::open(&source, &entries).map_err(Failure::input)?;
+        say_each(&doubts);
+        let labels = retold(&items, &truth, &desk);
+        for (item, (_, collides, obstacle)) in items.iter_mut().zip(&labels) {
+            (item.asked.collides, item.asked.obstacle) = (*collides, *obstacle);
+        }
+        spec.truth = source.clone();
+        spec_before.truth = source;
+        if !options.dry_run {
+            let json = spec_before.to_json();
+            let set = opened.store.set_truth(batch.id, &json, &labels);
+            set.map_err(Failure::input)?;
+        }
+    }
+    let selection = match options.retry_failed {
+        true => Selection::Failed,
+        false => Selection::Open,
+    };
+    let extended = !options.add_model.is_empty()
+        || !options.add_techniques.is_empty()
+        || options.samples.is_some();
+    let there: HashSet<Identity> = items.iter().map(|item| identity(&item.asked)).collect();
+    let wanted = wanted(&items, selection, extended.then_some(&spec), &there)?;
+    let models: HashSet<&String> = wanted
+        .iter()
+        .flat_map(|(_, asks)| asks.iter().map(|ask| &ask.way.model))
+        .collect();
+    let models: Vec<String> = models.into_iter().cloned().collect();
+    let judges = opened.judges(&models, &spec, options)?;
+    let truth = match spec.truth {
+        // Of files that could not be read before.
+        TruthSource::Geometry => Truth::Geometry,
+        TruthSource::Layout | TruthSource::Files(_) => Truth::known(&items),
+    };
+    let sheet = Sheet::of(&wanted, &desk, &truth, &judges, &opened.store)?;
+    sheet.say_doubts();
+    let runtime = asked::runtime()?;
+    let refused = asked::refused(&runtime, &sheet, &judges);
+    if options.dry_run {
+        return sheet.write(&refused, json(arguments));
+    }
+    asked::all_can_be_asked(&refused)?;
+    let known = known_now(&items, &sheet.items);
+    if !known.is_empty() {
+        let set = opened
+            .store
+            .set_truth(batch.id, &spec_before.to_json(), &known);
+        set.map_err(Failure::input)?;
+    }
+    if extended {
+        let new = sheet
+            .items
+            .iter()
+            .filter(|item| !there.contains(&identity(item)));
+        let new: Vec<_> = new.cloned().collect();
+        let done = opened.store.extend_batch(batch.id, &spec.to_json(), &new);
+        done.map_err(Failure::input)?;
+    }
+    let going = Going {
+        id: batch.id,
+        judges,
+        desk,
+        selection,
+        json: json(arguments),
+        csv: arguments.format == Format::Csv,
+    };
+    if wanted.is_empty() {
+        output::say(&format!("nearmiss: {}: there is nothing to ask", batch.id));
+        return asked::show(&opened, batch.id, going.json, going.csv);
+    }
+    asked::ask(&runtime, &opened, options, going, &sheet)
+}
+
+/// The truth about scenarios that could not be read when the batch was begun, and can be now.
+fn known_now(items: &[Item], now: &[NewItem]) -> Vec<(u64, Option<bool>, Option<i64>)> {
+    let known = now.iter().filter(|item| item.collides.is_some());
+    let known: BTreeMap<&str, &NewItem> = known.map(|item| (item.path.as_str(), item)).collect();
+    let unknown = items.iter().filter(|item| item.asked.collides.is_none());
+    let found = unknown.filter_map(|item| {
+        let now = known.get(item.asked.path.as_str())?;
+        Some((item.place, now.collides, now.obstacle))
+    });
+    found.collect()
+}
+
+fn chosen(opened: &Opened, which: Resumed) -> Result<Batch, Failure> {
+    let found = match which {
+        Resumed::Last => opened.store.last_batch(),
+        Resumed::Batch(id) => opened.store.batch(id),
+    };
+    found.map_err(Failure::input)?.ok_or_else(|| {
+        let name = match which {
+            Resumed::Last => "there is no batch yet".to_string(),
+            Resumed::Batch(id) => format!("there is no batch {id}"),
+        };
+        Failure::input(format!("{name}; `nearmiss evaluate --list` lists them"))
+    })
+}
+
+/// The scenarios of a batch, in their order.
+fn paths(items: &[Item]) -> Vec<&str> {
+    let mut seen = HashSet::new();
+    let paths = items.iter().map(|item| item.asked.path.as_str());
+    paths.filter(|path| seen.insert(*path)).collect()
+}
+
+fn entry(path: &str) -> Entry {
+    Entry::of_argument(Path::new(path))
+}
+
+/// What is to be asked about each scenario: what of the batch is selected, and what an extension has more.
+fn wanted(
+    items: &[Item],
+    selection: Selection,
+    extended: Option<&Spec>,
+    there: &HashSet<Identity>,
+) -> Result<Vec<(Entry, Vec<Ask>)>, Failure> {
+    let mut by_path: BTreeMap<&str, Vec<Ask>> = BTreeMap::new();
+    let add = |asks: &mut Vec<Ask>, way: Way, sample: u32| match asks
+        .iter_mut()
+        .find(|ask| ask.way == way)
+    {
+        Some(ask) => ask.samples.push(sample),
+        None => asks.push(Ask {
+            way,
+            samples: vec![sample],
+        }),
+    };
+    for item in items.iter().filter(|item| selection.has(item.state)) {
+        let way = batch::way_of(&item.asked).map_err(Failure::input)?;
+        let asks = by_path.entry(&item.asked.path).or_default();
+        add(asks, way, item.asked.sample);
+    }
+    let all = paths(items);
+    if let Some(spec) = extended {
+        let ways = spec.matrix.ways();
+        for path in &all {
+            let asks = by_path.entry(path).or_default();
+            for way in &ways {
+                for sample in 0..spec.matrix.samples_of(way) {
+                    let new = (
+                        path.to_string(),
+                        way.task.name().to_string(),
+                        way.frame.map(|frame| frame.name().to_string()),
+                        way.techniques.map(|techniques| techniques.to_string()),
+                        way.model.clone(),
+                        sample,
+                    );
+                    if !there.contains(&new) {
+                        add(asks, way.clone(), sample);
+                    }
+                }
+            }
+        }
+    }
+    let in_order = all.into_iter().filter_map(|path| {
+        let asks = by_path.remove(path)?;
+        (!asks.is_empty()).then(|| (entry(path), asks))
+    });
+    Ok(in_order.collect())
+}

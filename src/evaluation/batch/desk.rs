@@ -1,0 +1,253 @@
+//! Making the questions of a batch: from an entry and a way of asking to what is sent, and to what the store keeps of it.
+
+use std::sync::Arc;
+
+use super::asking::Judges;
+use super::estimate::Size;
+use super::matrix::Manner;
+use super::recent::Recent;
+use super::truth::Truth;
+use crate::evaluation::plan::usual_window;
+use crate::evaluation::request::record;
+use crate::evaluation::{
+    Case, Judge, Label, Labelled, Lead, Question, Wanted, Way, prepare, template, usual_frame,
+};
+use crate::metrics::Thresholds;
+use crate::prompts::{Library, Techniques};
+use crate::scenario::{Entry, Place, Scene, Severity, WantedEgo};
+use crate::store::{Key, NewItem, Store, StoreError};
+use crate::verdict::Task;
+
+/// What every question of a batch is made with.
+pub struct Desk {
+    /// The templates.
+    library: Library,
+    /// What risk scores are.
+    thresholds: Arc<Thresholds>,
+    /// How all are asked.
+    manner: Manner,
+    scenes: Recent<String, Result<Reading, String>>,
+    questions: Recent<(String, Way), Result<Arc<Question>, String>>,
+}
+
+/// A scenario that was opened, with its recorded ego.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// What is doubtful about its ego, in words.
+    pub doubts: Vec<String>,
+}
+
+/// A way of asking and the answers that are wanted of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ask {
+    /// How it is asked.
+    pub way: Way,
+    /// Which of several answers.
+    pub samples: Vec<u32>,
+}
+
+/// What came of looking at a scenario.
+#[derive(Debug, Default)]
+pub struct Looked {
+    /// The questions about it, and what asking them takes; nothing for those that cannot be asked.
+    pub items: Vec<(NewItem, Option<Size>)>,
+    /// Whether nobody says what is true about it; nothing is asked then.
+    pub unlabelled: bool,
+    /// What is doubtful about it, in words.
+    pub doubts: Vec<String>,
+    /// For each model the first question that would be sent to it.
+    pub first: Vec<(String, Arc<Question>)>,
+}
+
+/// Scenes that are kept in memory at once, and questions.
+const KEPT: (usize, usize) = (8, 64);
+
+impl Desk {
+    /// A desk with these templates.
+    #[must_use]
+    pub fn new(library: Library, thresholds: Arc<Thresholds>, manner: Manner) -> Self {
+        Self {
+            library,
+            thresholds,
+            manner,
+            scenes: Recent::new(KEPT.0),
+            questions: Recent::new(KEPT.1),
+        }
+    }
+
+    /// The scenario of an entry with the ego beside it.
+    ///
+    /// # Errors
+    /// In words: it, or its ego, cannot be read, or there is none.
+    pub fn open(&self, entry: &Entry) -> Result<Reading, String> {
+        self.scenes.get(&path_of(entry), || {
+            let scenario = entry.read().map_err(|e| e.to_string())?;
+            let ego = WantedEgo::Beside.of(entry, &scenario);
+            let ego = ego.map_err(|e| e.to_string())?.ok_or_else(|| {
+                format!(
+                    "{}: no recorded ego; put NAME.ego_trajectory.csv beside NAME.xml",
+                    entry.display()
+                )
+            })?;
+            let doubts = ego.diagnostics.iter();
+            let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
+            let doubts = doubts.map(|doubt| format!("ego {}: {}", ego.source, doubt.message));
+            let doubts = doubts.collect();
+            Ok(Reading {
+                scene: Arc::new(Scene::new(scenario, ego)),
+                doubts,
+            })
+        })
+    }
+
+    /// The question about an entry that is asked this way; `label` is what is true about it, where leads count from.
+    ///
+    /// # Errors
+    /// In words: it cannot be opened, or no prompt can be made of it.
+    pub fn question(
+        &self,
+        entry: &Entry,
+        way: &Way,
+        label: Option<Label>,
+    ) -> Result<Arc<Question>, String> {
+        // Whom it is sent to changes nothing of it.
+        let whose = Way {
+            model: String::new(),
+            ..way.clone()
+        };
+        self.questions.get(&(path_of(entry), whose), || {
+            let scene = self.open(entry)?.scene;
+            self.made(entry, scene, way, label).map(Arc::new)
+        })
+    }
+
+    fn made(
+        &self,
+        entry: &Entry,
+        scene: Arc<Scene>,
+        way: &Way,
+        label: Option<Label>,
+    ) -> Result<Question, String> {
+        let frame = way
+            .frame
+            .unwrap_or_else(|| usual_frame(&self.library, way.task));
+        let techniques = way.techniques.unwrap_or(Techniques::ALL);
+        let (_, chosen) = template(&self.library, way.task, frame).map_err(|e| e.to_string())?;
+        let settings = self.manner.settings(Some(techniques));
+        let decided = settings.with(&chosen.front.defaults);
+        let window = match (way.task, self.manner.lead) {
+            (Task::Safety, Some(lead)) => Labelled::new(&scene, label)
+                .window(lead, decided.history)
+                .ok_or_else(|| too_short(entry, lead))?,
+            _ => usual_window(way.task, &scene, decided.history),
+        };
+        let case = Case {
+            name: entry.name.clone(),
+            scene,
+            task: way.task,
+            frame,
+            techniques,
+            window,
+            options: decided.options,
+            thresholds: Arc::clone(&self.thresholds),
+        };
+        prepare(case, &self.library, None).map_err(|e| e.to_string())
+    }
+
+    /// Looks at a scenario: makes its questions, and sees which answers the store has.
+    ///
+    /// # Errors
+    /// The store cannot be read.
+    pub fn look(
+        &self,
+        entry: &Entry,
+        asks: &[Ask],
+        truth: &Truth,
+        judges: &Judges,
+        store: Option<&Store>,
+    ) -> Result<Looked, StoreError> {
+        let mut looked = Looked::default();
+        let opened = self.open(entry);
+        let scene = opened.as_ref().ok().map(|reading| &*reading.scene);
+        let label = truth.of(entry, scene);
+        if label.is_none() && truth.leaves_out() {
+            looked.unlabelled = true;
+            return Ok(looked);
+        }
+        if let Ok(reading) = &opened {
+            looked.doubts.clone_from(&reading.doubts);
+        }
+        for ask in asks {
+            let question = self.question(entry, &ask.way, label);
+            let judge = &judges[&ask.way.model];
+            let (key, size) = match &question {
+                Ok(question) => (key(question, judge)?, Some(Size::of(question, judge))),
+                Err(_) => (None, None),
+            };
+            for &sample in &ask.samples {
+                let stored = match (&key, store) {
+                    (Some(key), Some(store)) => store.has_answer(key, sample)?,
+                    _ => false,
+                };
+                if let (Ok(question), false) = (&question, stored)
+                    && !looked
+                        .first
+                        .iter()
+                        .any(|(model, _)| *model == ask.way.model)
+                {
+                    let first = (ask.way.model.clone(), Arc::clone(question));
+                    looked.first.push(first);
+                }
+                let item = NewItem {
+                    path: path_of(entry),
+                    scenario: entry.name.clone(),
+                    scenario_hash: scene.map(|scene| scene.scenario.hash.to_string()),
+                    ego: scene.map(|scene| scene.ego.to_string()),
+                    task: ask.way.task,
+                    frame: ask.way.frame.map(|frame| frame.name().to_string()),
+                    techniques: ask.way.techniques.map(|techniques| techniques.to_string()),
+                    model: ask.way.model.clone(),
+                    sample,
+                    key: key.clone(),
+                    collides: label.map(Label::collides),
+                    obstacle: obstacle(label),
+                    unaskable: question.as_ref().err().cloned(),
+                };
+                looked
+                    .items
+                    .push((item, size.map(|size| Size { stored, ..size })));
+            }
+        }
+        Ok(looked)
+    }
+}
+
+/// The key of the request; nothing where none is sent.
+pub(super) fn key(question: &Question, judge: &Judge) -> Result<Option<Key>, StoreError> {
+    Ok(record(question, judge, &Wanted::default())?.key())
+}
+
+/// Who collides, where a label says so.
+pub(super) fn obstacle(label: Option<Label>) -> Option<i64> {
+    match label {
+        Some(Label::Collision(obstacle)) => obstacle,
+        _ => None,
+    }
+}
+
+/// What an entry is found by again: its file, or the name of a bundled scenario.
+pub(super) fn path_of(entry: &Entry) -> String {
+    match &entry.place {
+        Place::File(path) => path.display().to_string(),
+        Place::Bundled(_) => entry.name.clone(),
+    }
+}
+
+fn too_short(entry: &Entry, lead: Lead) -> String {
+    format!(
+        "{}: the recording begins later than {lead} s before the collision",
+        entry.display()
+    )
+}

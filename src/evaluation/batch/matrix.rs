@@ -1,0 +1,118 @@
+//! The matrix of a batch: every combination of task, frame, techniques, model and sample, in one fixed order.
+
+use crate::evaluation::{Lead, Settings, Way};
+use crate::judge;
+use crate::llm::{Effort, Parameters};
+use crate::prompts::Techniques;
+use crate::text::Frame;
+use crate::verdict::Task;
+
+/// Everything that is asked about every scenario.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Matrix {
+    /// What is asked.
+    pub tasks: Vec<Task>,
+    /// From where scenes are described.
+    pub frames: Vec<Frame>,
+    /// The combinations of prompting techniques.
+    pub techniques: Vec<Techniques>,
+    /// Who is asked, as `provider/model`.
+    pub models: Vec<String>,
+    /// Answers to each request, at least one.
+    pub samples: u32,
+    /// How all of them are asked.
+    pub manner: Manner,
+}
+
+/// How every question of a batch is asked; what is not set is the template's, else the program's or the server's.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Manner {
+    /// Steps in a window.
+    pub history: Option<usize>,
+    /// Obstacles farther from the ego are left out, metres.
+    pub radius: Option<f64>,
+    /// Where windows of the safety task end; nothing for the usual one, two steps before the last recorded one.
+    pub lead: Option<Lead>,
+    /// Sampling temperature.
+    pub temperature: Option<f64>,
+    /// Most tokens of an answer.
+    pub max_tokens: Option<u32>,
+    /// How much the models are to reason.
+    pub effort: Option<Effort>,
+}
+
+impl Manner {
+    /// What decides how a scene is described.
+    #[must_use]
+    pub fn settings(&self, techniques: Option<Techniques>) -> Settings {
+        Settings {
+            history: self.history,
+            radius: self.radius,
+            techniques,
+            ..Settings::default()
+        }
+    }
+
+    /// What is sent beside the messages.
+    #[must_use]
+    pub fn parameters(&self) -> Parameters {
+        Parameters {
+            temperature: self.temperature,
+            max_tokens: self.max_tokens,
+            seed: None,
+            effort: self.effort,
+        }
+    }
+}
+
+impl Matrix {
+    /// Every way of asking, each once: by task, frame, techniques and model, as they were named. The built-in judge, which
+    /// is not asked in words, stands once for each task.
+    #[must_use]
+    pub fn ways(&self) -> Vec<Way> {
+        let mut ways = Vec::new();
+        for &task in &self.tasks {
+            for &frame in &self.frames {
+                for &techniques in &self.techniques {
+                    for model in &self.models {
+                        let in_words = model != judge::MODEL;
+                        let way = Way {
+                            task,
+                            frame: in_words.then_some(frame),
+                            techniques: in_words.then_some(techniques),
+                            model: model.clone(),
+                        };
+                        if !ways.contains(&way) {
+                            ways.push(way);
+                        }
+                    }
+                }
+            }
+        }
+        ways
+    }
+
+    /// How many answers are wanted of a way of asking: the built-in judge always says the same.
+    #[must_use]
+    pub fn samples_of(&self, way: &Way) -> u32 {
+        match way.model == judge::MODEL {
+            true => 1,
+            false => self.samples,
+        }
+    }
+
+    /// Adds what another matrix has more of: models, techniques, samples.
+    pub fn extend(&mut self, models: &[String], techniques: &[Techniques], samples: Option<u32>) {
+        for model in models {
+            if !self.models.contains(model) {
+                self.models.push(model.clone());
+            }
+        }
+        for one in techniques {
+            if !self.techniques.contains(one) {
+                self.techniques.push(*one);
+            }
+        }
+        self.samples = self.samples.max(samples.unwrap_or(0));
+    }
+}

@@ -1,0 +1,23 @@
+//! Questions in bulk: a matrix of ways of asking over many scenarios, written into the store and gone on with at will.
+
+mod asking;
+mod desk;
+mod estimate;
+mod matrix;
+mod recent;
+mod scored;
+mod shard;
+mod spec;
+mod truth;
+
+pub use asking::{Asking, Ended, Judges, Selection};
+pub use desk::{Ask, Desk, Looked, Reading};
+pub use estimate::Estimate;
+pub use matrix::{Manner, Matrix};
+pub use scored::{retold, scored, way_of};
+pub use shard::Shard;
+pub use spec::{Spec, SpecError};
+pub use truth::{Truth, TruthError, TruthSource};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,200 @@
+//! What a batch is, as the store keeps it: enough to go on with it, or to know that it is no longer the same.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::matrix::{Manner, Matrix};
+use super::truth::TruthSource;
+use crate::evaluation::{template, usual_frame};
+use crate::llm::Effort;
+use crate::metrics::Thresholds;
+use crate::prompts::{Library, Techniques};
+use crate::text::Frame;
+use crate::verdict::Task;
+
+/// Everything that decides what a batch asks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spec {
+    /// Files, folders, names of bundled scenarios.
+    pub paths: Vec<PathBuf>,
+    /// What is asked about each.
+    pub matrix: Matrix,
+    /// Where the truth is from.
+    pub truth: TruthSource,
+    /// The templates by file name, each with the hash of its text and fragments.
+    pub templates: BTreeMap<String, String>,
+    /// What is changed of the shipped thresholds, in words.
+    pub thresholds: Vec<String>,
+    /// The address of the server, where it is not the provider's own.
+    pub base_url: Option<String>,
+}
+
+/// Why a spec cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SpecError {
+    /// It is not one, or one of another version of the program.
+    #[error("what the batch asks cannot be read: {0}; begin a new batch")]
+    Unreadable(String),
+    /// Templates or thresholds are no longer the same.
+    #[error("{0}; undo that, or begin a new batch")]
+    Changed(String),
+}
+
+/// The form that is written.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    paths: Vec<PathBuf>,
+    tasks: Vec<String>,
+    frames: Vec<String>,
+    techniques: Vec<String>,
+    models: Vec<String>,
+    samples: u32,
+    history: Option<usize>,
+    radius: Option<f64>,
+    lead: Option<String>,
+    temperature: Option<f64>,
+    max_tokens: Option<u32>,
+    effort: Option<String>,
+    truth: String,
+    truth_files: Vec<PathBuf>,
+    templates: BTreeMap<String, String>,
+    thresholds: Vec<String>,
+    base_url: Option<String>,
+}
+
+impl Spec {
+    /// As JSON, the same for the same spec.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let (matrix, manner) = (&self.matrix, &self.matrix.manner);
+        let (truth, truth_files) = match &self.truth {
+            TruthSource::Geometry => ("geometry", Vec::new()),
+            TruthSource::Layout => ("layout", Vec::new()),
+            TruthSource::Files(files) => ("files", files.clone()),
+        };
+        let written = Written {
+            paths: self.paths.clone(),
+            tasks: words(&matrix.tasks, |task| task.name()),
+            frames: words(&matrix.frames, |frame| frame.name()),
+            techniques: words(&matrix.techniques, ToString::to_string),
+            models: matrix.models.clone(),
+            samples: matrix.samples,
+            history: manner.history,
+            radius: manner.radius,
+            lead: manner.lead.map(|lead| lead.to_string()),
+            temperature: manner.temperature,
+            max_tokens: manner.max_tokens,
+            effort: manner.effort.map(|effort| effort.name().to_string()),
+            truth: truth.into(),
+            truth_files,
+            templates: self.templates.clone(),
+            thresholds: self.thresholds.clone(),
+            base_url: self.base_url.clone(),
+        };
+        // Strings, numbers and lists can always be written.
+        serde_json::to_string(&written).unwrap_or_default()
+    }
+
+    /// From what [`Spec::to_json`] wrote.
+    ///
+    /// # Errors
+    /// It is not of this form.
+    pub fn from_json(json: &str) -> Result<Self, SpecError> {
+        let written: Written =
+            serde_json::from_str(json).map_err(|e| SpecError::Unreadable(e.to_string()))?;
+        let effort = written.effort.map(|word| known(&word, Effort::parse));
+        let lead = written.lead.map(|word| known(&word, |w| w.parse().ok()));
+        let matrix = Matrix {
+            tasks: each(&written.tasks, Task::parse)?,
+            frames: each(&written.frames, Frame::parse)?,
+            techniques: each(&written.techniques, |w| Techniques::parse(w).ok())?,
+            models: written.models,
+            samples: written.samples,
+            manner: Manner {
+                history: written.history,
+                radius: written.radius,
+                lead: lead.transpose()?,
+                temperature: written.temperature,
+                max_tokens: written.max_tokens,
+                effort: effort.transpose()?,
+            },
+        };
+        let truth = match written.truth.as_str() {
+            "geometry" => TruthSource::Geometry,
+            "layout" => TruthSource::Layout,
+            "files" => TruthSource::Files(written.truth_files),
+            other => return Err(unknown(other)),
+        };
+        Ok(Self {
+            paths: written.paths,
+            matrix,
+            truth,
+            templates: written.templates,
+            thresholds: written.thresholds,
+            base_url: written.base_url,
+        })
+    }
+
+    /// The templates that a matrix is asked with, by file name with their hashes; frames that a task has none for are
+    /// left out, their questions say so.
+    #[must_use]
+    pub fn templates_of(matrix: &Matrix, library: &Library) -> BTreeMap<String, String> {
+        let mut found = BTreeMap::new();
+        for way in matrix.ways() {
+            let frame = way.frame.unwrap_or_else(|| usual_frame(library, way.task));
+            if let Ok((file, template)) = template(library, way.task, frame) {
+                found.insert(file.to_string(), library.hash(&template.source));
+            }
+        }
+        found
+    }
+
+    /// What is changed of the thresholds, in words.
+    #[must_use]
+    pub fn thresholds_of(thresholds: &Thresholds) -> Vec<String> {
+        thresholds
+            .changes()
+            .iter()
+            .map(ToString::to_string)
+            .collect()
+    }
+
+    /// Whether templates and thresholds are still those of the batch.
+    ///
+    /// # Errors
+    /// Which are not.
+    pub fn still(&self, library: &Library, thresholds: &Thresholds) -> Result<(), SpecError> {
+        let now = Self::templates_of(&self.matrix, library);
+        for (file, hash) in &self.templates {
+            if now.get(file) != Some(hash) {
+                let why =
+                    format!("the template {file} is not the one that the batch was begun with");
+                return Err(SpecError::Changed(why));
+            }
+        }
+        if Self::thresholds_of(thresholds) != self.thresholds {
+            let why = "thresholds.toml says something else than when the batch was begun";
+            return Err(SpecError::Changed(why.into()));
+        }
+        Ok(())
+    }
+}
+
+fn words<T, S: ToString>(values: &[T], word: impl Fn(&T) -> S) -> Vec<String> {
+    values.iter().map(|value| word(value).to_string()).collect()
+}
+
+fn each<T>(words: &[String], parse: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, SpecError> {
+    words.iter().map(|word| known(word, &parse)).collect()
+}
+
+fn known<T>(word: &str, parse: impl Fn(&str) -> Option<T>) -> Result<T, SpecError> {
+    parse(word).ok_or_else(|| unknown(word))
+}
+
+fn unknown(word: &str) -> SpecError {
+    SpecError::Unreadable(format!("`{word}` is not known to this version"))
+}

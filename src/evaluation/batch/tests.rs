@@ -1,0 +1,192 @@
+//! The order of a matrix, its parts for several machines, and what is added to it later.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::*;
+use crate::evaluation::{Label, Lead, Way};
+use crate::judge;
+use crate::llm::Effort;
+use crate::prompts::Techniques;
+use crate::scenario::Entry;
+use crate::text::Frame;
+use crate::verdict::Task;
+
+fn techniques(words: &str) -> Techniques {
+    Techniques::parse(words).unwrap()
+}
+
+fn matrix() -> Matrix {
+    Matrix {
+        tasks: vec![Task::Collision, Task::Safety],
+        frames: vec![Frame::Ego, Frame::Cartesian],
+        techniques: vec![techniques("base"), techniques("cp+cot")],
+        models: vec!["lab/a".into(), judge::MODEL.into()],
+        samples: 3,
+        manner: Manner::default(),
+    }
+}
+
+fn words(way: &Way) -> String {
+    let frame = way.frame.map_or("-", Frame::name);
+    let techniques = way.techniques.map_or("-".into(), |t| t.to_string());
+    format!("{} {frame} {techniques} {}", way.task.name(), way.model)
+}
+
+#[test]
+fn ways_come_in_the_order_they_were_named_and_the_judge_once_for_each_task() {
+    let ways = matrix().ways();
+    let said: Vec<String> = ways.iter().map(words).collect();
+    let wanted = [
+        "collision ego base lab/a",
+        "collision - - reference/geometry",
+        "collision ego cp+cot lab/a",
+        "collision cartesian base lab/a",
+        "collision cartesian cp+cot lab/a",
+        "safety ego base lab/a",
+        "safety - - reference/geometry",
+        "safety ego cp+cot lab/a",
+        "safety cartesian base lab/a",
+        "safety cartesian cp+cot lab/a",
+    ];
+    assert_eq!(said, wanted);
+    let samples: u32 = ways.iter().map(|way| matrix().samples_of(way)).sum();
+    assert_eq!(samples, 8 * 3 + 2, "the judge always says the same");
+}
+
+#[test]
+fn what_is_added_stands_behind_what_is_there_and_nothing_twice() {
+    let mut more = matrix();
+    more.extend(
+        &["lab/a".into(), "lab/b".into()],
+        &[techniques("cot+cp")],
+        Some(2),
+    );
+    assert_eq!(more.models, ["lab/a", judge::MODEL, "lab/b"]);
+    assert_eq!(more.techniques, matrix().techniques);
+    assert_eq!(more.samples, 3, "samples are not taken away");
+    more.extend(&[], &[techniques("all")], Some(5));
+    assert_eq!((more.techniques.len(), more.samples), (3, 5));
+    let (before, after) = (matrix().ways(), more.ways());
+    assert!(before.iter().all(|way| after.contains(way)));
+    assert_eq!(after.len(), 2 * (2 * 3 * 2 + 1));
+}
+
+#[test]
+fn shards_have_every_scenario_once_whatever_the_order() {
+    let names: Vec<String> = (0..500).map(|n| format!("DEU_Town-{n}_1_T-1")).collect();
+    for of in [1, 2, 7, 16] {
+        let mut owners: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
+        for number in 1..=of {
+            let shard: Shard = format!("{number}/{of}").parse().unwrap();
+            for name in names.iter().rev().filter(|name| shard.has(name)) {
+                owners.entry(name).or_default().push(number);
+            }
+        }
+        assert_eq!(owners.len(), names.len(), "all of them");
+        assert!(owners.values().all(|owners| owners.len() == 1), "each once");
+        let first = owners.values().filter(|owners| owners[0] == 1).count();
+        assert!(
+            first > 500 / of as usize / 2,
+            "about as many each: {first} of 1/{of}"
+        );
+    }
+    // By `printf ZAM_A-1 | sha256sum`: the first eight bytes are odd or even.
+    assert!(
+        "1/2".parse::<Shard>().unwrap().has("ZAM_A-1")
+            != "2/2".parse::<Shard>().unwrap().has("ZAM_A-1")
+    );
+    for wrong in ["0/2", "3/2", "1", "1/0", "a/b", "-1/2"] {
+        assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn a_spec_comes_back_from_the_store_as_it_was() {
+    let manner = Manner {
+        history: Some(7),
+        radius: Some(25.5),
+        lead: Some(Lead::Seconds(1.5)),
+        temperature: Some(0.0),
+        max_tokens: Some(900),
+        effort: Some(Effort::Low),
+    };
+    for truth in [
+        TruthSource::Geometry,
+        TruthSource::Layout,
+        TruthSource::Files(vec!["/t.csv".into()]),
+    ] {
+        let spec = Spec {
+            paths: vec![PathBuf::from("/data"), PathBuf::from("ZAM_CutIn-1_1_T-1")],
+            matrix: Matrix { manner, ..matrix() },
+            truth,
+            templates: BTreeMap::from([("collision-ego.md".into(), "ab".into())]),
+            thresholds: vec!["risk 1 distance = 3 m".into()],
+            base_url: Some("http://127.0.0.1:1".into()),
+        };
+        assert_eq!(Spec::from_json(&spec.to_json()), Ok(spec));
+    }
+    let error = Spec::from_json("{}").unwrap_err().to_string();
+    assert!(error.contains("begin a new batch"), "{error}");
+}
+
+#[test]
+fn a_changed_template_is_noticed() {
+    let library = crate::prompts::Library::load(None);
+    let thresholds = crate::metrics::Thresholds::shipped();
+    let mut spec = Spec {
+        paths: Vec::new(),
+        matrix: matrix(),
+        truth: TruthSource::Geometry,
+        templates: Spec::templates_of(&matrix(), &library),
+        thresholds: Vec::new(),
+        base_url: None,
+    };
+    assert_eq!(spec.templates.len(), 4, "two tasks, two frames");
+    assert_eq!(spec.still(&library, thresholds), Ok(()));
+    spec.templates
+        .insert("collision-ego.md".into(), "0".repeat(64));
+    let error = spec.still(&library, thresholds).unwrap_err().to_string();
+    assert!(error.contains("collision-ego.md"), "{error}");
+}
+
+#[test]
+fn folders_say_which_half_and_annotations_whom() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("Results/LLM/Scenario_Collision/ego");
+    std::fs::create_dir_all(&folder).unwrap();
+    let csv = "Scenario_Name,Obstacle_ID\nA,30308\nC,none\n";
+    std::fs::write(folder.join("annotations.csv"), csv).unwrap();
+    let entry = |path: &str| Entry::of_file(&root.path().join("Scenarios").join(path));
+    let entries = [
+        entry("collision_scenarios/A.xml"),
+        entry("collision_scenarios/deep/B.xml"),
+        entry("collision_scenarios/C.xml"),
+        entry("normal_scenarios/D.xml"),
+        Entry::of_file(Path::new("elsewhere/E.xml")),
+    ];
+    assert_eq!(TruthSource::usual(&entries), TruthSource::Layout);
+    assert_eq!(TruthSource::usual(&entries[4..]), TruthSource::Geometry);
+    let (truth, doubts) = Truth::open(&TruthSource::Layout, &entries).unwrap();
+    let found: Vec<_> = entries.iter().map(|entry| truth.of(entry, None)).collect();
+    let wanted = [
+        Some(Label::Collision(Some(30308))),
+        Some(Label::Collision(None)),
+        Some(Label::Collision(None)),
+        Some(Label::Safe),
+        None,
+    ];
+    assert_eq!(found, wanted);
+    assert_eq!(doubts.len(), 1, "{doubts:?}");
+    assert!(doubts[0].starts_with("C: "), "{doubts:?}");
+}
+
+#[test]
+fn what_is_asked_again_depends_on_where_it_stands() {
+    use crate::store::ItemState::{Answered, Failed, Truncated, Unaskable, Waiting};
+    let all = [Waiting, Answered, Truncated, Failed, Unaskable];
+    let of = |selection: Selection| all.map(|state| selection.has(state));
+    assert_eq!(of(Selection::Open), [true, false, false, true, true]);
+    assert_eq!(of(Selection::Failed), [false, false, true, true, true]);
+}

@@ -1,0 +1,194 @@
+//! What is true about the scenarios of a batch: exact geometry, labels of files, or the folders that they lie in.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::evaluation::recorded;
+use crate::evaluation::{Label, LabelError, Labelled, Labels};
+use crate::scenario::{Entry, Place, Scene};
+use crate::store::Item;
+use crate::system;
+
+use super::desk::path_of;
+use super::scored::label_of;
+
+/// Where the truth is from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum TruthSource {
+    /// The exact geometry of the whole recordings.
+    Geometry,
+    /// The folders `collision_scenarios` and `normal_scenarios`, and the annotations of the repository that they are in.
+    Layout,
+    /// CSV files.
+    Files(Vec<PathBuf>),
+}
+
+/// What is true.
+#[derive(Debug)]
+pub enum Truth {
+    /// The exact geometry of the whole recordings.
+    Geometry,
+    /// The folders, and the annotations by the repository's folder.
+    Layout(BTreeMap<PathBuf, Labels>),
+    /// Labels.
+    Labels(Labels),
+    /// What a batch has written down, by the scenario's file, or the name of a bundled one.
+    Known(BTreeMap<String, Option<Label>>),
+}
+
+/// Why there is no truth.
+#[derive(Debug, thiserror::Error)]
+pub enum TruthError {
+    /// A file cannot be read.
+    #[error(
+        "--truth {file}: {}; it takes CSV files, or auto (exact geometry) or layout (folders) alone",
+        system::words(source)
+    )]
+    File {
+        /// Which file.
+        file: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file holds no labels.
+    #[error(transparent)]
+    Labels(#[from] LabelError),
+}
+
+/// The folders of the two halves in the repository of "From Words to Collisions", and whether they collide.
+const HALVES: [(&str, bool); 2] = [("collision_scenarios", true), ("normal_scenarios", false)];
+
+impl TruthSource {
+    /// Where the truth is from if nobody says: the folders, if a scenario lies in one of them, else the geometry.
+    #[must_use]
+    pub fn usual(entries: &[Entry]) -> Self {
+        match entries.iter().any(|entry| half(entry).is_some()) {
+            true => Self::Layout,
+            false => Self::Geometry,
+        }
+    }
+
+    /// In words for people.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match self {
+            Self::Geometry => "exact geometry of the whole recordings".into(),
+            Self::Layout => "the scenarios' folders, with the annotations beside them".into(),
+            Self::Files(files) => {
+                let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
+                format!("labels of {}", names.join(", "))
+            }
+        }
+    }
+}
+
+impl Truth {
+    /// Reads the truth about these scenarios; and what is doubtful about it, in words.
+    ///
+    /// # Errors
+    /// A file cannot be read, or holds no labels.
+    pub fn open(
+        source: &TruthSource,
+        entries: &[Entry],
+    ) -> Result<(Self, Vec<String>), TruthError> {
+        let mut doubts = Vec::new();
+        let truth = match source {
+            TruthSource::Geometry => Self::Geometry,
+            TruthSource::Files(files) => {
+                let mut labels = Labels::default();
+                for path in files {
+                    let file = path.display().to_string();
+                    let bytes = system::read_file(path, system::LARGEST);
+                    let bytes = bytes.map_err(|source| TruthError::File {
+                        file: file.clone(),
+                        source,
+                    })?;
+                    labels.read(&bytes, &file)?;
+                }
+                Self::Labels(labels)
+            }
+            TruthSource::Layout => {
+                let mut annotated: BTreeMap<PathBuf, Labels> = BTreeMap::new();
+                for entry in entries {
+                    let Some((collides, root)) = half(entry) else {
+                        continue;
+                    };
+                    let labels = annotated.entry(root.clone()).or_insert_with(|| {
+                        if !root.join("Results").join("LLM").is_dir() {
+                            return Labels::default();
+                        }
+                        let (labels, problems) = recorded::truth(&root);
+                        doubts.extend(problems.iter().map(ToString::to_string));
+                        labels
+                    });
+                    if let Some(label) = labels.of(&entry.name)
+                        && label.collides() != collides
+                    {
+                        doubts.push(format!(
+                            "{}: its annotation says otherwise than its folder; the folder counts",
+                            entry.name
+                        ));
+                    }
+                }
+                Self::Layout(annotated)
+            }
+        };
+        Ok((truth, doubts))
+    }
+
+    /// Whether scenarios that it says nothing about are left out; they could be neither right nor wrong.
+    #[must_use]
+    pub fn leaves_out(&self) -> bool {
+        matches!(self, Self::Labels(_) | Self::Layout(_))
+    }
+
+    /// The truth as the questions of a batch have it.
+    #[must_use]
+    pub fn known(items: &[Item]) -> Self {
+        let known = items
+            .iter()
+            .map(|item| (item.asked.path.clone(), label_of(&item.asked)));
+        Self::Known(known.collect())
+    }
+
+    /// What is true about a scenario; nothing where nobody says. The geometry needs the scene.
+    #[must_use]
+    pub fn of(&self, entry: &Entry, scene: Option<&Scene>) -> Option<Label> {
+        match self {
+            Self::Geometry => scene.map(|scene| Labelled::new(scene, None).label),
+            Self::Labels(labels) => labels.of(&entry.name),
+            Self::Known(known) => known.get(&path_of(entry)).copied().flatten(),
+            Self::Layout(annotated) => {
+                let (collides, root) = half(entry)?;
+                if !collides {
+                    return Some(Label::Safe);
+                }
+                let label = annotated
+                    .get(&root)
+                    .and_then(|labels| labels.of(&entry.name));
+                Some(match label {
+                    Some(label @ Label::Collision(_)) => label,
+                    _ => Label::Collision(None),
+                })
+            }
+        }
+    }
+}
+
+/// Whether the folder of a scenario is that of the collisions, and the repository that it is in; nothing if it is neither
+/// of the two.
+fn half(entry: &Entry) -> Option<(bool, PathBuf)> {
+    let Place::File(path) = &entry.place else {
+        return None;
+    };
+    path.ancestors().skip(1).find_map(|folder| {
+        let name = folder.file_name()?;
+        let (_, collides) = HALVES.iter().find(|(half, _)| name == *half)?;
+        let above = folder.parent().unwrap_or(Path::new(""));
+        let root = match above.file_name() {
+            Some(name) if name == "Scenarios" => above.parent().unwrap_or(above),
+            _ => above,
+        };
+        Some((*collides, root.to_path_buf()))
+    })
+}

@@ -1,0 +1,169 @@
+//! Batches: what shall be asked in bulk, written down before anything is sent, so that it can be gone on with.
+
+use rusqlite::{OptionalExtension, Row, params};
+
+use super::database::now_ms;
+use super::items::insert;
+use super::{NewItem, Store, StoreError};
+
+/// Identifies a batch; people call it `b7`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BatchId(pub i64);
+
+impl std::fmt::Display for BatchId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "b{}", self.0)
+    }
+}
+
+impl std::str::FromStr for BatchId {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let digits = text.strip_prefix(['b', 'B']).unwrap_or(text);
+        match digits.parse() {
+            Ok(id) if id > 0 => Ok(Self(id)),
+            _ => Err("a batch is called b and a number, such as b7".into()),
+        }
+    }
+}
+
+/// A batch, without its questions.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Batch {
+    /// Its number.
+    pub id: BatchId,
+    /// When it was begun, milliseconds since 1970, UTC.
+    pub created_ms: i64,
+    /// When something was last added to it.
+    pub updated_ms: i64,
+    /// What is asked and how, as JSON.
+    pub spec: String,
+    /// The parts of it that are here, such as `1/4`; nothing where it is whole.
+    pub shard: Option<String>,
+}
+
+/// How far a batch is: its questions by where they stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Progress {
+    /// Not answered yet.
+    pub waiting: u64,
+    /// A whole answer is there.
+    pub answered: u64,
+    /// The server cut the answer off.
+    pub truncated: u64,
+    /// No whole answer came.
+    pub failed: u64,
+    /// No question can be made of the scenario.
+    pub unaskable: u64,
+}
+
+impl Progress {
+    /// All questions.
+    #[must_use]
+    pub fn all(&self) -> u64 {
+        self.waiting + self.answered + self.truncated + self.failed + self.unaskable
+    }
+}
+
+const COLUMNS: &str = "id, created_ms, updated_ms, spec, shard";
+
+fn batch(row: &Row<'_>) -> Result<Batch, rusqlite::Error> {
+    Ok(Batch {
+        id: BatchId(row.get("id")?),
+        created_ms: row.get("created_ms")?,
+        updated_ms: row.get("updated_ms")?,
+        spec: row.get("spec")?,
+        shard: row.get("shard")?,
+    })
+}
+
+impl Store {
+    /// Writes down a batch and its questions, in their order; afterwards they are on the disk.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn begin_batch(
+        &self,
+        spec: &str,
+        shard: Option<&str>,
+        items: &[NewItem],
+    ) -> Result<BatchId, StoreError> {
+        self.durably(|transaction| {
+            let now = now_ms();
+            transaction.execute(
+                "INSERT INTO batches (created_ms, updated_ms, spec, shard) VALUES (?1, ?1, ?2, ?3)",
+                params![now, spec, shard],
+            )?;
+            let id = BatchId(transaction.last_insert_rowid());
+            insert(transaction, id, items)?;
+            Ok(id)
+        })
+    }
+
+    /// Adds questions to a batch, behind those that it has, and says anew what is asked.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn extend_batch(
+        &self,
+        id: BatchId,
+        spec: &str,
+        items: &[NewItem],
+    ) -> Result<(), StoreError> {
+        self.durably(|transaction| {
+            transaction.execute(
+                "UPDATE batches SET spec = ?2, updated_ms = ?3 WHERE id = ?1",
+                params![id.0, spec, now_ms()],
+            )?;
+            insert(transaction, id, items)
+        })
+    }
+
+    /// A batch; nothing where there is none with this number.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn batch(&self, id: BatchId) -> Result<Option<Batch>, StoreError> {
+        let connection = self.lock();
+        let sql = format!("SELECT {COLUMNS} FROM batches WHERE id = ?1");
+        Ok(connection.query_row(&sql, [id.0], batch).optional()?)
+    }
+
+    /// The batch that was begun last.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn last_batch(&self) -> Result<Option<Batch>, StoreError> {
+        let connection = self.lock();
+        let sql = format!("SELECT {COLUMNS} FROM batches ORDER BY id DESC LIMIT 1");
+        Ok(connection.query_row(&sql, [], batch).optional()?)
+    }
+
+    /// Every batch and how far it is, the newest first.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn batches(&self) -> Result<Vec<(Batch, Progress)>, StoreError> {
+        let connection = self.lock();
+        let sql = format!(
+            "SELECT {COLUMNS}, count(items.place) AS n,
+                 coalesce(sum(state = 'waiting'), 0) AS waiting, coalesce(sum(state = 'answered'), 0) AS answered,
+                 coalesce(sum(state = 'truncated'), 0) AS truncated, coalesce(sum(state = 'failed'), 0) AS failed,
+                 coalesce(sum(state = 'unaskable'), 0) AS unaskable
+             FROM batches LEFT JOIN items ON items.batch = batches.id GROUP BY batches.id ORDER BY id DESC"
+        );
+        let mut statement = connection.prepare(&sql)?;
+        let rows = statement.query_map([], |row| {
+            let progress = Progress {
+                waiting: row.get("waiting")?,
+                answered: row.get("answered")?,
+                truncated: row.get("truncated")?,
+                failed: row.get("failed")?,
+                unaskable: row.get("unaskable")?,
+            };
+            Ok((batch(row)?, progress))
+        })?;
+        Ok(rows.collect::<Result<_, _>>()?)
+    }
+}

@@ -1,0 +1,123 @@
+//! Getting what was committed onto the disk: many that wait for it at once share one sync.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+/// The write-ahead log of a store. Commits are counted while the store is locked, and synced when it is not.
+#[derive(Debug)]
+pub struct Log {
+    file: PathBuf,
+    state: Mutex<State>,
+    turn: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    /// Commits so far.
+    written: u64,
+    /// How many of them are on the disk.
+    synced: u64,
+    /// Whether somebody is syncing.
+    busy: bool,
+}
+
+/// A commit that waits to be on the disk.
+#[derive(Debug, Clone, Copy)]
+pub struct Ticket(u64);
+
+impl Log {
+    /// The log beside a store's file.
+    pub fn beside(store: &str) -> Self {
+        Self {
+            file: Path::new(&format!("{store}-wal")).to_path_buf(),
+            state: Mutex::default(),
+            turn: Condvar::new(),
+        }
+    }
+
+    /// Counts a commit. Whoever has committed says so before anybody else can.
+    pub fn committed(&self) -> Ticket {
+        let mut state = self.lock();
+        state.written += 1;
+        Ticket(state.written)
+    }
+
+    /// Waits until a commit is on the disk, with all before it.
+    ///
+    /// # Errors
+    /// The system cannot sync the file.
+    pub fn sync(&self, ticket: Ticket) -> io::Result<()> {
+        let mut state = self.lock();
+        while state.synced < ticket.0 {
+            if state.busy {
+                let waited = self.turn.wait(state);
+                state = waited.unwrap_or_else(PoisonError::into_inner);
+                continue;
+            }
+            // What was committed until now is in the file; what follows needs another sync.
+            let written = state.written;
+            state.busy = true;
+            drop(state);
+            let done = File::options().write(true).open(&self.file);
+            let done = done.and_then(|file| file.sync_data());
+            state = self.lock();
+            state.busy = false;
+            if done.is_ok() {
+                state.synced = state.synced.max(written);
+            }
+            self.turn.notify_all();
+            done?;
+        }
+        Ok(())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn every_commit_is_synced_and_one_sync_is_enough_for_those_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = folder.path().join("runs.sqlite").display().to_string();
+        let log = Log::beside(&store);
+        let first = log.committed();
+        assert!(log.sync(first).is_err(), "there is no log");
+        std::fs::write(format!("{store}-wal"), "x").unwrap();
+        let second = log.committed();
+        log.sync(second).unwrap();
+        std::fs::remove_file(format!("{store}-wal")).unwrap();
+        log.sync(first).unwrap();
+        assert!(
+            log.sync(log.committed()).is_err(),
+            "a later one is not on the disk"
+        );
+    }
+
+    #[test]
+    fn many_at_once_wait_for_their_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = folder.path().join("runs.sqlite").display().to_string();
+        std::fs::write(format!("{store}-wal"), "x").unwrap();
+        let log = Log::beside(&store);
+        std::thread::scope(|scope| {
+            for _ in 0..8 {
+                scope.spawn(|| {
+                    for _ in 0..20 {
+                        let ticket = log.committed();
+                        log.sync(ticket).unwrap();
+                        assert!(log.lock().synced >= ticket.0);
+                    }
+                });
+            }
+        });
+        assert_eq!(log.lock().synced, 160);
+    }
+}

@@ -1,0 +1,378 @@
+//! The questions of a batch: what was to be asked, where each stands, and the newest whole answers to them.
+
+use rusqlite::{Connection, Row, params};
+
+use super::rows::word;
+use super::{BatchId, Consumed, Key, RunId, Store, StoreError};
+use crate::verdict::Task;
+
+/// A question that is to be asked.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NewItem {
+    /// The scenario's file, or the name of a bundled one.
+    pub path: String,
+    /// The scenario's name.
+    pub scenario: String,
+    /// SHA-256 of its file; nothing where it could not be read.
+    pub scenario_hash: Option<String>,
+    /// The ego; nothing where it could not be read.
+    pub ego: Option<String>,
+    /// What is asked.
+    pub task: Task,
+    /// From where it is described; nothing of a judge that is not asked in words.
+    pub frame: Option<String>,
+    /// The techniques; nothing of a judge that is not asked in words.
+    pub techniques: Option<String>,
+    /// `provider/model`.
+    pub model: String,
+    /// Which of several answers to the same request, from 0.
+    pub sample: u32,
+    /// The key of the request; nothing where none is sent.
+    pub key: Option<Key>,
+    /// What is true; nothing where nobody says.
+    pub collides: Option<bool>,
+    /// Who collides with the ego, where the truth says so.
+    pub obstacle: Option<i64>,
+    /// Why it cannot be asked; nothing where it can.
+    pub unaskable: Option<String>,
+}
+
+/// Where a question of a batch stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ItemState {
+    /// It is to be asked.
+    Waiting,
+    /// A whole answer is there.
+    Answered,
+    /// The server cut the answer off; asked again, it would likely do so again.
+    Truncated,
+    /// No whole answer came.
+    Failed,
+    /// No question can be made of the scenario.
+    Unaskable,
+}
+
+impl ItemState {
+    const ALL: [Self; 5] = [
+        Self::Waiting,
+        Self::Answered,
+        Self::Truncated,
+        Self::Failed,
+        Self::Unaskable,
+    ];
+
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Answered => "answered",
+            Self::Truncated => "truncated",
+            Self::Failed => "failed",
+            Self::Unaskable => "unaskable",
+        }
+    }
+
+    fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+}
+
+/// A question of a batch.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Item {
+    /// Its place in the batch, from 0.
+    pub place: u64,
+    /// What is asked.
+    pub asked: NewItem,
+    /// Where it stands.
+    pub state: ItemState,
+    /// The last run that was made for it.
+    pub run: Option<RunId>,
+    /// Why there is no whole answer, or why it was not asked.
+    pub error: Option<String>,
+}
+
+/// The newest whole answer to a question.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// The run.
+    pub run: RunId,
+    /// The answer's text; the reasoning where that is all that was said.
+    pub text: String,
+    /// Time, tokens and cost.
+    pub consumed: Consumed,
+}
+
+/// Writes questions behind those that the batch has.
+pub(super) fn insert(
+    connection: &Connection,
+    batch: BatchId,
+    items: &[NewItem],
+) -> Result<(), StoreError> {
+    let first: i64 = connection.query_row(
+        "SELECT coalesce(max(place) + 1, 0) FROM items WHERE batch = ?1",
+        [batch.0],
+        |row| row.get(0),
+    )?;
+    let mut statement = connection.prepare_cached(
+        "INSERT INTO items (batch, place, path, scenario, scenario_hash, ego, task, frame, techniques, model, sample,
+             key, collides, obstacle, state, error)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)",
+    )?;
+    for (place, item) in (first..).zip(items) {
+        let state = match item.unaskable {
+            Some(_) => ItemState::Unaskable,
+            None => ItemState::Waiting,
+        };
+        statement.execute(params![
+            batch.0,
+            place,
+            item.path,
+            item.scenario,
+            item.scenario_hash,
+            item.ego,
+            item.task.name(),
+            item.frame,
+            item.techniques,
+            item.model,
+            item.sample,
+            item.key.as_ref().map(Key::as_str),
+            item.collides,
+            item.obstacle,
+            state.name(),
+            item.unaskable,
+        ])?;
+    }
+    Ok(())
+}
+
+fn item(row: &Row<'_>) -> Result<Item, rusqlite::Error> {
+    let state = word(row, "state", ItemState::parse)?;
+    let error: Option<String> = row.get("error")?;
+    let key: Option<String> = row.get("key")?;
+    Ok(Item {
+        place: row.get("place")?,
+        asked: NewItem {
+            path: row.get("path")?,
+            scenario: row.get("scenario")?,
+            scenario_hash: row.get("scenario_hash")?,
+            ego: row.get("ego")?,
+            task: word(row, "task", Task::parse)?,
+            frame: row.get("frame")?,
+            techniques: row.get("techniques")?,
+            model: row.get("model")?,
+            sample: row.get("sample")?,
+            key: key.as_deref().and_then(Key::parse),
+            collides: row.get("collides")?,
+            obstacle: row.get("obstacle")?,
+            unaskable: error.clone().filter(|_| state == ItemState::Unaskable),
+        },
+        state,
+        run: row.get::<_, Option<i64>>("run")?.map(RunId),
+        error,
+    })
+}
+
+impl Store {
+    /// The questions of a batch in their order; none where there is no such batch.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn items(&self, batch: BatchId) -> Result<Vec<Item>, StoreError> {
+        let connection = self.lock();
+        let mut statement =
+            connection.prepare_cached("SELECT * FROM items WHERE batch = ?1 ORDER BY place")?;
+        let rows = statement.query_map([batch.0], item)?;
+        Ok(rows.collect::<Result<_, _>>()?)
+    }
+
+    /// Writes down where a question stands. `key` is that of the request as it was sent at last.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn set_item(
+        &self,
+        batch: BatchId,
+        place: u64,
+        key: Option<&Key>,
+        state: ItemState,
+        run: Option<RunId>,
+        error: Option<&str>,
+    ) -> Result<(), StoreError> {
+        self.change(|transaction| {
+            transaction
+                .prepare_cached(
+                    "UPDATE items SET key = ?3, state = ?4, run = coalesce(?5, run), error = ?6
+                     WHERE batch = ?1 AND place = ?2",
+                )?
+                .execute(params![
+                    batch.0,
+                    place,
+                    key.map(Key::as_str),
+                    state.name(),
+                    run.map(|run| run.0),
+                    error
+                ])?;
+            Ok(())
+        })
+    }
+
+    /// Writes down another truth: by place, whether the ego collides, and with whom.
+    ///
+    /// # Errors
+    /// SQLite refused; nothing is changed then.
+    pub fn set_truth(
+        &self,
+        batch: BatchId,
+        spec: &str,
+        truth: &[(u64, Option<bool>, Option<i64>)],
+    ) -> Result<(), StoreError> {
+        self.durably(|transaction| {
+            transaction.execute(
+                "UPDATE batches SET spec = ?2 WHERE id = ?1",
+                params![batch.0, spec],
+            )?;
+            let mut statement = transaction.prepare_cached(
+                "UPDATE items SET collides = ?3, obstacle = ?4 WHERE batch = ?1 AND place = ?2",
+            )?;
+            for (place, collides, obstacle) in truth {
+                statement.execute(params![batch.0, place, collides, obstacle])?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Whether a whole answer to this request and sample is there.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn has_answer(&self, key: &Key, sample: u32) -> Result<bool, StoreError> {
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(
+            "SELECT EXISTS (SELECT 1 FROM runs WHERE key = ?1 AND sample = ?2 AND state = 'answered'
+                 AND deleted_ms IS NULL)",
+        )?;
+        Ok(statement.query_row(params![key.as_str(), sample], |row| row.get(0))?)
+    }
+
+    /// The questions of a batch in their order, each with the newest whole answer to its request and sample.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn items_with_answers(
+        &self,
+        batch: BatchId,
+    ) -> Result<Vec<(Item, Option<Found>)>, StoreError> {
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(
+            "SELECT items.*, found.id AS found,
+                 CASE WHEN trim(found.answer) = '' THEN found.reasoning ELSE found.answer END AS text,
+                 found.input_tokens, found.output_tokens, found.reasoning_tokens, found.cached_tokens, found.cost_usd,
+                 found.first_chunk_ms, found.duration_ms
+             FROM items LEFT JOIN runs AS found ON found.id = CASE
+                 WHEN items.key IS NULL THEN
+                     (SELECT id FROM runs WHERE id = items.run AND state = 'answered' AND deleted_ms IS NULL)
+                 ELSE
+                     (SELECT id FROM runs WHERE runs.key = items.key AND runs.sample = items.sample
+                          AND runs.state = 'answered' AND runs.deleted_ms IS NULL
+                      ORDER BY runs.created_ms DESC, runs.id DESC LIMIT 1)
+                 END
+             WHERE items.batch = ?1 ORDER BY items.place",
+        )?;
+        let rows = statement.query_map([batch.0], |row| {
+            let run: Option<i64> = row.get("found")?;
+            let found = match run {
+                None => None,
+                Some(run) => Some(Found {
+                    run: RunId(run),
+                    text: row.get("text")?,
+                    consumed: Consumed {
+                        input_tokens: row.get("input_tokens")?,
+                        output_tokens: row.get("output_tokens")?,
+                        reasoning_tokens: row.get("reasoning_tokens")?,
+                        cached_tokens: row.get("cached_tokens")?,
+                        cost_usd: row.get("cost_usd")?,
+                        first_chunk_ms: row.get("first_chunk_ms")?,
+                        duration_ms: row.get("duration_ms")?,
+                    },
+                }),
+            };
+            Ok((item(row)?, found))
+        })?;
+        Ok(rows.collect::<Result<_, _>>()?)
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    pub fn item(scenario: &str, sample: u32) -> NewItem {
+        NewItem {
+            path: format!("/data/{scenario}.xml"),
+            scenario: scenario.into(),
+            scenario_hash: Some("0".repeat(64)),
+            ego: Some("1".into()),
+            task: Task::Collision,
+            frame: Some("ego".into()),
+            techniques: Some("cp+cot".into()),
+            model: "lab/tiny".into(),
+            sample,
+            key: Key::parse(&"a".repeat(64)),
+            collides: Some(true),
+            obstacle: Some(7),
+            unaskable: None,
+        }
+    }
+
+    #[test]
+    fn items_come_back_as_they_were_and_say_where_they_stand() {
+        let store = Store::in_memory().unwrap();
+        let lost = NewItem {
+            unaskable: Some("no ego".into()),
+            key: None,
+            collides: None,
+            obstacle: None,
+            ..item("B", 0)
+        };
+        let begun = [item("A", 0), item("A", 1), lost];
+        let id = store.begin_batch("{}", Some("1/2"), &begun).unwrap();
+        store
+            .extend_batch(id, "{\"more\":1}", &[item("A", 2)])
+            .unwrap();
+        let key = Key::parse(&"b".repeat(64)).unwrap();
+        let (waiting, failed) = (ItemState::Waiting, ItemState::Failed);
+        store
+            .set_item(id, 1, Some(&key), failed, None, Some("cut off"))
+            .unwrap();
+        store
+            .set_truth(id, "{}", &[(3, Some(false), None)])
+            .unwrap();
+        let items = store.items(id).unwrap();
+        let states: Vec<_> = items.iter().map(|i| (i.place, i.state)).collect();
+        let unaskable = ItemState::Unaskable;
+        assert_eq!(
+            states,
+            [(0, waiting), (1, failed), (2, unaskable), (3, waiting)]
+        );
+        assert_eq!(items[0].asked, begun[0]);
+        assert_eq!(items[2].asked, begun[2]);
+        assert_eq!(items[1].asked.key, Some(key));
+        assert_eq!(items[1].error.as_deref(), Some("cut off"));
+        assert_eq!(
+            (items[3].asked.collides, items[3].asked.obstacle),
+            (Some(false), None)
+        );
+        let (batch, progress) = store.batches().unwrap().remove(0);
+        assert_eq!((batch.id, batch.shard.as_deref()), (id, Some("1/2")));
+        assert_eq!(
+            (progress.all(), progress.waiting, progress.unaskable),
+            (4, 2, 1)
+        );
+        assert_eq!(store.last_batch().unwrap().unwrap().id, id);
+        assert_eq!(id.to_string().parse(), Ok(id));
+        assert!("seven".parse::<BatchId>().is_err() && "b0".parse::<BatchId>().is_err());
+    }
+}
