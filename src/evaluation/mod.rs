@@ -17,10 +17,14 @@ pub mod published;
 mod question;
 /// Answers that were recorded by others.
 pub mod recorded;
+/// Tables of how often answers are right.
+pub mod report;
 mod request;
 mod scored;
 mod settings;
 mod standings;
+/// Statistics of yes-or-no answers.
+pub mod statistics;
 mod trial;
 mod usable;
 mod usual;
