@@ -25,6 +25,7 @@ mod prompt;
 mod prompts;
 mod ratings;
 mod render;
+mod report;
 mod routes;
 mod runs;
 mod span;
@@ -79,6 +80,8 @@ pub enum Command {
     Models(models::Models),
     /// How good the built-in judge is, and how long before a collision.
     Evaluate(evaluate::Evaluate),
+    /// How often answers are right: runs of the store, or recorded answers beside the paper's tables.
+    Report(report::ReportArguments),
     /// What was asked and answered: the store of runs.
     Runs(runs::Runs),
     /// What people made of answers side by side: wins and strengths of models and prompts.
@@ -167,6 +170,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Ask(arguments) => ask::run(arguments),
         Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
+        Command::Report(arguments) => report::run(arguments),
         Command::Runs(arguments) => runs::run(arguments),
         Command::Ratings(arguments) => ratings::run(arguments),
         Command::Export(arguments) => export::run(arguments),

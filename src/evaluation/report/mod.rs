@@ -15,6 +15,7 @@ mod paper;
 mod paper_contents;
 mod plot;
 mod recorded;
+mod stored;
 
 pub use cell::{Cell, Half, Named};
 pub use consumption::Consumption;
@@ -23,6 +24,7 @@ pub use names::technique;
 pub use pairs::Pair;
 pub use paper::{Comparison, Finding, Paper, Published, published};
 pub use recorded::scored as recorded;
+pub use stored::{Stored, Truth, stored};
 
 use std::collections::BTreeMap;
 
