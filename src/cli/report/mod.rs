@@ -234,18 +234,15 @@ fn of_store(arguments: &ReportArguments) -> Result<Made, Failure> {
 /// Says what is not in the report, or not with a truth.
 fn notices(stored: &Stored) {
     for (count, what) in [
-        (
-            stored.unfinished,
-            "not over: running, cancelled or interrupted",
-        ),
-        (stored.other_tasks, "to tasks without a yes or no"),
+        (stored.unfinished, "running, cancelled or interrupted"),
+        (stored.other_tasks, "of tasks without a yes or no"),
         (
             stored.unknown_ways,
             "asked with a frame or techniques that this version does not know",
         ),
     ] {
         if count > 0 {
-            output::say(&format!("nearmiss: {count} runs are left out: {what}"));
+            output::say(&format!("nearmiss: left out: {count} {what}"));
         }
     }
     if !stored.unlabelled.is_empty() {

@@ -317,7 +317,8 @@ fn methods() -> impl Iterator<Item = String> {
         format!(
             "Intervals are of 95 %: Wilson's for proportions, and for F1 the percentile bootstrap over scenarios with all \
              their samples ({RESAMPLES} resamples, seed {SEED}). Wilson's take answers as independent, and are too narrow \
-             where a scenario was asked about several times."
+             where a scenario was asked about several times. The bootstrap cannot vary where no answer is right, or every \
+             one: an interval of F1 without width says nothing."
         ),
         format!(
             "Pairs differ in frame, techniques or model alone and are compared by McNemar's test on scenarios, by the \

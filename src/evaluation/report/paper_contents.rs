@@ -68,12 +68,12 @@ impl Paper {
         let count = |finding| parts.iter().filter(|p| p.finding == finding).count();
         [
             format!(
-                "The paper's tables are about 100 collisions and 100 normal scenarios (104 for some models); the recorded \
-                 answers here are about up to {} and {}. So shares are compared, not counts: were the recorded answers a \
-                 random part of those that the paper counted, how probable would a count at least so unlikely be? (Two-sided \
-                 hypergeometric test, no correction for many; one in twenty would differ by chance.) Impossible: even the \
-                 whole rest of the published answers could not make up the difference. Which of the recorded scenarios \
-                 the paper counted is not known.",
+                "The paper's tables are about 100 collisions and 100 normal scenarios (104 for some models), the recorded \
+                 answers here about {} and {}. So shares are compared, not counts: were the recorded answers a random part \
+                 of those that the paper counted, how probable would a count be that is no likelier than the recorded one? \
+                 (Two-sided hypergeometric test, not corrected for many rows: one in twenty would differ by chance.) \
+                 Impossible: so few cannot be left of the published answers. Which of these scenarios the paper counted is \
+                 not known.",
                 most(Half::Collision),
                 most(Half::Normal)
             ),

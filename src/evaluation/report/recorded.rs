@@ -21,8 +21,8 @@ struct Reference {
     safety: Option<Verdict>,
 }
 
-/// The recorded answers to the yes-or-no tasks below `root`, each beside the truth of the annotations (without one,
-/// of its folder) and the built-in judge's verdict on the paper's window; then the judge's own verdicts; and what was
+/// The recorded answers to the yes-or-no tasks below `root`, each beside the truth of the annotations (where there are
+/// none at all, of its folder) and the built-in judge's verdict on the paper's window; then the judge's own verdicts; and what was
 /// wrong there.
 ///
 /// The judge is asked where the scenario and its recorded ego lie below `root` too.
@@ -40,7 +40,7 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
         let Some(found) = files.get(name) else {
             return Ok(Reference::default());
         };
-        reference(chosen(found, collision), label(&labels, name, collision))
+        reference(chosen(found, collision), half(collision))
     };
     let mut references = BTreeMap::new();
     let judged: Vec<_> = asked.par_iter().map(judge).collect();
@@ -59,7 +59,7 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
             model: answer.model.clone(),
         },
         sample: 0,
-        truth: Some(label(&labels, &answer.scenario, answer.collision)),
+        truth: label(&labels, &answer.scenario, answer.collision),
         said: said(answer),
         reference: references
             .get(&key(answer))
@@ -80,11 +80,19 @@ fn key(answer: &Recorded) -> (&str, bool) {
     (&answer.scenario, answer.collision)
 }
 
-fn label(labels: &Labels, name: &str, collision: bool) -> Label {
-    labels.of(name).unwrap_or(match collision {
+/// What is true about a scenario: where some are annotated, nobody says it about the others.
+fn label(labels: &Labels, name: &str, collision: bool) -> Option<Label> {
+    match labels.iter().next() {
+        Some(_) => labels.of(name),
+        None => Some(half(collision)),
+    }
+}
+
+fn half(collision: bool) -> Label {
+    match collision {
         true => Label::Collision(None),
         false => Label::Safe,
-    })
+    }
 }
 
 fn said(answer: &Recorded) -> Said {
@@ -97,7 +105,7 @@ fn said(answer: &Recorded) -> Said {
     }
 }
 
-fn of_judge(name: &str, truth: Label, verdict: &Verdict) -> Scored {
+fn of_judge(name: &str, truth: Option<Label>, verdict: &Verdict) -> Scored {
     Scored {
         scenario: name.into(),
         way: Way {
@@ -107,7 +115,7 @@ fn of_judge(name: &str, truth: Label, verdict: &Verdict) -> Scored {
             model: judge::MODEL.into(),
         },
         sample: 0,
-        truth: Some(truth),
+        truth,
         said: Said::Verdict(verdict.clone()),
         reference: Some(verdict.clone()),
         consumed: Consumed::default(),
@@ -115,7 +123,7 @@ fn of_judge(name: &str, truth: Label, verdict: &Verdict) -> Scored {
     }
 }
 
-fn reference(entry: &Entry, label: Label) -> Result<Reference, Problem> {
+fn reference(entry: &Entry, half: Label) -> Result<Reference, Problem> {
     let problem = |message: String| Problem {
         path: entry.display().into(),
         message,
@@ -129,7 +137,7 @@ fn reference(entry: &Entry, label: Label) -> Result<Reference, Problem> {
     let scene = Scene::new(scenario, ego);
     let labelled = Labelled {
         scene: &scene,
-        label,
+        label: half,
         contact: None,
     };
     let whole = Window::ending_at(&scene, i64::MAX, 1);
