@@ -192,6 +192,20 @@ fn recorded(folder: &Path) -> Result<(Vec<crate::evaluation::Scored>, String, us
         )));
     }
     let judged = scored.iter().any(|s| s.way.frame.is_none());
+    let mut unlabelled: Vec<&str> = scored
+        .iter()
+        .filter(|s| s.truth.is_none())
+        .map(|s| s.scenario.as_str())
+        .collect();
+    unlabelled.sort_unstable();
+    unlabelled.dedup();
+    let without = match unlabelled.is_empty() {
+        true => String::new(),
+        false => format!(
+            " Without an annotation, so that answers about them are neither right nor wrong: {}.",
+            unlabelled.join(", ")
+        ),
+    };
     let note = format!(
         "{answers} recorded answers, beside the annotations{}. Models are those that the paper's scripts ask; nobody was \
          asked now.",
@@ -200,7 +214,7 @@ fn recorded(folder: &Path) -> Result<(Vec<crate::evaluation::Scored>, String, us
                 " and the built-in judge (reference/geometry), which saw the scenarios themselves",
             false => "; the scenarios are not there, so the built-in judge could not be asked",
         }
-    );
+    ) + &without;
     Ok((scored, note, lost.len()))
 }
 
@@ -219,32 +233,36 @@ fn of_store(arguments: &ReportArguments) -> Result<Made, Failure> {
         reread(&store, &mut runs)?;
     }
     let stored = report::stored(&runs, &truth);
-    notices(&stored);
+    let notices = notices(&stored);
+    for notice in &notices {
+        output::say(&format!("nearmiss: {notice}"));
+    }
     if stored.scored.is_empty() {
         return Err(finding("none of the runs can be counted".into()));
     }
-    let note = format!(
+    let mut notes = vec![format!(
         "{} runs of the store. Truth: {}.",
         stored.scored.len(),
         truth::words(&arguments.truth)
-    );
-    Ok(Made::Report(Report::of(&stored.scored), vec![note]))
+    )];
+    notes.extend(notices);
+    Ok(Made::Report(Report::of(&stored.scored), notes))
 }
 
-/// Says what is not in the report, or not with a truth.
-fn notices(stored: &Stored) {
-    for (count, what) in [
+/// What is not in the report, or without a truth, in words.
+fn notices(stored: &Stored) -> Vec<String> {
+    let left_out = [
         (stored.unfinished, "running, cancelled or interrupted"),
         (stored.other_tasks, "of tasks without a yes or no"),
         (
             stored.unknown_ways,
             "asked with a frame or techniques that this version does not know",
         ),
-    ] {
-        if count > 0 {
-            output::say(&format!("nearmiss: left out: {count} {what}"));
-        }
-    }
+    ];
+    let left_out = left_out.into_iter().filter(|(count, _)| *count > 0);
+    let mut notices: Vec<String> = left_out
+        .map(|(count, what)| format!("left out: {count} {what}"))
+        .collect();
     if !stored.unlabelled.is_empty() {
         let some: Vec<&str> = stored
             .unlabelled
@@ -252,17 +270,17 @@ fn notices(stored: &Stored) {
             .take(3)
             .map(String::as_str)
             .collect();
-        output::say(&format!(
-            "nearmiss: of {} scenarios nobody says what is true ({}{}); --truth names labels or a folder with the scenarios",
+        let more = match stored.unlabelled.len() > some.len() {
+            true => ", …",
+            false => "",
+        };
+        notices.push(format!(
+            "of {} scenarios nobody says what is true ({}{more}); --truth names labels or a folder with the scenarios",
             stored.unlabelled.len(),
-            some.join(", "),
-            if stored.unlabelled.len() > some.len() {
-                ", …"
-            } else {
-                ""
-            }
+            some.join(", ")
         ));
     }
+    notices
 }
 
 /// Reads the answers again, as this version reads them.

@@ -37,15 +37,26 @@ impl Report {
             }
             blocks.push(Block::Heading(heading(task).into()));
             blocks.push(Block::Table(quality(task, &cells)));
-            blocks.push(Block::Figures(vec![bars(task, &cells)]));
-            blocks.push(Block::Figures(matrices(&cells)));
+            blocks.push(Block::Figures(
+                format!("F1 with bootstrap intervals of 95 %, {} task", task.name()),
+                vec![bars(task, &cells)],
+            ));
+            blocks.push(Block::Figures(
+                "Confusion matrices: truth in rows, verdict in columns".into(),
+                matrices(&cells),
+            ));
             blocks.push(Block::Table(agreement(task, &cells)));
-            blocks.push(Block::Figures(calibrations(&cells)));
+            blocks.push(Block::Figures(
+                "Calibration: the share of true collisions by the gravest risk score, with Wilson intervals; dashed, the \
+                 probability 1 − s/5 that a score is taken for; below, the answers with that score"
+                    .into(),
+                calibrations(&cells),
+            ));
             blocks.extend(samples(task, &cells).map(Block::Table));
             blocks.extend(consumption(task, &cells).map(Block::Table));
             blocks.extend(self.pairs(task).map(Block::Table));
         }
-        blocks.retain(|block| !matches!(block, Block::Figures(all) if all.is_empty()));
+        blocks.retain(|block| !matches!(block, Block::Figures(_, all) if all.is_empty()));
         blocks.push(Block::Heading("How it is counted".into()));
         blocks.extend(methods().map(Block::Text));
         blocks
@@ -266,10 +277,10 @@ fn bars(task: Task, cells: &[&Cell]) -> Figure {
         interval: cell.f1_interval,
         other: cell.way.model == judge::MODEL,
     };
-    let caption = format!("F1 with bootstrap intervals of 95 %, {} task", task.name());
+    let title = format!("F1 with bootstrap intervals of 95 %, {} task", task.name());
     Figure {
-        svg: plot::bars(&caption, &cells.iter().map(bar).collect::<Vec<_>>()),
-        caption,
+        svg: plot::bars(&title, &cells.iter().map(bar).collect::<Vec<_>>()),
+        caption: String::new(),
     }
 }
 
@@ -294,10 +305,10 @@ fn matrices(cells: &[&Cell]) -> Vec<Figure> {
 fn calibrations(cells: &[&Cell]) -> Vec<Figure> {
     let scored = cells.iter().filter(|c| c.calibration.n() > 0);
     let figure = |cell: &&Cell| {
-        let caption = format!("Calibration: {}", names::way(&cell.way));
+        let caption = names::way(&cell.way);
         Figure {
             svg: plot::calibration(
-                &format!("Share of true collisions by risk score. {caption}"),
+                &format!("Share of true collisions by risk score: {caption}"),
                 &cell.calibration,
             ),
             caption,

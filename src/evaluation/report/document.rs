@@ -20,8 +20,8 @@ pub enum Block {
     Text(String),
     /// A table.
     Table(Table),
-    /// Figures of one kind, side by side; only HTML shows them.
-    Figures(Vec<Figure>),
+    /// Figures of one kind, side by side, and what they show; only HTML has them.
+    Figures(String, Vec<Figure>),
 }
 
 /// A picture.

@@ -21,8 +21,8 @@ impl Document {
                 Block::Heading(words) => text += &format!("<h2>{}</h2>\n", escaped(words)),
                 Block::Text(words) => text += &format!("<p>{}</p>\n", escaped(words)),
                 Block::Table(table) => text += &html(table),
-                Block::Figures(figures) => {
-                    text += "<div class=\"figures\">\n";
+                Block::Figures(title, figures) => {
+                    text += &format!("<h3>{}</h3>\n<div class=\"figures\">\n", escaped(title));
                     for figure in figures {
                         text += &format!(
                             "<figure>\n{}<figcaption>{}</figcaption>\n</figure>\n",

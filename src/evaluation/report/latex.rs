@@ -17,7 +17,7 @@ impl Document {
                 Block::Heading(words) => text += &format!("\n%\n{}", comment(&clean(words))),
                 Block::Text(words) => text += &comment(&clean(words)),
                 Block::Table(table) => text += &latex(table),
-                Block::Figures(_) => {}
+                Block::Figures(..) => {}
             }
         }
         text

@@ -12,7 +12,7 @@ impl Document {
                 Block::Heading(words) => text += &format!("\n## {}\n", escaped(words)),
                 Block::Text(words) => text += &format!("\n{}\n", escaped(words)),
                 Block::Table(table) => text += &markdown(table),
-                Block::Figures(_) => {}
+                Block::Figures(..) => {}
             }
         }
         text

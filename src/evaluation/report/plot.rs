@@ -21,8 +21,8 @@ const SCALE: f64 = 420.0;
 fn svg(width: f64, height: f64, words: &str) -> String {
     let words = escaped(words);
     format!(
-        "<svg viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" height=\"{height:.0}\" role=\"img\" \
-         aria-label=\"{words}\">\n"
+        "<svg viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" height=\"{height:.0}\" font-size=\"11\" \
+         font-family=\"system-ui, sans-serif\" role=\"img\" aria-label=\"{words}\">\n"
     )
 }
 
@@ -139,7 +139,7 @@ pub(super) fn calibration(title: &str, calibration: &Calibration) -> String {
     }
     let _ = writeln!(
         text,
-        "<text class=\"soft\" x=\"{left}\" y=\"{:.1}\">risk score, and answers with it</text></svg>",
+        "<text class=\"soft\" x=\"{left}\" y=\"{:.1}\">risk score; answers</text></svg>",
         top + side + 43.0
     );
     text
