@@ -315,6 +315,9 @@ fn every_format_is_written_whole_or_not_at_all() {
     home.run(&["report", "--truth", "nowhere.csv"])
         .status(2)
         .says(&["nowhere.csv"]);
+    home.run(&["report", ".", "--model", "x"])
+        .status(2)
+        .says(&["filters choose among"]);
     home.run(&["report", "."])
         .status(2)
         .says(&["no recorded answers"]);

@@ -2,7 +2,7 @@
 
 use rusqlite::params_from_iter;
 
-use super::{Consumed, Filter, Origin, RunId, RunState, Store, StoreError, rows};
+use super::{Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, rows};
 use crate::verdict::Task;
 
 /// What became of one run.
@@ -10,6 +10,8 @@ use crate::verdict::Task;
 pub struct Outcome {
     /// Its number.
     pub run: RunId,
+    /// The key of the request; nothing where none was sent.
+    pub key: Option<Key>,
     /// Name of the scenario.
     pub scenario: String,
     /// SHA-256 of its file; nothing where only its name is known.
@@ -54,7 +56,7 @@ impl Store {
         let sql = format!(
             "SELECT runs.id AS id, runs.scenario AS scenario, scenario_hash, ego, origin, source, task, frame, techniques,
                  window_first, window_last, model, sample, state, verdict, reading, error, input_tokens, output_tokens,
-                 reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms
+                 reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms, key
              FROM {condition} ORDER BY created_ms, runs.id"
         );
         let connection = self.lock();
@@ -62,6 +64,9 @@ impl Store {
         let found = statement.query_map(params_from_iter(values), |row| {
             Ok(Outcome {
                 run: RunId(row.get(0)?),
+                key: row
+                    .get::<_, Option<String>>(24)?
+                    .and_then(|key| Key::parse(&key)),
                 scenario: row.get(1)?,
                 scenario_hash: row.get(2)?,
                 ego: row.get(3)?,

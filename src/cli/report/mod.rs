@@ -11,7 +11,7 @@ use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::evaluation::recorded::{Loss, Problem};
 use crate::evaluation::report::{self, Document, Paper, Report, Stored};
-use crate::store::{Outcome as Run, Store};
+use crate::store::{Filter, Outcome as Run, Store};
 use crate::verdict;
 
 /// Arguments of `report`.
@@ -30,15 +30,16 @@ pub struct ReportArguments {
     /// their recorded egos, or with annotations; `auto` for the exact geometry of bundled scenarios and the built-in
     /// judge's stored verdicts on collisions. Separated by commas: CSV files count first, then folders and `auto` in
     /// their order.
+    /// [default: auto]
     #[arg(
         long,
         value_delimiter = ',',
-        default_value = "auto",
-        value_name = "CSV|auto|FOLDER"
+        value_name = "CSV|auto|FOLDER",
+        conflicts_with_all = ["folder", "paper"]
     )]
     truth: Vec<PathBuf>,
     /// Read the stored answers again, with the parser of this version.
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["folder", "paper"])]
     reread: bool,
     /// How the report is written [default: as the ending of FILE says, else md].
     #[arg(long, value_enum)]
@@ -105,6 +106,13 @@ enum Made {
 pub fn run(arguments: &ReportArguments) -> Outcome {
     let file = file_of(arguments.output.as_deref());
     let format = Format::chosen(arguments, file)?;
+    let of_folder = arguments.paper.is_some() || arguments.folder.is_some();
+    if of_folder && arguments.filters.filter(None) != Filter::default() {
+        return Err(Failure::input(
+            "filters choose among the runs of the store; the recorded answers in a folder are reported as they are \
+             (`nearmiss import FOLDER` puts them into the store)",
+        ));
+    }
     let (made, lost) = match (&arguments.paper, &arguments.folder) {
         (Some(folder), _) => {
             let (scored, note, lost) = recorded(folder)?;
@@ -219,7 +227,11 @@ fn recorded(folder: &Path) -> Result<(Vec<crate::evaluation::Scored>, String, us
 }
 
 fn of_store(arguments: &ReportArguments) -> Result<Made, Failure> {
-    let truth = truth::truth(&arguments.truth)?;
+    let sources = match arguments.truth.is_empty() {
+        true => vec![PathBuf::from(truth::AUTO)],
+        false => arguments.truth.clone(),
+    };
+    let truth = truth::truth(&sources)?;
     let store = store()?;
     let filter = arguments.filters.filter(None);
     let mut runs = store.outcomes(&filter).map_err(Failure::input)?;
@@ -243,7 +255,7 @@ fn of_store(arguments: &ReportArguments) -> Result<Made, Failure> {
     let mut notes = vec![format!(
         "{} runs of the store. Truth: {}.",
         stored.scored.len(),
-        truth::words(&arguments.truth)
+        truth::words(&sources)
     )];
     notes.extend(notices);
     Ok(Made::Report(Report::of(&stored.scored), notes))
@@ -253,6 +265,10 @@ fn of_store(arguments: &ReportArguments) -> Result<Made, Failure> {
 fn notices(stored: &Stored) -> Vec<String> {
     let left_out = [
         (stored.unfinished, "running, cancelled or interrupted"),
+        (
+            stored.asked_again,
+            "in whose place another answer to the same question counts",
+        ),
         (stored.other_tasks, "of tasks without a yes or no"),
         (
             stored.unknown_ways,

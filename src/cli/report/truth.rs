@@ -11,7 +11,8 @@ use crate::evaluation::{Label, Labelled, recorded};
 use crate::scenario::{Entry, bundled, find};
 use crate::system;
 
-const AUTO: &str = "auto";
+/// The word for the exact geometry.
+pub const AUTO: &str = "auto";
 
 /// Reads what `--truth` names.
 pub fn truth(sources: &[PathBuf]) -> Result<Truth, Failure> {

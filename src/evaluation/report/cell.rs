@@ -8,6 +8,7 @@ use super::super::statistics::{
 };
 use super::super::{Confusion, Label, Said, Scored, Way};
 use super::consumption::{Consumption, count};
+use crate::judge;
 
 /// Which answers a cell counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,7 +82,7 @@ pub struct Cell {
     pub unlabelled: u32,
     /// The bootstrap interval of F1, over scenarios; of whole ways alone.
     pub f1_interval: Option<Interval>,
-    /// Agreement with the built-in judge in yes and no; nothing where its verdict is not known.
+    /// Agreement with the built-in judge in yes and no; nothing where its verdict is not known, and of itself.
     pub kappa: Option<Kappa>,
     /// The obstacle that collides.
     pub named: Named,
@@ -163,8 +164,9 @@ impl Cell {
             true => votes.yes += 1,
             false => votes.no += 1,
         }
-        // Against the judge, yes is yes, whoever is named.
-        if let Some(reference) = &one.reference {
+        // Against the judge, yes is yes, whoever is named; with itself everybody agrees.
+        let reference = one.reference.as_ref();
+        if let Some(reference) = reference.filter(|_| one.way.model != judge::MODEL) {
             let place = 2 * usize::from(!verdict.dangerous) + usize::from(!reference.dangerous);
             both[place] += 1;
         }

@@ -182,8 +182,7 @@ fn agreement(task: Task, cells: &[&Cell]) -> Table {
         let mut row = way(cell);
         row.push(of(cell.named.right, cell.named.n));
         row.push(of(cell.named.first, cell.named.n));
-        // With itself everybody agrees.
-        let kappa = cell.kappa.filter(|_| cell.way.model != judge::MODEL);
+        let kappa = cell.kappa;
         row.push(with_interval(
             kappa.and_then(|k| k.kappa),
             kappa.and_then(|k| k.interval),

@@ -57,6 +57,8 @@ fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for c in clean(text).chars() {
         match c {
+            // After the end of a row they would be an argument of it.
+            '[' | '*' if escaped.is_empty() => escaped += &format!("{{{c}}}"),
             '\\' => escaped += "\\textbackslash{}",
             '&' | '%' | '$' | '#' | '_' | '{' | '}' => {
                 escaped.push('\\');
@@ -95,6 +97,7 @@ mod tests {
             escaped("a_b & 5% of $x^2$ {\\input{/etc}} ~#"),
             "a\\_b \\& 5\\% of \\$x\\textasciicircum{}2\\$ \\{\\textbackslash{}input\\{/etc\\}\\} \\textasciitilde{}\\#"
         );
+        assert_eq!(escaped("[5cm] *"), "{[}5cm] *");
         assert_eq!(escaped("κ ≤ 1 – χ²"), "$\\kappa$ $\\leq$ 1 -- $\\chi$$^2$");
     }
 }

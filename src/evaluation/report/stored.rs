@@ -1,5 +1,6 @@
 //! Runs of the store beside the truth.
 
+use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 
 use rayon::prelude::*;
@@ -7,7 +8,7 @@ use rayon::prelude::*;
 use super::super::{Label, Labels, Said, Scored, Way};
 use crate::judge;
 use crate::prompts::Techniques;
-use crate::store::{Outcome, RunState};
+use crate::store::{Key, Outcome, RunState};
 use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
@@ -30,6 +31,8 @@ pub struct Stored {
     pub scored: Vec<Scored>,
     /// Runs that are still arriving, were cancelled, or broke off with the program: no answers, and no failures.
     pub unfinished: u32,
+    /// Runs in whose place another one counts, see [`stored`].
+    pub asked_again: u32,
     /// Runs to tasks that have no yes or no.
     pub other_tasks: u32,
     /// Runs that were asked in a way that this version does not know.
@@ -43,18 +46,32 @@ type Question<'a> = (&'a str, &'a str, Task, Option<(i64, i64)>);
 
 /// Sets runs beside the truth, in the order of the runs. The verdicts are those that were stored.
 ///
-/// The built-in judge's verdict on a question is that of its run on the same file, task and, for safety, window.
+/// Where the same question was asked again, for the same sample, the newest whole answer counts, and without one the
+/// newest failure. The built-in judge's verdict on a question is that of its run on the same file, task and, for safety, window.
 #[must_use]
 pub fn stored(outcomes: &[Outcome], truth: &Truth) -> Stored {
     let mut counted: Vec<(&Outcome, Way)> = Vec::with_capacity(outcomes.len());
     let mut stored = Stored::default();
+    let mut places: HashMap<Identity<'_>, usize> = HashMap::with_capacity(outcomes.len());
     for outcome in outcomes {
         if !Task::VERDICTS.contains(&outcome.task) {
             stored.other_tasks += 1;
         } else if !is_over(outcome.state) {
             stored.unfinished += 1;
         } else if let Some(way) = way(outcome) {
-            counted.push((outcome, way));
+            match places.entry(identity(outcome)) {
+                Entry::Vacant(place) => {
+                    place.insert(counted.len());
+                    counted.push((outcome, way));
+                }
+                Entry::Occupied(place) => {
+                    stored.asked_again += 1;
+                    let before = &mut counted[*place.get()];
+                    if is_answer(outcome) || !is_answer(before.0) {
+                        *before = (outcome, way);
+                    }
+                }
+            }
         } else {
             stored.unknown_ways += 1;
         }
@@ -126,6 +143,24 @@ fn is_over(state: RunState) -> bool {
     }
 }
 
+/// Whether there is an answer, whatever it says.
+fn is_answer(outcome: &Outcome) -> bool {
+    outcome.state != RunState::Failed
+}
+
+/// What makes two runs answers to the same question and of the same sample.
+type Identity<'a> = (Question<'a>, &'a str, [&'a str; 3], Option<Key>, u32);
+
+fn identity(outcome: &Outcome) -> Identity<'_> {
+    let how = [
+        outcome.frame.as_str(),
+        outcome.techniques.as_str(),
+        outcome.model.as_str(),
+    ];
+    let key = outcome.key.clone();
+    (question(outcome), &outcome.ego, how, key, outcome.sample)
+}
+
 fn question(outcome: &Outcome) -> Question<'_> {
     let window = match outcome.task {
         // The judge looks at the whole recording.
@@ -164,5 +199,78 @@ fn said(outcome: &Outcome) -> Said {
     match outcome.state {
         RunState::Answered | RunState::Truncated => Said::Unparsed(why(&outcome.reading)),
         _ => Said::Failed(why(&outcome.error)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::{Consumed, Origin, RunId};
+
+    fn outcome(run: i64, model: &str, state: RunState, collision: Option<bool>) -> Outcome {
+        let verdict = |yes: bool| {
+            serde_json::json!({"task": "collision", "collision": yes, "obstacles": [], "justification": ""}).to_string()
+        };
+        Outcome {
+            run: RunId(run),
+            key: None,
+            scenario: "a".into(),
+            scenario_hash: None,
+            ego: "1".into(),
+            origin: Origin::Asked,
+            source: None,
+            task: Task::Collision,
+            frame: "ego".into(),
+            techniques: "cp".into(),
+            window: None,
+            model: model.into(),
+            sample: 0,
+            state,
+            verdict: collision.map(verdict),
+            reading: None,
+            error: None,
+            consumed: Consumed::default(),
+        }
+    }
+
+    #[test]
+    fn a_question_that_was_asked_again_counts_once() {
+        let runs = [
+            outcome(1, "lab/x", RunState::Failed, None),
+            outcome(2, "lab/x", RunState::Answered, Some(false)),
+            outcome(3, "lab/x", RunState::Answered, Some(true)),
+            outcome(4, "lab/x", RunState::Failed, None),
+            outcome(5, "lab/x", RunState::Cancelled, None),
+            outcome(6, "lab/y", RunState::Failed, None),
+            outcome(7, judge::MODEL, RunState::Answered, Some(true)),
+        ];
+        let truth = Truth {
+            judged: true,
+            ..Truth::default()
+        };
+        let stored = stored(&runs, &truth);
+        let counted: Vec<_> = stored.scored.iter().map(|s| s.run.map(|r| r.0)).collect();
+        assert_eq!(counted, [Some(3), Some(6), Some(7)]);
+        assert_eq!((stored.asked_again, stored.unfinished), (3, 1));
+        // The judge's own answer to the collision task is the exact geometry.
+        let first = &stored.scored[0];
+        assert_eq!(first.truth, Some(Label::Collision(None)));
+        assert!(first.reference.as_ref().is_some_and(|v| v.dangerous));
+    }
+
+    #[test]
+    fn labels_of_people_count_before_the_judge() {
+        let runs = [
+            outcome(1, "lab/x", RunState::Answered, Some(false)),
+            outcome(2, judge::MODEL, RunState::Answered, Some(true)),
+        ];
+        let mut truth = Truth {
+            judged: true,
+            ..Truth::default()
+        };
+        truth.found.insert("a".into(), Label::Safe);
+        assert_eq!(stored(&runs, &truth).scored[0].truth, Some(Label::Safe));
+        let nobody = stored(&runs, &Truth::default());
+        assert_eq!(nobody.unlabelled, ["a"]);
     }
 }
