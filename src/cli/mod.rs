@@ -26,6 +26,7 @@ mod prompt;
 mod prompts;
 mod ratings;
 mod render;
+mod report;
 mod routes;
 mod runs;
 mod span;
@@ -82,6 +83,8 @@ pub enum Command {
     Evaluate(evaluate::Evaluate),
     /// Batches that providers work off: list, collect their answers, cancel.
     Batches(batches::Batches),
+    /// How often answers are right: runs of the store, or recorded answers beside the paper's tables.
+    Report(report::ReportArguments),
     /// What was asked and answered: the store of runs.
     Runs(runs::Runs),
     /// What people made of answers side by side: wins and strengths of models and prompts.
@@ -171,6 +174,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Batches(arguments) => batches::run(arguments),
+        Command::Report(arguments) => report::run(arguments),
         Command::Runs(arguments) => runs::run(arguments),
         Command::Ratings(arguments) => ratings::run(arguments),
         Command::Export(arguments) => export::run(arguments),

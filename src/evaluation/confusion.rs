@@ -24,6 +24,32 @@ impl Confusion {
         } += 1;
     }
 
+    /// Adds other counts.
+    pub fn add(&mut self, other: &Self) {
+        self.true_positives += other.true_positives;
+        self.false_positives += other.false_positives;
+        self.false_negatives += other.false_negatives;
+        self.true_negatives += other.true_negatives;
+    }
+
+    /// Cases that were answered.
+    #[must_use]
+    pub fn answered(&self) -> u32 {
+        self.positives() + self.negatives()
+    }
+
+    /// The share of answers that are right; nothing without an answer.
+    #[must_use]
+    pub fn accuracy(&self) -> Option<f64> {
+        ratio(self.true_positives + self.true_negatives, self.answered())
+    }
+
+    /// The share of negatives that were called so; nothing without negatives.
+    #[must_use]
+    pub fn specificity(&self) -> Option<f64> {
+        ratio(self.true_negatives, self.negatives())
+    }
+
     /// Cases that are positive in truth.
     #[must_use]
     pub fn positives(&self) -> u32 {
@@ -77,6 +103,8 @@ mod tests {
             c.count(said, truth);
         }
         c.count(false, false);
+        assert_eq!((c.answered(), c.accuracy()), (5, Some(0.6)));
+        assert_eq!(c.specificity(), Some(0.5));
         assert_eq!((c.positives(), c.negatives()), (3, 2));
         assert_eq!(c.precision(), Some(2.0 / 3.0));
         assert_eq!(c.recall(), Some(2.0 / 3.0));

@@ -155,6 +155,11 @@ impl Labels {
         }
     }
 
+    /// Every scenario with its label, in the order of the names.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, Label)> {
+        self.0.iter().map(|(name, label)| (name.as_str(), *label))
+    }
+
     /// The label of a scenario.
     #[must_use]
     pub fn of(&self, scenario: &str) -> Option<Label> {

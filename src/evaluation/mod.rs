@@ -25,6 +25,8 @@ mod question;
 pub mod recorded;
 /// Questions that are handed to a provider as a batch.
 pub mod remote;
+/// Tables of how often answers are right.
+pub mod report;
 mod request;
 mod results;
 mod scored;
@@ -33,6 +35,8 @@ mod share;
 mod standings;
 #[cfg(test)]
 mod tests_scored;
+/// Statistics of yes-or-no answers.
+pub mod statistics;
 mod trial;
 mod usable;
 mod usual;

@@ -15,7 +15,7 @@ use crate::store::{Ending, Key, NewRun, Origin, Run, RunId, RunState};
 use crate::verdict::Task;
 
 /// Steps that the paper's scripts describe.
-const HISTORY: usize = 10;
+pub(super) const HISTORY: usize = 10;
 
 /// What is known of a scenario whose file was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,7 +69,7 @@ fn of(answer: &Recorded) -> (&str, bool) {
 }
 
 /// The scenarios below a folder by name; none where there is none, which is said answer by answer.
-fn scenarios(root: &Path) -> BTreeMap<String, Vec<Entry>> {
+pub(super) fn scenarios(root: &Path) -> BTreeMap<String, Vec<Entry>> {
     let mut files: BTreeMap<String, Vec<Entry>> = BTreeMap::new();
     let found = scenario::find(&[root.to_path_buf()]);
     for entry in found.map(|found| found.entries).unwrap_or_default() {
@@ -79,7 +79,7 @@ fn scenarios(root: &Path) -> BTreeMap<String, Vec<Entry>> {
 }
 
 /// Of several files of one name the one in the half of the data that the answer is from.
-fn chosen(files: &[Entry], collision: bool) -> &Entry {
+pub(super) fn chosen(files: &[Entry], collision: bool) -> &Entry {
     let half = |entry: &&Entry| entry.group.starts_with("normal") != collision;
     files.iter().find(half).unwrap_or(&files[0])
 }

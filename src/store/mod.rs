@@ -4,6 +4,7 @@ mod batches;
 mod bound;
 mod claim;
 mod database;
+mod decisions;
 mod durable;
 mod filter;
 mod health;
@@ -30,8 +31,9 @@ pub use health::Health;
 pub use items::{Found, Item, ItemState, NewItem};
 pub use key::Key;
 pub use list::Summary;
-pub use outcomes::StoredOutcome;
+pub use decisions::StoredOutcome;
 pub use merge::Merged;
+pub use outcomes::Outcome;
 pub use page::{Cursor, Edge, Interrupter, Page};
 pub use provider_batches::{
     Handed, HandedState, NewProviderBatch, Opened, ProviderBatch, ProviderBatchId,

@@ -1,73 +1,106 @@
-//! What became of every question that asks for yes or no, in one query: for figures over all of them.
+//! What became of many runs, without their texts: what reports are counted from.
 
-use super::{RunId, RunState, Store, StoreError, rows};
+use rusqlite::params_from_iter;
+
+use super::{Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, rows};
 use crate::verdict::Task;
 
-/// What became of a question, without its texts.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct StoredOutcome {
-    /// The run's number.
+/// What became of one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Its number.
     pub run: RunId,
-    /// SHA-256 of the scenario's file; nothing where only its name is known.
-    pub scenario_hash: Option<String>,
+    /// The key of the request; nothing where none was sent.
+    pub key: Option<Key>,
     /// Name of the scenario.
     pub scenario: String,
+    /// SHA-256 of its file; nothing where only its name is known.
+    pub scenario_hash: Option<String>,
     /// The ego, and where its motion comes from.
     pub ego: String,
+    /// Where the answer comes from.
+    pub origin: Origin,
+    /// The file that a recorded answer was read from.
+    pub source: Option<String>,
     /// What was asked.
     pub task: Task,
     /// From where the scene was described.
     pub frame: String,
-    /// With which techniques.
+    /// Prompting techniques in use.
     pub techniques: String,
-    /// Who was asked, `provider/model`.
-    pub model: String,
-    /// Which of several answers to the same question.
-    pub sample: u32,
     /// First and last time step of the window, where known.
     pub window: Option<(i64, i64)>,
+    /// `provider/model`, as asked for.
+    pub model: String,
+    /// Which of several answers to the same request.
+    pub sample: u32,
     /// Where it stands.
     pub state: RunState,
-    /// Yes or no; nothing where no verdict was read.
-    pub dangerous: Option<bool>,
+    /// The verdict as JSON, where there is one.
+    pub verdict: Option<String>,
+    /// How the verdict was read, or why there is none.
+    pub reading: Option<String>,
+    /// Why there is no answer.
+    pub error: Option<String>,
+    /// What it consumed.
+    pub consumed: Consumed,
 }
 
 impl Store {
-    /// What became of every run with a task of [`Task::VERDICTS`] that is over, the newest first. Deleted ones are left
-    /// out, and those that somebody cancelled.
+    /// What became of all runs that fit, oldest first. Their texts are not read.
     ///
     /// # Errors
     /// SQLite refused.
-    pub fn outcomes(&self) -> Result<Vec<StoredOutcome>, StoreError> {
+    pub fn outcomes(&self, filter: &Filter) -> Result<Vec<Outcome>, StoreError> {
+        let (condition, values) = filter.condition();
+        let sql = format!(
+            "SELECT runs.id AS id, runs.scenario AS scenario, scenario_hash, ego, origin, source, task, frame, techniques,
+                 window_first, window_last, model, sample, state, verdict, reading, error, input_tokens, output_tokens,
+                 reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms, key
+             FROM {condition} ORDER BY created_ms, runs.id"
+        );
         let connection = self.lock();
-        let mut statement = connection.prepare_cached(
-            "SELECT id, scenario_hash, scenario, ego, task, frame, techniques, model, sample,
-                 window_first, window_last, state, dangerous
-             FROM runs
-             WHERE deleted_ms IS NULL AND task IN (?1, ?2) AND state NOT IN (?3, ?4)
-             ORDER BY created_ms DESC, id DESC",
-        )?;
-        let [first, second] = Task::VERDICTS.map(Task::name);
-        let left_out = [RunState::Running.name(), RunState::Cancelled.name()];
-        let wanted = [first, second, left_out[0], left_out[1]];
-        let found = statement.query_map(wanted, |row| {
-            let window: (Option<i64>, Option<i64>) =
-                (row.get("window_first")?, row.get("window_last")?);
-            Ok(StoredOutcome {
-                run: RunId(row.get("id")?),
-                scenario_hash: row.get("scenario_hash")?,
-                scenario: row.get("scenario")?,
-                ego: row.get("ego")?,
+        let mut statement = connection.prepare_cached(&sql)?;
+        let found = statement.query_map(params_from_iter(values), |row| {
+            Ok(Outcome {
+                run: RunId(row.get(0)?),
+                key: row
+                    .get::<_, Option<String>>(24)?
+                    .and_then(|key| Key::parse(&key)),
+                scenario: row.get(1)?,
+                scenario_hash: row.get(2)?,
+                ego: row.get(3)?,
+                origin: rows::word(row, "origin", Origin::parse)?,
+                source: row.get(5)?,
                 task: rows::word(row, "task", Task::parse)?,
-                frame: row.get("frame")?,
-                techniques: row.get("techniques")?,
-                model: row.get("model")?,
-                sample: row.get("sample")?,
-                window: window.0.zip(window.1),
+                frame: row.get(7)?,
+                techniques: row.get(8)?,
+                window: row.get::<_, Option<i64>>(9)?.zip(row.get(10)?),
+                model: row.get(11)?,
+                sample: row.get(12)?,
                 state: rows::word(row, "state", RunState::parse)?,
-                dangerous: row.get("dangerous")?,
+                verdict: row.get(14)?,
+                reading: row.get(15)?,
+                error: row.get(16)?,
+                consumed: Consumed {
+                    input_tokens: row.get(17)?,
+                    output_tokens: row.get(18)?,
+                    reasoning_tokens: row.get(19)?,
+                    cached_tokens: row.get(20)?,
+                    cost_usd: row.get(21)?,
+                    first_chunk_ms: row.get(22)?,
+                    duration_ms: row.get(23)?,
+                },
             })
         })?;
         Ok(found.collect::<Result<_, _>>()?)
+    }
+
+    /// The texts of a run: its answer and its reasoning; nothing where there is no such run.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn texts(&self, run: RunId) -> Result<Option<(String, String)>, StoreError> {
+        Ok(self.run(run)?.map(|run| (run.answer, run.reasoning)))
     }
 }

@@ -66,7 +66,7 @@ pub fn answer(
             Some(ResultsNews::Run(id, found.map_err(|e| e.to_string())))
         }
         ResultsAsk::Read(id, entries) => {
-            let rows = match store.outcomes() {
+            let rows = match store.decisions() {
                 Ok(stored) => Ok(counted(stored, judging, &entries, stop)?),
                 Err(error) => Err(error.to_string()),
             };

@@ -1,0 +1,234 @@
+//! One cell of a report: a way of asking, on a half of the data or on all of it.
+
+use std::collections::BTreeMap;
+
+use super::super::recorded::names;
+use super::super::statistics::{
+    Calibration, Interval, Kappa, Spread, f1_interval, majority, wilson,
+};
+use super::super::{Confusion, Label, Said, Scored, Way};
+use super::consumption::{Consumption, count};
+use crate::judge;
+
+/// Which answers a cell counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Half {
+    /// Those about scenarios that collide.
+    Collision,
+    /// Those about scenarios that do not.
+    Normal,
+    /// Those about scenarios of which nobody says what is true.
+    Unknown,
+    /// All of them.
+    All,
+}
+
+impl Half {
+    /// Every one, in the order of reports.
+    pub const ALL: [Self; 4] = [Self::Collision, Self::Normal, Self::Unknown, Self::All];
+
+    /// The word for it in reports: the label.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Collision => "collision",
+            Self::Normal => "normal",
+            Self::Unknown => "unknown",
+            Self::All => "all",
+        }
+    }
+
+    /// Whether an answer is counted.
+    #[must_use]
+    pub fn holds(self, scored: &Scored) -> bool {
+        match self {
+            Self::Collision => scored.is_collision() == Some(true),
+            Self::Normal => scored.is_collision() == Some(false),
+            Self::Unknown => scored.is_collision().is_none(),
+            Self::All => true,
+        }
+    }
+}
+
+/// How often the obstacle that collides is named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Named {
+    /// Verdicts on collisions whose obstacle is known.
+    pub n: u32,
+    /// Of them those that name it with a risk score of 0 or 1.
+    pub right: u32,
+    /// Of them those that give nobody a graver score than it.
+    pub first: u32,
+}
+
+/// What one way of asking comes to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// The way.
+    pub way: Way,
+    /// Which answers are counted.
+    pub half: Half,
+    /// Scenarios asked about.
+    pub scenarios: u32,
+    /// Questions: each sample of each scenario, answered or not.
+    pub n: u32,
+    /// Verdicts beside the truth.
+    pub confusion: Confusion,
+    /// Answers without a verdict.
+    pub unparsed: u32,
+    /// Questions without a whole answer.
+    pub failed: u32,
+    /// Verdicts on scenarios without a truth: neither right nor wrong.
+    pub unlabelled: u32,
+    /// The bootstrap interval of F1, over scenarios; of whole ways alone.
+    pub f1_interval: Option<Interval>,
+    /// Agreement with the built-in judge in yes and no; nothing where its verdict is not known, and of itself.
+    pub kappa: Option<Kappa>,
+    /// The obstacle that collides.
+    pub named: Named,
+    /// Risk scores beside the truth.
+    pub calibration: Calibration,
+    /// Agreement of several samples.
+    pub spread: Spread,
+    /// What most samples of each scenario say, beside the truth.
+    pub majority: Confusion,
+    /// Scenarios whose samples say yes and no equally often, or nothing at all: no vote.
+    pub undecided: u32,
+    /// Time, tokens and cost.
+    pub consumption: Consumption,
+}
+
+/// The verdicts on one scenario.
+#[derive(Default)]
+struct Votes {
+    truth: Option<bool>,
+    yes: u32,
+    no: u32,
+    counts: Confusion,
+}
+
+impl Cell {
+    /// Counts the answers of one way.
+    pub(super) fn of(way: &Way, half: Half, scored: &[&Scored]) -> Self {
+        let mut cell = Self {
+            way: way.clone(),
+            half,
+            scenarios: 0,
+            n: count(scored.len()),
+            confusion: Confusion::default(),
+            unparsed: 0,
+            failed: 0,
+            unlabelled: 0,
+            f1_interval: None,
+            kappa: None,
+            named: Named::default(),
+            calibration: Calibration::default(),
+            spread: Spread::default(),
+            majority: Confusion::default(),
+            undecided: 0,
+            consumption: Consumption::of(scored.iter().map(|one| &one.consumed)),
+        };
+        let mut votes: BTreeMap<&str, Votes> = BTreeMap::new();
+        let mut both = [0; 4];
+        for one in scored {
+            let votes = votes.entry(&one.scenario).or_default();
+            votes.truth = votes.truth.or(one.is_collision());
+            cell.take(one, votes, &mut both);
+        }
+        cell.kappa = Kappa::of(both);
+        cell.scenarios = count(votes.len());
+        for vote in votes.values() {
+            cell.spread.count(vote.yes, vote.no);
+            match (majority(vote.yes, vote.no), vote.truth) {
+                (Some(said), Some(truth)) => cell.majority.count(said, truth),
+                (None, Some(_)) => cell.undecided += 1,
+                (_, None) => {}
+            }
+        }
+        if half == Half::All {
+            let counts: Vec<Confusion> = votes.values().map(|v| v.counts).collect();
+            let counted: Vec<Confusion> = counts.into_iter().filter(|c| c.answered() > 0).collect();
+            cell.f1_interval = f1_interval(&counted);
+        }
+        cell
+    }
+
+    fn take(&mut self, one: &Scored, votes: &mut Votes, both: &mut [u32; 4]) {
+        let verdict = match &one.said {
+            Said::Verdict(verdict) => verdict,
+            Said::Unparsed(_) => return self.unparsed += 1,
+            Said::Failed(_) => return self.failed += 1,
+        };
+        let said = one.positive().unwrap_or(verdict.dangerous);
+        match said {
+            true => votes.yes += 1,
+            false => votes.no += 1,
+        }
+        // Against the judge, yes is yes, whoever is named; with itself everybody agrees.
+        let reference = one.reference.as_ref();
+        if let Some(reference) = reference.filter(|_| one.way.model != judge::MODEL) {
+            let place = 2 * usize::from(!verdict.dangerous) + usize::from(!reference.dangerous);
+            both[place] += 1;
+        }
+        let Some(truth) = one.is_collision() else {
+            self.unlabelled += 1;
+            return;
+        };
+        self.confusion.count(said, truth);
+        votes.counts.count(said, truth);
+        if let Some(worst) = verdict.worst() {
+            self.calibration.count(worst.risk_score, truth);
+            if let Some(Label::Collision(Some(who))) = one.truth {
+                let its = verdict.obstacles.iter().find(|o| o.id == who);
+                let first = its.is_some_and(|o| o.risk_score <= worst.risk_score);
+                self.named.first += u32::from(first);
+            }
+        }
+        if let Some(Label::Collision(Some(who))) = one.truth {
+            self.named.n += 1;
+            self.named.right += u32::from(names(verdict, who));
+        }
+    }
+
+    /// Precision, of whole ways: where one half of the data is missing, it says nothing.
+    #[must_use]
+    pub fn precision(&self) -> Option<f64> {
+        self.whole().and_then(|c| c.precision())
+    }
+
+    /// The Wilson interval of the precision.
+    #[must_use]
+    pub fn precision_interval(&self) -> Option<Interval> {
+        let c = self.whole()?;
+        wilson(c.true_positives, c.true_positives + c.false_positives)
+    }
+
+    /// The Wilson interval of the recall.
+    #[must_use]
+    pub fn recall_interval(&self) -> Option<Interval> {
+        wilson(self.confusion.true_positives, self.confusion.positives())
+    }
+
+    /// The Wilson interval of the specificity.
+    #[must_use]
+    pub fn specificity_interval(&self) -> Option<Interval> {
+        wilson(self.confusion.true_negatives, self.confusion.negatives())
+    }
+
+    /// The Wilson interval of the accuracy.
+    #[must_use]
+    pub fn accuracy_interval(&self) -> Option<Interval> {
+        let c = &self.confusion;
+        wilson(c.true_positives + c.true_negatives, c.answered())
+    }
+
+    /// F1, of whole ways.
+    #[must_use]
+    pub fn f1(&self) -> Option<f64> {
+        self.whole().and_then(|c| c.f1())
+    }
+
+    fn whole(&self) -> Option<&Confusion> {
+        (self.half == Half::All).then_some(&self.confusion)
+    }
+}

@@ -1,0 +1,345 @@
+//! What a report says: its tables and figures, task by task.
+
+use super::super::statistics::{EXACT_BELOW, Interval, RESAMPLES, SEED};
+use super::document::{Block, Document, Figure, Table};
+use super::names::{self, NONE, number, p_value};
+use super::{Cell, Report, plot};
+use crate::judge;
+use crate::verdict::Task;
+
+impl Report {
+    /// The report for people, under a title; `notes` say first what was counted.
+    #[must_use]
+    pub fn document(&self, title: &str, notes: &[String]) -> Document {
+        let mut blocks: Vec<Block> = notes.iter().cloned().map(Block::Text).collect();
+        blocks.extend(self.blocks());
+        Document {
+            title: title.into(),
+            blocks,
+        }
+    }
+
+    /// The cells as CSV, one line each.
+    ///
+    /// # Errors
+    /// Never in practice: the writer's own words.
+    pub fn csv(&self) -> Result<String, String> {
+        let cells: Vec<_> = self.cells.iter().map(Cell::json).collect();
+        super::csv::csv(&cells)
+    }
+
+    pub(super) fn blocks(&self) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        for task in Task::VERDICTS {
+            let cells: Vec<&Cell> = self.whole().filter(|c| c.way.task == task).collect();
+            if cells.is_empty() {
+                continue;
+            }
+            blocks.push(Block::Heading(heading(task).into()));
+            blocks.push(Block::Table(quality(task, &cells)));
+            blocks.push(Block::Figures(
+                format!("F1 with bootstrap intervals of 95 %, {} task", task.name()),
+                vec![bars(task, &cells)],
+            ));
+            blocks.push(Block::Figures(
+                "Confusion matrices: truth in rows, verdict in columns".into(),
+                matrices(&cells),
+            ));
+            blocks.push(Block::Table(agreement(task, &cells)));
+            blocks.push(Block::Figures(
+                "Calibration: the share of true collisions by the gravest risk score, with Wilson intervals; dashed, the \
+                 probability 1 − s/5 that a score is taken for; below, the answers with that score"
+                    .into(),
+                calibrations(&cells),
+            ));
+            blocks.extend(samples(task, &cells).map(Block::Table));
+            blocks.extend(consumption(task, &cells).map(Block::Table));
+            blocks.extend(self.pairs(task).map(Block::Table));
+        }
+        blocks.retain(|block| !matches!(block, Block::Figures(_, all) if all.is_empty()));
+        blocks.push(Block::Heading("How it is counted".into()));
+        blocks.extend(methods().map(Block::Text));
+        blocks
+    }
+
+    fn pairs(&self, task: Task) -> Option<Table> {
+        let mut table = Table::new(
+            format!("Pairs of ways on the same scenarios, {} task", task.name()),
+            format!("nearmiss-{}-pairs", task.name()),
+            &[
+                "<First",
+                "<Second",
+                "Scenarios",
+                "Left out",
+                "Only first right",
+                "Only second right",
+                "χ²",
+                "p",
+                "p (Holm)",
+            ],
+        );
+        for pair in self.pairs.iter().filter(|p| p.first.task == task) {
+            table.rows.push(vec![
+                names::way(&pair.first),
+                names::way(&pair.second),
+                pair.n.to_string(),
+                pair.left_out.to_string(),
+                pair.test.only_first.to_string(),
+                pair.test.only_second.to_string(),
+                pair.test
+                    .chi_square
+                    .map_or_else(|| "exact".into(), |c| format!("{c:.2}")),
+                p_value(pair.test.p),
+                p_value(pair.corrected),
+            ]);
+        }
+        (!table.rows.is_empty()).then_some(table)
+    }
+}
+
+fn heading(task: Task) -> &'static str {
+    match task {
+        Task::Collision => "Collision evaluation",
+        _ => "Safety inference",
+    }
+}
+
+/// Frame, techniques and model of a cell.
+fn way(cell: &Cell) -> Vec<String> {
+    let way = &cell.way;
+    vec![names::frame(way), names::techniques(way), way.model.clone()]
+}
+
+const WAY: [&str; 3] = ["<Frame", "<Techniques", "<Model"];
+
+fn table(task: Task, caption: &str, name: &str, titles: &[&str]) -> Table {
+    Table::new(
+        format!("{caption}, {} task", task.name()),
+        format!("nearmiss-{}{name}", task.name()),
+        &[&WAY, titles].concat(),
+    )
+}
+
+/// A share with its interval: `0.83 [0.70, 0.91]`.
+pub(super) fn with_interval(value: Option<f64>, interval: Option<Interval>) -> String {
+    match (value, interval) {
+        (None, _) => NONE.into(),
+        (Some(value), None) => format!("{value:.2}"),
+        (Some(value), Some(i)) => format!("{value:.2} [{:.2}, {:.2}]", i.low, i.high),
+    }
+}
+
+fn quality(task: Task, cells: &[&Cell]) -> Table {
+    let unlabelled = cells.iter().any(|c| c.unlabelled > 0);
+    let mut titles = vec!["n", "TP", "FP", "FN", "TN", "Unparsed", "Failed"];
+    if unlabelled {
+        titles.push("No truth");
+    }
+    titles.extend(["Precision", "Recall", "Specificity", "Accuracy", "F1"]);
+    let mut table = table(task, "How often answers are right", "", &titles);
+    for cell in cells {
+        let c = &cell.confusion;
+        let mut row = way(cell);
+        let counts = [
+            c.true_positives,
+            c.false_positives,
+            c.false_negatives,
+            c.true_negatives,
+        ];
+        row.push(cell.n.to_string());
+        row.extend(counts.map(|n| n.to_string()));
+        row.extend([cell.unparsed, cell.failed].map(|n| n.to_string()));
+        if unlabelled {
+            row.push(cell.unlabelled.to_string());
+        }
+        row.push(with_interval(cell.precision(), cell.precision_interval()));
+        row.push(with_interval(c.recall(), cell.recall_interval()));
+        row.push(with_interval(c.specificity(), cell.specificity_interval()));
+        row.push(with_interval(c.accuracy(), cell.accuracy_interval()));
+        row.push(with_interval(cell.f1(), cell.f1_interval));
+        table.rows.push(row);
+    }
+    table
+}
+
+fn agreement(task: Task, cells: &[&Cell]) -> Table {
+    let titles = [
+        "Named",
+        "Named worst",
+        "κ with the judge",
+        "Same verdict",
+        "Scored",
+        "Brier",
+        "ECE",
+    ];
+    let caption = "The obstacle that collides, agreement with the built-in judge, and calibration of risk scores";
+    let mut table = table(task, caption, "-agreement", &titles);
+    let of = |part: u32, all: u32| match all {
+        0 => NONE.into(),
+        _ => format!("{part} of {all}"),
+    };
+    for cell in cells {
+        let mut row = way(cell);
+        row.push(of(cell.named.right, cell.named.n));
+        row.push(of(cell.named.first, cell.named.n));
+        let kappa = cell.kappa;
+        row.push(with_interval(
+            kappa.and_then(|k| k.kappa),
+            kappa.and_then(|k| k.interval),
+        ));
+        row.push(number(kappa.map(|k| k.agreement), 2));
+        row.push(cell.calibration.n().to_string());
+        row.push(number(cell.calibration.brier(), 3));
+        row.push(number(cell.calibration.error(), 3));
+        table.rows.push(row);
+    }
+    table
+}
+
+fn samples(task: Task, cells: &[&Cell]) -> Option<Table> {
+    let titles = [
+        "Scenarios",
+        "Unanimous",
+        "Agreement",
+        "Majority TP",
+        "FP",
+        "FN",
+        "TN",
+        "No vote",
+        "F1",
+    ];
+    let mut table = table(
+        task,
+        "Several samples and their majority",
+        "-samples",
+        &titles,
+    );
+    for cell in cells.iter().filter(|c| c.spread.scenarios > 0) {
+        let c = &cell.majority;
+        let counts = [
+            c.true_positives,
+            c.false_positives,
+            c.false_negatives,
+            c.true_negatives,
+        ];
+        let mut row = way(cell);
+        row.push(cell.spread.scenarios.to_string());
+        row.push(number(cell.spread.unanimity(), 2));
+        row.push(number(cell.spread.agreement(), 2));
+        row.extend(counts.map(|n| n.to_string()));
+        row.push(cell.undecided.to_string());
+        row.push(number(c.f1(), 2));
+        table.rows.push(row);
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
+fn consumption(task: Task, cells: &[&Cell]) -> Option<Table> {
+    let titles = [
+        "Timed",
+        "Median s",
+        "95 % s",
+        "Tokens known",
+        "Input",
+        "Output",
+        "US dollars",
+        "Cost unknown",
+    ];
+    let mut table = table(task, "Time, tokens and cost", "-cost", &titles);
+    for cell in cells {
+        let c = &cell.consumption;
+        if c.timed + c.counted + c.priced == 0 {
+            continue;
+        }
+        let tokens = |n: u64| match c.counted {
+            0 => NONE.into(),
+            _ => n.to_string(),
+        };
+        let mut row = way(cell);
+        row.push(c.timed.to_string());
+        row.push(number(c.median_s, 2));
+        row.push(number(c.p95_s, 2));
+        row.push(c.counted.to_string());
+        row.push(tokens(c.input_tokens));
+        row.push(tokens(c.output_tokens));
+        row.push(number(c.cost_usd, 4));
+        row.push(c.unpriced().to_string());
+        table.rows.push(row);
+    }
+    (!table.rows.is_empty()).then_some(table)
+}
+
+fn bars(task: Task, cells: &[&Cell]) -> Figure {
+    let bar = |cell: &&Cell| plot::Bar {
+        name: names::way(&cell.way),
+        value: cell.f1(),
+        interval: cell.f1_interval,
+        other: cell.way.model == judge::MODEL,
+    };
+    let title = format!("F1 with bootstrap intervals of 95 %, {} task", task.name());
+    Figure {
+        svg: plot::bars(&title, &cells.iter().map(bar).collect::<Vec<_>>()),
+        caption: String::new(),
+    }
+}
+
+fn matrices(cells: &[&Cell]) -> Vec<Figure> {
+    let figure = |cell: &&Cell| {
+        let aside = match cell.unparsed + cell.failed {
+            0 => String::new(),
+            aside => format!("; {aside} without a verdict"),
+        };
+        let caption = format!("{}{aside}", names::way(&cell.way));
+        Figure {
+            svg: plot::confusion(
+                &format!("Truth in rows, verdict in columns: {caption}"),
+                &cell.confusion,
+            ),
+            caption,
+        }
+    };
+    cells.iter().map(figure).collect()
+}
+
+fn calibrations(cells: &[&Cell]) -> Vec<Figure> {
+    let scored = cells.iter().filter(|c| c.calibration.n() > 0);
+    let figure = |cell: &&Cell| {
+        let caption = names::way(&cell.way);
+        Figure {
+            svg: plot::calibration(
+                &format!("Share of true collisions by risk score: {caption}"),
+                &cell.calibration,
+            ),
+            caption,
+        }
+    };
+    scored.map(figure).collect()
+}
+
+/// What every number means.
+fn methods() -> impl Iterator<Item = String> {
+    [
+        "n is every question, answered or not: TP, FP, FN and TN are verdicts beside the truth; unparsed answers hold no \
+         verdict, failed questions have no whole answer, and neither is counted as right or wrong. A yes to the safety \
+         task about a scenario whose truth names an obstacle has to name that obstacle with a risk score of 0 or 1; \
+         else it is a no."
+            .to_string(),
+        format!(
+            "Intervals are of 95 %: Wilson's for proportions, and for F1 the percentile bootstrap over scenarios with all \
+             their samples ({RESAMPLES} resamples, seed {SEED}). Wilson's take answers as independent, and are too narrow \
+             where a scenario was asked about several times. The bootstrap cannot vary where no answer is right, or every \
+             one: an interval of F1 without width says nothing."
+        ),
+        format!(
+            "Pairs differ in frame, techniques or model alone and are compared by McNemar's test on scenarios, by the \
+             majority of samples: exact below {EXACT_BELOW} scenarios that one alone is right about, else chi-square with \
+             continuity correction. p (Holm) is corrected for all pairs of a task."
+        ),
+        "Named: the true obstacle has a risk score of 0 or 1; named worst: nobody has a graver score. κ is Cohen's, of \
+         yes and no beside the built-in judge. Calibration takes the gravest risk score s of an answer as the \
+         probability 1 − s/5 of a collision; ECE has a bin for each score. A tie of samples is no vote. Unknown costs \
+         and times are counted, never taken as 0."
+            .to_string(),
+    ]
+    .into_iter()
+}

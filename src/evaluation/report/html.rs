@@ -1,0 +1,78 @@
+//! A report as one HTML file: nothing is loaded, colours follow the reader's choice of light or dark.
+
+use super::document::{Align, Block, Document, Table, clean};
+
+/// The look: colours as variables, so that figures in SVG have them too.
+const STYLE: &str = include_str!("report.css");
+
+impl Document {
+    /// The report as one file of HTML, with its figures in it.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let title = escaped(&self.title);
+        let mut text = format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n\
+             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n"
+        );
+        for block in &self.blocks {
+            match block {
+                Block::Heading(words) => text += &format!("<h2>{}</h2>\n", escaped(words)),
+                Block::Text(words) => text += &format!("<p>{}</p>\n", escaped(words)),
+                Block::Table(table) => text += &html(table),
+                Block::Figures(title, figures) => {
+                    text += &format!("<h3>{}</h3>\n<div class=\"figures\">\n", escaped(title));
+                    for figure in figures {
+                        text += &format!(
+                            "<figure>\n{}<figcaption>{}</figcaption>\n</figure>\n",
+                            figure.svg,
+                            escaped(&figure.caption)
+                        );
+                    }
+                    text += "</div>\n";
+                }
+            }
+        }
+        text + "</main>\n</body>\n</html>\n"
+    }
+}
+
+fn html(table: &Table) -> String {
+    let class = |align: Align| match align {
+        Align::Left => "",
+        Align::Right => " class=\"n\"",
+    };
+    let mut text = format!(
+        "<div class=\"wide\">\n<table>\n<caption>{}</caption>\n<thead><tr>",
+        escaped(&table.caption)
+    );
+    for (title, align) in &table.columns {
+        text += &format!("<th scope=\"col\"{}>{}</th>", class(*align), escaped(title));
+    }
+    text += "</tr></thead>\n<tbody>\n";
+    for row in &table.rows {
+        text += "<tr>";
+        for (cell, (_, align)) in row.iter().zip(&table.columns) {
+            text += &format!("<td{}>{}</td>", class(*align), escaped(cell));
+        }
+        text += "</tr>\n";
+    }
+    text + "</tbody>\n</table>\n</div>\n"
+}
+
+/// Text that means nothing to HTML and SVG.
+pub(super) fn escaped(text: &str) -> String {
+    let mut escaped = String::new();
+    for c in clean(text).chars() {
+        match c {
+            '&' => escaped += "&amp;",
+            '<' => escaped += "&lt;",
+            '>' => escaped += "&gt;",
+            '"' => escaped += "&quot;",
+            '\'' => escaped += "&#39;",
+            _ => escaped.push(c),
+        }
+    }
+    escaped
+}

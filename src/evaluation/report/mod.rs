@@ -1,0 +1,77 @@
+//! Reports: what is counted from answers beside the truth, and how it is written for people, papers and programs.
+
+mod cell;
+mod consumption;
+mod contents;
+mod csv;
+mod document;
+mod html;
+mod json;
+mod latex;
+mod markdown;
+mod names;
+mod pairs;
+mod paper;
+mod paper_contents;
+mod plot;
+mod recorded;
+mod stored;
+
+pub use cell::{Cell, Half, Named};
+pub use consumption::Consumption;
+pub use document::{Align, Block, Document, Table};
+pub use names::technique;
+pub use pairs::Pair;
+pub use paper::{Comparison, Finding, Paper, Published, published};
+pub use recorded::scored as recorded;
+pub use stored::{Stored, Truth, stored};
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::{Scored, Way};
+
+/// What answers add up to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// For each way of asking, in their order: each half of the data that occurs, then all of it.
+    pub cells: Vec<Cell>,
+    /// Ways that differ in one thing, on the same scenarios.
+    pub pairs: Vec<Pair>,
+}
+
+impl Report {
+    /// Counts answers. The order of the answers does not matter.
+    #[must_use]
+    pub fn of(scored: &[Scored]) -> Self {
+        let mut ways: BTreeMap<&Way, Vec<&Scored>> = BTreeMap::new();
+        for one in scored {
+            ways.entry(&one.way).or_default().push(one);
+        }
+        let ways: Vec<(&Way, Vec<&Scored>)> = ways.into_iter().collect();
+        let cells = ways.par_iter().map(|(way, of_way)| {
+            let half = |half: Half| {
+                let part: Vec<&Scored> = of_way
+                    .iter()
+                    .copied()
+                    .filter(|one| half.holds(one))
+                    .collect();
+                (!part.is_empty()).then(|| Cell::of(way, half, &part))
+            };
+            Half::ALL.into_iter().filter_map(half).collect::<Vec<_>>()
+        });
+        Self {
+            cells: cells.flatten().collect(),
+            pairs: pairs::of(&ways),
+        }
+    }
+
+    /// The cells of whole ways.
+    pub fn whole(&self) -> impl Iterator<Item = &Cell> {
+        self.cells.iter().filter(|cell| cell.half == Half::All)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,52 @@
+//! The words of reports for ways of asking.
+
+use super::super::Way;
+use crate::prompts::Techniques;
+
+/// Techniques as reports name them: `base`, `cp`, `cp+cot`, `all`.
+#[must_use]
+pub fn technique(techniques: Techniques) -> String {
+    if techniques == Techniques::ALL {
+        "all".into()
+    } else {
+        techniques.to_string()
+    }
+}
+
+/// The frame of a way, or a dash.
+pub(super) fn frame(way: &Way) -> String {
+    way.frame.map_or_else(|| NONE.into(), |f| f.name().into())
+}
+
+/// The techniques of a way, or a dash.
+pub(super) fn techniques(way: &Way) -> String {
+    way.techniques.map_or_else(|| NONE.into(), technique)
+}
+
+/// A way in short: `ego · cp+cot · lab/model`.
+pub(super) fn way(way: &Way) -> String {
+    let frame = way.frame.map(|f| f.name().to_string());
+    let parts = [
+        frame,
+        way.techniques.map(technique),
+        Some(way.model.clone()),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
+}
+
+/// Stands where there is no value.
+pub(super) const NONE: &str = "–";
+
+/// With so many decimals, or a dash.
+pub(super) fn number(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(|| NONE.into(), |v| format!("{v:.decimals$}"))
+}
+
+/// A p value: three decimals, and none so small that they would be 0.
+pub(super) fn p_value(p: f64) -> String {
+    if p < 0.001 {
+        "< 0.001".into()
+    } else {
+        format!("{p:.3}")
+    }
+}

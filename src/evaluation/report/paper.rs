@@ -1,0 +1,241 @@
+//! The recorded answers beside the numbers that the paper prints, and beside the built-in judge.
+
+use serde::Deserialize;
+
+use super::super::statistics::{Interval, part_of, wilson};
+use super::super::{Confusion, Scored, Way};
+use super::{Cell, Report};
+use crate::judge;
+use crate::prompts::Techniques;
+use crate::text::Frame;
+use crate::verdict::Task;
+
+/// A row of one of the paper's tables, as printed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Published {
+    /// `I` to `IV`.
+    pub table: String,
+    /// The way of asking, with the model as recorded answers name it.
+    pub way: Way,
+    /// The paper's word for the techniques.
+    pub method: String,
+    /// The paper's word for the model.
+    pub model: String,
+    /// The four counts.
+    pub counts: Confusion,
+    /// Precision, recall and F1, rounded to two decimals.
+    pub rates: [f64; 3],
+}
+
+/// What the recorded answers say about a published count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Finding {
+    /// They could be a random part of the published ones.
+    Agrees,
+    /// A random part would be so far off with a probability below 0.05.
+    Differs,
+    /// They cannot be a part of the published ones: there are more of one kind than were published.
+    Impossible,
+    /// There are no recorded answers, or more than published ones.
+    Missing,
+}
+
+/// One half of a row: collisions that were found, or normal scenarios that were taken for one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Part {
+    /// Whether it is the half of the collisions.
+    pub collision: bool,
+    /// Said yes, and all, as printed.
+    pub published: (u32, u32),
+    /// Said yes, and all, of the recorded answers.
+    pub recorded: (u32, u32),
+    /// The two-sided p value of the recorded ones being a random part of the published ones.
+    pub p: Option<f64>,
+    /// What that means.
+    pub finding: Finding,
+}
+
+/// A row of the paper beside what was recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// The row.
+    pub published: Published,
+    /// The recorded answers; nothing where there are none.
+    pub recorded: Option<Cell>,
+    /// The built-in judge on the scenarios of the recorded answers of any way.
+    pub reference: Option<Cell>,
+    /// Both halves.
+    pub parts: [Part; 2],
+}
+
+/// The paper's tables beside the recorded answers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Paper {
+    /// What the recorded answers come to.
+    pub report: Report,
+    /// Row by row.
+    pub comparisons: Vec<Comparison>,
+}
+
+/// From which p value on a recorded count is said to agree.
+const LEVEL: f64 = 0.05;
+
+#[derive(Deserialize)]
+struct File {
+    row: Vec<Row>,
+}
+
+#[derive(Deserialize)]
+struct Row {
+    table: String,
+    task: String,
+    frame: String,
+    method: String,
+    techniques: String,
+    model: String,
+    printed_model: String,
+    tp: u32,
+    fp: u32,
+    #[serde(rename = "fn")]
+    missed: u32,
+    tn: u32,
+    precision: f64,
+    recall: f64,
+    f1: f64,
+}
+
+/// The rows of Tables I to IV of "From Words to Collisions".
+///
+/// # Errors
+/// The file in the program is not as it should be; a test sees to that.
+pub fn published() -> Result<Vec<Published>, String> {
+    let file: File =
+        toml::from_str(include_str!("paper_tables.toml")).map_err(|e| e.to_string())?;
+    let row = |row: Row| {
+        let word = |what: &str| format!("{what} of a row of table {}", row.table);
+        Ok(Published {
+            way: Way {
+                task: Task::parse(&row.task).ok_or_else(|| word("the task"))?,
+                frame: Some(Frame::parse(&row.frame).ok_or_else(|| word("the frame"))?),
+                techniques: Some(Techniques::parse(&row.techniques)?),
+                model: row.model,
+            },
+            table: row.table,
+            method: row.method,
+            model: row.printed_model,
+            counts: Confusion {
+                true_positives: row.tp,
+                false_positives: row.fp,
+                false_negatives: row.missed,
+                true_negatives: row.tn,
+            },
+            rates: [row.precision, row.recall, row.f1],
+        })
+    };
+    file.row.into_iter().map(row).collect()
+}
+
+impl Published {
+    /// Where the printed precision, recall and F1 are not those of the printed counts, in words.
+    #[must_use]
+    pub fn contradictions(&self) -> Vec<String> {
+        let c = &self.counts;
+        let rates = [c.precision(), c.recall(), c.f1()];
+        let names = ["precision", "recall", "F1"];
+        let compared = names.into_iter().zip(rates).zip(self.rates);
+        compared
+            .filter_map(|((name, counted), printed)| {
+                // Half a unit of the last digit that is printed.
+                let off = counted.is_none_or(|counted| (counted - printed).abs() > 0.005 + 1e-9);
+                let counted = counted.map_or_else(|| "none".into(), |c| format!("{c:.3}"));
+                off.then(|| {
+                    format!("{name} is printed as {printed:.2}, and its counts give {counted}")
+                })
+            })
+            .collect()
+    }
+}
+
+impl Paper {
+    /// Compares recorded answers, as [`super::recorded`] gives them, with the paper.
+    ///
+    /// # Errors
+    /// As [`published`].
+    pub fn of(scored: &[Scored]) -> Result<Self, String> {
+        let report = Report::of(scored);
+        let find = |wanted: &dyn Fn(&Way) -> bool| report.whole().find(|c| wanted(&c.way)).cloned();
+        let compare = |row: Published| {
+            let recorded = find(&|way| *way == row.way);
+            let judge = |way: &Way| way.task == row.way.task && way.model == judge::MODEL;
+            let counts = recorded.as_ref().map(|cell| cell.confusion);
+            Comparison {
+                parts: [true, false].map(|half| Part::of(half, &row.counts, counts.as_ref())),
+                reference: find(&judge),
+                recorded,
+                published: row,
+            }
+        };
+        let comparisons = published()?.into_iter().map(compare).collect();
+        Ok(Self {
+            report,
+            comparisons,
+        })
+    }
+}
+
+impl Part {
+    fn of(collision: bool, published: &Confusion, recorded: Option<&Confusion>) -> Self {
+        let half = |c: &Confusion| match collision {
+            true => (c.true_positives, c.positives()),
+            false => (c.false_positives, c.negatives()),
+        };
+        let (published, recorded) = (half(published), recorded.map_or((0, 0), half));
+        let p = match recorded.1 {
+            0 => None,
+            n => part_of(recorded.0, n, published.0, published.1),
+        };
+        let finding = match p {
+            None => Finding::Missing,
+            Some(p) if p <= 0.0 => Finding::Impossible,
+            Some(p) if p < LEVEL => Finding::Differs,
+            Some(_) => Finding::Agrees,
+        };
+        Self {
+            collision,
+            published,
+            recorded,
+            p,
+            finding,
+        }
+    }
+
+    /// The published share of yes, and its Wilson interval.
+    #[must_use]
+    pub fn published_share(&self) -> (Option<f64>, Option<Interval>) {
+        share(self.published)
+    }
+
+    /// The recorded share of yes, and its Wilson interval.
+    #[must_use]
+    pub fn recorded_share(&self) -> (Option<f64>, Option<Interval>) {
+        share(self.recorded)
+    }
+}
+
+fn share((hits, all): (u32, u32)) -> (Option<f64>, Option<Interval>) {
+    let share = (all > 0).then(|| f64::from(hits) / f64::from(all));
+    (share, wilson(hits, all))
+}
+
+impl Finding {
+    /// In a word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Agrees => "agrees",
+            Self::Differs => "differs",
+            Self::Impossible => "impossible",
+            Self::Missing => "missing",
+        }
+    }
+}

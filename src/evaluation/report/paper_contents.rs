@@ -1,0 +1,266 @@
+//! The paper's tables beside the recorded answers, for people and for programs.
+
+use serde_json::{Value, json};
+
+use super::contents::with_interval;
+use super::document::{Block, Document, Table};
+use super::json::{counts, way};
+use super::names::{NONE, number, p_value};
+use super::paper::{Comparison, Finding, Paper, Part};
+use super::{Cell, Half};
+use crate::evaluation::Confusion;
+use crate::evaluation::statistics::Interval;
+
+impl Paper {
+    /// The comparison, then the report of the recorded answers; `notes` say first what was read.
+    #[must_use]
+    pub fn document(&self, notes: &[String]) -> Document {
+        let mut blocks: Vec<Block> = notes.iter().cloned().map(Block::Text).collect();
+        blocks.extend(self.words().map(Block::Text));
+        for table in ["I", "II", "III", "IV"] {
+            blocks.push(Block::Table(self.table(table)));
+        }
+        blocks.push(Block::Heading(
+            "Where the recorded answers do not give the published number".into(),
+        ));
+        blocks.push(self.departures().map_or_else(
+            || {
+                Block::Text(
+                    "Every recorded count could be a random part of the published one.".into(),
+                )
+            },
+            Block::Table,
+        ));
+        blocks.extend(self.contradictions().map(Block::Table));
+        blocks.extend(self.report.blocks());
+        Document {
+            title: "Recorded answers beside Tables I–IV of \"From Words to Collisions\"".into(),
+            blocks,
+        }
+    }
+
+    /// The comparisons as CSV, one line each.
+    ///
+    /// # Errors
+    /// Never in practice: the writer's own words.
+    pub fn csv(&self) -> Result<String, String> {
+        let rows: Vec<Value> = self.comparisons.iter().map(Comparison::json).collect();
+        super::csv::csv(&rows)
+    }
+
+    /// The cells of the recorded answers, and the comparisons.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let mut report = self.report.json();
+        report["comparisons"] = self.comparisons.iter().map(Comparison::json).collect();
+        report
+    }
+
+    fn words(&self) -> impl Iterator<Item = String> {
+        let cells = |half| {
+            self.report
+                .cells
+                .iter()
+                .filter(move |c: &&Cell| c.half == half)
+        };
+        let most = |half| cells(half).map(|c| c.scenarios).max().unwrap_or(0);
+        let parts: Vec<&Part> = self.comparisons.iter().flat_map(|c| &c.parts).collect();
+        let count = |finding| parts.iter().filter(|p| p.finding == finding).count();
+        [
+            format!(
+                "The paper's tables are about 100 collisions and 100 normal scenarios (104 for some models), the recorded \
+                 answers here about {} and {}. So shares are compared, not counts: were the recorded answers a random part \
+                 of those that the paper counted, how probable would a count be that is no likelier than the recorded one? \
+                 (Two-sided hypergeometric test, not corrected for many rows: one in twenty would differ by chance.) \
+                 Impossible: so few cannot be left of the published answers. Which of these scenarios the paper counted is \
+                 not known.",
+                most(Half::Collision),
+                most(Half::Normal)
+            ),
+            format!(
+                "Of {} published counts {} agree, {} differ, {} are impossible, and of {} nothing was recorded.",
+                parts.len(),
+                count(Finding::Agrees),
+                count(Finding::Differs),
+                count(Finding::Impossible),
+                count(Finding::Missing)
+            ),
+        ]
+        .into_iter()
+    }
+
+    fn table(&self, name: &str) -> Table {
+        let rows: Vec<&Comparison> = self
+            .comparisons
+            .iter()
+            .filter(|c| c.published.table == name)
+            .collect();
+        let task = rows.first().map_or("", |c| c.published.way.task.name());
+        let mut table = Table::new(
+            format!(
+                "Table {name} of the paper, {task} task, beside the recorded answers and the built-in judge: TP/FP/FN/TN"
+            ),
+            format!("nearmiss-paper-{}", name.to_lowercase()),
+            &[
+                "<Prompt",
+                "<Method",
+                "<Model",
+                "Published",
+                "F1",
+                "Recorded",
+                "Unparsed",
+                "F1 recorded",
+                "Judge",
+                "F1 judge",
+                "<Collisions found",
+                "<False alarms",
+            ],
+        );
+        for c in rows {
+            let (row, recorded) = (&c.published, c.recorded.as_ref());
+            let prompt = row
+                .way
+                .frame
+                .map_or(NONE, |f| if f.name() == "ego" { "Ego" } else { "Cart" });
+            table.rows.push(vec![
+                prompt.into(),
+                row.method.clone(),
+                row.model.clone(),
+                four(Some(&row.counts)),
+                number(Some(row.rates[2]), 2),
+                four(recorded.map(|r| &r.confusion)),
+                recorded.map_or_else(|| NONE.into(), |r| r.unparsed.to_string()),
+                with_interval(
+                    recorded.and_then(Cell::f1),
+                    recorded.and_then(|r| r.f1_interval),
+                ),
+                four(c.reference.as_ref().map(|r| &r.confusion)),
+                number(c.reference.as_ref().and_then(Cell::f1), 2),
+                c.parts[0].finding.name().into(),
+                c.parts[1].finding.name().into(),
+            ]);
+        }
+        table
+    }
+
+    fn departures(&self) -> Option<Table> {
+        let mut table = Table::new(
+            "Published and recorded shares that do not agree, with Wilson intervals of 95 %",
+            "nearmiss-paper-departures",
+            &[
+                "<Table",
+                "<Row",
+                "<Share",
+                "Published",
+                "Recorded",
+                "p",
+                "<Finding",
+            ],
+        );
+        for c in &self.comparisons {
+            for part in c.parts.iter().filter(|p| p.finding != Finding::Agrees) {
+                let of = |(hits, all), (share, interval)| {
+                    format!("{hits}/{all} = {}", with_interval(share, interval))
+                };
+                let row = &c.published;
+                let what = if part.collision {
+                    "collisions found"
+                } else {
+                    "false alarms"
+                };
+                let frame = row.way.frame.map_or(NONE, |f| f.name());
+                table.rows.push(vec![
+                    row.table.clone(),
+                    format!("{frame} {} {}", row.method, row.model),
+                    what.into(),
+                    of(part.published, part.published_share()),
+                    match part.recorded.1 {
+                        0 => NONE.into(),
+                        _ => of(part.recorded, part.recorded_share()),
+                    },
+                    part.p.map_or_else(|| NONE.into(), p_value),
+                    part.finding.name().into(),
+                ]);
+            }
+        }
+        (!table.rows.is_empty()).then_some(table)
+    }
+
+    fn contradictions(&self) -> Option<Table> {
+        let mut table = Table::new(
+            "Published rates that are not those of the published counts",
+            "nearmiss-paper-contradictions",
+            &["<Table", "<Row", "<What"],
+        );
+        for row in self.comparisons.iter().map(|c| &c.published) {
+            for words in row.contradictions() {
+                let frame = row.way.frame.map_or(NONE, |f| f.name());
+                let name = format!("{frame} {} {}", row.method, row.model);
+                table.rows.push(vec![row.table.clone(), name, words]);
+            }
+        }
+        (!table.rows.is_empty()).then_some(table)
+    }
+}
+
+fn four(c: Option<&Confusion>) -> String {
+    c.map_or_else(
+        || NONE.into(),
+        |c| {
+            format!(
+                "{}/{}/{}/{}",
+                c.true_positives, c.false_positives, c.false_negatives, c.true_negatives
+            )
+        },
+    )
+}
+
+impl Comparison {
+    /// One object.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let row = &self.published;
+        let mut map = way(&row.way);
+        let cell = |cell: &Cell| {
+            let mut map = counts(&cell.confusion);
+            map.insert("unparsed".into(), json!(cell.unparsed));
+            map.insert("precision".into(), json!(cell.precision()));
+            map.insert("recall".into(), json!(cell.confusion.recall()));
+            map.insert("f1".into(), json!(cell.f1()));
+            map.insert(
+                "f1_ci".into(),
+                json!(cell.f1_interval.map(|i| [i.low, i.high])),
+            );
+            map
+        };
+        let mut printed = counts(&row.counts);
+        for (name, rate) in ["precision", "recall", "f1"].into_iter().zip(row.rates) {
+            printed.insert(name.into(), json!(rate));
+        }
+        let part = |part: &Part| {
+            let ends = |(_, i): (Option<f64>, Option<Interval>)| i.map(|i| [i.low, i.high]);
+            json!({
+                "published": part.published_share().0,
+                "published_ci": ends(part.published_share()),
+                "recorded": part.recorded_share().0,
+                "recorded_ci": ends(part.recorded_share()),
+                "p": part.p,
+                "finding": part.finding.name(),
+            })
+        };
+        let rest = json!({
+            "table": row.table,
+            "method": row.method,
+            "published": printed,
+            "contradictions": row.contradictions(),
+            "recorded": self.recorded.as_ref().map(cell),
+            "reference": self.reference.as_ref().map(cell),
+            "collisions_found": part(&self.parts[0]),
+            "false_alarms": part(&self.parts[1]),
+        });
+        if let Value::Object(rest) = rest {
+            map.extend(rest);
+        }
+        Value::Object(map)
+    }
+}

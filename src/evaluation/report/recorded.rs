@@ -1,0 +1,159 @@
+//! Recorded answers beside the truth and beside the built-in judge.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::super::published::{HISTORY, chosen, scenarios};
+use super::super::recorded::{Loss, Problem, Recorded, find, truth};
+use super::super::{Label, Labelled, Labels, Lead, Said, Scored, Way};
+use crate::judge;
+use crate::scenario::{Entry, Scene, Window};
+use crate::store::Consumed;
+use crate::text::Frame;
+use crate::verdict::{Task, Verdict};
+
+/// What the built-in judge says to both tasks, as far as it can be asked.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Reference {
+    collision: Option<Verdict>,
+    safety: Option<Verdict>,
+}
+
+/// The recorded answers to the yes-or-no tasks below `root`, each beside the truth of the annotations (where there are
+/// none at all, of its folder) and the built-in judge's verdict on the paper's window; then the judge's own verdicts; and what was
+/// wrong there.
+///
+/// The judge is asked where the scenario and its recorded ego lie below `root` too.
+#[must_use]
+pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
+    let (mut answers, mut problems) = find(root);
+    answers.retain(|answer| Task::VERDICTS.contains(&answer.task));
+    let (labels, wrong) = truth(root);
+    problems.extend(wrong);
+    let mut asked: Vec<(&str, bool)> = answers.iter().map(key).collect();
+    asked.sort_unstable();
+    asked.dedup();
+    let files = scenarios(root);
+    let judge = |&(name, collision): &(&str, bool)| {
+        let Some(found) = files.get(name) else {
+            return Ok(Reference::default());
+        };
+        reference(chosen(found, collision), half(collision))
+    };
+    let mut references = BTreeMap::new();
+    let judged: Vec<_> = asked.par_iter().map(judge).collect();
+    for (name, found) in asked.iter().zip(judged) {
+        match found {
+            Ok(found) => drop(references.insert(*name, found)),
+            Err(problem) => problems.push(problem),
+        }
+    }
+    let one = |answer: &Recorded| Scored {
+        scenario: answer.scenario.clone(),
+        way: Way {
+            task: answer.task,
+            frame: Frame::parse(answer.frame),
+            techniques: Some(answer.techniques),
+            model: answer.model.clone(),
+        },
+        sample: 0,
+        truth: label(&labels, &answer.scenario, answer.collision),
+        said: said(answer),
+        reference: references
+            .get(&key(answer))
+            .and_then(|r| r.of(answer.task).cloned()),
+        consumed: Consumed::default(),
+        run: None,
+    };
+    let mut scored: Vec<Scored> = answers.par_iter().map(one).collect();
+    for (&(name, collision), reference) in &references {
+        let truth = label(&labels, name, collision);
+        let verdicts = Task::VERDICTS.into_iter().filter_map(|t| reference.of(t));
+        scored.extend(verdicts.map(|verdict| of_judge(name, truth, verdict)));
+    }
+    (scored, problems)
+}
+
+fn key(answer: &Recorded) -> (&str, bool) {
+    (&answer.scenario, answer.collision)
+}
+
+/// What is true about a scenario: where some are annotated, nobody says it about the others.
+fn label(labels: &Labels, name: &str, collision: bool) -> Option<Label> {
+    match labels.iter().next() {
+        Some(_) => labels.of(name),
+        None => Some(half(collision)),
+    }
+}
+
+fn half(collision: bool) -> Label {
+    match collision {
+        true => Label::Collision(None),
+        false => Label::Safe,
+    }
+}
+
+fn said(answer: &Recorded) -> Said {
+    match answer.read() {
+        Err(why) => Said::Unparsed(why.to_string()),
+        Ok(reading) => match reading.said.verdict() {
+            Some(verdict) => Said::Verdict(verdict.clone()),
+            None => Said::Unparsed("it answers another task".into()),
+        },
+    }
+}
+
+fn of_judge(name: &str, truth: Option<Label>, verdict: &Verdict) -> Scored {
+    Scored {
+        scenario: name.into(),
+        way: Way {
+            task: verdict.task,
+            frame: None,
+            techniques: None,
+            model: judge::MODEL.into(),
+        },
+        sample: 0,
+        truth,
+        said: Said::Verdict(verdict.clone()),
+        reference: Some(verdict.clone()),
+        consumed: Consumed::default(),
+        run: None,
+    }
+}
+
+fn reference(entry: &Entry, half: Label) -> Result<Reference, Problem> {
+    let problem = |message: String| Problem {
+        path: entry.display().into(),
+        message,
+        loss: Loss::Unread,
+    };
+    let scenario = entry.read().map_err(|e| problem(e.to_string()))?;
+    let ego = entry.recorded_ego(&scenario);
+    let Some(ego) = ego.map_err(|e| problem(e.to_string()))? else {
+        return Ok(Reference::default());
+    };
+    let scene = Scene::new(scenario, ego);
+    let labelled = Labelled {
+        scene: &scene,
+        label: half,
+        contact: None,
+    };
+    let whole = Window::ending_at(&scene, i64::MAX, 1);
+    let safety = labelled.window(Lead::Paper, HISTORY);
+    let ask = |task, window: &Window| judge::judge(&scene, task, window).verdict;
+    Ok(Reference {
+        collision: Some(ask(Task::Collision, &whole)),
+        safety: safety.map(|window| ask(Task::Safety, &window)),
+    })
+}
+
+impl Reference {
+    fn of(&self, task: Task) -> Option<&Verdict> {
+        match task {
+            Task::Collision => self.collision.as_ref(),
+            _ => self.safety.as_ref(),
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! Reports of small made-up answers, counted by hand.
+#![allow(clippy::unwrap_used)]
+
+use super::*;
+use crate::evaluation::{Label, Said};
+use crate::prompts::Techniques;
+use crate::store::Consumed;
+use crate::text::Frame;
+use crate::verdict::{ObstacleRisk, Task, Verdict};
+
+fn verdict(task: Task, dangerous: bool, obstacles: &[(i64, u8)]) -> Verdict {
+    let obstacle = |&(id, risk_score): &(i64, u8)| ObstacleRisk {
+        id,
+        risk_score,
+        reason: String::new(),
+    };
+    Verdict {
+        task,
+        dangerous,
+        obstacles: obstacles.iter().map(obstacle).collect(),
+        justification: String::new(),
+    }
+}
+
+fn way(task: Task, techniques: &str, model: &str) -> Way {
+    Way {
+        task,
+        frame: Some(Frame::Ego),
+        techniques: Some(Techniques::parse(techniques).unwrap()),
+        model: model.into(),
+    }
+}
+
+fn one(scenario: &str, way: &Way, truth: Option<Label>, said: Said) -> Scored {
+    Scored {
+        scenario: scenario.into(),
+        way: way.clone(),
+        sample: 0,
+        truth,
+        said,
+        reference: None,
+        consumed: Consumed::default(),
+        run: None,
+    }
+}
+
+fn says(dangerous: bool, obstacles: &[(i64, u8)]) -> Said {
+    Said::Verdict(verdict(Task::Safety, dangerous, obstacles))
+}
+
+/// Two collisions with obstacle 7, one found by name and one with another name, a false alarm, a right no, an answer
+/// without a verdict, a failure, and a scenario without a truth.
+fn answers(way: &Way) -> Vec<Scored> {
+    let hit = Some(Label::Collision(Some(7)));
+    let safe = Some(Label::Safe);
+    vec![
+        one("a", way, hit, says(true, &[(7, 0), (8, 3)])),
+        one("b", way, hit, says(true, &[(8, 1), (7, 2)])),
+        one("c", way, safe, says(true, &[(9, 2)])),
+        one("d", way, safe, says(false, &[(9, 5)])),
+        one("e", way, hit, Said::Unparsed("prose".into())),
+        one("f", way, safe, Said::Failed("429".into())),
+        one("g", way, None, says(true, &[])),
+    ]
+}
+
+#[test]
+fn every_question_is_in_one_place() {
+    let way = way(Task::Safety, "cp,cot", "lab/x");
+    let mut scored = answers(&way);
+    scored[0].reference = Some(verdict(Task::Safety, true, &[]));
+    scored[3].reference = Some(verdict(Task::Safety, true, &[]));
+    scored[0].consumed.cost_usd = Some(0.5);
+    scored[0].consumed.duration_ms = Some(2000);
+    let report = Report::of(&scored);
+    let names: Vec<_> = report.cells.iter().map(|c| c.half.name()).collect();
+    assert_eq!(names, ["collision", "normal", "unknown", "all"]);
+    let all = report.whole().next().unwrap().json();
+    let number = |name: &str| all[name].as_u64().unwrap();
+    let counts = [
+        "n",
+        "tp",
+        "fp",
+        "fn",
+        "tn",
+        "unparsed",
+        "failed",
+        "unlabelled",
+    ]
+    .map(number);
+    assert_eq!(counts, [7, 1, 1, 1, 1, 1, 1, 1]);
+    assert_eq!(counts[0], counts[1..].iter().sum::<u64>());
+    assert_eq!(
+        (&all["technique"], &all["frame"]),
+        (&"cp+cot".into(), &"ego".into())
+    );
+    assert_eq!(
+        (number("named"), number("named_of"), number("named_first")),
+        (1, 2, 1)
+    );
+    // Risk scores 0, 1 (collisions), 2 and 5 (normal): (0 + 0.04 + 0.36 + 0) / 4.
+    let brier = all["calibration"]["brier"].as_f64().unwrap();
+    assert!((brier - 0.1).abs() < 1e-12, "{brier}");
+    assert_eq!(all["agreement_with_reference"], 0.5);
+    assert_eq!((number("cost_unknown"), number("timed")), (6, 1));
+    assert_eq!(
+        (&all["cost_usd"], &all["seconds_median"]),
+        (&0.5.into(), &2.0.into())
+    );
+    let half = report.cells[0].json();
+    assert_eq!(
+        (&half["precision"], &half["f1"]),
+        (&serde_json::Value::Null, &serde_json::Value::Null)
+    );
+    assert_eq!((&half["recall"], &half["n"]), (&0.5.into(), &3.into()));
+}
+
+#[test]
+fn samples_are_summed_up_by_scenario() {
+    let way = way(Task::Collision, "all", "lab/x");
+    let mut scored = Vec::new();
+    for (scenario, truth, votes) in [
+        ("a", Label::Collision(None), [true, true, false]),
+        ("b", Label::Safe, [false, false, false]),
+    ] {
+        for (sample, said) in (0_u32..).zip(votes) {
+            let mut answer = one(scenario, &way, Some(truth), says(said, &[]));
+            answer.sample = sample;
+            scored.push(answer);
+        }
+    }
+    let mut tie = one("c", &way, Some(Label::Safe), says(true, &[]));
+    scored.push(tie.clone());
+    tie.said = says(false, &[]);
+    scored.push(tie);
+    let all = Report::of(&scored).whole().next().unwrap().json();
+    assert_eq!(
+        (&all["technique"], &all["n"], &all["scenarios"]),
+        (&"all".into(), &8.into(), &3.into())
+    );
+    let samples = &all["samples"];
+    assert_eq!(
+        samples["majority"],
+        serde_json::json!({"tp": 1, "fp": 0, "fn": 0, "tn": 1})
+    );
+    assert_eq!(
+        (&samples["unanimous"], &samples["undecided"]),
+        (&1.into(), &1.into())
+    );
+}
+
+#[test]
+fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
+    let (base, cp) = (
+        way(Task::Safety, "base", "lab/x"),
+        way(Task::Safety, "cp", "lab/x"),
+    );
+    let other = way(Task::Safety, "cp", "lab/y");
+    let mut scored = answers(&base);
+    scored.extend(answers(&cp));
+    scored.extend(answers(&other));
+    // With cp the false alarm is none.
+    let at = scored
+        .iter()
+        .position(|s| s.way == cp && s.scenario == "c")
+        .unwrap();
+    scored[at].said = says(false, &[]);
+    let report = Report::of(&scored);
+    let pairs: Vec<_> = report
+        .pairs
+        .iter()
+        .map(|p| {
+            (
+                p.differs,
+                p.n,
+                p.left_out,
+                p.test.only_first,
+                p.test.only_second,
+            )
+        })
+        .collect();
+    // Four scenarios have a truth and verdicts, two have a truth and no verdict; base with lab/y differs in two things.
+    assert_eq!(pairs, [("techniques", 4, 2, 0, 1), ("model", 4, 2, 1, 0)]);
+}
+
+#[test]
+fn nothing_from_outside_is_obeyed() {
+    let hostile = "lab/<script>alert(1)</script>|`a`\u{1b}[31m_&%$";
+    let way = way(Task::Safety, "cp", hostile);
+    let report = Report::of(&answers(&way));
+    let document = report.document("A & B", &["<b>note</b>".into()]);
+    let html = document.html();
+    assert!(
+        !html.contains("<script") && !html.contains("<b>") && !html.contains('\u{1b}'),
+        "{html}"
+    );
+    assert!(html.contains("&lt;script&gt;") && html.contains("prefers-color-scheme"));
+    for outside in ["http:", "https:", "src=", "@import", "url("] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+    let latex = document.latex();
+    assert!(
+        latex.contains("\\_\\&\\%\\$") && latex.contains("\\toprule"),
+        "{latex}"
+    );
+    let markdown = document.markdown();
+    assert!(
+        markdown.contains("\\<script") && markdown.contains("\\|\\`a\\`"),
+        "{markdown}"
+    );
+    let line = markdown.lines().find(|l| l.contains("\\<script")).unwrap();
+    assert!(line.starts_with("| ego "), "{line}");
+    let csv = report.csv().unwrap();
+    assert_eq!(csv.lines().count(), 5, "a header and four cells");
+    assert!(
+        csv.starts_with("label,task,frame,technique,model,n,tp,fp,fn,tn,unparsed,failed,"),
+        "{csv}"
+    );
+}
+
+#[test]
+fn what_is_printed_is_checked_against_its_counts() {
+    let rows = published().unwrap();
+    let tables = |name: &str| rows.iter().filter(|r| r.table == name).count();
+    assert_eq!(["I", "II", "III", "IV"].map(tables), [8, 6, 8, 6]);
+    let wrong: Vec<_> = rows
+        .iter()
+        .filter(|r| !r.contradictions().is_empty())
+        .collect();
+    // 65 of 89 is 0.730 where 0.72 is printed, with an F1 of 0.688 where 0.68 is printed.
+    assert!(
+        wrong.iter().any(|r| r.table == "III" && r.method == "CP"),
+        "{wrong:?}"
+    );
+    assert!(wrong.len() < 8, "{wrong:#?}");
+}

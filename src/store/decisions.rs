@@ -1,0 +1,73 @@
+//! What became of every question that asks for yes or no, in one query: for figures over all of them.
+
+use super::{RunId, RunState, Store, StoreError, rows};
+use crate::verdict::Task;
+
+/// What became of a question, without its texts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredOutcome {
+    /// The run's number.
+    pub run: RunId,
+    /// SHA-256 of the scenario's file; nothing where only its name is known.
+    pub scenario_hash: Option<String>,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The ego, and where its motion comes from.
+    pub ego: String,
+    /// What was asked.
+    pub task: Task,
+    /// From where the scene was described.
+    pub frame: String,
+    /// With which techniques.
+    pub techniques: String,
+    /// Who was asked, `provider/model`.
+    pub model: String,
+    /// Which of several answers to the same question.
+    pub sample: u32,
+    /// First and last time step of the window, where known.
+    pub window: Option<(i64, i64)>,
+    /// Where it stands.
+    pub state: RunState,
+    /// Yes or no; nothing where no verdict was read.
+    pub dangerous: Option<bool>,
+}
+
+impl Store {
+    /// What became of every run with a task of [`Task::VERDICTS`] that is over, the newest first. Deleted ones are left
+    /// out, and those that somebody cancelled.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn decisions(&self) -> Result<Vec<StoredOutcome>, StoreError> {
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(
+            "SELECT id, scenario_hash, scenario, ego, task, frame, techniques, model, sample,
+                 window_first, window_last, state, dangerous
+             FROM runs
+             WHERE deleted_ms IS NULL AND task IN (?1, ?2) AND state NOT IN (?3, ?4)
+             ORDER BY created_ms DESC, id DESC",
+        )?;
+        let [first, second] = Task::VERDICTS.map(Task::name);
+        let left_out = [RunState::Running.name(), RunState::Cancelled.name()];
+        let wanted = [first, second, left_out[0], left_out[1]];
+        let found = statement.query_map(wanted, |row| {
+            let window: (Option<i64>, Option<i64>) =
+                (row.get("window_first")?, row.get("window_last")?);
+            Ok(StoredOutcome {
+                run: RunId(row.get("id")?),
+                scenario_hash: row.get("scenario_hash")?,
+                scenario: row.get("scenario")?,
+                ego: row.get("ego")?,
+                task: rows::word(row, "task", Task::parse)?,
+                frame: row.get("frame")?,
+                techniques: row.get("techniques")?,
+                model: row.get("model")?,
+                sample: row.get("sample")?,
+                window: window.0.zip(window.1),
+                state: rows::word(row, "state", RunState::parse)?,
+                dangerous: row.get("dangerous")?,
+            })
+        })?;
+        Ok(found.collect::<Result<_, _>>()?)
+    }
+}
