@@ -224,7 +224,8 @@ impl Answer {
             self.finish.as_deref(),
             Some("length" | "content_filter" | "blank" | "blocked")
         );
-        !cut && !(self.text.trim().is_empty() && self.reasoning.trim().is_empty())
+        let silent = self.text.trim().is_empty() && self.reasoning.trim().is_empty();
+        !(cut || silent)
     }
 }
 

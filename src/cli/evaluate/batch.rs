@@ -9,7 +9,7 @@ use crate::cli::ask::{budget, effort, temperature};
 use crate::cli::open::{found, frame, techniques};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::{Ask, Manner, Matrix, Selection, Shard, Spec, Truth, TruthSource};
-use crate::evaluation::{Lead, usual_frame};
+use crate::evaluation::usual_frame;
 use crate::llm::Effort;
 use crate::prompts::Techniques;
 use crate::scenario::{Entry, Place};
@@ -194,11 +194,10 @@ fn begin(arguments: &Evaluate) -> Outcome {
         return sheet.write(&refused, json(arguments));
     }
     asked::all_can_be_asked(&refused)?;
-    let items: Vec<_> = sheet.items.iter().map(|item| item.clone()).collect();
     let shard = options.shard.map(|shard| shard.to_string());
     let id = opened
         .store
-        .begin_batch(&spec.to_json(), shard.as_deref(), &items)
+        .begin_batch(&spec.to_json(), shard.as_deref(), &sheet.items)
         .map_err(Failure::input)?;
     let going = Going {
         id,
@@ -236,7 +235,6 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
     models.dedup();
     let lead = match &arguments.lead[..] {
         [] => None,
-        [Lead::Paper] => None,
         [one] => Some(*one),
         _ => {
             return Err(Failure::input(
