@@ -37,7 +37,18 @@ fn differences(a: &Scene, b: &Scene) -> Vec<String> {
     found.extend(compared("lanelets", &x.lanelets, &y.lanelets));
     found.extend(compared("signs", &x.signs, &y.signs));
     found.extend(compared("lights", &x.lights, &y.lights));
-    found.extend(compared("crossings", &x.intersections, &y.intersections));
+    let (mut before, mut after) = (x.intersections.clone(), y.intersections.clone());
+    for (old, new) in before.iter_mut().zip(&mut after) {
+        // Who has two others on the same side can say so of one of them only.
+        let lefts: Vec<_> = old.incomings.iter().filter_map(|i| i.is_left_of).collect();
+        let once = |id: &i64| lefts.iter().filter(|other| *other == id).count() == 1;
+        let there = |id: &i64| old.incomings.iter().any(|i| i.id == *id);
+        if !lefts.iter().all(|id| once(id) && there(id)) {
+            let all = old.incomings.iter_mut().chain(&mut new.incomings);
+            all.for_each(|incoming| incoming.is_left_of = None);
+        }
+    }
+    found.extend(compared("crossings", &before, &after));
     let by_id = |scene: &Scene| -> BTreeMap<i64, Obstacle> {
         scene
             .scenario
