@@ -33,10 +33,10 @@ mod scored;
 mod settings;
 mod share;
 mod standings;
-#[cfg(test)]
-mod tests_scored;
 /// Statistics of yes-or-no answers.
 pub mod statistics;
+#[cfg(test)]
+mod tests_scored;
 mod trial;
 mod usable;
 mod usual;
