@@ -256,6 +256,28 @@ impl Store {
         Ok(statement.query_row(params![key.as_str(), sample], |row| row.get(0))?)
     }
 
+    /// Whether any question is with a provider.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn any_handed(&self) -> Result<bool, StoreError> {
+        let sql = "SELECT EXISTS (SELECT 1 FROM provider_requests WHERE done = 0)";
+        Ok(self.lock().query_row(sql, [], |row| row.get(0))?)
+    }
+
+    /// Whether this request and sample is with a provider.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn is_handed(&self, key: &Key, sample: u32) -> Result<bool, StoreError> {
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(
+            "SELECT EXISTS (SELECT 1 FROM runs JOIN provider_requests ON provider_requests.run = runs.id
+                 WHERE key = ?1 AND sample = ?2 AND done = 0)",
+        )?;
+        Ok(statement.query_row(params![key.as_str(), sample], |row| row.get(0))?)
+    }
+
     /// The questions of a batch in their order, each with the newest whole answer to its request and sample.
     ///
     /// # Errors

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
 
 use super::batch::Options;
+use super::handed;
 use super::opened::Opened;
 use super::sheet::Sheet;
 use super::shown;
@@ -88,6 +89,19 @@ pub fn ask(
         judges: going.judges,
         stop: Arc::new(AtomicBool::new(false)),
     });
+    let (items, with_providers) = asking.without_handed(items).map_err(Failure::input)?;
+    if with_providers > 0 {
+        output::say(&format!(
+            "nearmiss: {with_providers} of them with a provider: `nearmiss batches collect` fetches their answers"
+        ));
+    }
+    let items = match options.batch {
+        true => match handed::over(runtime, &asking, items)? {
+            handed::Left::Nothing => return Ok(()),
+            handed::Left::Own(items) => items,
+        },
+        false => items,
+    };
     let whole = runtime.block_on(until_interrupted(&asking, items))?;
     if !whole {
         return Err(Failure {

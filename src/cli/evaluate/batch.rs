@@ -56,6 +56,10 @@ pub struct Options {
     /// Only this part of the scenarios, such as 2/8: each belongs to one part, by its name.
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
+    /// Hand the questions to the providers as batches (OpenAI, Anthropic, Gemini): answered within a day, at half the
+    /// price. `nearmiss batches collect` fetches the answers, `--resume` counts them.
+    #[arg(long, conflicts_with_all = ["dry_run", "concurrency"])]
+    pub batch: bool,
     /// Say what would be asked, how many tokens that is and what it costs at most; send nothing.
     #[arg(long)]
     pub dry_run: bool,
@@ -111,6 +115,7 @@ impl Options {
             || self.base_url.is_some()
             || self.shard.is_some()
             || self.dry_run
+            || self.batch
             || self.json
             || self.resume.is_some()
             || self.list

@@ -3,6 +3,7 @@
 mod asked;
 mod batch;
 mod collision;
+mod handed;
 mod opened;
 mod resume;
 mod safety;

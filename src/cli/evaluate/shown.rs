@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::share;
 use crate::cli::{Failure, output};
+use crate::evaluation::report::technique;
 use crate::evaluation::{Confusion, Said, Scored, Way};
 use crate::store::BatchId;
 
@@ -66,7 +67,7 @@ impl Cell {
     }
 
     fn technique(&self) -> Option<String> {
-        self.way.techniques.map(|techniques| techniques.to_string())
+        self.way.techniques.map(technique)
     }
 
     fn numbers(&self) -> [u32; 7] {

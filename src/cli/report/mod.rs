@@ -9,9 +9,10 @@ use super::filters::{Filters, store};
 use super::metrics::{Target, file_of, no_format};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
+use crate::evaluation::batch::{self, Spec};
 use crate::evaluation::recorded::{Loss, Problem};
 use crate::evaluation::report::{self, Document, Paper, Report, Stored};
-use crate::store::{Filter, Outcome as Run, Store};
+use crate::store::{BatchId, Filter, Outcome as Run, Store};
 use crate::verdict;
 
 /// Arguments of `report`.
@@ -226,14 +227,45 @@ fn recorded(folder: &Path) -> Result<(Vec<crate::evaluation::Scored>, String, us
     Ok((scored, note, lost.len()))
 }
 
+/// A batch of `evaluate`: every question of it, also those without an answer, beside the truth that it was begun with.
+fn of_batch(store: &Store, id: BatchId) -> Result<Made, Failure> {
+    let Some(batch) = store.batch(id).map_err(Failure::input)? else {
+        return Err(Failure::input(format!(
+            "there is no batch {id}; `nearmiss evaluate --list` lists them"
+        )));
+    };
+    let spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;
+    let scored = batch::scored(store, id).map_err(Failure::input)?;
+    let notes = vec![format!(
+        "Batch {id}: {} questions. Truth: {}.",
+        scored.len(),
+        output::visible(&spec.truth.words())
+    )];
+    Ok(Made::Report(Report::of(&scored), notes))
+}
+
 fn of_store(arguments: &ReportArguments) -> Result<Made, Failure> {
     let sources = match arguments.truth.is_empty() {
         true => vec![PathBuf::from(truth::AUTO)],
         false => arguments.truth.clone(),
     };
+    let filter = arguments.filters.filter(None);
+    if let Some(id) = filter.batch.as_deref().and_then(|id| id.parse().ok()) {
+        let alone = Filter {
+            batch: filter.batch.clone(),
+            ..Filter::default()
+        };
+        if filter != alone || !arguments.truth.is_empty() || arguments.reread {
+            return Err(Failure::input(
+                "--batch: a batch is reported as a whole, beside the truth that it was begun with, and its answers are \
+                 always read anew; `nearmiss evaluate --resume ID --truth …` gives it another truth",
+            ));
+        }
+        let store = store()?;
+        return of_batch(&store, id);
+    }
     let truth = truth::truth(&sources)?;
     let store = store()?;
-    let filter = arguments.filters.filter(None);
     let mut runs = store.outcomes(&filter).map_err(Failure::input)?;
     if runs.is_empty() {
         return Err(finding(

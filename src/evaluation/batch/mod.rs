@@ -3,6 +3,7 @@
 mod asking;
 mod desk;
 mod estimate;
+mod handing;
 mod matrix;
 mod recent;
 mod scored;
@@ -13,6 +14,7 @@ mod truth;
 pub use asking::{Asking, Ended, Judges, Selection};
 pub use desk::{Ask, Desk, Looked, Reading};
 pub use estimate::Estimate;
+pub use handing::Handed;
 pub use matrix::{Manner, Matrix};
 pub use scored::{retold, scored, way_of};
 pub use shard::Shard;

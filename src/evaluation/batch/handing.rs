@@ -1,0 +1,114 @@
+//! Questions of a batch handed to their providers at half the price, instead of being asked one by one.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::asking::Asking;
+use super::desk::key;
+use super::scored::{label_of, way_of};
+use crate::evaluation::remote::{RemoteError, Submitted, submit};
+use crate::evaluation::{Judge, Question, Wanted};
+use crate::scenario::Entry;
+use crate::store::{Item, StoreError};
+
+/// What became of the questions of a batch that were to be handed over.
+#[derive(Debug, Default)]
+pub struct Handed {
+    /// By model.
+    pub submitted: Vec<(String, Submitted)>,
+    /// Questions that no provider takes: the built-in judge's.
+    pub own: Vec<Item>,
+    /// Questions that cannot be made, with why.
+    pub unaskable: Vec<(Item, String)>,
+    /// Where it broke off: the model, and why; later models were not tried.
+    pub broken: Option<(String, RemoteError)>,
+}
+
+impl Asking {
+    /// Hands these questions to the providers of their models, in batches as large as those take.
+    ///
+    /// # Errors
+    /// The store cannot be read or written.
+    pub async fn hand_over(&self, items: Vec<Item>) -> Result<Handed, StoreError> {
+        let mut handed = Handed::default();
+        let mut by_model: BTreeMap<&str, Vec<(Question, Wanted)>> = BTreeMap::new();
+        let (own, asked): (Vec<Item>, Vec<Item>) = items
+            .into_iter()
+            .partition(|item| matches!(self.judges.get(&item.asked.model), Some(Judge::Reference)));
+        handed.own = own;
+        let made: Vec<Result<Question, String>> =
+            asked.par_iter().map(|item| self.made(item)).collect();
+        for (item, question) in asked.iter().zip(made) {
+            match question {
+                Ok(question) => {
+                    let wanted = Wanted {
+                        sample: item.asked.sample,
+                        fresh: false,
+                        batch: Some(self.batch.to_string()),
+                    };
+                    let questions = by_model.entry(&item.asked.model).or_default();
+                    questions.push((question, wanted));
+                }
+                Err(why) => handed.unaskable.push((item.clone(), why)),
+            }
+        }
+        for (model, questions) in by_model {
+            let Some(Judge::Model(judge)) = self.judges.get(model) else {
+                continue;
+            };
+            match submit(&questions, judge, &self.store).await {
+                Ok(submitted) => handed.submitted.push((model.to_string(), submitted)),
+                Err(RemoteError::Store(error)) => return Err(error),
+                Err(error) => {
+                    handed.broken = Some((model.to_string(), error));
+                    break;
+                }
+            }
+        }
+        Ok(handed)
+    }
+
+    /// Takes out the questions that are with a provider: their answers are collected, and asking would wait for them.
+    /// Says how many they were.
+    ///
+    /// # Errors
+    /// The store cannot be read.
+    pub fn without_handed(&self, items: Vec<Item>) -> Result<(Vec<Item>, usize), StoreError> {
+        if !self.store.any_handed()? {
+            return Ok((items, 0));
+        }
+        let with_provider = |item: &Item| {
+            let Some(judge @ Judge::Model(_)) = self.judges.get(&item.asked.model) else {
+                return Ok(false);
+            };
+            let Ok(question) = self.made(item) else {
+                return Ok(false);
+            };
+            match key(&question, judge)? {
+                Some(key) => self.store.is_handed(&key, item.asked.sample),
+                None => Ok(false),
+            }
+        };
+        let all = items.len();
+        let marked: Vec<(Item, bool)> = items
+            .into_par_iter()
+            .map(|item| with_provider(&item).map(|with| (item, with)))
+            .collect::<Result<_, StoreError>>()?;
+        let left: Vec<Item> = marked
+            .into_iter()
+            .filter(|(_, with)| !with)
+            .map(|(item, _)| item)
+            .collect();
+        let gone = all - left.len();
+        Ok((left, gone))
+    }
+
+    fn made(&self, item: &Item) -> Result<Question, String> {
+        let entry = Entry::of_argument(Path::new(&item.asked.path));
+        let way = way_of(&item.asked)?;
+        let question = self.desk.question(&entry, &way, label_of(&item.asked))?;
+        Ok(Question::clone(&question))
+    }
+}
