@@ -97,3 +97,64 @@ async fn what_cannot_be_done_is_said() {
     home.write(home.config().join("config.toml"), "");
     run(&["batches", "cancel", "1"]).status(2).says(&["lab"]);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn evaluate_hands_its_questions_over_and_counts_what_came_back() {
+    for dialect in DIALECTS {
+        let provider = Provider::start().await;
+        provider.world().state = "in_progress".into();
+        let home = Home::new();
+        let config = format!(
+            "[provider.lab]\ndialect = \"{}\"\nbase_url = \"{}\"\nkey_env = \"LAB_KEY\"\n",
+            dialect.name(),
+            provider.base_url()
+        );
+        home.write(home.config().join("config.toml"), config);
+        let run = |arguments: &[&str]| {
+            tokio::task::block_in_place(|| {
+                home.run_with(arguments, &[("LAB_KEY", KEY), ("NO_PROXY", "127.0.0.1")])
+            })
+        };
+        let asked = [
+            "evaluate",
+            "ZAM_RedLight-1_1_T-1",
+            "ZAM_CutIn-1_1_T-1",
+            "--model",
+            "lab/tiny,reference/geometry",
+            "--task",
+            "collision",
+            "--max-tokens",
+            "500",
+            "--batch",
+        ];
+        // The built-in judge answers at once; the others are with the provider.
+        let first = run(&asked)
+            .status(1)
+            .says(&["2 questions with the provider", "--resume b1"]);
+        assert!(!first.stderr.contains(KEY));
+        // Going on neither sends anything nor waits for it.
+        run(&["evaluate", "--resume", "b1"])
+            .status(1)
+            .says(&["2 of them with a provider"]);
+        assert_eq!(home.runs().len(), 4);
+        provider.world().fates = vec![Fate::Answered; 2];
+        provider.world().state = "completed".into();
+        run(&["batches", "collect", "--wait"]).status(0);
+        let table = run(&["evaluate", "--resume", "b1", "--json"])
+            .status(0)
+            .json();
+        let cells = table["cells"].as_array().unwrap();
+        let cell = cells
+            .iter()
+            .find(|cell| cell["model"] == "lab/tiny")
+            .unwrap();
+        assert_eq!(
+            (&cell["n"], &cell["failed"]),
+            (&2.into(), &0.into()),
+            "{table}"
+        );
+        let report = run(&["report", "--batch", "b1", "--json"]).status(0).json();
+        assert!(report["cells"].as_array().unwrap().len() >= 2, "{report}");
+        assert_eq!(home.runs().len(), 4, "nothing was asked twice");
+    }
+}

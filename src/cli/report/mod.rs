@@ -250,7 +250,12 @@ fn of_store(arguments: &ReportArguments) -> Result<Made, Failure> {
         false => arguments.truth.clone(),
     };
     let filter = arguments.filters.filter(None);
-    if let Some(id) = filter.batch.as_deref().and_then(|id| id.parse().ok()) {
+    let last = match filter.batch.as_deref() {
+        Some("last") => store()?.last_batch().map_err(Failure::input)?,
+        _ => None,
+    };
+    let named = filter.batch.as_deref().and_then(|id| id.parse().ok());
+    if let Some(id) = last.map(|batch| batch.id).or(named) {
         let alone = Filter {
             batch: filter.batch.clone(),
             ..Filter::default()
