@@ -237,7 +237,7 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     let run = |home: &Home, more: &[&str]| {
         let truth = labels(home);
         let all = [
-            &["evaluate", CUT_IN, HARD_BRAKING, "--truth", &truth],
+            &["evaluate", HARD_BRAKING, CUT_IN, "--truth", &truth],
             &["--model", "lab/tiny", "--frame", "cartesian"][..],
             &["--concurrency", "1"],
             more,
@@ -260,7 +260,7 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     let home = home_with(server.base_url());
     let varied = ["--transform", "mirror", "--lead", "0.5,1"];
     let dry = [&varied[..], &["--dry-run", "--json"]].concat();
-    // The cut-in at two leads and mirrored; the safe scenario has one window at all leads, and is mirrored.
+    // The collision at two leads and mirrored; the safe scenario has one window at all leads, and is mirrored.
     assert_eq!(run(&home, &dry).status(0).json()["questions"], 5);
     let document = run(&home, &[&varied[..], &["--json"]].concat())
         .status(0)
