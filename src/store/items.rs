@@ -27,6 +27,10 @@ pub struct NewItem {
     pub model: String,
     /// Which of several answers to the same request, from 0.
     pub sample: u32,
+    /// Where its window ends: seconds before the collision, or `paper`; nothing for where all of the batch do.
+    pub lead: Option<String>,
+    /// What is changed about the scene, such as `mirror`; nothing where it is as it is.
+    pub transform: Option<String>,
     /// The key of the request; nothing where none is sent.
     pub key: Option<Key>,
     /// What is true; nothing where nobody says.
@@ -117,8 +121,8 @@ pub(super) fn insert(
     )?;
     let mut statement = connection.prepare_cached(
         "INSERT INTO items (batch, place, path, scenario, scenario_hash, ego, task, frame, techniques, model, sample,
-             key, collides, obstacle, state, error)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16)",
+             key, collides, obstacle, state, error, lead, transform)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18)",
     )?;
     for (place, item) in (first..).zip(items) {
         let state = match item.unaskable {
@@ -142,6 +146,8 @@ pub(super) fn insert(
             item.obstacle,
             state.name(),
             item.unaskable,
+            item.lead,
+            item.transform,
         ])?;
     }
     Ok(())
@@ -163,6 +169,8 @@ fn item(row: &Row<'_>) -> Result<Item, rusqlite::Error> {
             techniques: row.get("techniques")?,
             model: row.get("model")?,
             sample: row.get("sample")?,
+            lead: row.get("lead")?,
+            transform: row.get("transform")?,
             key: key.as_deref().and_then(Key::parse),
             collides: row.get("collides")?,
             obstacle: row.get("obstacle")?,
@@ -256,28 +264,6 @@ impl Store {
         Ok(statement.query_row(params![key.as_str(), sample], |row| row.get(0))?)
     }
 
-    /// Whether any question is with a provider.
-    ///
-    /// # Errors
-    /// SQLite refused.
-    pub fn any_handed(&self) -> Result<bool, StoreError> {
-        let sql = "SELECT EXISTS (SELECT 1 FROM provider_requests WHERE done = 0)";
-        Ok(self.lock().query_row(sql, [], |row| row.get(0))?)
-    }
-
-    /// Whether this request and sample is with a provider.
-    ///
-    /// # Errors
-    /// SQLite refused.
-    pub fn is_handed(&self, key: &Key, sample: u32) -> Result<bool, StoreError> {
-        let connection = self.lock();
-        let mut statement = connection.prepare_cached(
-            "SELECT EXISTS (SELECT 1 FROM runs JOIN provider_requests ON provider_requests.run = runs.id
-                 WHERE key = ?1 AND sample = ?2 AND done = 0)",
-        )?;
-        Ok(statement.query_row(params![key.as_str(), sample], |row| row.get(0))?)
-    }
-
     /// The questions of a batch in their order, each with the newest whole answer to its request and sample.
     ///
     /// # Errors
@@ -342,6 +328,8 @@ pub mod tests {
             techniques: Some("cp+cot".into()),
             model: "lab/tiny".into(),
             sample,
+            lead: None,
+            transform: None,
             key: Key::parse(&"a".repeat(64)),
             collides: Some(true),
             obstacle: Some(7),

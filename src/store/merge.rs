@@ -140,15 +140,21 @@ impl Store {
     }
 }
 
+/// File, task and model; frame, techniques, lead and change; sample.
+type Identity<'a> = ([&'a str; 3], [Option<&'a str>; 4], u32);
+
 /// What makes two questions of a batch the same one.
-fn identity(item: &Item) -> (&str, &str, Option<&str>, Option<&str>, &str, u32) {
+fn identity(item: &Item) -> Identity<'_> {
     let asked = &item.asked;
-    (
-        &asked.path,
-        asked.task.name(),
+    let words = [
         asked.frame.as_deref(),
         asked.techniques.as_deref(),
-        &asked.model,
+        asked.lead.as_deref(),
+        asked.transform.as_deref(),
+    ];
+    (
+        [&asked.path, asked.task.name(), &asked.model],
+        words,
         asked.sample,
     )
 }
@@ -220,5 +226,21 @@ mod tests {
         let again = here.merge(&there).unwrap();
         assert_eq!((again.batches, again.united, again.runs), (0, 0, 0));
         assert_eq!(here.items(ours).unwrap(), items);
+    }
+
+    #[test]
+    fn changed_scenes_and_leads_are_questions_of_their_own() {
+        let (here, there) = (Store::in_memory().unwrap(), Store::in_memory().unwrap());
+        let ours = here.begin_batch("{}", None, &[item("A", 0)]).unwrap();
+        let mut mirrored = item("A", 0);
+        mirrored.transform = Some("mirror".into());
+        let mut early = item("A", 0);
+        early.lead = Some("1".into());
+        let theirs = [item("A", 0), mirrored, early];
+        there.begin_batch("{}", None, &theirs).unwrap();
+        here.merge(&there).unwrap();
+        let items = here.items(ours).unwrap();
+        let asked: Vec<_> = items.into_iter().map(|item| item.asked).collect();
+        assert_eq!(asked, theirs);
     }
 }

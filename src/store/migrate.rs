@@ -5,12 +5,13 @@ use rusqlite::{Connection, TransactionBehavior};
 use super::StoreError;
 
 /// What brings a file from one version to the next; the first one makes it.
-const MIGRATIONS: [&str; 5] = [
+const MIGRATIONS: [&str; 6] = [
     include_str!("migrations/1.sql"),
     include_str!("migrations/2.sql"),
     include_str!("migrations/3.sql"),
     include_str!("migrations/4.sql"),
     include_str!("migrations/5.sql"),
+    include_str!("migrations/6.sql"),
 ];
 
 /// The version of a file that this program writes.
@@ -157,5 +158,41 @@ mod tests {
         let items = again.items(batch).unwrap();
         assert_eq!(items.len(), 1);
         assert_eq!(items[0].asked.scenario, "ZAM_A-1");
+    }
+
+    #[test]
+    fn a_store_of_version_5_keeps_its_batches_and_takes_changed_scenes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs.sqlite");
+        version_1(&path);
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        for sql in &super::MIGRATIONS[1..5] {
+            connection.execute_batch(sql).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 5).unwrap();
+        let old = "INSERT INTO batches (id, created_ms, updated_ms, spec) VALUES (3, 1, 1, '{}');
+            INSERT INTO items (batch, place, path, scenario, task, model, sample, state)
+            VALUES (3, 0, 'A', 'A', 'safety', 'lab/tiny', 0, 'waiting')";
+        connection.execute_batch(old).unwrap();
+        let missing = connection.prepare("SELECT lead FROM items").is_err();
+        assert!(missing, "version 5 has none");
+        drop(connection);
+        let store = Store::open(&path).unwrap();
+        let batch = crate::store::BatchId(3);
+        let changed = crate::store::NewItem {
+            lead: Some("0.5".into()),
+            transform: Some("mirror".into()),
+            ..crate::store::items::tests::item("A", 0)
+        };
+        let more = std::slice::from_ref(&changed);
+        store.extend_batch(batch, "{}", more).unwrap();
+        drop(store);
+        let items = Store::open(&path).unwrap().items(batch).unwrap();
+        assert_eq!(items.len(), 2);
+        assert_eq!(
+            (&items[0].asked.lead, &items[0].asked.transform),
+            (&None, &None)
+        );
+        assert_eq!(items[1].asked, changed);
     }
 }

@@ -4,7 +4,7 @@ use rusqlite::{OptionalExtension, Row, Transaction, params};
 
 use super::claim::{hold_until, interrupt_abandoned, there};
 use super::database::now_ms;
-use super::{Claim, Ending, NewRun, Piece, RunId, Store, StoreError, rows, write};
+use super::{Claim, Ending, Key, NewRun, Piece, RunId, Store, StoreError, rows, write};
 
 /// Identifies a batch in its store; the provider has an id of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -138,6 +138,28 @@ const LISTED: &str = "SELECT *,
     FROM provider_batches";
 
 impl Store {
+    /// Whether any question is with a provider.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn any_handed(&self) -> Result<bool, StoreError> {
+        let sql = "SELECT EXISTS (SELECT 1 FROM provider_requests WHERE done = 0)";
+        Ok(self.lock().query_row(sql, [], |row| row.get(0))?)
+    }
+
+    /// Whether this request and sample is with a provider.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn is_handed(&self, key: &Key, sample: u32) -> Result<bool, StoreError> {
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(
+            "SELECT EXISTS (SELECT 1 FROM runs JOIN provider_requests ON provider_requests.run = runs.id
+                 WHERE key = ?1 AND sample = ?2 AND done = 0)",
+        )?;
+        Ok(statement.query_row(params![key.as_str(), sample], |row| row.get(0))?)
+    }
+
     /// Writes down, before anything is sent, that these questions go to a provider: each in a run of its own that is
     /// claimed until its result is there. Nothing is written where all of them are answered or asked already.
     ///

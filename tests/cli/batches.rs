@@ -29,7 +29,11 @@ fn said(request: &Recorded) -> String {
 
 /// A whole answer in pieces.
 fn whole(request: &Recorded) -> Script {
-    let text = said(request);
+    telling(&said(request))
+}
+
+/// This text as a whole answer in pieces.
+pub fn telling(text: &str) -> Script {
     let characters: Vec<char> = text.chars().collect();
     let pieces = characters.chunks(20);
     let begun = Script::chunked_events();
@@ -58,7 +62,7 @@ fn rough(number: usize, request: &Recorded) -> Script {
     }
 }
 
-fn home(url: &str) -> Home {
+pub fn home(url: &str) -> Home {
     let home = Home::new();
     let config = format!("[provider.lab]\nbase_url = \"{url}\"\nkey_env = []\nconcurrency = 4\n");
     home.write(home.config().join("config.toml"), config);

@@ -1,6 +1,8 @@
-//! `evaluate`: the built-in judge on many scenarios.
+//! `evaluate`: the built-in judge on many scenarios; and models on changed scenes and at several leads.
 
+use super::batches::{home as home_with, telling};
 use super::support::program::Home;
+use super::support::server::Server;
 use super::{BUNDLED, CUT_IN, bundled_xml};
 
 const RED_LIGHT: &str = "ZAM_RedLight-1_1_T-1";
@@ -216,4 +218,143 @@ fn scenarios_without_an_ego_are_told_together() {
     home.run(&["evaluate", "in", RED_LIGHT])
         .status(1)
         .says(&[line, "of 6 scenarios, 5 have no recorded ego"]);
+}
+
+/// A server that says yes to the first question and no to all others.
+async fn yes_first() -> Server {
+    Server::answering(|number, _| {
+        let text = format!(
+            r#"{{"safety_critical": {}, "obstacles": [], "justification": "so"}}"#,
+            number == 0
+        );
+        Some(telling(&text))
+    })
+    .await
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn changed_scenes_and_leads_are_counted_beside_the_table() {
+    let run = |home: &Home, more: &[&str]| {
+        let truth = labels(home);
+        let all = [
+            &["evaluate", HARD_BRAKING, CUT_IN, "--truth", &truth],
+            &["--model", "lab/tiny", "--frame", "cartesian"][..],
+            &["--concurrency", "1"],
+            more,
+        ];
+        tokio::task::block_in_place(|| home.run(&all.concat()))
+    };
+    let plain = yes_first().await;
+    let home = home_with(plain.base_url());
+    let wanted = run(&home, &["--lead", "0.5", "--json"]).status(0).json();
+    assert_eq!(
+        (&wanted["cells"][0]["tp"], &wanted["cells"][0]["tn"]),
+        (&1.into(), &1.into())
+    );
+    assert!(
+        wanted["invariance"].is_null() && wanted["lead"].is_null(),
+        "{wanted}"
+    );
+
+    let server = yes_first().await;
+    let home = home_with(server.base_url());
+    let varied = ["--transform", "mirror", "--lead", "0.5,1"];
+    let dry = [&varied[..], &["--dry-run", "--json"]].concat();
+    // The collision at two leads and mirrored; the safe scenario has one window at all leads, and is mirrored.
+    assert_eq!(run(&home, &dry).status(0).json()["questions"], 5);
+    let document = run(&home, &[&varied[..], &["--json"]].concat())
+        .status(0)
+        .json();
+    assert_eq!(server.requests().len(), 5);
+    let bodies: std::collections::BTreeSet<_> = server.whole().into_iter().collect();
+    assert_eq!(bodies.len(), 5, "each is another question");
+    assert_eq!(
+        document["cells"], wanted["cells"],
+        "the table is of the originals"
+    );
+    let rows = document["invariance"].as_array().unwrap();
+    assert_eq!(rows.len(), 1, "{rows:?}");
+    for (name, value) in [("n", 2), ("flips", 1), ("without_verdict", 0)] {
+        assert_eq!(rows[0][name], value, "{name}: {rows:?}");
+    }
+    assert_eq!(
+        (&rows[0]["transform"], &rows[0]["flip_rate"]),
+        (&"mirror".into(), &0.5.into())
+    );
+    let leads = document["lead"].as_array().unwrap().iter();
+    let leads: Vec<_> = leads
+        .map(|l| (l["lead"].as_f64(), l["n"].as_u64(), l["yes"].as_u64()))
+        .collect();
+    assert_eq!(
+        leads,
+        [(Some(0.5), Some(1), Some(1)), (Some(1.0), Some(1), Some(0))]
+    );
+
+    let resume = |more: &[&str]| {
+        let all = [&["evaluate", "--resume", "last"], more].concat();
+        tokio::task::block_in_place(|| home.run(&all)).status(0)
+    };
+    assert_eq!(resume(&["--json"]).json(), document);
+    assert_eq!(server.requests().len(), 5, "nothing is asked again");
+    let table = resume(&[]).stdout;
+    for words in ["mirror", "flips", "to the collision", "0.500"] {
+        assert!(table.contains(words), "{words}: {table}");
+    }
+    let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last"]));
+    assert!(report.status(0).stdout.contains("2 questions"));
+    // A sample more of each, and no question that is there already.
+    resume(&["--samples", "2"]);
+    assert_eq!(server.requests().len(), 10);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn new_numbers_are_told_back() {
+    use nearmiss::scenario::{Transform, bundled};
+    let entry = bundled()
+        .into_iter()
+        .find(|entry| entry.name == CUT_IN)
+        .unwrap();
+    let ids = Transform::Renumber(1).ids(&entry.read().unwrap());
+    let (new, old) = ids.into_iter().find(|(new, old)| new != old).unwrap();
+    let server = Server::answering(move |number, _| {
+        let id = if number == 0 { old } else { new };
+        let text = format!(
+            r#"{{"safety_critical": true, "obstacles": [{{"id": {id}, "risk_score": 1, "reason": "near"}}], "justification": "so"}}"#
+        );
+        Some(telling(&text))
+    })
+    .await;
+    let home = home_with(server.base_url());
+    let arguments = [
+        "evaluate",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
+        "--concurrency",
+        "1",
+        "--transform",
+        " renumber:1 ; mirror",
+        "--json",
+    ];
+    let document = tokio::task::block_in_place(|| home.run(&arguments))
+        .status(0)
+        .json();
+    let rows = document["invariance"].as_array().unwrap();
+    let renamed = |change: &str| {
+        let row = rows.iter().find(|row| row["transform"] == change).unwrap();
+        row["renamed"].as_u64().unwrap()
+    };
+    assert_eq!(renamed("renumber:1"), 0, "it is the same obstacle");
+    assert_eq!(renamed("mirror"), 1, "it is another obstacle");
+    let wrong = [
+        "evaluate",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
+        "--transform",
+        "mirror,rotate:90",
+    ];
+    tokio::task::block_in_place(|| home.run(&wrong))
+        .status(2)
+        .says(&["no change of a scene", "semicolons"]);
 }

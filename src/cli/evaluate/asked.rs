@@ -11,10 +11,11 @@ use super::handed;
 use super::opened::Opened;
 use super::sheet::Sheet;
 use super::shown;
+use super::varied::Varied;
 use crate::cli::interrupt::INTERRUPTED;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{Asking, Desk, Ended, Judges, Selection, scored};
+use crate::evaluation::batch::{Asking, Desk, Ended, Judges, Selection, answers};
 use crate::evaluation::can_ask;
 use crate::store::{BatchId, Item, ItemState};
 
@@ -114,14 +115,17 @@ pub fn ask(
 
 /// Writes the table of a batch as it stands.
 pub fn show(opened: &Opened, id: BatchId, json: bool, csv: bool) -> Outcome {
-    let scored = scored(&opened.store, id).map_err(Failure::input)?;
-    let cells = shown::cells(&scored);
+    let answers = answers(&opened.store, id).map_err(Failure::input)?;
+    let cells = shown::cells(&answers.plain);
+    let varied = Varied::of(&answers);
     if json {
-        output::json(&shown::document(Some(id), &cells))?;
+        let mut document = shown::document(Some(id), &cells);
+        varied.add_to(&mut document);
+        output::json(&document)?;
     } else if csv {
         output::text(&shown::csv(&cells)?)?;
     } else {
-        output::text(&shown::table(&cells))?;
+        output::text(&(shown::table(&cells) + &varied.tables()))?;
     }
     unanswered(opened, id)
 }

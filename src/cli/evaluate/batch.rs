@@ -12,7 +12,7 @@ use crate::evaluation::batch::{Ask, Manner, Matrix, Selection, Shard, Spec, Trut
 use crate::evaluation::usual_frame;
 use crate::llm::Effort;
 use crate::prompts::Techniques;
-use crate::scenario::{Entry, Place};
+use crate::scenario::{Entry, Place, Transform};
 use crate::store::BatchId;
 use crate::text::Frame;
 use crate::verdict::Task;
@@ -35,6 +35,11 @@ pub struct Options {
     /// Answers to each request; of a batch that is resumed, as many as there shall be then [default: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub samples: Option<u32>,
+    /// Ask about changed scenes, too: rotate:DEGREES, mirror, move:X,Y (metres), renumber:SEED; separated by semicolons or
+    /// spaces, as move has a comma, or said several times. The table is of the scenes as they are, a second one tells
+    /// which answers changed.
+    #[arg(long, value_name = "CHANGES", value_parser = changes)]
+    pub transform: Vec<Changes>,
     /// Sampling temperature, 0 to 2 [default: the template's, else the server's].
     #[arg(long, allow_negative_numbers = true, value_parser = temperature)]
     pub temperature: Option<f64>,
@@ -67,7 +72,7 @@ pub struct Options {
     #[arg(long)]
     pub json: bool,
     /// Go on with a batch, by its name such as b7, or with the last one.
-    #[arg(long, value_name = "ID|last", conflicts_with_all = ["paths", "model", "task", "frame", "techniques", "lead", "horizon", "history", "radius", "temperature", "max_tokens", "effort", "base_url", "shard"])]
+    #[arg(long, value_name = "ID|last", conflicts_with_all = ["paths", "model", "task", "frame", "techniques", "transform", "lead", "horizon", "history", "radius", "temperature", "max_tokens", "effort", "base_url", "shard"])]
     pub resume: Option<Resumed>,
     /// Ask only those questions of the batch that have no answer because asking failed or the answer was cut off.
     #[arg(long, requires = "resume", conflicts_with_all = ["add_model", "add_techniques", "samples"])]
@@ -81,6 +86,23 @@ pub struct Options {
     /// The batches in the store and how far they are.
     #[arg(long, exclusive = true)]
     pub list: bool,
+}
+
+/// Changes of scenes that were said together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Changes(Vec<Transform>);
+
+fn changes(text: &str) -> Result<Changes, String> {
+    let words = text.split(|c: char| c == ';' || c.is_whitespace());
+    let words = words.filter(|word| !word.is_empty());
+    let changes = words.map(|word| {
+        let change = word.parse::<Transform>();
+        change.map_err(|error| format!("{error}; several are separated by semicolons or spaces"))
+    });
+    match changes.collect::<Result<Vec<_>, _>>()? {
+        none if none.is_empty() => Err("a change such as mirror is needed".into()),
+        changes => Ok(Changes(changes)),
+    }
 }
 
 /// Which batch is gone on with.
@@ -106,6 +128,7 @@ impl Options {
     pub fn any(&self) -> bool {
         !self.frame.is_empty()
             || !self.techniques.is_empty()
+            || !self.transform.is_empty()
             || self.samples.is_some()
             || self.temperature.is_some()
             || self.max_tokens.is_some()
@@ -182,9 +205,14 @@ fn begin(arguments: &Evaluate) -> Outcome {
     let judges = opened.judges(&spec.matrix.models, &spec, options)?;
     let desk = opened.desk(&spec.matrix);
     let ways = spec.matrix.ways();
-    let asks = ways.into_iter().map(|way| Ask {
-        samples: (0..spec.matrix.samples_of(&way)).collect(),
-        way,
+    let asks = ways.into_iter().flat_map(|way| {
+        let samples: Vec<u32> = (0..spec.matrix.samples_of(&way)).collect();
+        let variants = spec.matrix.variants(&way).into_iter();
+        variants.map(move |variant| Ask {
+            samples: samples.clone(),
+            way: way.clone(),
+            variant,
+        })
     });
     let asks: Vec<Ask> = asks.collect();
     let wanted = entries.iter().map(|entry| (entry.clone(), asks.clone()));
@@ -243,15 +271,9 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
         ));
     }
     models.dedup();
-    let lead = match &arguments.lead[..] {
-        [] => None,
-        [one] => Some(*one),
-        _ => {
-            return Err(Failure::input(
-                "--lead: a batch has one; begin a batch for each",
-            ));
-        }
-    };
+    let mut leads = each_once(arguments.lead.iter().copied()).into_iter();
+    let lead = leads.next();
+    let changes = options.transform.iter().flat_map(|changes| &changes.0);
     let frames = match options.frame.is_empty() {
         true => vec![usual_frame(&opened.library, tasks[0])],
         false => options.frame.clone(),
@@ -268,6 +290,8 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
         techniques,
         models,
         samples: options.samples.unwrap_or(1),
+        more_leads: leads.collect(),
+        transforms: each_once(changes.copied()),
         manner: Manner {
             history: history.or(config.history),
             radius: arguments.radius.or(config.radius),
@@ -277,6 +301,17 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
             effort: options.effort.or(effort),
         },
     })
+}
+
+/// The same without repetitions.
+fn each_once<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut seen = Vec::new();
+    for value in values {
+        if !seen.contains(&value) {
+            seen.push(value);
+        }
+    }
+    seen
 }
 
 /// What is said about the truth; nothing where nothing is.

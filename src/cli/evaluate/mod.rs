@@ -9,6 +9,7 @@ mod resume;
 mod safety;
 mod sheet;
 mod shown;
+mod varied;
 
 use std::path::PathBuf;
 
@@ -46,7 +47,8 @@ pub struct Evaluate {
     truth: Vec<PathBuf>,
     /// Where the windows of collisions end: seconds before the first overlap of the bodies, or `paper` for two steps
     /// before the last recorded one. Safe scenarios always have their first window [default: paper,0.2,0.5,1,1.5,2;
-    /// language models are asked with one, and by default about the end of every recording].
+    /// language models by default about the end of every recording]. They are asked the safety task once with each; the table
+    /// is of the first, a second one of all.
     #[arg(
         long,
         value_delimiter = ',',

@@ -10,13 +10,24 @@ use super::sheet::Sheet;
 use super::{Evaluate, Format};
 use crate::cli::filters::store;
 use crate::cli::{Failure, Outcome, output, time};
-use crate::evaluation::batch::{Ask, Selection, Spec, Truth, TruthSource, retold};
+use crate::evaluation::batch::{Ask, Selection, Spec, Truth, TruthSource, Variant, retold};
 use crate::evaluation::{Way, batch};
 use crate::scenario::Entry;
 use crate::store::{Batch, Item, NewItem};
 
 /// What makes a question of a batch that one and no other.
-type Identity = (String, String, Option<String>, Option<String>, String, u32);
+type Identity = (
+    String,
+    String,
+    Option<String>,
+    Option<String>,
+    String,
+    u32,
+    Words,
+);
+
+/// The words of a lead and of a change.
+type Words = (Option<String>, Option<String>);
 
 fn identity(item: &NewItem) -> Identity {
     (
@@ -26,6 +37,7 @@ fn identity(item: &NewItem) -> Identity {
         item.techniques.clone(),
         item.model.clone(),
         item.sample,
+        (item.lead.clone(), item.transform.clone()),
     )
 }
 
@@ -224,27 +236,33 @@ fn wanted(
     there: &HashSet<Identity>,
 ) -> Result<Vec<(Entry, Vec<Ask>)>, Failure> {
     let mut by_path: BTreeMap<&str, Vec<Ask>> = BTreeMap::new();
-    let add = |asks: &mut Vec<Ask>, way: Way, sample: u32| match asks
+    let add = |asks: &mut Vec<Ask>, way: Way, variant: Variant, sample: u32| match asks
         .iter_mut()
-        .find(|ask| ask.way == way)
+        .find(|ask| ask.way == way && ask.variant == variant)
     {
         Some(ask) => ask.samples.push(sample),
         None => asks.push(Ask {
             way,
+            variant,
             samples: vec![sample],
         }),
     };
     for item in items.iter().filter(|item| selection.has(item.state)) {
         let way = batch::way_of(&item.asked).map_err(Failure::input)?;
         let asks = by_path.entry(&item.asked.path).or_default();
-        add(asks, way, item.asked.sample);
+        let variant = Variant::of(&item.asked).map_err(Failure::input)?;
+        add(asks, way, variant, item.asked.sample);
     }
     let all = paths(items);
     if let Some(spec) = extended {
         let ways = spec.matrix.ways();
         for path in &all {
             let asks = by_path.entry(path).or_default();
-            for way in &ways {
+            let varied = ways.iter().flat_map(|way| {
+                let variants = spec.matrix.variants(way).into_iter();
+                variants.map(move |variant| (way, variant))
+            });
+            for (way, variant) in varied {
                 for sample in 0..spec.matrix.samples_of(way) {
                     let new = (
                         path.to_string(),
@@ -253,9 +271,10 @@ fn wanted(
                         way.techniques.map(|techniques| techniques.to_string()),
                         way.model.clone(),
                         sample,
+                        variant.words(),
                     );
                     if !there.contains(&new) {
-                        add(asks, way.clone(), sample);
+                        add(asks, way.clone(), variant, sample);
                     }
                 }
             }

@@ -10,6 +10,7 @@ use tokio::task::JoinSet;
 
 use super::desk::{Desk, key};
 use super::scored::{label_of, way_of};
+use super::variant::Variant;
 use crate::evaluation::{self, Answer, AskError, Judge, Judged, Missing, Question, Wanted};
 use crate::scenario::Entry;
 use crate::store::{BatchId, Item, ItemState, Key, RunId, Store, StoreError};
@@ -165,7 +166,7 @@ impl Asking {
         let made = tokio::task::spawn_blocking(move || {
             let entry = Entry::of_argument(Path::new(&asked.path));
             let way = way_of(&asked)?;
-            desk.question(&entry, &way, label_of(&asked))
+            desk.question(&entry, &way, &Variant::of(&asked)?, label_of(&asked))
         });
         let made = made.await;
         made.map_err(|error| format!("it could not be worked out: {error}"))?

@@ -7,6 +7,7 @@ use super::estimate::Size;
 use super::matrix::Manner;
 use super::recent::Recent;
 use super::truth::Truth;
+use super::variant::Variant;
 use crate::evaluation::plan::usual_window;
 use crate::evaluation::request::record;
 use crate::evaluation::{
@@ -27,8 +28,11 @@ pub struct Desk {
     /// How all are asked.
     manner: Manner,
     scenes: Recent<String, Result<Reading, String>>,
-    questions: Recent<(String, Way), Result<Arc<Question>, String>>,
+    questions: Recent<Asked, Result<Arc<Question>, String>>,
 }
+
+/// What tells questions apart: the scenario, how it is asked about, the lead and the change.
+type Asked = (String, Way, (Option<String>, Option<String>));
 
 /// A scenario that was opened, with its recorded ego.
 #[derive(Debug, Clone)]
@@ -44,6 +48,8 @@ pub struct Reading {
 pub struct Ask {
     /// How it is asked.
     pub way: Way,
+    /// With which lead, and about which change of the scene.
+    pub variant: Variant,
     /// Which of several answers.
     pub samples: Vec<u32>,
 }
@@ -102,7 +108,8 @@ impl Desk {
         })
     }
 
-    /// The question about an entry that is asked this way; `label` is what is true about it, where leads count from.
+    /// The question about an entry, or a variant of it, that is asked this way; `label` is what is true about it, where
+    /// leads count from.
     ///
     /// # Errors
     /// In words: it cannot be opened, or no prompt can be made of it.
@@ -110,6 +117,7 @@ impl Desk {
         &self,
         entry: &Entry,
         way: &Way,
+        variant: &Variant,
         label: Option<Label>,
     ) -> Result<Arc<Question>, String> {
         // Whom it is sent to changes nothing of it.
@@ -117,10 +125,11 @@ impl Desk {
             model: String::new(),
             ..way.clone()
         };
-        self.questions.get(&(path_of(entry), whose), || {
-            let scene = self.open(entry)?.scene;
-            self.made(entry, scene, way, label).map(Arc::new)
-        })
+        self.questions
+            .get(&(path_of(entry), whose, variant.words()), || {
+                let scene = self.open(entry)?.scene;
+                self.made(entry, scene, way, variant, label).map(Arc::new)
+            })
     }
 
     fn made(
@@ -128,6 +137,7 @@ impl Desk {
         entry: &Entry,
         scene: Arc<Scene>,
         way: &Way,
+        variant: &Variant,
         label: Option<Label>,
     ) -> Result<Question, String> {
         let frame = way
@@ -137,14 +147,21 @@ impl Desk {
         let (_, chosen) = template(&self.library, way.task, frame).map_err(|e| e.to_string())?;
         let settings = self.manner.settings(Some(techniques));
         let decided = settings.with(&chosen.front.defaults);
-        let window = match (way.task, self.manner.lead) {
+        let window = match (way.task, variant.lead.or(self.manner.lead)) {
             (Task::Safety, Some(lead)) => Labelled::new(&scene, label)
                 .window(lead, decided.history)
                 .ok_or_else(|| too_short(entry, lead))?,
             _ => usual_window(way.task, &scene, decided.history),
         };
+        let (name, scene) = match variant.transform {
+            None => (entry.name.clone(), scene),
+            Some(change) => {
+                let changed = change.apply(&scene).scene;
+                (change.name(&entry.name), Arc::new(changed))
+            }
+        };
         let case = Case {
-            name: entry.name.clone(),
+            name,
             scene,
             task: way.task,
             frame,
@@ -180,12 +197,20 @@ impl Desk {
             looked.doubts.clone_from(&reading.doubts);
         }
         for ask in asks {
-            let question = self.question(entry, &ask.way, label);
+            // Windows of safe scenarios are the same at every lead: one is enough.
+            let another = ask.variant.transform.is_none()
+                && ask.variant.lead.is_some()
+                && ask.variant.lead != self.manner.lead;
+            if another && label == Some(Label::Safe) {
+                continue;
+            }
+            let question = self.question(entry, &ask.way, &ask.variant, label);
             let judge = &judges[&ask.way.model];
             let (key, size) = match &question {
                 Ok(question) => (key(question, judge)?, Some(Size::of(question, judge))),
                 Err(_) => (None, None),
             };
+            let (lead, transform) = ask.variant.words();
             for &sample in &ask.samples {
                 let stored = match (&key, store) {
                     (Some(key), Some(store)) => store.has_answer(key, sample)?,
@@ -210,6 +235,8 @@ impl Desk {
                     techniques: ask.way.techniques.map(|techniques| techniques.to_string()),
                     model: ask.way.model.clone(),
                     sample,
+                    lead: lead.clone(),
+                    transform: transform.clone(),
                     key: key.clone(),
                     collides: label.map(Label::collides),
                     obstacle: obstacle(label),

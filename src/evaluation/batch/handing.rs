@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::asking::Asking;
 use super::desk::key;
 use super::scored::{label_of, way_of};
+use super::variant::Variant;
 use crate::evaluation::remote::{RemoteError, Submitted, submit};
 use crate::evaluation::{Judge, Question, Wanted};
 use crate::scenario::Entry;
@@ -108,7 +109,8 @@ impl Asking {
     fn made(&self, item: &Item) -> Result<Question, String> {
         let entry = Entry::of_argument(Path::new(&item.asked.path));
         let way = way_of(&item.asked)?;
-        let question = self.desk.question(&entry, &way, label_of(&item.asked))?;
+        let (variant, label) = (Variant::of(&item.asked)?, label_of(&item.asked));
+        let question = self.desk.question(&entry, &way, &variant, label)?;
         Ok(Question::clone(&question))
     }
 }

@@ -1,9 +1,11 @@
 //! The matrix of a batch: every combination of task, frame, techniques, model and sample, in one fixed order.
 
+use super::variant::Variant;
 use crate::evaluation::{Lead, Settings, Way};
 use crate::judge;
 use crate::llm::{Effort, Parameters};
 use crate::prompts::Techniques;
+use crate::scenario::Transform;
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -20,6 +22,10 @@ pub struct Matrix {
     pub models: Vec<String>,
     /// Answers to each request, at least one.
     pub samples: u32,
+    /// Leads that the safety task is asked with beside that of `manner`.
+    pub more_leads: Vec<Lead>,
+    /// Changes of the scene under each of which everything is asked once more, with the first lead.
+    pub transforms: Vec<Transform>,
     /// How all of them are asked.
     pub manner: Manner,
 }
@@ -99,6 +105,27 @@ impl Matrix {
             true => 1,
             false => self.samples,
         }
+    }
+
+    /// What is asked of a scenario in one way: the scene as it is with the first lead, then with each other one, then
+    /// the changed scenes. Leads are a matter of the safety task.
+    #[must_use]
+    pub fn variants(&self, way: &Way) -> Vec<Variant> {
+        let timed = way.task == Task::Safety && !self.more_leads.is_empty();
+        let first = Variant {
+            lead: self.manner.lead.filter(|_| timed),
+            transform: None,
+        };
+        let more = self.more_leads.iter().filter(|_| timed);
+        let leads = more.map(|lead| Variant {
+            lead: Some(*lead),
+            transform: None,
+        });
+        let changes = self.transforms.iter().map(|change| Variant {
+            transform: Some(*change),
+            ..first
+        });
+        std::iter::once(first).chain(leads).chain(changes).collect()
     }
 
     /// Adds what another matrix has more of: models, techniques, samples.

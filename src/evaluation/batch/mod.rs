@@ -10,16 +10,18 @@ mod scored;
 mod shard;
 mod spec;
 mod truth;
+mod variant;
 
 pub use asking::{Asking, Ended, Judges, Selection};
 pub use desk::{Ask, Desk, Looked, Reading};
 pub use estimate::Estimate;
 pub use handing::Handed;
 pub use matrix::{Manner, Matrix};
-pub use scored::{retold, scored, way_of};
+pub use scored::{Answers, answers, retold, scored, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};
 pub use truth::{Truth, TruthError, TruthSource};
+pub use variant::Variant;
 
 #[cfg(test)]
 mod tests;

@@ -4,13 +4,34 @@ use rayon::prelude::*;
 
 use super::desk::obstacle;
 use super::truth::Truth;
-use crate::evaluation::{Label, Said, Scored, Way};
+use super::variant::Variant;
+use crate::evaluation::{Label, Lead, Said, Scored, Way};
 use crate::judge;
 use crate::prompts::Techniques;
-use crate::scenario::Entry;
+use crate::scenario::{Entry, Transform};
 use crate::store::{BatchId, Consumed, Found, Item, ItemState, NewItem, Store, StoreError};
 use crate::text::Frame;
 use crate::verdict::{self, Verdict};
+
+/// The answers of a batch, those about its scenes as they are and with the first lead apart from the others.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Answers {
+    /// About the scenes as they are, with the first lead: what is right or wrong is counted of these.
+    pub plain: Vec<Scored>,
+    /// About changed scenes, called as [`Transform::name`] says, with the ids of the originals.
+    pub changed: Vec<Scored>,
+    /// About the scenes as they are, at every lead, the first one, too; none of batches with fewer than two.
+    pub leads: Vec<(Lead, Scored)>,
+}
+
+/// Every question of a batch about a scene as it is and with the first lead, with what was said to it, in their order;
+/// see [`answers`].
+///
+/// # Errors
+/// See [`answers`].
+pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> {
+    Ok(answers(store, batch)?.plain)
+}
 
 /// Every question of a batch with what was said to it, in their order: the newest whole answer to the same request and
 /// sample, else why there is none.
@@ -19,12 +40,32 @@ use crate::verdict::{self, Verdict};
 ///
 /// # Errors
 /// The store cannot be read, or holds words that this version does not know.
-pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> {
+pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
     let found = store.items_with_answers(batch)?;
-    let mut scored = found
+    let all = found
         .par_iter()
-        .map(|(item, found)| one(item, found.as_ref()))
-        .collect::<Result<Vec<Scored>, _>>()?;
+        .map(|(item, found)| {
+            let variant = Variant::of(&item.asked).map_err(StoreError::Word)?;
+            let scored = one(item, found.as_ref())?;
+            Ok((variant, told_back(item, variant.transform, scored)))
+        })
+        .collect::<Result<Vec<(Variant, Scored)>, StoreError>>()?;
+    // Of every scenario the first lead stands before the others.
+    let first = all.iter().find_map(|(variant, _)| variant.lead);
+    let mut sorted = Answers::default();
+    for (variant, scored) in all {
+        if variant.transform.is_some() {
+            sorted.changed.push(scored);
+            continue;
+        }
+        if let Some(lead) = variant.lead {
+            sorted.leads.push((lead, scored.clone()));
+        }
+        if variant.lead.is_none() || variant.lead == first {
+            sorted.plain.push(scored);
+        }
+    }
+    let scored = &mut sorted.plain;
     let reference: Vec<(String, verdict::Task, Verdict)> = scored
         .iter()
         .filter(|one| one.way.model == judge::MODEL)
@@ -37,12 +78,38 @@ pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> 
         .iter()
         .map(|(scenario, task, verdict)| ((scenario.as_str(), *task), verdict))
         .collect();
-    for one in &mut scored {
+    for one in scored {
         one.reference = of
             .get(&(one.scenario.as_str(), one.way.task))
             .map(|v| (*v).clone());
     }
-    Ok(scored)
+    Ok(sorted)
+}
+
+/// An answer about a changed scene under its name, with the ids of the original. New numbers can be told back only as long
+/// as the scenario can be read as it was.
+fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scored {
+    let Some(change) = change else { return scored };
+    scored.scenario = change.name(&scored.scenario);
+    if !matches!(change, Transform::Renumber(_)) || !matches!(scored.said, Said::Verdict(_)) {
+        return scored;
+    }
+    let asked = &item.asked;
+    let read = Entry::of_argument(std::path::Path::new(&asked.path)).read();
+    match read.map_err(|error| error.to_string()) {
+        Ok(scenario) if asked.scenario_hash == Some(scenario.hash.to_string()) => {
+            scored.mapped_back(&change.ids(&scenario))
+        }
+        Ok(_) => {
+            let why = "its numbers cannot be told back: the scenario is no longer the same";
+            scored.said = Said::Failed(why.into());
+            scored
+        }
+        Err(why) => {
+            scored.said = Said::Failed(format!("its numbers cannot be told back: {why}"));
+            scored
+        }
+    }
 }
 
 fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {

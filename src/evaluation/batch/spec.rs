@@ -58,6 +58,10 @@ struct Written {
     temperature: Option<f64>,
     max_tokens: Option<u32>,
     effort: Option<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    more_leads: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    transforms: Vec<String>,
     truth: String,
     truth_files: Vec<PathBuf>,
     templates: BTreeMap<String, String>,
@@ -88,6 +92,8 @@ impl Spec {
             temperature: manner.temperature,
             max_tokens: manner.max_tokens,
             effort: manner.effort.map(|effort| effort.name().to_string()),
+            more_leads: words(&matrix.more_leads, ToString::to_string),
+            transforms: words(&matrix.transforms, ToString::to_string),
             truth: truth.into(),
             truth_files,
             templates: self.templates.clone(),
@@ -113,6 +119,8 @@ impl Spec {
             techniques: each(&written.techniques, |w| Techniques::parse(w).ok())?,
             models: written.models,
             samples: written.samples,
+            more_leads: each(&written.more_leads, |w| w.parse().ok())?,
+            transforms: each(&written.transforms, |w| w.parse().ok())?,
             manner: Manner {
                 history: written.history,
                 radius: written.radius,

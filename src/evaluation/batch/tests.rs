@@ -9,7 +9,7 @@ use crate::evaluation::{Label, Lead, Way};
 use crate::judge;
 use crate::llm::Effort;
 use crate::prompts::Techniques;
-use crate::scenario::Entry;
+use crate::scenario::{Entry, Transform};
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -24,6 +24,8 @@ fn matrix() -> Matrix {
         techniques: vec![techniques("base"), techniques("cp+cot")],
         models: vec!["lab/a".into(), judge::MODEL.into()],
         samples: 3,
+        more_leads: Vec::new(),
+        transforms: Vec::new(),
         manner: Manner::default(),
     }
 }
@@ -53,6 +55,29 @@ fn ways_come_in_the_order_they_were_named_and_the_judge_once_for_each_task() {
     assert_eq!(said, wanted);
     let samples: u32 = ways.iter().map(|way| matrix().samples_of(way)).sum();
     assert_eq!(samples, 8 * 3 + 2, "the judge always says the same");
+}
+
+#[test]
+fn leads_and_changes_are_asked_beside_the_original_not_of_each_other() {
+    let mut matrix = matrix();
+    matrix.manner.lead = Some(Lead::Seconds(0.5));
+    matrix.more_leads = vec![Lead::Seconds(1.0)];
+    matrix.transforms = vec![Transform::Mirror];
+    let variants = |task| {
+        let ways = matrix.ways();
+        let way = ways.iter().find(|way| way.task == task).unwrap();
+        let words = matrix.variants(way).into_iter().map(|v| v.words());
+        words.collect::<Vec<_>>()
+    };
+    let word = |word: &str| Some(word.to_string());
+    let wanted = [
+        (word("0.5"), None),
+        (word("1"), None),
+        (word("0.5"), word("mirror")),
+    ];
+    assert_eq!(variants(Task::Safety), wanted);
+    let wanted = [(None, None), (None, word("mirror"))];
+    assert_eq!(variants(Task::Collision), wanted, "no leads");
 }
 
 #[test]
@@ -125,7 +150,16 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
             thresholds: vec!["risk 1 distance = 3 m".into()],
             base_url: Some("http://127.0.0.1:1".into()),
         };
-        assert_eq!(Spec::from_json(&spec.to_json()), Ok(spec));
+        let json = spec.to_json();
+        assert!(
+            !json.contains("more_leads") && !json.contains("transforms"),
+            "as older versions wrote it"
+        );
+        assert_eq!(Spec::from_json(&json), Ok(spec.clone()));
+        let mut varied = spec;
+        varied.matrix.more_leads = vec![Lead::Paper, Lead::Seconds(0.5)];
+        varied.matrix.transforms = vec![Transform::Mirror, Transform::Move(1000.0, -500.0)];
+        assert_eq!(Spec::from_json(&varied.to_json()), Ok(varied));
     }
     let error = Spec::from_json("{}").unwrap_err().to_string();
     assert!(error.contains("begin a new batch"), "{error}");
