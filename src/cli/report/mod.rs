@@ -246,6 +246,7 @@ fn of_batch(store: &Store, id: BatchId) -> Result<Made, Failure> {
         scored.len(),
         output::visible(&spec.truth.words())
     )];
+    notes.push(output::visible(&spec.asked_words()));
     if waiting > 0 {
         let unfinished = format!(
             "The batch is not finished: {waiting} of its questions were not answered yet, and count as failed here. \

@@ -1,5 +1,6 @@
 //! Questions in bulk: a matrix of ways of asking over many scenarios, written into the store and gone on with at will.
 
+mod asked_words;
 mod asking;
 mod desk;
 mod estimate;
