@@ -301,7 +301,17 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
         assert!(table.contains(words), "{words}: {table}");
     }
     let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last"]));
-    assert!(report.status(0).stdout.contains("2 questions"));
+    let report = report.status(0).stdout;
+    assert!(
+        report.contains("2 questions") && report.contains("3 more"),
+        "{report}"
+    );
+    let list = tokio::task::block_in_place(|| home.run(&["evaluate", "--list"])).status(0);
+    assert!(
+        list.stdout.contains("lead 0.5,1 · mirror"),
+        "{}",
+        list.stdout
+    );
     // A sample more of each, and no question that is there already.
     resume(&["--samples", "2"]);
     assert_eq!(server.requests().len(), 10);

@@ -235,12 +235,23 @@ fn of_batch(store: &Store, id: BatchId) -> Result<Made, Failure> {
         )));
     };
     let spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;
-    let scored = batch::scored(store, id).map_err(Failure::input)?;
-    let notes = vec![format!(
+    let answers = batch::answers(store, id).map_err(Failure::input)?;
+    let batch::Answers {
+        plain: scored,
+        others,
+        ..
+    } = answers;
+    let mut notes = vec![format!(
         "Batch {id}: {} questions. Truth: {}.",
         scored.len(),
         output::visible(&spec.truth.words())
     )];
+    if others > 0 {
+        notes.push(format!(
+            "{others} more, about changed scenes or at other leads, are not counted here; `nearmiss evaluate --resume \
+             {id}` tells about them."
+        ));
+    }
     Ok(Made::Report(Report::of(&scored), notes))
 }
 
