@@ -361,6 +361,19 @@ async fn new_numbers_are_told_back() {
         CUT_IN,
         "--model",
         "lab/tiny",
+        "--task",
+        "collision",
+        "--lead",
+        "0.5,1",
+    ];
+    tokio::task::block_in_place(|| home.run(&wrong))
+        .status(2)
+        .says(&["--lead", "--task safety"]);
+    let wrong = [
+        "evaluate",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
         "--transform",
         "mirror,rotate:90",
     ];
