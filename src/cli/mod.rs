@@ -79,7 +79,7 @@ pub enum Command {
     Ask(ask::Ask),
     /// Which models can be asked, with what key, at what price, and how long still.
     Models(models::Models),
-    /// How good the built-in judge is, and how long before a collision.
+    /// Asks models about many scenarios, in many ways, and counts how often they are right; the built-in judge too.
     Evaluate(evaluate::Evaluate),
     /// Batches that providers work off: list, collect their answers, cancel.
     Batches(batches::Batches),

@@ -75,8 +75,8 @@ impl Labels {
     ///
     /// The scenario's name is in the column `scenario`, `scenario_name` or `name`, without an ending. A column
     /// `label` or `collision` says `collision`, `yes`, `true`, `1` or `safe`, `normal`, `no`, `false`, `0`; or a
-    /// column `obstacle_id` or `obstacle` has the id of the obstacle that collides, and `none` or nothing where
-    /// none does, as the annotations of "From Words to Collisions" have it.
+    /// column `obstacle_id` or `obstacle` has the id of the obstacle that collides, and `none` where none does (or
+    /// nothing, beside a label), as the annotations of "From Words to Collisions" have it.
     ///
     /// # Errors
     /// See [`LabelError`].
@@ -121,6 +121,10 @@ impl Labels {
                 return Err(wrong(name, "name of a scenario"));
             }
             let id = match cell(obstacle).to_ascii_lowercase().as_str() {
+                // Nothing is no word for nobody where nothing else says it: somebody may have forgotten it.
+                "" if answer.is_none() => {
+                    return Err(wrong("", "id of an obstacle, nor none"));
+                }
                 "" | "none" => None,
                 text => Some(
                     text.parse::<i64>()
@@ -133,6 +137,10 @@ impl Labels {
                 (_, "safe" | "normal" | "none" | "no" | "false" | "0") => Label::Safe,
                 (_, text) => return Err(wrong(text, "label: yes or no, collision or safe")),
             };
+            if label == Label::Safe && id.is_some() {
+                let what = "obstacle of a scenario whose label says that nobody collides";
+                return Err(wrong(cell(obstacle), what));
+            }
             any = true;
             if self
                 .0
@@ -206,6 +214,11 @@ mod tests {
             ("name,obstacle_id\nx,7b\n", "line 2: `7b`"),
             ("name,label\nx,1\nx,0\n", "line 3: x has another label"),
             ("name,label\n,1\n", "line 2: `` is no name"),
+            ("name,obstacle_id\nx,\n", "line 2: `` is no id"),
+            (
+                "name,label,obstacle_id\nx,no,7\n",
+                "line 2: `7` is no obstacle",
+            ),
             ("name,label\n", "no label in it"),
             ("name,label\nx\n", "found record with 1 field"),
         ] {

@@ -159,6 +159,11 @@ pub fn run(arguments: &Evaluate) -> Outcome {
 /// Begins a batch.
 fn begin(arguments: &Evaluate) -> Outcome {
     let options = &arguments.batch;
+    if options.retry_failed || !options.add_model.is_empty() || !options.add_techniques.is_empty() {
+        return Err(Failure::input(
+            "--retry-failed, --add-model and --add-techniques go on with a batch: --resume ID names it",
+        ));
+    }
     let opened = Opened::new()?;
     let matrix = matrix(arguments, &opened)?;
     let mut entries = found(&arguments.paths)?;

@@ -130,6 +130,12 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         let (truth, doubts) = Truth::open(&source, &entries).map_err(Failure::input)?;
         say_each(&doubts);
         let labels = retold(&items, &truth, &desk);
+        if labels.iter().all(|(_, collides, _)| collides.is_none()) {
+            return Err(Failure::input(format!(
+                "--truth: it says nothing about any scenario of {}; its truth stays as it was",
+                batch.id
+            )));
+        }
         for (item, (_, collides, obstacle)) in items.iter_mut().zip(&labels) {
             (item.asked.collides, item.asked.obstacle) = (*collides, *obstacle);
         }

@@ -12,7 +12,7 @@ use super::{Failure, Outcome, output};
 use crate::evaluation::batch::{self, Spec};
 use crate::evaluation::recorded::{Loss, Problem};
 use crate::evaluation::report::{self, Document, Paper, Report, Stored};
-use crate::store::{BatchId, Filter, Outcome as Run, Store};
+use crate::store::{BatchId, Filter, ItemState, Outcome as Run, Store};
 use crate::verdict;
 
 /// Arguments of `report`.
@@ -241,6 +241,14 @@ fn of_batch(store: &Store, id: BatchId) -> Result<Made, Failure> {
         others,
         ..
     } = answers;
+    let items = store.items(id).map_err(Failure::input)?;
+    // Only of those that are counted: the scenes as they are, with the first lead.
+    let first = items.iter().find_map(|i| i.asked.lead.clone());
+    let waiting = items
+        .iter()
+        .filter(|i| i.state == ItemState::Waiting && i.asked.transform.is_none())
+        .filter(|i| i.asked.lead.is_none() || i.asked.lead == first)
+        .count();
     let mut notes = vec![format!(
         "Batch {id}: {} questions. Truth: {}.",
         scored.len(),
@@ -251,6 +259,19 @@ fn of_batch(store: &Store, id: BatchId) -> Result<Made, Failure> {
             "{others} more, about changed scenes or at other leads, are not counted here; `nearmiss evaluate --resume \
              {id}` tells about them."
         ));
+    }
+    if waiting > 0 {
+        let unfinished = format!(
+            "The batch is not finished: {waiting} of its questions were not answered yet, and count as failed here. \
+             `nearmiss evaluate --resume {id}` goes on with it."
+        );
+        output::say(&format!("nearmiss: {unfinished}"));
+        notes.push(unfinished);
+    }
+    if scored.iter().all(|one| one.reference.is_none()) {
+        notes.push(
+            "Agreement with the built-in judge is counted where reference/geometry is one of the batch's models.".into(),
+        );
     }
     Ok(Made::Report(Report::of(&scored), notes))
 }
@@ -273,7 +294,7 @@ fn of_store(arguments: &ReportArguments) -> Result<Made, Failure> {
         };
         if filter != alone || !arguments.truth.is_empty() || arguments.reread {
             return Err(Failure::input(
-                "--batch: a batch is reported as a whole, beside the truth that it was begun with, and its answers are \
+                "--batch: a batch is reported as a whole, beside its own truth, and its answers are \
                  always read anew; `nearmiss evaluate --resume ID --truth …` gives it another truth",
             ));
         }

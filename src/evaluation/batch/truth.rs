@@ -1,6 +1,6 @@
 //! What is true about the scenarios of a batch: exact geometry, labels of files, or the folders that they lie in.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use crate::evaluation::recorded;
@@ -104,6 +104,18 @@ impl Truth {
                         source,
                     })?;
                     labels.read(&bytes, &file)?;
+                }
+                let there: BTreeSet<&str> = entries.iter().map(|e| e.name.as_str()).collect();
+                let nowhere: Vec<&str> = labels
+                    .iter()
+                    .map(|(name, _)| name)
+                    .filter(|name| !there.contains(name))
+                    .collect();
+                if let Some(first) = nowhere.first() {
+                    doubts.push(format!(
+                        "the truth speaks of {} that are not among these scenarios, such as {first} (names have no ending)",
+                        nowhere.len()
+                    ));
                 }
                 Self::Labels(labels)
             }
