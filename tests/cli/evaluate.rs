@@ -301,7 +301,17 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
         assert!(table.contains(words), "{words}: {table}");
     }
     let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last"]));
-    assert!(report.status(0).stdout.contains("2 questions"));
+    let report = report.status(0).stdout;
+    assert!(
+        report.contains("2 questions") && report.contains("3 more"),
+        "{report}"
+    );
+    let list = tokio::task::block_in_place(|| home.run(&["evaluate", "--list"])).status(0);
+    assert!(
+        list.stdout.contains("lead 0.5,1 · mirror"),
+        "{}",
+        list.stdout
+    );
     // A sample more of each, and no question that is there already.
     resume(&["--samples", "2"]);
     assert_eq!(server.requests().len(), 10);
@@ -346,6 +356,19 @@ async fn new_numbers_are_told_back() {
     };
     assert_eq!(renamed("renumber:1"), 0, "it is the same obstacle");
     assert_eq!(renamed("mirror"), 1, "it is another obstacle");
+    let wrong = [
+        "evaluate",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
+        "--task",
+        "collision",
+        "--lead",
+        "0.5,1",
+    ];
+    tokio::task::block_in_place(|| home.run(&wrong))
+        .status(2)
+        .says(&["--lead", "--task safety"]);
     let wrong = [
         "evaluate",
         CUT_IN,

@@ -271,6 +271,11 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
         ));
     }
     models.dedup();
+    if arguments.lead.len() > 1 && !tasks.contains(&Task::Safety) {
+        return Err(Failure::input(
+            "--lead: windows of the collision task end with the recording; several leads are for --task safety",
+        ));
+    }
     let mut leads = each_once(arguments.lead.iter().copied()).into_iter();
     let lead = leads.next();
     let changes = options.transform.iter().flat_map(|changes| &changes.0);

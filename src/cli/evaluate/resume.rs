@@ -10,7 +10,7 @@ use super::sheet::Sheet;
 use super::{Evaluate, Format};
 use crate::cli::filters::store;
 use crate::cli::{Failure, Outcome, output, time};
-use crate::evaluation::batch::{Ask, Selection, Spec, Truth, TruthSource, Variant, retold};
+use crate::evaluation::batch::{Ask, Matrix, Selection, Spec, Truth, TruthSource, Variant, retold};
 use crate::evaluation::{Way, batch};
 use crate::scenario::Entry;
 use crate::store::{Batch, Item, NewItem};
@@ -48,12 +48,13 @@ pub fn list() -> Outcome {
     for (batch, progress) in &batches {
         let about = match Spec::from_json(&batch.spec) {
             Ok(spec) => format!(
-                "{} · {} · {} · {} × {}",
+                "{} · {} · {} · {} × {}{}",
                 joined(&spec.matrix.tasks, |task| task.name().to_string()),
                 joined(&spec.matrix.frames, |frame| frame.name().to_string()),
                 joined(&spec.matrix.techniques, ToString::to_string),
                 spec.matrix.models.join(","),
-                spec.matrix.samples
+                spec.matrix.samples,
+                varied(&spec.matrix)
             ),
             Err(error) => error.to_string(),
         };
@@ -83,6 +84,20 @@ pub fn list() -> Outcome {
         output::say("nearmiss: there is no batch yet");
     }
     output::text(&output::visible(&text))
+}
+
+/// The leads of a matrix that has several, and its changes of scenes.
+fn varied(matrix: &Matrix) -> String {
+    let mut text = String::new();
+    if !matrix.more_leads.is_empty() {
+        let leads = matrix.manner.lead.iter().chain(&matrix.more_leads);
+        let leads: Vec<String> = leads.map(ToString::to_string).collect();
+        text.push_str(&format!(" · lead {}", leads.join(",")));
+    }
+    for change in &matrix.transforms {
+        text.push_str(&format!(" · {change}"));
+    }
+    text
 }
 
 fn joined<T>(values: &[T], word: impl Fn(&T) -> String) -> String {

@@ -1,5 +1,6 @@
 //! `nearmiss report`: how often stored or recorded answers are right, as a table for papers.
 
+mod of_batch;
 mod truth;
 
 use std::io::Write;
@@ -9,10 +10,9 @@ use super::filters::{Filters, store};
 use super::metrics::{Target, file_of, no_format};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
-use crate::evaluation::batch::{self, Spec};
 use crate::evaluation::recorded::{Loss, Problem};
 use crate::evaluation::report::{self, Document, Paper, Report, Stored};
-use crate::store::{BatchId, Filter, ItemState, Outcome as Run, Store};
+use crate::store::{Filter, Outcome as Run, Store};
 use crate::verdict;
 
 /// Arguments of `report`.
@@ -227,42 +227,6 @@ fn recorded(folder: &Path) -> Result<(Vec<crate::evaluation::Scored>, String, us
     Ok((scored, note, lost.len()))
 }
 
-/// A batch of `evaluate`: every question of it, also those without an answer, beside the truth that it was begun with.
-fn of_batch(store: &Store, id: BatchId) -> Result<Made, Failure> {
-    let Some(batch) = store.batch(id).map_err(Failure::input)? else {
-        return Err(Failure::input(format!(
-            "there is no batch {id}; `nearmiss evaluate --list` lists them"
-        )));
-    };
-    let spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;
-    let scored = batch::scored(store, id).map_err(Failure::input)?;
-    let items = store.items(id).map_err(Failure::input)?;
-    let waiting = items
-        .iter()
-        .filter(|i| i.state == ItemState::Waiting)
-        .count();
-    let mut notes = vec![format!(
-        "Batch {id}: {} questions. Truth: {}.",
-        scored.len(),
-        output::visible(&spec.truth.words())
-    )];
-    notes.push(output::visible(&spec.asked_words()));
-    if waiting > 0 {
-        let unfinished = format!(
-            "The batch is not finished: {waiting} of its questions were not answered yet, and count as failed here. \
-             `nearmiss evaluate --resume {id}` goes on with it."
-        );
-        output::say(&format!("nearmiss: {unfinished}"));
-        notes.push(unfinished);
-    }
-    if scored.iter().all(|one| one.reference.is_none()) {
-        notes.push(
-            "Agreement with the built-in judge is counted where reference/geometry is one of the batch's models.".into(),
-        );
-    }
-    Ok(Made::Report(Report::of(&scored), notes))
-}
-
 fn of_store(arguments: &ReportArguments) -> Result<Made, Failure> {
     let sources = match arguments.truth.is_empty() {
         true => vec![PathBuf::from(truth::AUTO)],
@@ -286,7 +250,7 @@ fn of_store(arguments: &ReportArguments) -> Result<Made, Failure> {
             ));
         }
         let store = store()?;
-        return of_batch(&store, id);
+        return of_batch::made(&store, id);
     }
     let truth = truth::truth(&sources)?;
     let store = store()?;

@@ -22,6 +22,8 @@ pub struct Answers {
     pub changed: Vec<Scored>,
     /// About the scenes as they are, at every lead, the first one, too; none of batches with fewer than two.
     pub leads: Vec<(Lead, Scored)>,
+    /// Those that are not among the plain ones.
+    pub others: usize,
 }
 
 /// Every question of a batch about a scene as it is and with the first lead, with what was said to it, in their order;
@@ -52,6 +54,7 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
         .collect::<Result<Vec<(Variant, Scored)>, StoreError>>()?;
     // Of every scenario the first lead stands before the others.
     let first = all.iter().find_map(|(variant, _)| variant.lead);
+    let questions = all.len();
     let mut sorted = Answers::default();
     for (variant, scored) in all {
         if variant.transform.is_some() {
@@ -65,6 +68,7 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
             sorted.plain.push(scored);
         }
     }
+    sorted.others = questions - sorted.plain.len();
     let scored = &mut sorted.plain;
     let reference: Vec<(String, verdict::Task, Verdict)> = scored
         .iter()

@@ -1,8 +1,8 @@
 //! Batches: many questions handed over at once, answered within a day, at half the price.
 //!
-//! The steps of a submission are apart, so that whoever keeps a record of it can write between them: [`Batches::prepare`]
-//! hands over what can be handed over without anything being asked, [`Batches::create`] asks. Where nobody knows whether
-//! a creation arrived, [`Batches::look_up`] finds out.
+//! The steps of a submission are apart, so that whoever keeps a record of it can write between them: `Batches::prepare`
+//! hands over what can be handed over without anything being asked, `Batches::create` asks. Where nobody knows whether
+//! a creation arrived, `Batches::look_up` finds out.
 
 mod anthropic;
 mod call;
@@ -141,7 +141,7 @@ pub struct Mark<'a> {
     pub others: &'a [String],
 }
 
-/// What [`Batches::create`] needs.
+/// What `Batches::create` needs.
 #[derive(Debug)]
 pub struct Prepared(Value);
 
@@ -245,7 +245,7 @@ impl Batches {
     /// tried again; what may have arrived is not.
     ///
     /// # Errors
-    /// As [`Batches::prepare`]. Where [`surely_not_created`] does not say otherwise, the batch may be there all the same.
+    /// As `Batches::prepare`. Where [`surely_not_created`] does not say otherwise, the batch may be there all the same.
     pub async fn create(&self, prepared: &Prepared) -> Result<String, Error> {
         let document = match self.endpoint().dialect {
             Dialect::Anthropic => anthropic::create(&self.calls, &prepared.0).await?,
@@ -262,7 +262,7 @@ impl Batches {
     /// Looks for a batch of which nobody knows whether its creation arrived.
     ///
     /// # Errors
-    /// As [`Batches::prepare`].
+    /// As `Batches::prepare`.
     pub async fn look_up(&self, mark: Mark<'_>) -> Result<Found, Error> {
         match self.endpoint().dialect {
             Dialect::Anthropic => anthropic::look_up(&self.calls, mark).await,
@@ -274,7 +274,7 @@ impl Batches {
     /// Where a batch stands.
     ///
     /// # Errors
-    /// As [`Batches::prepare`].
+    /// As `Batches::prepare`.
     pub async fn status(&self, id: &str) -> Result<Status, Error> {
         match self.endpoint().dialect {
             Dialect::Anthropic => anthropic::status(&self.calls, id).await,
@@ -287,7 +287,7 @@ impl Batches {
     /// Whether these are all for sure: a body that ends with its connection may have been cut.
     ///
     /// # Errors
-    /// As [`Batches::prepare`], with some results given perhaps; or what `each` says.
+    /// As `Batches::prepare`, with some results given perhaps; or what `each` says.
     pub async fn results<E: From<Error>>(
         &self,
         id: &str,
@@ -304,7 +304,7 @@ impl Batches {
     /// Asks the provider to stop working on a batch. What it has answered by then is paid for, and can be had later.
     ///
     /// # Errors
-    /// As [`Batches::prepare`].
+    /// As `Batches::prepare`.
     pub async fn cancel(&self, id: &str) -> Result<(), Error> {
         match self.endpoint().dialect {
             Dialect::Anthropic => anthropic::cancel(&self.calls, id).await,
@@ -314,7 +314,7 @@ impl Batches {
     }
 }
 
-/// Whether it is certain that no batch was created when [`Batches::create`] failed in this way.
+/// Whether it is certain that no batch was created when `Batches::create` failed in this way.
 #[must_use]
 pub fn surely_not_created(error: &Error) -> bool {
     error.before_sending()
