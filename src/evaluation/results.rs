@@ -6,6 +6,7 @@ use super::{Confusion, Way};
 use crate::prompts::Techniques;
 use crate::store::{RunId, RunState, StoredOutcome};
 use crate::text::Frame;
+use crate::verdict::Task;
 
 /// What became of one question, held against the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -48,6 +49,32 @@ pub struct Results {
     pub answers: Vec<Counted>,
 }
 
+/// What is true about a question.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Known {
+    /// Whether yes is right.
+    pub dangerous: bool,
+    /// Who is dangerous, where that is known: in the safety task a yes has to name one of them.
+    pub obstacles: Vec<i64>,
+}
+
+/// The worst score of an obstacle that the built-in judge calls critical.
+const CRITICAL: u8 = 2;
+
+impl Known {
+    /// What the built-in judge said, of whose obstacles those are meant that it calls critical.
+    #[must_use]
+    pub fn judged(dangerous: bool, obstacles: impl IntoIterator<Item = (i64, u8)>) -> Self {
+        let critical = obstacles
+            .into_iter()
+            .filter(|(_, score)| *score <= CRITICAL);
+        Self {
+            dangerous,
+            obstacles: critical.map(|(id, _)| id).collect(),
+        }
+    }
+}
+
 impl Outcome {
     /// Every outcome, in the order of columns.
     pub const ALL: [Self; 7] = [
@@ -60,10 +87,24 @@ impl Outcome {
         Self::Failed,
     ];
 
-    /// What comes of a stored outcome and the truth.
+    /// What comes of a stored outcome and the truth. In the safety task a yes about a dangerous scene has to name, with a
+    /// score of 0 or 1, somebody who is dangerous; else it is a no, as the paper counts it.
     #[must_use]
-    pub fn of(stored: &StoredOutcome, truth: Option<bool>) -> Self {
-        match (stored.dangerous, truth, stored.state) {
+    pub fn of(stored: &StoredOutcome, truth: Option<&Known>) -> Self {
+        let names = |known: &Known| {
+            let grave = stored.named.iter().filter(|(_, score)| *score <= 1);
+            grave
+                .into_iter()
+                .any(|(id, _)| known.obstacles.contains(id))
+        };
+        let right = |known: &Known| {
+            stored.task != Task::Safety || known.obstacles.is_empty() || names(known)
+        };
+        let said = match (stored.dangerous, truth) {
+            (Some(true), Some(known)) if known.dangerous => Some(right(known)),
+            (said, _) => said,
+        };
+        match (said, truth.map(|known| known.dangerous), stored.state) {
             (Some(true), Some(true), _) => Self::TruePositive,
             (Some(true), Some(false), _) => Self::FalsePositive,
             (Some(false), Some(true), _) => Self::FalseNegative,
@@ -108,7 +149,7 @@ impl Results {
 /// Counts stored outcomes, the newest first, each with the truth about it. Of several runs of one way about the same scenario,
 /// ego and window with the same sample number the newest counts.
 #[must_use]
-pub fn results(stored: impl IntoIterator<Item = (StoredOutcome, Option<bool>)>) -> Vec<Results> {
+pub fn results(stored: impl IntoIterator<Item = (StoredOutcome, Option<Known>)>) -> Vec<Results> {
     let mut ways: BTreeMap<Way, Vec<Counted>> = BTreeMap::new();
     let mut seen = HashSet::new();
     for (stored, truth) in stored {
@@ -122,7 +163,7 @@ pub fn results(stored: impl IntoIterator<Item = (StoredOutcome, Option<bool>)>) 
             run: stored.run,
             scenario: stored.scenario.clone(),
             sample: stored.sample,
-            outcome: Outcome::of(&stored, truth),
+            outcome: Outcome::of(&stored, truth.as_ref()),
         };
         let scenario = stored.scenario_hash.unwrap_or(stored.scenario);
         let about = (scenario, stored.ego, stored.window, stored.sample);
@@ -142,7 +183,6 @@ pub fn results(stored: impl IntoIterator<Item = (StoredOutcome, Option<bool>)>) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdict::Task;
 
     fn stored(run: i64, scenario: &str, dangerous: Option<bool>, state: RunState) -> StoredOutcome {
         StoredOutcome {
@@ -158,7 +198,33 @@ mod tests {
             window: None,
             state,
             dangerous,
+            named: Vec::new(),
         }
+    }
+
+    #[test]
+    fn a_yes_of_the_safety_task_names_somebody_dangerous() {
+        let truth = Known::judged(true, [(7, 1), (8, 2), (9, 3)]);
+        assert_eq!(truth.obstacles, [7, 8]);
+        let of = |task, named: &[(i64, u8)], truth: &Known| {
+            let answer = StoredOutcome {
+                task,
+                named: named.to_vec(),
+                ..stored(1, "a", Some(true), RunState::Answered)
+            };
+            Outcome::of(&answer, Some(truth))
+        };
+        use Outcome::{FalseNegative, FalsePositive, TruePositive};
+        assert_eq!(of(Task::Safety, &[(8, 1)], &truth), TruePositive);
+        assert_eq!(of(Task::Safety, &[(8, 2)], &truth), FalseNegative);
+        assert_eq!(of(Task::Safety, &[(9, 0)], &truth), FalseNegative);
+        assert_eq!(of(Task::Safety, &[], &truth), FalseNegative);
+        assert_eq!(of(Task::Collision, &[], &truth), TruePositive);
+        // Where nobody is known, yes is enough; where nobody is dangerous, it is wrong whomever it names.
+        let nobody = Known::judged(true, []);
+        assert_eq!(of(Task::Safety, &[], &nobody), TruePositive);
+        let safe = Known::judged(false, [(8, 3)]);
+        assert_eq!(of(Task::Safety, &[(8, 0)], &safe), FalsePositive);
     }
 
     #[test]
@@ -175,7 +241,11 @@ mod tests {
             (stored(2, "g", None, Failed), None),
             (stored(1, "h", None, Interrupted), Some(true)),
         ];
-        let found = results(all);
+        let known = |dangerous| Known {
+            dangerous,
+            obstacles: Vec::new(),
+        };
+        let found = results(all.map(|(said, truth)| (said, truth.map(known))));
         assert_eq!(found.len(), 1);
         let counts = Outcome::ALL.map(|outcome| found[0].count(outcome));
         assert_eq!(counts, [1, 1, 1, 1, 1, 1, 2]);

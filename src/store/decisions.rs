@@ -30,6 +30,8 @@ pub struct StoredOutcome {
     pub state: RunState,
     /// Yes or no; nothing where no verdict was read.
     pub dangerous: Option<bool>,
+    /// Of a yes to the safety task: the obstacles that it names, with their risk scores.
+    pub named: Vec<(i64, u8)>,
 }
 
 impl Store {
@@ -42,7 +44,8 @@ impl Store {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
             "SELECT id, scenario_hash, scenario, ego, task, frame, techniques, model, sample,
-                 window_first, window_last, state, dangerous
+                 window_first, window_last, state, dangerous,
+                 CASE WHEN task = 'safety' AND dangerous = 1 THEN verdict END AS naming
              FROM runs
              WHERE deleted_ms IS NULL AND task IN (?1, ?2) AND state NOT IN (?3, ?4)
              ORDER BY created_ms DESC, id DESC",
@@ -66,8 +69,20 @@ impl Store {
                 window: window.0.zip(window.1),
                 state: rows::word(row, "state", RunState::parse)?,
                 dangerous: row.get("dangerous")?,
+                named: named(row.get::<_, Option<String>>("naming")?.as_deref()),
             })
         })?;
         Ok(found.collect::<Result<_, _>>()?)
     }
+}
+
+/// The obstacles of a verdict as the store has it, with their scores.
+fn named(verdict: Option<&str>) -> Vec<(i64, u8)> {
+    let read = verdict.and_then(|json| serde_json::from_str::<serde_json::Value>(json).ok());
+    let all = read.as_ref().and_then(|v| v["obstacles"].as_array());
+    let one = |o: &serde_json::Value| {
+        let score = u8::try_from(o["risk_score"].as_u64()?).ok()?;
+        Some((o["id"].as_i64()?, score))
+    };
+    all.into_iter().flatten().filter_map(one).collect()
 }

@@ -18,7 +18,7 @@ use crate::system;
 use crate::tui::loaded::obstacle_taken;
 use crate::tui::message::Msg;
 use crate::tui::message::runs::{HistoryAsk, HistoryNews};
-use crate::verdict::Task;
+use crate::verdict::{Task, Verdict};
 
 /// How often it is looked whether somebody wrote to the store, while the history is open.
 const LOOK: Duration = Duration::from_millis(400);
@@ -309,7 +309,8 @@ impl Truths {
         };
         let said = files
             .iter()
-            .find_map(|entry| judged(entry, judging, &asked));
+            .find_map(|entry| verdict(entry, judging, &asked))
+            .map(|verdict| verdict.dangerous);
         self.0.insert(about, said);
         said
     }
@@ -325,7 +326,11 @@ pub(super) struct Question<'a> {
 }
 
 /// What the built-in judge says to the question of a run, if this file is its scenario.
-pub(super) fn judged(entry: &Entry, judging: &Judging, question: &Question<'_>) -> Option<bool> {
+pub(super) fn verdict(
+    entry: &Entry,
+    judging: &Judging,
+    question: &Question<'_>,
+) -> Option<Verdict> {
     if !Task::VERDICTS.contains(&question.task) {
         return None;
     }
@@ -349,5 +354,5 @@ pub(super) fn judged(entry: &Entry, judging: &Judging, question: &Question<'_>) 
     let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
     let window = Window::ending_at(&scene, last, history);
     let judgement = judge_under(&scene, question.task, &window, &judging.thresholds);
-    Some(judgement.verdict.dangerous)
+    Some(judgement.verdict)
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::Tasks;
-use super::history::{Judging, Question, judged};
-use crate::evaluation::{Results, results};
+use super::history::{Judging, Question, verdict};
+use crate::evaluation::{Known, Results, results};
 use crate::judge;
 use crate::scenario::Entry;
 use crate::store::{Store, StoredOutcome};
@@ -83,13 +83,14 @@ fn counted(
     entries: &[Entry],
     stop: &AtomicBool,
 ) -> Option<Vec<Results>> {
-    let mut truths: HashMap<About, Option<bool>> = HashMap::new();
+    let mut truths: HashMap<About, Option<Known>> = HashMap::new();
     let (judges, models): (Vec<_>, Vec<_>) =
         stored.into_iter().partition(|o| o.model == judge::MODEL);
     for said in judges {
         // The newest comes first.
         if let (Some(about), Some(dangerous)) = (about(&said), said.dangerous) {
-            truths.entry(about).or_insert(Some(dangerous));
+            let known = || Some(Known::judged(dangerous, said.named.iter().copied()));
+            truths.entry(about).or_insert_with(known);
         }
     }
     let mut files: HashMap<&str, Vec<&Entry>> = HashMap::new();
@@ -102,7 +103,7 @@ fn counted(
             return None;
         }
         let truth = about(&said).and_then(|about| {
-            *truths.entry(about).or_insert_with(|| {
+            let known = truths.entry(about).or_insert_with(|| {
                 let question = Question {
                     task: said.task,
                     scenario_hash: said.scenario_hash.as_deref(),
@@ -111,8 +112,9 @@ fn counted(
                 };
                 let files = files.get(said.scenario.as_str());
                 let mut files = files.into_iter().flatten();
-                files.find_map(|entry| judged(entry, judging, &question))
-            })
+                files.find_map(|entry| known(entry, judging, &question))
+            });
+            known.clone()
         });
         all.push((said, truth));
     }
@@ -123,4 +125,11 @@ fn counted(
 fn about(said: &StoredOutcome) -> Option<About> {
     let scenario = said.scenario_hash.clone()?;
     Some((scenario, said.ego.clone(), said.task.name(), said.window))
+}
+
+/// What the built-in judge says now.
+fn known(entry: &Entry, judging: &Judging, question: &Question<'_>) -> Option<Known> {
+    let verdict = verdict(entry, judging, question)?;
+    let obstacles = verdict.obstacles.iter().map(|o| (o.id, o.risk_score));
+    Some(Known::judged(verdict.dangerous, obstacles))
 }
