@@ -1,5 +1,7 @@
 //! A share of some answers, with the interval that a small number of them leaves it.
 
+use super::statistics::wilson;
+
 /// So many of so many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Share {
@@ -8,9 +10,6 @@ pub struct Share {
     /// All.
     pub of: u32,
 }
-
-/// Standard errors to either side that hold 95 % of a normal distribution.
-const Z: f64 = 1.959_963_984_540_054;
 
 impl Share {
     /// Counts one more.
@@ -25,22 +24,10 @@ impl Share {
         (self.of > 0).then(|| f64::from(self.hits) / f64::from(self.of))
     }
 
-    /// The interval of 95 % by Wilson, *Probable inference, the law of succession, and statistical inference*, Journal of
-    /// the American Statistical Association 22 (1927): (p + z²/2n ± z √(p(1 − p)/n + z²/4n²)) / (1 + z²/n).
+    /// The interval of 95 %: see [`wilson`].
     #[must_use]
     pub fn interval(&self) -> Option<(f64, f64)> {
-        let (n, p) = (f64::from(self.of), self.value()?);
-        let shrink = 1.0 + Z * Z / n;
-        let centre = (p + Z * Z / (2.0 * n)) / shrink;
-        let half = Z / shrink * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
-        // At its ends it ends there exactly; rounding would miss that by a hair.
-        let low = if self.hits == 0 { 0.0 } else { centre - half };
-        let high = if self.hits == self.of {
-            1.0
-        } else {
-            centre + half
-        };
-        Some((low, high))
+        wilson(self.hits, self.of).map(|interval| (interval.low, interval.high))
     }
 }
 
