@@ -1,6 +1,6 @@
 //! A report as one HTML file: nothing is loaded, colours follow the reader's choice of light or dark.
 
-use super::document::{Align, Block, Document, Table, clean};
+use super::document::{Align, Block, Document, Figure, Table, clean};
 
 /// The look: colours as variables, so that figures in SVG have them too.
 const STYLE: &str = include_str!("report.css");
@@ -24,11 +24,7 @@ impl Document {
                 Block::Figures(title, figures) => {
                     text += &format!("<h3>{}</h3>\n<div class=\"figures\">\n", escaped(title));
                     for figure in figures {
-                        text += &format!(
-                            "<figure>\n{}<figcaption>{}</figcaption>\n</figure>\n",
-                            figure.svg,
-                            escaped(&figure.caption)
-                        );
+                        text += &html_of(figure);
                     }
                     text += "</div>\n";
                 }
@@ -36,6 +32,15 @@ impl Document {
         }
         text + "</main>\n</body>\n</html>\n"
     }
+}
+
+/// A figure; its caption where it has one of its own.
+fn html_of(figure: &Figure) -> String {
+    let caption = match figure.caption.is_empty() {
+        true => String::new(),
+        false => format!("<figcaption>{}</figcaption>\n", escaped(&figure.caption)),
+    };
+    format!("<figure>\n{}{caption}</figure>\n", figure.svg)
 }
 
 fn html(table: &Table) -> String {
