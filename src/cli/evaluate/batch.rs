@@ -19,8 +19,8 @@ use crate::verdict::Task;
 
 use super::asked::{self, Going};
 use super::opened::Opened;
-use super::sheet::Sheet;
 use super::resume;
+use super::sheet::Sheet;
 use super::shown::Rows;
 
 /// What only batches take.

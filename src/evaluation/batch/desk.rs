@@ -11,7 +11,8 @@ use super::variant::Variant;
 use crate::evaluation::plan::usual_window;
 use crate::evaluation::request::record;
 use crate::evaluation::{
-    Case, Decided, Judge, Label, Labelled, Lead, Question, Wanted, Way, prepare, template, usual_frame,
+    Case, Decided, Judge, Label, Labelled, Lead, Question, Wanted, Way, prepare, template,
+    usual_frame,
 };
 use crate::judge;
 use crate::metrics::Thresholds;

@@ -11,7 +11,7 @@ pub struct About {
     pub asked: Option<Value>,
     /// What the answers are held against, in words.
     pub truth: String,
-    /// The same as words of `--truth`: `geometry`, `layout`, files.
+    /// The same as words of `--truth`: `auto`, `layout`, files.
     pub sources: Vec<String>,
     /// What a reader has to know of the answers, in sentences.
     pub notes: Vec<String>,

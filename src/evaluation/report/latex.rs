@@ -55,8 +55,7 @@ fn latex(table: &Table) -> String {
 }
 
 /// Tables that are wider than the page are made smaller, others stay as they are.
-const FITTED: &str =
-    "\\resizebox{\\ifdim\\width>\\textwidth\\textwidth\\else\\width\\fi}{!}";
+const FITTED: &str = "\\resizebox{\\ifdim\\width>\\textwidth\\textwidth\\else\\width\\fi}{!}";
 
 /// What is to be read beneath a table, one paragraph each.
 fn notes(notes: &[String]) -> String {

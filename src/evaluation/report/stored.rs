@@ -17,6 +17,8 @@ use crate::verdict::{Task, Verdict};
 pub struct Truth {
     /// Labels of people.
     pub labels: Labels,
+    /// What batches say of their scenarios, by batch and name, with the hash of the file that they mean.
+    pub of_batches: HashMap<(String, String), (Option<String>, Label)>,
     /// By name, worked out: of the exact geometry, or of the folder a scenario lies in.
     pub found: BTreeMap<String, Label>,
     /// Whether the built-in judge's stored verdicts on the collision task, the exact geometry of whole recordings,
@@ -37,6 +39,8 @@ pub struct Stored {
     pub other_tasks: u32,
     /// Runs that were asked in a way that this version does not know.
     pub unknown_ways: u32,
+    /// Answers beside the truth of their batch, by batch.
+    pub of_batches: BTreeMap<String, u32>,
     /// Scenarios without a truth.
     pub unlabelled: Vec<String>,
 }
@@ -98,18 +102,25 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth) -> Stored {
             judged.insert(&outcome.scenario, label);
         }
     }
-    let label = |name: &str| {
-        let found = truth
-            .labels
-            .of(name)
-            .or_else(|| truth.found.get(name).copied());
+    let mut of_batches: BTreeMap<String, u32> = BTreeMap::new();
+    let mut label = |outcome: &Outcome| {
+        let name = outcome.scenario.as_str();
+        if let Some(label) = truth.labels.of(name) {
+            return Some(label);
+        }
+        if let Some((batch, label)) = truth.of_batch(outcome) {
+            *of_batches.entry(batch.to_string()).or_default() += 1;
+            return Some(label);
+        }
+        let found = truth.found.get(name).copied();
         found.or_else(|| judged.get(name).copied().filter(|_| truth.judged))
     };
     let references: Vec<Option<Verdict>> = counted
         .iter()
         .map(|(outcome, _)| references.get(&question(outcome)).map(|v| (*v).clone()))
         .collect();
-    let truths: Vec<Option<Label>> = counted.iter().map(|(o, _)| label(&o.scenario)).collect();
+    let truths: Vec<Option<Label>> = counted.iter().map(|(o, _)| label(o)).collect();
+    stored.of_batches = of_batches;
     let mut unlabelled: Vec<String> = counted
         .iter()
         .zip(&truths)
@@ -133,6 +144,16 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth) -> Stored {
         })
         .collect();
     stored
+}
+
+impl Truth {
+    /// What the batch that a run is of says about the run's scenario.
+    fn of_batch<'a>(&self, outcome: &'a Outcome) -> Option<(&'a str, Label)> {
+        let batch = outcome.batch.as_deref()?;
+        let key = (batch.to_string(), outcome.scenario.clone());
+        let (hash, label) = self.of_batches.get(&key)?;
+        (*hash == outcome.scenario_hash).then_some((batch, *label))
+    }
 }
 
 /// Whether a run has come to an end that says something about its model.
@@ -222,6 +243,7 @@ mod tests {
             task: Task::Collision,
             frame: "ego".into(),
             techniques: "cp".into(),
+            batch: None,
             window: None,
             model: model.into(),
             sample: 0,
@@ -256,6 +278,45 @@ mod tests {
         let first = &stored.scored[0];
         assert_eq!(first.truth, Some(Label::Collision(None)));
         assert!(first.reference.as_ref().is_some_and(|v| v.dangerous));
+    }
+
+    #[test]
+    fn an_answer_of_a_batch_is_held_against_the_truth_of_that_batch() {
+        let of = |run, batch: Option<&str>| Outcome {
+            batch: batch.map(String::from),
+            model: format!("lab/{run}"),
+            ..outcome(run, "", RunState::Answered, Some(true))
+        };
+        let runs = [
+            of(1, Some("b1")),
+            of(2, Some("b2")),
+            of(3, None),
+            of(4, Some("b3")),
+        ];
+        let mut truth = Truth::default();
+        let mut tell = |batch: &str, hash: Option<&str>, label| {
+            let key = (batch.to_string(), "a".to_string());
+            truth
+                .of_batches
+                .insert(key, (hash.map(String::from), label))
+        };
+        tell("b1", None, Label::Safe);
+        tell("b2", None, Label::Collision(Some(7)));
+        // Of another file with the same name.
+        tell("b3", Some("0"), Label::Safe);
+        let found = stored(&runs, &truth);
+        let truths: Vec<_> = found.scored.iter().map(|s| s.truth).collect();
+        let collision = Some(Label::Collision(Some(7)));
+        assert_eq!(truths, [Some(Label::Safe), collision, None, None]);
+        let counts = [("b1".to_string(), 1), ("b2".to_string(), 1)];
+        assert_eq!(found.of_batches, BTreeMap::from(counts));
+        truth.found.insert("a".into(), Label::Safe);
+        let found = stored(&runs, &truth);
+        assert_eq!(
+            found.scored[1].truth, collision,
+            "the batch's own counts first"
+        );
+        assert_eq!(found.scored[2].truth, Some(Label::Safe));
     }
 
     #[test]
