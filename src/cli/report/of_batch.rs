@@ -76,7 +76,7 @@ fn judged(answers: &mut Answers, items: &[Item], spec: &Spec) -> Option<String> 
     let unjudged = beside_the_judge(answers, items, &desk);
     let after = without(answers);
     let asked = format!(
-        "The built-in judge was asked now about {} questions for κ, as it is.",
+        "For κ the built-in judge was asked now about the {} questions that the batch has no verdict of it on.",
         before - after
     );
     Some(match words(&unjudged) {

@@ -44,12 +44,15 @@ fn html_of(figure: &Figure) -> String {
 }
 
 fn html(table: &Table) -> String {
+    // The caption stands still where a wide table is moved to the side; the keyboard can move it, too.
+    let name = escaped(&table.name);
     let class = |align: Align| match align {
         Align::Left => "",
         Align::Right => " class=\"n\"",
     };
     let mut text = format!(
-        "<div class=\"wide\">\n<table>\n<caption>{}</caption>\n<thead><tr>",
+        "<p class=\"caption\" id=\"{name}\">{}</p>\n<div class=\"wide\" role=\"region\" aria-labelledby=\"{name}\" \
+         tabindex=\"0\">\n<table aria-labelledby=\"{name}\">\n<thead><tr>",
         escaped(&table.caption)
     );
     for (title, align) in &table.columns {
@@ -59,11 +62,23 @@ fn html(table: &Table) -> String {
     for row in &table.rows {
         text += "<tr>";
         for (cell, (_, align)) in row.iter().zip(&table.columns) {
-            text += &format!("<td{}>{}</td>", class(*align), escaped(cell));
+            text += &format!("<td{}>{}</td>", class(*align), inside(cell));
         }
         text += "</tr>\n";
     }
     text + "</tbody>\n</table>\n</div>\n"
+}
+
+/// A cell; an interval stands beneath its value, so that more columns fit on a page.
+fn inside(cell: &str) -> String {
+    match cell.split_once(" [") {
+        Some((value, interval)) if interval.ends_with(']') => format!(
+            "{} <span class=\"ci\">[{}</span>",
+            escaped(value),
+            escaped(interval)
+        ),
+        _ => escaped(cell),
+    }
 }
 
 /// Text that means nothing to HTML and SVG.
