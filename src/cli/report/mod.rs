@@ -193,7 +193,8 @@ impl Made {
         let pairs = self.report().pairs.len();
         if format == Format::Csv && pairs > 0 {
             output::say(&format!(
-                "nearmiss: {pairs} pairs of ways are compared by McNemar's test; --pairs FILE writes them as CSV, too"
+                "nearmiss: McNemar's test between pairs of ways ({pairs}) is not in this table; --pairs FILE writes it \
+                 as CSV, too"
             ));
         }
     }

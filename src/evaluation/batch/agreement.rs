@@ -62,11 +62,14 @@ fn of_scenario(path: &str, asked: &[(usize, &NewItem)], desk: &Desk) -> OfScenar
     let mut found = OfScenario::default();
     let entry = Entry::of_argument(Path::new(path));
     let scene = desk.open(&entry).map(|reading| reading.scene);
+    // Many questions are about the same file.
+    let hash = scene.as_ref().ok();
+    let hash = hash.map(|scene| scene.scenario.hash.to_string());
     let mut known: HashMap<About<'_>, Result<Verdict, String>> = HashMap::new();
     for &(at, asked) in asked {
         let verdict = match &scene {
             Err(why) => Err(why.clone()),
-            Ok(scene) if asked.scenario_hash != Some(scene.scenario.hash.to_string()) => {
+            Ok(_) if asked.scenario_hash != hash => {
                 Err("the file is no longer the one that was asked about".into())
             }
             Ok(scene) => known
