@@ -28,8 +28,6 @@ pub struct Outcome {
     pub frame: String,
     /// Prompting techniques in use.
     pub techniques: String,
-    /// The batch that it is of.
-    pub batch: Option<String>,
     /// First and last time step of the window, where known.
     pub window: Option<(i64, i64)>,
     /// `provider/model`, as asked for.
@@ -58,7 +56,7 @@ impl Store {
         let sql = format!(
             "SELECT runs.id AS id, runs.scenario AS scenario, scenario_hash, ego, origin, source, task, frame, techniques,
                  window_first, window_last, model, sample, state, verdict, reading, error, input_tokens, output_tokens,
-                 reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms, key, batch
+                 reasoning_tokens, cached_tokens, cost_usd, first_chunk_ms, duration_ms, key
              FROM {condition} ORDER BY created_ms, runs.id"
         );
         let connection = self.lock();
@@ -77,7 +75,6 @@ impl Store {
                 task: rows::word(row, "task", Task::parse)?,
                 frame: row.get(7)?,
                 techniques: row.get(8)?,
-                batch: row.get(25)?,
                 window: row.get::<_, Option<i64>>(9)?.zip(row.get(10)?),
                 model: row.get(11)?,
                 sample: row.get(12)?,

@@ -1,16 +1,14 @@
-//! What the batches hold true about their scenarios.
+//! What the batches hold true about the runs that were made for them.
 
-use super::{BatchId, Store, StoreError};
+use super::{BatchId, RunId, Store, StoreError};
 
-/// What a batch holds true about a scenario.
+/// What a batch holds true about the scenario of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Told {
+    /// The run.
+    pub run: RunId,
     /// The batch.
     pub batch: BatchId,
-    /// The scenario's name.
-    pub scenario: String,
-    /// SHA-256 of its file.
-    pub scenario_hash: Option<String>,
     /// Whether the ego collides.
     pub collides: bool,
     /// With whom, where that is known.
@@ -18,49 +16,28 @@ pub struct Told {
 }
 
 impl Store {
-    /// What every batch holds true, once a scenario.
+    /// What is true about the runs of batches, where their batch says so: once a run. Of several batches that one counts
+    /// which the run was made for. Changed scenes are left out, whose obstacles can have other numbers.
     ///
     /// # Errors
     /// SQLite refused.
     pub fn truths(&self) -> Result<Vec<Told>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
-            "SELECT DISTINCT batch, scenario, scenario_hash, collides, obstacle FROM items
-             WHERE collides IS NOT NULL",
+            "SELECT items.run, items.batch, collides, obstacle FROM items JOIN runs ON runs.id = items.run
+             WHERE collides IS NOT NULL AND transform IS NULL
+             ORDER BY items.run, coalesce(runs.batch = 'b' || items.batch, 0) DESC, items.batch",
         )?;
         let rows = statement.query_map([], |row| {
             Ok(Told {
-                batch: BatchId(row.get(0)?),
-                scenario: row.get(1)?,
-                scenario_hash: row.get(2)?,
-                collides: row.get(3)?,
-                obstacle: row.get(4)?,
+                run: RunId(row.get(0)?),
+                batch: BatchId(row.get(1)?),
+                collides: row.get(2)?,
+                obstacle: row.get(3)?,
             })
         })?;
-        Ok(rows.collect::<Result<_, _>>()?)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::super::items::tests::item;
-    use super::*;
-    use crate::store::NewItem;
-
-    #[test]
-    fn a_batch_says_once_what_is_true_about_a_scenario() {
-        let store = Store::in_memory().unwrap();
-        let unknown = NewItem {
-            collides: None,
-            obstacle: None,
-            ..item("B", 0)
-        };
-        let begun = [item("A", 0), item("A", 1), unknown];
-        let id = store.begin_batch("{}", None, &begun).unwrap();
-        let told = store.truths().unwrap();
-        assert_eq!(told.len(), 1);
-        assert_eq!((told[0].batch, told[0].scenario.as_str()), (id, "A"));
-        assert_eq!((told[0].collides, told[0].obstacle), (true, Some(7)));
+        let mut told: Vec<Told> = rows.collect::<Result<_, _>>()?;
+        told.dedup_by_key(|one| one.run);
+        Ok(told)
     }
 }

@@ -19,7 +19,7 @@ async fn half_of_them() -> Server {
             true => "safety_critical",
             false => "collision",
         };
-        json!({ key: sum % 2 == 0, "obstacles": [], "justification": "so" }).to_string()
+        json!({ key: sum.is_multiple_of(2), "obstacles": [], "justification": "so" }).to_string()
     };
     Server::answering(move |_, request| Some(telling(&said(request)))).await
 }

@@ -31,10 +31,7 @@ pub fn truth(sources: &[PathBuf], store: &Store) -> Result<Truth, Failure> {
                         true => Label::Collision(one.obstacle),
                         false => Label::Safe,
                     };
-                    (
-                        (one.batch.to_string(), one.scenario),
-                        (one.scenario_hash, label),
-                    )
+                    (one.run, (one.batch.to_string(), label))
                 })
                 .collect();
         } else if source.as_os_str() == AUTO {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::super::{Label, Labels, Said, Scored, Way};
 use crate::judge;
 use crate::prompts::Techniques;
-use crate::store::{Key, Outcome, RunState};
+use crate::store::{Key, Outcome, RunId, RunState};
 use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
@@ -17,8 +17,8 @@ use crate::verdict::{Task, Verdict};
 pub struct Truth {
     /// Labels of people.
     pub labels: Labels,
-    /// What batches say of their scenarios, by batch and name, with the hash of the file that they mean.
-    pub of_batches: HashMap<(String, String), (Option<String>, Label)>,
+    /// What batches say of their scenarios, by run, with the name of the batch.
+    pub of_batches: HashMap<RunId, (String, Label)>,
     /// By name, worked out: of the exact geometry, or of the folder a scenario lies in.
     pub found: BTreeMap<String, Label>,
     /// Whether the built-in judge's stored verdicts on the collision task, the exact geometry of whole recordings,
@@ -108,9 +108,9 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth) -> Stored {
         if let Some(label) = truth.labels.of(name) {
             return Some(label);
         }
-        if let Some((batch, label)) = truth.of_batch(outcome) {
-            *of_batches.entry(batch.to_string()).or_default() += 1;
-            return Some(label);
+        if let Some((batch, label)) = truth.of_batches.get(&outcome.run) {
+            *of_batches.entry(batch.clone()).or_default() += 1;
+            return Some(*label);
         }
         let found = truth.found.get(name).copied();
         found.or_else(|| judged.get(name).copied().filter(|_| truth.judged))
@@ -144,16 +144,6 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth) -> Stored {
         })
         .collect();
     stored
-}
-
-impl Truth {
-    /// What the batch that a run is of says about the run's scenario.
-    fn of_batch<'a>(&self, outcome: &'a Outcome) -> Option<(&'a str, Label)> {
-        let batch = outcome.batch.as_deref()?;
-        let key = (batch.to_string(), outcome.scenario.clone());
-        let (hash, label) = self.of_batches.get(&key)?;
-        (*hash == outcome.scenario_hash).then_some((batch, *label))
-    }
 }
 
 /// Whether a run has come to an end that says something about its model.
@@ -226,7 +216,7 @@ fn said(outcome: &Outcome) -> Said {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::{Consumed, Origin, RunId};
+    use crate::store::{Consumed, Origin};
 
     fn outcome(run: i64, model: &str, state: RunState, collision: Option<bool>) -> Outcome {
         let verdict = |yes: bool| {
@@ -243,7 +233,6 @@ mod tests {
             task: Task::Collision,
             frame: "ego".into(),
             techniques: "cp".into(),
-            batch: None,
             window: None,
             model: model.into(),
             sample: 0,
@@ -282,32 +271,20 @@ mod tests {
 
     #[test]
     fn an_answer_of_a_batch_is_held_against_the_truth_of_that_batch() {
-        let of = |run, batch: Option<&str>| Outcome {
-            batch: batch.map(String::from),
+        let of = |run| Outcome {
             model: format!("lab/{run}"),
             ..outcome(run, "", RunState::Answered, Some(true))
         };
-        let runs = [
-            of(1, Some("b1")),
-            of(2, Some("b2")),
-            of(3, None),
-            of(4, Some("b3")),
-        ];
+        let runs = [of(1), of(2), of(3)];
         let mut truth = Truth::default();
-        let mut tell = |batch: &str, hash: Option<&str>, label| {
-            let key = (batch.to_string(), "a".to_string());
-            truth
-                .of_batches
-                .insert(key, (hash.map(String::from), label))
-        };
-        tell("b1", None, Label::Safe);
-        tell("b2", None, Label::Collision(Some(7)));
-        // Of another file with the same name.
-        tell("b3", Some("0"), Label::Safe);
+        let mut tell =
+            |run, batch: &str, label| truth.of_batches.insert(RunId(run), (batch.into(), label));
+        tell(1, "b1", Label::Safe);
+        tell(2, "b2", Label::Collision(Some(7)));
         let found = stored(&runs, &truth);
         let truths: Vec<_> = found.scored.iter().map(|s| s.truth).collect();
         let collision = Some(Label::Collision(Some(7)));
-        assert_eq!(truths, [Some(Label::Safe), collision, None, None]);
+        assert_eq!(truths, [Some(Label::Safe), collision, None]);
         let counts = [("b1".to_string(), 1), ("b2".to_string(), 1)];
         assert_eq!(found.of_batches, BTreeMap::from(counts));
         truth.found.insert("a".into(), Label::Safe);
