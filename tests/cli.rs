@@ -49,6 +49,8 @@ mod refused;
 mod remote;
 #[path = "cli/render.rs"]
 mod render;
+#[path = "cli/reports.rs"]
+mod reports;
 #[path = "protobuf/rich.rs"]
 mod rich;
 #[path = "cli/stored.rs"]

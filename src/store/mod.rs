@@ -20,6 +20,7 @@ mod ratings;
 mod record;
 mod rows;
 mod run;
+mod truths;
 mod verdicts;
 mod write;
 
@@ -41,6 +42,7 @@ pub use provider_batches::{
 pub use ratings::{Choice, NewRating, RatedAnswer, Rating};
 pub use record::RecordError;
 pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};
+pub use truths::Told;
 pub use verdicts::StoredVerdict;
 
 #[cfg(test)]

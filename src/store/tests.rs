@@ -7,6 +7,7 @@ use super::*;
 use crate::verdict::{Said, Task, Verdict};
 
 mod pages;
+mod truths;
 
 fn question() -> NewRun {
     let text = |s: &str| s.to_string();

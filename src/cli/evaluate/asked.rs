@@ -10,7 +10,7 @@ use super::batch::Options;
 use super::handed;
 use super::opened::Opened;
 use super::sheet::Sheet;
-use super::shown;
+use super::shown::Rows;
 use super::varied::Varied;
 use crate::cli::interrupt::INTERRUPTED;
 use crate::cli::progress::Progress;
@@ -116,16 +116,16 @@ pub fn ask(
 /// Writes the table of a batch as it stands.
 pub fn show(opened: &Opened, id: BatchId, json: bool, csv: bool) -> Outcome {
     let answers = answers(&opened.store, id).map_err(Failure::input)?;
-    let cells = shown::cells(&answers.plain);
+    let rows = Rows::of(&answers.plain);
     let varied = Varied::of(&answers);
     if json {
-        let mut document = shown::document(Some(id), &cells);
+        let mut document = rows.document(Some(id));
         varied.add_to(&mut document);
         output::json(&document)?;
     } else if csv {
-        output::text(&shown::csv(&cells)?)?;
+        output::text(&rows.csv()?)?;
     } else {
-        output::text(&(shown::table(&cells) + &varied.tables()))?;
+        output::text(&(rows.table() + &varied.tables()))?;
     }
     unanswered(opened, id)
 }

@@ -19,8 +19,9 @@ use crate::verdict::Task;
 
 use super::asked::{self, Going};
 use super::opened::Opened;
+use super::resume;
 use super::sheet::Sheet;
-use super::{resume, shown};
+use super::shown::Rows;
 
 /// What only batches take.
 #[derive(Debug, clap::Args)]
@@ -177,7 +178,7 @@ fn begin(arguments: &Evaluate) -> Outcome {
         if entries.is_empty() {
             output::say(&format!("nearmiss: no scenario belongs to part {shard}"));
             return match json(arguments) {
-                true => output::json(&shown::document(None, &[])),
+                true => output::json(&Rows::of(&[]).document(None)),
                 false => Ok(()),
             };
         }

@@ -1,5 +1,6 @@
 //! Questions in bulk: a matrix of ways of asking over many scenarios, written into the store and gone on with at will.
 
+mod agreement;
 mod asked_words;
 mod asking;
 mod desk;
@@ -13,6 +14,7 @@ mod spec;
 mod truth;
 mod variant;
 
+pub use agreement::{Unjudged, beside_the_judge};
 pub use asking::{Asking, Ended, Judges, Selection};
 pub use desk::{Ask, Desk, Looked, Reading};
 pub use estimate::Estimate;

@@ -22,6 +22,8 @@ pub struct Answers {
     pub changed: Vec<Scored>,
     /// About the scenes as they are, at every lead, the first one, too; none of batches with fewer than two.
     pub leads: Vec<(Lead, Scored)>,
+    /// The places of the plain ones in the batch, in the same order.
+    pub places: Vec<u64>,
     /// Those that are not among the plain ones.
     pub others: usize,
 }
@@ -49,14 +51,18 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
         .map(|(item, found)| {
             let variant = Variant::of(&item.asked).map_err(StoreError::Word)?;
             let scored = one(item, found.as_ref())?;
-            Ok((variant, told_back(item, variant.transform, scored)))
+            Ok((
+                variant,
+                item.place,
+                told_back(item, variant.transform, scored),
+            ))
         })
-        .collect::<Result<Vec<(Variant, Scored)>, StoreError>>()?;
+        .collect::<Result<Vec<(Variant, u64, Scored)>, StoreError>>()?;
     // Of every scenario the first lead stands before the others.
-    let first = all.iter().find_map(|(variant, _)| variant.lead);
+    let first = all.iter().find_map(|(variant, ..)| variant.lead);
     let questions = all.len();
     let mut sorted = Answers::default();
-    for (variant, scored) in all {
+    for (variant, place, scored) in all {
         if variant.transform.is_some() {
             sorted.changed.push(scored);
             continue;
@@ -66,6 +72,7 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
         }
         if variant.lead.is_none() || variant.lead == first {
             sorted.plain.push(scored);
+            sorted.places.push(place);
         }
     }
     sorted.others = questions - sorted.plain.len();
@@ -75,7 +82,7 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
         .filter(|one| one.way.model == judge::MODEL)
         .filter_map(|one| match &one.said {
             Said::Verdict(verdict) => Some((one.scenario.clone(), one.way.task, verdict.clone())),
-            Said::Unparsed(_) | Said::Failed(_) => None,
+            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
         })
         .collect();
     let of: std::collections::HashMap<_, _> = reference
@@ -123,13 +130,7 @@ fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
             Ok(parsed) => Said::Verdict(parsed.verdict),
             Err(why) => Said::Unparsed(why.to_string()),
         },
-        None => Said::Failed(item.error.clone().unwrap_or_else(|| {
-            match item.state {
-                ItemState::Answered => "the answer was deleted from the store",
-                _ => "it was not asked yet",
-            }
-            .into()
-        })),
+        None => without_answer(item),
     };
     Ok(Scored {
         scenario: asked.scenario.clone(),
@@ -141,6 +142,17 @@ fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
         consumed: found.map_or_else(Consumed::default, |found| found.consumed),
         run: found.map(|found| found.run).or(item.run),
     })
+}
+
+/// Why a question has no whole answer: it was asked and none came, or it was not asked.
+fn without_answer(item: &Item) -> Said {
+    let why = |usual: &str| item.error.clone().unwrap_or_else(|| usual.into());
+    match item.state {
+        ItemState::Answered => Said::Failed(why("the answer was deleted from the store")),
+        ItemState::Truncated | ItemState::Failed => Said::Failed(why("no whole answer came")),
+        ItemState::Waiting => Said::Unasked(why("it was not asked yet")),
+        ItemState::Unaskable => Said::Unasked(why("no question can be made of the scenario")),
+    }
 }
 
 /// The same answers beside another truth: by place in the batch, whether the ego collides, and with whom.

@@ -68,6 +68,16 @@ impl TruthSource {
         }
     }
 
+    /// The same as words of `--truth`: `auto`, `layout`, or files.
+    #[must_use]
+    pub fn sources(&self) -> Vec<String> {
+        match self {
+            Self::Geometry => vec!["auto".into()],
+            Self::Layout => vec!["layout".into()],
+            Self::Files(files) => files.iter().map(|f| f.display().to_string()).collect(),
+        }
+    }
+
     /// In words for people.
     #[must_use]
     pub fn words(&self) -> String {
