@@ -33,6 +33,8 @@ mod look;
 mod metrics;
 #[path = "cli/models.rs"]
 mod models;
+#[path = "cli/paused.rs"]
+mod paused;
 #[path = "cli/planted.rs"]
 mod planted;
 #[path = "cli/prompts.rs"]
