@@ -68,7 +68,8 @@ async fn a_server_that_is_not_there_is_left_alone_and_the_others_go_on() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_server_that_closes_each_connection_counts_as_none_and_one_that_does_so_at_times_does_not() {
+async fn a_server_that_closes_each_connection_counts_as_none_and_one_that_does_so_at_times_does_not()
+ {
     // Four in a row, then an answer, and so on.
     let rough = Server::answering(|number, _| match number % 5 {
         4 => Some(telling(SAYS)),
@@ -79,7 +80,10 @@ async fn a_server_that_closes_each_connection_counts_as_none_and_one_that_does_s
     let home = Home::new();
     configure(&home, rough.base_url(), mute.base_url());
     let ended = run(&home, "lab/a,other/a").status(1);
-    let ended = ended.says(&["other: not asked further after 5 questions", "11 questions stay open"]);
+    let ended = ended.says(&[
+        "other: not asked further after 5 questions",
+        "11 questions stay open",
+    ]);
     assert!(!ended.stderr.contains("lab: not asked"), "{}", ended.stderr);
     assert_eq!(count(&home, "lab/a", "waiting"), 0);
     assert_eq!((rough.requests().len(), mute.requests().len()), (16, 5));
@@ -103,14 +107,19 @@ async fn a_model_that_is_refused_is_asked_once_and_the_others_of_its_server_go_o
         let home = Home::new();
         configure(&home, server.base_url(), &nowhere());
         let open = format!("{} questions stay open", 16 - asked);
-        run(&home, "lab/bad,lab/good")
-            .status(1)
-            .says(&["lab/bad: not asked further", words, "not you", &open]);
+        run(&home, "lab/bad,lab/good").status(1).says(&[
+            "lab/bad: not asked further",
+            words,
+            "not you",
+            &open,
+        ]);
         assert_eq!(count(&home, "lab/good", "answered"), 16, "{status}");
         let failed = count(&home, "lab/bad", "failed");
         assert_eq!((failed, server.requests().len()), (asked, 16 + asked));
         // What was never asked has its turn before what failed.
-        resume(&home).status(1).says(&["lab/bad: not asked further"]);
+        resume(&home)
+            .status(1)
+            .says(&["lab/bad: not asked further"]);
         assert_eq!(count(&home, "lab/bad", "failed"), 2 * asked, "{status}");
     }
 }

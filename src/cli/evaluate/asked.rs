@@ -1,5 +1,6 @@
 //! A batch on its way: progress, interruption, and the table at its end.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -17,7 +18,7 @@ use crate::cli::progress::Progress;
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::{Asking, Desk, Ended, Judges, Paused, Selection, answers};
 use crate::evaluation::can_ask;
-use crate::store::{BatchId, Item, ItemState};
+use crate::store::{BatchId, Identity, Item, ItemState, Key};
 
 /// A batch that is written down.
 pub struct Going {
@@ -83,6 +84,15 @@ pub fn ask(
         .collect();
     // What failed before may fail again and again, and must not keep what was never asked from its turn.
     items.sort_by_key(|item| item.state != ItemState::Waiting);
+    // The questions were made for the estimate: with these keys nobody has to make them again to know who has them.
+    let made = sheet.items.iter().map(|item| (item.identity(), &item.key));
+    let made: HashMap<Identity<'_>, &Option<Key>> = made.collect();
+    for item in &mut items {
+        if let Some(key) = made.get(&item.asked.identity()) {
+            let key = Option::clone(key);
+            item.asked.key = key;
+        }
+    }
     output::say(&format!("nearmiss: {id}: {}", sheet.line()));
     let asking = Arc::new(Asking {
         store: Arc::clone(&opened.store),

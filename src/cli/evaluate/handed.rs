@@ -33,7 +33,8 @@ pub fn over(runtime: &Runtime, asking: &Arc<Asking>, items: Vec<Item>) -> Result
             words.push_str(&format!(" as {}", batches.join(", ")));
         }
         if submitted.stored > 0 {
-            words.push_str(&format!("; the store has {} answers", submitted.stored));
+            let stored = number(submitted.stored, "answer");
+            words.push_str(&format!("; the store has {stored}"));
         }
         if submitted.taken > 0 {
             words.push_str(&format!("; {} are being asked already", submitted.taken));

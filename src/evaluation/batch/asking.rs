@@ -12,9 +12,7 @@ use super::desk::{Desk, key};
 use super::paused::{Paused, Watch};
 use super::scored::{label_of, way_of};
 use super::variant::Variant;
-use crate::evaluation::{
-    self, Answer, AskError, Event, Judge, Judged, Missing, Question, Wanted,
-};
+use crate::evaluation::{self, Answer, AskError, Event, Judge, Judged, Missing, Question, Wanted};
 use crate::llm::Barrier;
 use crate::scenario::Entry;
 use crate::store::{BatchId, Item, ItemState, Key, RunId, Store, StoreError};
@@ -109,7 +107,8 @@ impl Asking {
         for (provider, items) in by_provider {
             let at_once = self.at_once.get(&provider).copied().unwrap_or(1).max(1);
             let (asking, sender) = (Arc::clone(&self), sender.clone());
-            providers.spawn(async move { asking.provider(provider, items, at_once, &sender).await });
+            providers
+                .spawn(async move { asking.provider(provider, items, at_once, &sender).await });
         }
         drop(sender);
         let mut refused = None;

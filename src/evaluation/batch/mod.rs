@@ -18,7 +18,7 @@ pub use asking::{Asking, Ended, Judges, Selection};
 pub use desk::{Ask, Desk, Looked, Reading};
 pub use estimate::Estimate;
 pub use handing::Handed;
-pub use matrix::{Manner, Matrix};
+pub use matrix::{Manner, Matrix, More};
 pub use paused::Paused;
 pub use scored::{Answers, answers, retold, scored, way_of};
 pub use shard::Shard;
