@@ -17,6 +17,8 @@ mod egos;
 mod encode;
 #[path = "cli/evaluate.rs"]
 mod evaluate;
+#[path = "cli/extended.rs"]
+mod extended;
 #[path = "cli/hostile.rs"]
 mod hostile;
 #[path = "cli/inspecting.rs"]
