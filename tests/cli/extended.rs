@@ -50,7 +50,8 @@ fn resume(home: &Home, more: &[&str]) -> Ended {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn leads_and_changes_that_are_added_come_to_the_same_as_when_they_are_there_from_the_beginning() {
+async fn leads_and_changes_that_are_added_come_to_the_same_as_when_they_are_there_from_the_beginning()
+ {
     let whole = yes_first().await;
     let home = home_with(whole.base_url());
     let wanted = begin(&home, &["--lead", "0.5,1", "--transform", "mirror"]);
@@ -91,7 +92,10 @@ async fn a_lead_beside_windows_at_the_end_of_the_recordings_leaves_the_table_as_
     assert_eq!(more["cells"], plain["cells"]);
     let leads: Vec<_> = more["lead"].as_array().unwrap().iter().collect();
     assert_eq!(leads.len(), 1, "{leads:?}");
-    assert_eq!((&leads[0]["lead"], &leads[0]["n"]), (&1.0.into(), &1.into()));
+    assert_eq!(
+        (&leads[0]["lead"], &leads[0]["n"]),
+        (&1.0.into(), &1.into())
+    );
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -108,10 +112,18 @@ async fn what_cannot_be_added_is_said() {
     begin(&home, &["--add-transform", "mirror"])
         .status(2)
         .says(&["--resume ID names it"]);
-    let zero = ["evaluate", CUT_IN, "--model", "lab/tiny", "--concurrency", "0"];
-    run(&home, &zero)
-        .status(2)
-        .says(&["--concurrency", "a whole number of requests is needed, 1 at least"]);
+    let zero = [
+        "evaluate",
+        CUT_IN,
+        "--model",
+        "lab/tiny",
+        "--concurrency",
+        "0",
+    ];
+    run(&home, &zero).status(2).says(&[
+        "--concurrency",
+        "a whole number of requests is needed, 1 at least",
+    ]);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -124,7 +136,11 @@ async fn labels_that_cannot_be_of_the_scenario_are_refused_with_their_line() {
         format!("scenario,obstacle_id\n{HARD_BRAKING},none\n{CUT_IN},4711\n"),
     );
     let wrong = wrong.display().to_string();
-    let words = ["wrong.csv, line 3: ", CUT_IN, "has no obstacle 4711; it has 301"];
+    let words = [
+        "wrong.csv, line 3: ",
+        CUT_IN,
+        "has no obstacle 4711; it has 301",
+    ];
     let models = ["--model", "lab/other"];
     let batch = ["evaluate", HARD_BRAKING, CUT_IN, "--truth", &wrong];
     run(&home, &[&batch[..], &models].concat())

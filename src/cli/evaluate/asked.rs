@@ -13,6 +13,7 @@ use super::opened::Opened;
 use super::sheet::Sheet;
 use super::shown;
 use super::varied::Varied;
+use crate::cli::batches::lost;
 use crate::cli::interrupt::INTERRUPTED;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, Outcome, output};
@@ -107,6 +108,11 @@ pub fn ask(
         output::say(&format!(
             "nearmiss: {with_providers} of them with a provider: `nearmiss batches collect` fetches their answers"
         ));
+    }
+    for batch in opened.store.provider_batches().map_err(Failure::input)? {
+        if let Some(words) = lost(&batch) {
+            output::say(&format!("nearmiss: batch {}: {words}", batch.id));
+        }
     }
     let items = match options.batch {
         true => match handed::over(runtime, &asking, items)? {
