@@ -47,6 +47,7 @@ async fn killed_between_handing_over_and_fetching_nothing_is_lost_or_sent_twice(
         let mut command = home.command();
         let variables = [("LAB_KEY", KEY), ("NO_PROXY", "127.0.0.1")];
         command.args(ASKED).arg("a/tiny,b/tiny").envs(variables);
+        command.stderr(std::process::Stdio::null());
         let mut child = command.spawn().unwrap();
         let begun = std::time::Instant::now();
         while second.world().batches.is_empty() {
