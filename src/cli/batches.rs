@@ -214,7 +214,10 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
     }
     let done = match force {
         true => remote::give_up_unasked(id, "given up without asking the provider", store),
-        false => remote::give_up(id, &*model(&batch, &Client::new())?, store).await,
+        false => {
+            let model = model(&batch, &Client::new())?;
+            remote::give_up(id, &model, store).await
+        }
     };
     let done = done.map_err(|error| match error {
         error @ RemoteError::Provider(_) => Failure::input(format!(

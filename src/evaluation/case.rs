@@ -4,17 +4,16 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::StreamExt;
-use jiff::Timestamp;
-use jiff::tz::TimeZone;
 use tokio::time::Instant;
 
 use super::answer::{Answer, Judged, Missing};
 use super::judges::{Judge, ModelJudge};
 use super::keeper::Keeper;
+use super::price_words::stated;
 use super::question::Question;
 use super::request::{most_usd, record, request};
 use crate::judge;
-use crate::llm::{self, Barrier, Chunk, CostSource, Finish};
+use crate::llm::{self, Barrier, Chunk, Finish};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
 use crate::verdict::{self, How, Parsed, Task};
 
@@ -382,22 +381,5 @@ pub(super) fn word(finish: &Finish) -> String {
         Finish::Blank => "blank".into(),
         Finish::Refusal(_) => "refusal".into(),
         Finish::Other(word) => word.clone(),
-    }
-}
-
-/// Where a cost comes from, in words.
-fn stated(source: CostSource, model: &ModelJudge, returned: Option<&str>) -> String {
-    let table = "tokens times listed prices";
-    match source {
-        CostSource::Server => "stated by the server".into(),
-        CostSource::Prices => {
-            let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
-            let prices = &model.endpoint.prices;
-            let pricing = prices.of_answer(&model.name, returned, today);
-            match pricing.and_then(|pricing| pricing.origin()) {
-                Some(origin) => format!("{table}, {origin}"),
-                None => table.into(),
-            }
-        }
     }
 }

@@ -73,6 +73,26 @@ async fn what_the_provider_deleted_can_be_given_up_and_asked_again() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_provider_that_refuses_keeps_no_other_from_its_questions() {
+    let (first, second) = (Provider::start().await, Provider::start().await);
+    first.world().refuse = Some(401);
+    let home = Home::new();
+    let dialect = Dialect::OpenAiChat;
+    let config = configured("a", &first, dialect) + &configured("b", &second, dialect);
+    home.write(home.config().join("config.toml"), config);
+    run(&home, &[&ASKED[..], &["a/tiny,b/tiny"]].concat())
+        .status(1)
+        .says(&[
+            "a/tiny: ",
+            "refused the key",
+            "b/tiny: 2 questions with the provider",
+            "1 model could not be handed everything",
+            "--resume b1",
+        ]);
+    assert_eq!(second.world().batches.len(), 1);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_may_still_come_is_given_up_by_force_only() {
     let provider = Provider::start().await;
     provider.world().state = "in_progress".into();

@@ -51,9 +51,14 @@ pub fn over(runtime: &Runtime, asking: &Arc<Asking>, items: Vec<Item>) -> Result
     let on = format!(
         "`nearmiss batches collect --wait` fetches the answers, then `nearmiss evaluate --resume {id}` writes the table"
     );
-    if let Some((model, error)) = handed.broken {
+    for (model, error) in &handed.broken {
+        let words = format!("nearmiss: {model}: {error}");
+        output::say(&output::visible(&words));
+    }
+    if !handed.broken.is_empty() {
+        let models = number(handed.broken.len(), "model");
         return Err(Failure {
-            message: format!("{}: {error}; {on}", output::visible(&model)),
+            message: format!("{models} could not be handed everything; {on}"),
             status: 1,
         });
     }

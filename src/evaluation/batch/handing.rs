@@ -22,8 +22,8 @@ pub struct Handed {
     pub own: Vec<Item>,
     /// Questions that cannot be made, with why.
     pub unaskable: Vec<(Item, String)>,
-    /// Where it broke off: the model, and why; later models were not tried.
-    pub broken: Option<(String, RemoteError)>,
+    /// Models whose questions did not all reach their provider, and why.
+    pub broken: Vec<(String, RemoteError)>,
 }
 
 impl Asking {
@@ -61,10 +61,7 @@ impl Asking {
             match submit(&questions, judge, &self.store).await {
                 Ok(submitted) => handed.submitted.push((model.to_string(), submitted)),
                 Err(RemoteError::Store(error)) => return Err(error),
-                Err(error) => {
-                    handed.broken = Some((model.to_string(), error));
-                    break;
-                }
+                Err(error) => handed.broken.push((model.to_string(), error)),
             }
         }
         Ok(handed)

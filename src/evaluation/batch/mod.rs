@@ -20,7 +20,7 @@ pub use estimate::Estimate;
 pub use handing::Handed;
 pub use matrix::{Manner, Matrix, More};
 pub use paused::Paused;
-pub use scored::{Answers, answers, retold, scored, way_of};
+pub use scored::{Answers, Retold, answers, retold, scored, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};
 pub use truth::{Truth, TruthError, TruthSource};

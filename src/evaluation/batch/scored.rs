@@ -150,6 +150,9 @@ fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
     })
 }
 
+/// Another truth of a question: its place in the batch, whether the ego collides, and with whom.
+pub type Retold = (u64, Option<bool>, Option<i64>);
+
 /// The same answers beside another truth: by place in the batch, whether the ego collides, and with whom.
 ///
 /// The `desk` opens scenarios where the truth needs their scene.
@@ -160,7 +163,7 @@ pub fn retold(
     items: &[Item],
     truth: &Truth,
     desk: &super::Desk,
-) -> Result<Vec<(u64, Option<bool>, Option<i64>)>, LabelError> {
+) -> Result<Vec<Retold>, LabelError> {
     items
         .par_iter()
         .map(|item| {
