@@ -18,6 +18,7 @@ mod labels;
 mod lead;
 mod lead_curve;
 mod plan;
+mod price_words;
 /// Recorded answers as runs for the store.
 pub mod published;
 mod question;

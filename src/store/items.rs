@@ -350,7 +350,7 @@ pub mod tests {
         let begun = [item("A", 0), item("A", 1), lost];
         let id = store.begin_batch("{}", Some("1/2"), &begun).unwrap();
         store
-            .extend_batch(id, "{\"more\":1}", &[item("A", 2)])
+            .extend_batch(id, "{\"more\":1}", &[item("A", 2)], None)
             .unwrap();
         let key = Key::parse(&"b".repeat(64)).unwrap();
         let (waiting, failed) = (ItemState::Waiting, ItemState::Failed);
@@ -378,8 +378,8 @@ pub mod tests {
         let (batch, progress) = store.batches().unwrap().remove(0);
         assert_eq!((batch.id, batch.shard.as_deref()), (id, Some("1/2")));
         assert_eq!(
-            (progress.all(), progress.waiting, progress.unaskable),
-            (4, 2, 1)
+            (progress.scenarios, progress.all(), progress.waiting),
+            (2, 4, 2)
         );
         assert_eq!(store.last_batch().unwrap().unwrap().id, id);
         assert_eq!(id.to_string().parse(), Ok(id));

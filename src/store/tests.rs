@@ -9,7 +9,8 @@ use crate::verdict::{Said, Task, Verdict};
 mod pages;
 mod truths;
 
-fn question() -> NewRun {
+/// A question that is asked of nobody.
+pub(super) fn question() -> NewRun {
     let text = |s: &str| s.to_string();
     NewRun {
         sample: 0,

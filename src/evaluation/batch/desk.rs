@@ -11,8 +11,8 @@ use super::variant::Variant;
 use crate::evaluation::plan::usual_window;
 use crate::evaluation::request::record;
 use crate::evaluation::{
-    Case, Decided, Judge, Label, Labelled, Lead, Question, Wanted, Way, prepare, template,
-    usual_frame,
+    Case, Decided, Judge, Label, LabelError, Labelled, Lead, Question, Wanted, Way, prepare,
+    template, usual_frame,
 };
 use crate::judge;
 use crate::metrics::Thresholds;
@@ -63,6 +63,8 @@ pub struct Looked {
     pub items: Vec<(NewItem, Option<Size>)>,
     /// Whether nobody says what is true about it; nothing is asked then.
     pub unlabelled: bool,
+    /// A label that cannot be of this scenario; nothing is asked then.
+    pub wrong: Option<LabelError>,
     /// What is doubtful about it, in words.
     pub doubts: Vec<String>,
     /// For each model the first question that would be sent to it.
@@ -228,6 +230,10 @@ impl Desk {
         let mut looked = Looked::default();
         let opened = self.open(entry);
         let scene = opened.as_ref().ok().map(|reading| &*reading.scene);
+        if let Err(wrong) = truth.fits(entry, scene) {
+            looked.wrong = Some(wrong);
+            return Ok(looked);
+        }
         let label = truth.of(entry, scene);
         if label.is_none() && truth.leaves_out() {
             looked.unlabelled = true;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::desk::obstacle;
 use super::truth::Truth;
 use super::variant::Variant;
-use crate::evaluation::{Label, Lead, Said, Scored, Way};
+use crate::evaluation::{Label, LabelError, Lead, Said, Scored, Way};
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::{Entry, Transform};
@@ -20,7 +20,7 @@ pub struct Answers {
     pub plain: Vec<Scored>,
     /// About changed scenes, called as [`Transform::name`] says, with the ids of the originals.
     pub changed: Vec<Scored>,
-    /// About the scenes as they are, at every lead, the first one, too; none of batches with fewer than two.
+    /// About the scenes as they are, at every lead that has a name, the first one, too; none of batches with fewer than two.
     pub leads: Vec<(Lead, Scored)>,
     /// The places of the plain ones in the batch, in the same order.
     pub places: Vec<u64>,
@@ -58,8 +58,15 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
             ))
         })
         .collect::<Result<Vec<(Variant, u64, Scored)>, StoreError>>()?;
-    // Of every scenario the first lead stands before the others.
-    let first = all.iter().find_map(|(variant, ..)| variant.lead);
+    // Of every scenario the first lead stands before the others. Where leads were added to a batch without one, what it
+    // was begun with comes first.
+    let without = |(variant, _, scored): &(Variant, u64, Scored)| {
+        scored.way.task == verdict::Task::Safety && *variant == Variant::default()
+    };
+    let first = match all.iter().any(without) {
+        true => None,
+        false => all.iter().find_map(|(variant, ..)| variant.lead),
+    };
     let questions = all.len();
     let mut sorted = Answers::default();
     for (variant, place, scored) in all {
@@ -154,26 +161,35 @@ fn without_answer(item: &Item) -> Said {
         ItemState::Unaskable => Said::Unasked(why("no question can be made of the scenario")),
     }
 }
+/// Another truth of a question: its place in the batch, whether the ego collides, and with whom.
+pub type Retold = (u64, Option<bool>, Option<i64>);
 
 /// The same answers beside another truth: by place in the batch, whether the ego collides, and with whom.
 ///
 /// The `desk` opens scenarios where the truth needs their scene.
-#[must_use]
+///
+/// # Errors
+/// A label names an obstacle that its scenario does not have.
 pub fn retold(
     items: &[Item],
     truth: &Truth,
     desk: &super::Desk,
-) -> Vec<(u64, Option<bool>, Option<i64>)> {
+) -> Result<Vec<Retold>, LabelError> {
     items
         .par_iter()
         .map(|item| {
             let entry = Entry::of_argument(std::path::Path::new(&item.asked.path));
             let scene = match truth {
                 Truth::Geometry => desk.open(&entry).ok(),
+                Truth::Labels(labels) if labels.names_an_obstacle(&entry.name) => {
+                    desk.open(&entry).ok()
+                }
                 Truth::Layout(_) | Truth::Labels(_) | Truth::Known(_) => None,
             };
-            let label = truth.of(&entry, scene.as_ref().map(|reading| &*reading.scene));
-            (item.place, label.map(Label::collides), obstacle(label))
+            let scene = scene.as_ref().map(|reading| &*reading.scene);
+            truth.fits(&entry, scene)?;
+            let label = truth.of(&entry, scene);
+            Ok((item.place, label.map(Label::collides), obstacle(label)))
         })
         .collect()
 }
