@@ -272,6 +272,19 @@ impl Store {
         &self,
         batch: BatchId,
     ) -> Result<Vec<(Item, Option<Found>)>, StoreError> {
+        self.some_items_with_answers(batch, 0, None)
+    }
+
+    /// At most so many of them, from this place in the batch on: the texts of all of a large one are much.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn some_items_with_answers(
+        &self,
+        batch: BatchId,
+        from: u64,
+        most: Option<u32>,
+    ) -> Result<Vec<(Item, Option<Found>)>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
             "SELECT items.*, found.id AS found,
@@ -286,9 +299,11 @@ impl Store {
                           AND runs.state = 'answered' AND runs.deleted_ms IS NULL
                       ORDER BY runs.created_ms DESC, runs.id DESC LIMIT 1)
                  END
-             WHERE items.batch = ?1 ORDER BY items.place",
+             WHERE items.batch = ?1 AND items.place >= ?2 ORDER BY items.place LIMIT ?3",
         )?;
-        let rows = statement.query_map([batch.0], |row| {
+        // A negative limit is none.
+        let most = most.map_or(-1, i64::from);
+        let rows = statement.query_map(params![batch.0, from, most], |row| {
             let run: Option<i64> = row.get("found")?;
             let found = match run {
                 None => None,

@@ -2,6 +2,7 @@
 
 mod asked_words;
 mod asking;
+mod counted;
 mod desk;
 mod estimate;
 mod handing;
@@ -14,6 +15,7 @@ mod truth;
 mod variant;
 
 pub use asking::{Asking, Ended, Judges, Selection};
+pub use counted::{BatchResults, Counting, Offer, Part, counted, offers};
 pub use desk::{Ask, Desk, Looked, Reading};
 pub use estimate::Estimate;
 pub use handing::Handed;

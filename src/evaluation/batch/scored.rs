@@ -43,15 +43,7 @@ pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> 
 /// # Errors
 /// The store cannot be read, or holds words that this version does not know.
 pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
-    let found = store.items_with_answers(batch)?;
-    let all = found
-        .par_iter()
-        .map(|(item, found)| {
-            let variant = Variant::of(&item.asked).map_err(StoreError::Word)?;
-            let scored = one(item, found.as_ref())?;
-            Ok((variant, told_back(item, variant.transform, scored)))
-        })
-        .collect::<Result<Vec<(Variant, Scored)>, StoreError>>()?;
+    let all = read(&store.items_with_answers(batch)?)?;
     // Of every scenario the first lead stands before the others.
     let first = all.iter().find_map(|(variant, _)| variant.lead);
     let questions = all.len();
@@ -88,6 +80,19 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
             .map(|v| (*v).clone());
     }
     Ok(sorted)
+}
+
+/// What was said to questions of a batch, in their order, with what each is about.
+///
+/// # Errors
+/// The store holds words that this version does not know.
+pub(super) fn read(found: &[(Item, Option<Found>)]) -> Result<Vec<(Variant, Scored)>, StoreError> {
+    let one = |(item, found): &(Item, Option<Found>)| {
+        let variant = Variant::of(&item.asked).map_err(StoreError::Word)?;
+        let scored = one(item, found.as_ref())?;
+        Ok((variant, told_back(item, variant.transform, scored)))
+    };
+    found.par_iter().map(one).collect()
 }
 
 /// An answer about a changed scene under its name, with the ids of the original. New numbers can be told back only as long

@@ -34,8 +34,12 @@ fn settle(kept: &mut Kept) {
         for ask in asks {
             let Effect::Results(ask) = ask else { continue };
             let going = AtomicBool::new(false);
-            if let Some(news) = answer(&kept.store, &judging, ask, &going) {
-                kept.bench.send(Msg::Results(news));
+            let mut news = Vec::new();
+            answer(&kept.store, &judging, ask, &going, &mut |said| {
+                news.push(said);
+            });
+            for said in news {
+                kept.bench.send(Msg::Results(said));
             }
         }
     }
