@@ -83,7 +83,7 @@ impl Offer {
     pub fn everything() -> Self {
         Self {
             counting: Counting::Everything,
-            truth: "the built-in judge, by exact geometry, asked the same".into(),
+            truth: "the built-in judge (exact geometry)".into(),
             created_ms: None,
             progress: Progress::default(),
         }

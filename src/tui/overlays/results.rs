@@ -96,10 +96,13 @@ fn title(results: &ResultsView) -> String {
 /// The lines about the truth, at the bottom of an area; gives what is above them.
 fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
     let results = &model.results;
-    let mut words = match results.offer() {
-        Some(offer) => format!("{} · truth: {}", offer.counting, visible(&offer.truth)),
-        None => "truth: not known".into(),
-    };
+    let mut words = results.offer().map_or("truth: not known".into(), |offer| {
+        format!("truth: {}", visible(&offer.truth))
+    });
+    // In the matrix the title says it.
+    if let Some(counting) = results.counting.filter(|_| results.inside.is_some()) {
+        words.push_str(&format!(" · of {counting}"));
+    }
     if results.judging {
         words.push_str(" · it is at work: what is open may not stay so");
     }
