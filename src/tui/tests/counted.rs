@@ -351,3 +351,51 @@ fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
     assert!(kept.bench.model.overlays.is_empty());
     assert_eq!(kept.bench.model.opened.as_ref().unwrap().name, FIRST);
 }
+
+/// A batch of two models, each asked with four sets of techniques about twelve scenarios; what they say is up to their
+/// places.
+fn techniques() -> Kept {
+    let mut kept = Kept::new();
+    let mut items = Vec::new();
+    for (model, skill) in [("lab/large", 5), ("lab/small", 3)] {
+        for (place, words) in ["base", "cp", "cp+cot", "cp+cot+icl"]
+            .into_iter()
+            .enumerate()
+        {
+            for n in 0..12 {
+                let right = (n * 7 + place * 3) % 8 < skill + place / 2;
+                let text = if (n % 2 == 0) == right { YES } else { NO };
+                let run = kept.add(&format!("ZAM_Town-{n}_1_T-1"), model, text == YES, text);
+                let asked = NewItem {
+                    techniques: Some(words.into()),
+                    model: model.into(),
+                    ..item(&format!("ZAM_Town-{n}_1_T-1"), (n % 2 == 0, None), None)
+                };
+                items.push((asked, run));
+            }
+        }
+    }
+    let asked: Vec<NewItem> = items.iter().map(|(item, _)| item.clone()).collect();
+    let batch = kept.store.begin_batch(&spec().to_json(), None, &asked);
+    let batch = batch.unwrap();
+    for (place, (_, run)) in (0..).zip(items) {
+        let state = ItemState::Answered;
+        let set = kept
+            .store
+            .set_item(batch, place, None, state, Some(run), None);
+        set.unwrap();
+    }
+    kept
+}
+
+#[test]
+fn how_a_batch_looks_in_every_theme() {
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let mut kept = techniques();
+        kept.bench.model.size = (columns, rows);
+        press(&mut kept, "% j right right");
+        let size = (columns, rows);
+        let text = seen_in_every_theme("a batch", &mut kept.bench, size, true);
+        insta::assert_snapshot!(format!("results_of_a_batch_at_{columns}_by_{rows}"), text);
+    }
+}
