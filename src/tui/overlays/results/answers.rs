@@ -15,7 +15,7 @@ use crate::tui::widgets::words::pad;
 use crate::verdict::Task;
 
 /// Columns of what an answer says.
-const WHAT: usize = 38;
+const WHAT: usize = 30;
 
 /// Draws them; gives where the list stands.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -> ResultsDrawn {
@@ -82,7 +82,11 @@ fn line(
             pad(word, 6),
             Style::new().fg(color).add_modifier(Modifier::BOLD),
         ),
-        Span::raw(pad(&visible(&answer.scenario), name_width)),
+        Span::raw(pad(
+            &visible(&answer.scenario),
+            name_width.saturating_sub(1),
+        )),
+        Span::raw(" "),
         Span::raw(pad(what, what_width)),
         Span::styled(tail, Style::new().fg(theme.dim)),
     ])
@@ -95,7 +99,7 @@ fn said(outcome: Outcome, task: Option<Task>) -> (&'static str, &'static str) {
         Outcome::FalsePositive => ("wrong", "says yes, the truth is no"),
         // A yes that names nobody dangerous is counted as a no.
         Outcome::FalseNegative if task == Some(Task::Safety) => {
-            ("wrong", "truth yes; says no, or names another")
+            ("wrong", "no or names another, truth yes")
         }
         Outcome::FalseNegative => ("wrong", "says no, the truth is yes"),
         Outcome::Open => ("open", "has a verdict; truth not known"),

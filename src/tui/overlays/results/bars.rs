@@ -41,7 +41,7 @@ pub fn draw(
     let results = &model.results;
     let title = results.row().map_or(String::new(), |row| {
         let task = row.way.task.name();
-        let frame = row.way.frame.map_or("", |frame| frame.name());
+        let frame = row.way.frame.map_or("-", |frame| frame.name());
         let model = visible(&row.way.model);
         format!("F1 by techniques, ▓░ its 95 % interval · {task} {frame} · {model}")
     });

@@ -15,6 +15,9 @@ use crate::tui::widgets::words::{date, fit, pad, thousands};
 const COLUMNS: u16 = 116;
 const NAME: usize = 32;
 
+/// Columns for the truth at least: with fewer it stands below the list alone.
+const LEAST: usize = 16;
+
 /// Lines below the list, for the truth of the selected line.
 const TRUTH: u16 = 3;
 
@@ -77,6 +80,9 @@ fn line(model: &Model, offer: &Offer, chosen: bool, width: usize) -> Line<'stati
         Span::raw(if chosen { "▸ " } else { "  " }),
         Span::raw(head),
         Span::styled(tail, dim),
-        Span::raw(fit(&visible(&offer.truth), left)),
+        Span::raw(match left < LEAST {
+            true => String::new(),
+            false => fit(&visible(&offer.truth), left),
+        }),
     ])
 }
