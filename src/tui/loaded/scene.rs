@@ -4,6 +4,9 @@ use std::sync::Arc;
 
 use crate::scenario::{Entry, Scenario, Scene, Transform, WantedEgo};
 
+/// A scenario, and its scene or why there is none.
+pub type Read = (Arc<Scenario>, Result<Arc<Scene>, String>);
+
 /// Reads a scenario and its scene; why there is no scene, where it has no ego. An ego that lies beside it is looked for,
 /// and where it is missing or broken, there is none. An obstacle as the ego is called as it is after the change.
 ///
@@ -14,7 +17,7 @@ pub fn changed_scene(
     entry: &Entry,
     wanted: &WantedEgo,
     change: Option<Transform>,
-) -> Result<(Arc<Scenario>, Result<Arc<Scene>, String>), String> {
+) -> Result<Read, String> {
     let scenario = entry.read().map_err(|e| e.to_string())?;
     let wanted = match (change, wanted) {
         (Some(change), WantedEgo::Obstacle(id)) => {
