@@ -275,7 +275,7 @@ impl Store {
         self.some_items_with_answers(batch, 0, None)
     }
 
-    /// At most so many of them, from this place in the batch on: the texts of all of a large one are much.
+    /// At most so many of them, from this place on: the texts of all are much.
     ///
     /// # Errors
     /// SQLite refused.
@@ -301,11 +301,9 @@ impl Store {
                  END
              WHERE items.batch = ?1 AND items.place >= ?2 ORDER BY items.place LIMIT ?3",
         )?;
-        // A negative limit is none.
-        let most = most.map_or(-1, i64::from);
+        let most = most.map_or(-1, i64::from); // a negative limit is none
         let rows = statement.query_map(params![batch.0, from, most], |row| {
-            let run: Option<i64> = row.get("found")?;
-            let found = match run {
+            let found = match row.get::<_, Option<i64>>("found")? {
                 None => None,
                 Some(run) => Some(Found {
                     run: RunId(run),

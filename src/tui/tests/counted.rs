@@ -390,11 +390,10 @@ fn techniques() -> Kept {
 
 #[test]
 fn how_a_batch_looks_in_every_theme() {
-    for (columns, rows) in [(80, 24), (200, 60)] {
+    for size @ (columns, rows) in [(80, 24), (200, 60)] {
         let mut kept = techniques();
-        kept.bench.model.size = (columns, rows);
+        kept.bench.model.size = size;
         press(&mut kept, "% j right right");
-        let size = (columns, rows);
         let text = seen_in_every_theme("a batch", &mut kept.bench, size, true);
         insta::assert_snapshot!(format!("results_of_a_batch_at_{columns}_by_{rows}"), text);
     }
