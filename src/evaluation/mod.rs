@@ -56,7 +56,7 @@ pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
 pub use lead_curve::{LeadCurve, LeadPoint, Seen, Timed, lead_curves};
 pub use plan::{Plan, PlanError};
 pub use question::{Case, CaseError, Question, prepare, template};
-pub use results::{Counted, Known, Outcome, Results, results};
+pub use results::{Counted, Known, Outcome, Results, results, with_intervals};
 pub use scored::{Said, Scored, Way};
 pub use settings::{Decided, Settings};
 pub use share::Share;

@@ -3,6 +3,7 @@
 mod agreement;
 mod asked_words;
 mod asking;
+mod counted;
 mod desk;
 mod estimate;
 mod handing;
@@ -17,6 +18,7 @@ mod variant;
 
 pub use agreement::{Unjudged, beside_the_judge};
 pub use asking::{Asking, Ended, Judges, Selection};
+pub use counted::{BatchResults, Counting, Offer, Part, counted, offers};
 pub use desk::{Ask, Desk, Looked, Reading};
 pub use estimate::Estimate;
 pub use handing::Handed;

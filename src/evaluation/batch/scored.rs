@@ -46,30 +46,20 @@ pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> 
 /// The store cannot be read, or holds words that this version does not know.
 pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
     let found = store.items_with_answers(batch)?;
-    let all = found
-        .par_iter()
-        .map(|(item, found)| {
-            let variant = Variant::of(&item.asked).map_err(StoreError::Word)?;
-            let scored = one(item, found.as_ref())?;
-            Ok((
-                variant,
-                item.place,
-                told_back(item, variant.transform, scored),
-            ))
-        })
-        .collect::<Result<Vec<(Variant, u64, Scored)>, StoreError>>()?;
+    let all = read(&found)?;
+    let places = found.iter().map(|(item, _)| item.place);
     // Of every scenario the first lead stands before the others. Where leads were added to a batch without one, what it
     // was begun with comes first.
-    let without = |(variant, _, scored): &(Variant, u64, Scored)| {
+    let without = |(variant, scored): &(Variant, Scored)| {
         scored.way.task == verdict::Task::Safety && *variant == Variant::default()
     };
     let first = match all.iter().any(without) {
         true => None,
-        false => all.iter().find_map(|(variant, ..)| variant.lead),
+        false => all.iter().find_map(|(variant, _)| variant.lead),
     };
     let questions = all.len();
     let mut sorted = Answers::default();
-    for (variant, place, scored) in all {
+    for ((variant, scored), place) in all.into_iter().zip(places) {
         if variant.transform.is_some() {
             sorted.changed.push(scored);
             continue;
@@ -102,6 +92,19 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
             .map(|v| (*v).clone());
     }
     Ok(sorted)
+}
+
+/// What was said to questions of a batch, in their order, with what each is about.
+///
+/// # Errors
+/// The store holds words that this version does not know.
+pub(super) fn read(found: &[(Item, Option<Found>)]) -> Result<Vec<(Variant, Scored)>, StoreError> {
+    let one = |(item, found): &(Item, Option<Found>)| {
+        let variant = Variant::of(&item.asked).map_err(StoreError::Word)?;
+        let scored = one(item, found.as_ref())?;
+        Ok((variant, told_back(item, variant.transform, scored)))
+    };
+    found.par_iter().map(one).collect()
 }
 
 /// An answer about a changed scene under its name, with the ids of the original. New numbers can be told back only as long
