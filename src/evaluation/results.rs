@@ -122,18 +122,21 @@ impl Outcome {
         }
     }
 
-    /// What comes of a question of a batch, held against the batch's truth.
+    /// What comes of a question of a batch, held against the batch's truth; nothing of one that was not asked.
     #[must_use]
-    pub fn of_scored(scored: &Scored) -> Self {
-        match (&scored.said, scored.positive(), scored.is_collision()) {
-            (Said::Failed(_), ..) => Self::Failed,
-            (Said::Unparsed(_), ..) | (_, None, _) => Self::Unparsed,
-            (_, Some(true), Some(true)) => Self::TruePositive,
-            (_, Some(true), Some(false)) => Self::FalsePositive,
-            (_, Some(false), Some(true)) => Self::FalseNegative,
-            (_, Some(false), Some(false)) => Self::TrueNegative,
-            (_, Some(_), None) => Self::Open,
-        }
+    pub fn of_scored(scored: &Scored) -> Option<Self> {
+        Some(
+            match (&scored.said, scored.positive(), scored.is_collision()) {
+                (Said::Unasked(_), ..) => return None,
+                (Said::Failed(_), ..) => Self::Failed,
+                (Said::Unparsed(_), ..) | (_, None, _) => Self::Unparsed,
+                (_, Some(true), Some(true)) => Self::TruePositive,
+                (_, Some(true), Some(false)) => Self::FalsePositive,
+                (_, Some(false), Some(true)) => Self::FalseNegative,
+                (_, Some(false), Some(false)) => Self::TrueNegative,
+                (_, Some(_), None) => Self::Open,
+            },
+        )
     }
 
     /// Whether the answer was right; nothing where there is no verdict or no truth.

@@ -8,7 +8,7 @@ use super::spec::Spec;
 use super::variant::Variant;
 use crate::evaluation::{Counted, Lead, Outcome, Results, Scored, Way};
 use crate::scenario::Transform;
-use crate::store::{BatchId, ItemState, Progress, Store, StoreError};
+use crate::store::{BatchId, Progress, Store, StoreError};
 
 /// Which answers are counted, and with that by which truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,8 +48,8 @@ pub struct Offer {
 pub struct BatchResults {
     /// A row for each way of asking.
     pub rows: Vec<Results>,
-    /// Questions that were not answered yet; they are not counted.
-    pub waiting: usize,
+    /// Questions that were not asked, or not yet, or cannot be asked at all; they are not counted.
+    pub unasked: usize,
 }
 
 impl std::fmt::Display for Counting {
@@ -142,7 +142,7 @@ pub fn counted(
     let spec = spec.map_err(|why| StoreError::Word(why.to_string()))?;
     let first = spec.matrix.manner.lead;
     let mut ways: BTreeMap<Way, Vec<Counted>> = BTreeMap::new();
-    let (mut waiting, mut from) = (0, 0);
+    let (mut unasked, mut from) = (0, 0);
     loop {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
@@ -150,30 +150,29 @@ pub fn counted(
         let piece = store.some_items_with_answers(id, from, Some(PIECE))?;
         let Some((last, _)) = piece.last() else { break };
         from = last.place + 1;
-        for ((item, found), (variant, scored)) in piece.iter().zip(read(&piece)?) {
+        for (variant, scored) in read(&piece)? {
             if !part.holds(&variant, first) {
                 continue;
             }
-            if item.state == ItemState::Waiting && found.is_none() {
-                waiting += 1;
-                continue;
+            match one(&scored) {
+                Some(counted) => ways.entry(scored.way).or_default().push(counted),
+                None => unasked += 1,
             }
-            let counted = one(&scored);
-            ways.entry(scored.way).or_default().push(counted);
         }
     }
     let rows = ways.into_iter().map(|(way, all)| Results::new(way, all));
     Ok(Some(BatchResults {
         rows: rows.collect(),
-        waiting,
+        unasked,
     }))
 }
 
-fn one(scored: &Scored) -> Counted {
-    Counted {
+/// Nothing where it was not asked.
+fn one(scored: &Scored) -> Option<Counted> {
+    Some(Counted {
         run: scored.run,
         scenario: scored.scenario.clone(),
         sample: scored.sample,
-        outcome: Outcome::of_scored(scored),
-    }
+        outcome: Outcome::of_scored(scored)?,
+    })
 }

@@ -70,8 +70,8 @@ fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
         (Some(error), ..) => error.clone(),
         (None, true, _) => "reading the store…".into(),
         (None, false, Some(counting @ Counting::Batch(..))) => format!(
-            "nothing of {counting} is answered yet, {} questions wait; {key} counts other answers",
-            results.waiting
+            "nothing of {counting} is answered; not asked, or not yet: {}; {key} counts other answers",
+            results.unasked
         ),
         (None, false, _) => {
             "no model has been asked yet; r on the main screen asks, and `nearmiss import` reads recorded answers".into()
@@ -106,11 +106,11 @@ fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
     if results.judging {
         words.push_str(" · it is at work: what is open may not stay so");
     }
-    match results.waiting {
+    match results.unasked {
         0 => {}
-        1 => words.push_str(" · 1 question waits for an answer and is not counted"),
+        1 => words.push_str(" · 1 question was not asked and is not counted"),
         n => words.push_str(&format!(
-            " · {n} questions wait for an answer and are not counted"
+            " · {n} questions were not asked and are not counted"
         )),
     }
     words.push_str(" · open: truth not known · unp: no verdict was read · fail: no whole answer");

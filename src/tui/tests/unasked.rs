@@ -1,0 +1,67 @@
+//! The screen of results over batches with questions that were not asked, or cannot be.
+
+use super::counted::{YES, item, spec};
+use super::kept::{FIRST, Kept};
+use super::results::{counts, press};
+use crate::evaluation::batch::{Counting, Part};
+use crate::store::{BatchId, ItemState, NewItem};
+
+/// An older batch with an answer, a question that waits and one that cannot be asked; and a newer one in which nothing
+/// can be asked.
+fn two() -> (Kept, [BatchId; 2]) {
+    let mut kept = Kept::new();
+    let run = kept.add(FIRST, "lab/small", true, YES);
+    let none = |scenario: &str| NewItem {
+        unaskable: Some("no recorded ego".into()),
+        ..item(scenario, (true, None), None)
+    };
+    let older = [
+        item(FIRST, (false, None), None),
+        item("ZAM_Waits-1_1_T-1", (true, None), None),
+        none("ZAM_Never-1_1_T-1"),
+    ];
+    let begin = |items: &[NewItem]| kept.store.begin_batch(&spec().to_json(), None, items);
+    let batches = [
+        begin(&older).unwrap(),
+        begin(&[none("ZAM_Never-2_1_T-1")]).unwrap(),
+    ];
+    let state = ItemState::Answered;
+    let set = kept
+        .store
+        .set_item(batches[0], 0, None, state, Some(run), None);
+    set.unwrap();
+    (kept, batches)
+}
+
+#[test]
+fn what_was_not_asked_is_no_answer_and_the_newest_batch_with_answers_opens() {
+    let (mut kept, [older, newer]) = two();
+    press(&mut kept, "%");
+    let results = &kept.bench.model.results;
+    assert_eq!(results.counting, Some(Counting::Batch(older, Part::Plain)));
+    assert_eq!((results.rows.len(), results.unasked), (1, 2));
+    assert_eq!(counts(&kept, 0), [0, 1, 0, 0, 0, 0, 0]);
+    let frame = kept.bench.frame(200, 60);
+    assert!(frame.contains("2 questions were not asked"), "{frame}");
+    press(&mut kept, "b");
+    let frame = kept.bench.frame(200, 60);
+    // The same numbers as of `evaluate --list`.
+    for (batch, _) in kept.store.batches().unwrap() {
+        let line = frame
+            .lines()
+            .find(|l| l.contains(&format!("batch {} ", batch.id)));
+        let done = if batch.id == older {
+            "1 of 3"
+        } else {
+            "0 of 1"
+        };
+        assert!(line.unwrap().contains(done), "{frame}");
+    }
+    kept.bench.model.results.choosing = None;
+    kept.bench.model.results.chosen = Some(Counting::Batch(newer, Part::Plain));
+    press(&mut kept, "esc %");
+    let results = &kept.bench.model.results;
+    assert_eq!((results.rows.len(), results.unasked), (0, 1));
+    let frame = kept.bench.frame(80, 24);
+    assert!(frame.contains("not asked, or not yet: 1"), "{frame}");
+}
