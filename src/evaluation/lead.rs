@@ -1,7 +1,11 @@
 //! How long before a collision the built-in judge sees it, and how often it cries wolf.
 
+use std::sync::Arc;
+
+use super::recorded::is_grave;
 use super::{Confusion, Label};
 use crate::judge::{self, Criterion, judge};
+use crate::metrics::Thresholds;
 use crate::scenario::prediction::{Model, Past};
 use crate::scenario::{Scene, Window};
 use crate::verdict::Task;
@@ -36,6 +40,8 @@ pub struct Setting {
     pub radius: f64,
     /// Who is evaluated.
     pub candidates: Vec<Candidate>,
+    /// What risk scores are: whom a yes names depends on them.
+    pub thresholds: Arc<Thresholds>,
     /// Whether every window of safe scenarios is looked at, for [`Answers::alarms`].
     pub every_window: bool,
 }
@@ -57,9 +63,21 @@ pub struct Alarms {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answers {
     /// At each lead of the setting; nothing where the recording begins later than the window would end.
-    pub dangerous: Vec<Option<bool>>,
+    pub said: Vec<Option<Yes>>,
     /// Over all windows, of a safe scenario.
     pub alarms: Alarms,
+}
+
+/// Yes or no to one window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Yes {
+    /// Nobody is critical.
+    No,
+    /// Somebody is; of a collision whose obstacle is known this one is, with a score of 0 or 1.
+    Yes,
+    /// Somebody else is than the obstacle that is known to collide, or this one with a milder score: it is counted as a no,
+    /// as with language models, see [`super::Scored::positive`].
+    Another,
 }
 
 /// One scenario, with what is true about it.
@@ -130,7 +148,7 @@ impl Setting {
     #[must_use]
     pub fn ask(&self, case: &Labelled<'_>) -> Vec<Answers> {
         let ask = |candidate: &Candidate| {
-            let says = |window: Window| self.dangerous(candidate, case.scene, &window);
+            let says = |window: Window| self.says(candidate, case, &window);
             // A safe scenario has the same window at every lead.
             let same = match case.label {
                 Label::Safe => case.window(Lead::Paper, self.history).map(says),
@@ -138,7 +156,7 @@ impl Setting {
             };
             let at = |lead: &Lead| same.or_else(|| case.window(*lead, self.history).map(says));
             Answers {
-                dangerous: self.leads.iter().map(at).collect(),
+                said: self.leads.iter().map(at).collect(),
                 alarms: match case.label {
                     Label::Safe if self.every_window => self.alarms(candidate, case.scene),
                     _ => Alarms::default(),
@@ -146,6 +164,25 @@ impl Setting {
             }
         };
         self.candidates.iter().map(ask).collect()
+    }
+
+    fn says(&self, candidate: &Candidate, case: &Labelled<'_>, window: &Window) -> Yes {
+        let (scene, criterion) = (case.scene, &candidate.criterion);
+        let Label::Collision(Some(who)) = case.label else {
+            return match self.dangerous(candidate, scene, window) {
+                true => Yes::Yes,
+                false => Yes::No,
+            };
+        };
+        let named = judge::critical(scene, window, criterion, self.radius, &self.thresholds);
+        match named
+            .iter()
+            .any(|(id, score)| *id == who && is_grave(*score))
+        {
+            true => Yes::Yes,
+            false if named.is_empty() => Yes::No,
+            false => Yes::Another,
+        }
     }
 
     fn dangerous(&self, candidate: &Candidate, scene: &Scene, window: &Window) -> bool {
@@ -190,7 +227,7 @@ impl Alarms {
     }
 }
 
-/// Counts the answers of one candidate at one lead, by their places in the setting.
+/// Counts the answers of one candidate at one lead, by their places in the setting; a yes that names another is a no.
 #[must_use]
 pub fn confusion<'a>(
     answers: impl IntoIterator<Item = (Label, &'a [Answers])>,
@@ -199,8 +236,8 @@ pub fn confusion<'a>(
 ) -> Confusion {
     let mut counts = Confusion::default();
     for (label, of_scenario) in answers {
-        if let Some(said) = of_scenario[candidate].dangerous[lead] {
-            counts.count(said, label.collides());
+        if let Some(said) = of_scenario[candidate].said[lead] {
+            counts.count(said == Yes::Yes, label.collides());
         }
     }
     counts

@@ -79,8 +79,14 @@ impl Recorded {
 /// obstacles that a model found.
 #[must_use]
 pub fn names(verdict: &Verdict, obstacle: i64) -> bool {
-    let grave = verdict.obstacles.iter().filter(|o| o.risk_score <= 1);
-    grave.into_iter().any(|o| o.id == obstacle)
+    let mut grave = verdict.obstacles.iter().filter(|o| is_grave(o.risk_score));
+    grave.any(|o| o.id == obstacle)
+}
+
+/// Whether a risk score says collision or extreme risk: 0 or 1.
+#[must_use]
+pub fn is_grave(score: u8) -> bool {
+    score <= 1
 }
 
 /// Whether there is a folder of recorded answers where [`find`] looks for one.

@@ -7,6 +7,7 @@ use nearmiss::evaluation::{
     Answers, Candidate, Confusion, Label, Labelled, Lead, Setting, confusion,
 };
 use nearmiss::judge::Criterion;
+use nearmiss::metrics::Thresholds;
 use nearmiss::scenario::prediction::Past;
 use nearmiss::scenario::{Scene, find};
 
@@ -57,6 +58,7 @@ fn counts(cases: &[Labelled<'_>], candidates: &[Candidate]) -> Vec<Vec<Confusion
         history: 10,
         radius: 30.0,
         candidates: candidates.to_vec(),
+        thresholds: Arc::new(Thresholds::shipped().clone()),
         every_window: false,
     };
     let answers: Vec<(Label, Vec<Answers>)> =

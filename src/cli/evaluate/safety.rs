@@ -1,10 +1,13 @@
 //! The safety task: precision, recall and F1 by the time to the collision, and false alarms.
 
+use std::sync::Arc;
+
 use serde_json::{Value, json};
 
 use super::{Batch, Evaluate, Format, Truth, batch, csv, number, share};
+use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Outcome, output};
-use crate::evaluation::{Alarms, Answers, Candidate, Confusion, Lead, Setting, confusion};
+use crate::evaluation::{Alarms, Answers, Candidate, Confusion, Lead, Setting, Yes, confusion};
 use crate::scenario::Entry;
 
 pub(super) fn run(
@@ -13,6 +16,7 @@ pub(super) fn run(
     truth: &Truth,
     entries: &[Entry],
 ) -> Outcome {
+    let (folders, _) = configuration()?;
     let setting = Setting {
         leads: match arguments.lead.is_empty() {
             true => LEADS.to_vec(),
@@ -21,6 +25,7 @@ pub(super) fn run(
         history: arguments.history.unwrap_or(10) as usize,
         radius: arguments.radius.unwrap_or(30.0),
         candidates,
+        thresholds: Arc::new(user_thresholds(&folders)?),
         every_window: true,
     };
     let batch = batch(truth, entries, |case| setting.ask(case))?;
@@ -49,8 +54,23 @@ const LEADS: [Lead; 6] = [
 struct Row {
     candidate: Candidate,
     /// At each lead.
-    leads: Vec<Confusion>,
+    leads: Vec<Counts>,
     alarms: Alarms,
+}
+
+/// What one candidate reached at one lead.
+struct Counts {
+    confusion: Confusion,
+    /// Of the false negatives those that say yes and name somebody else.
+    another: u32,
+}
+
+impl Counts {
+    /// The share of collisions to which it said yes, whomever it named.
+    fn said_yes(&self) -> Option<f64> {
+        let (c, all) = (&self.confusion, self.confusion.positives());
+        (all > 0).then(|| f64::from(c.true_positives + self.another) / f64::from(all))
+    }
 }
 
 fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
@@ -59,9 +79,13 @@ fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
         for judged in &batch.judged {
             alarms.add(&judged.result[place].alarms);
         }
-        let at = |lead| {
+        let at = |lead: usize| {
             let answers = batch.judged.iter().map(|j| (j.label, j.result.as_slice()));
-            confusion(answers, place, lead)
+            let said = batch.judged.iter().map(|j| j.result[place].said[lead]);
+            Counts {
+                another: said.filter(|said| *said == Some(Yes::Another)).count() as u32,
+                confusion: confusion(answers, place, lead),
+            }
         };
         Row {
             candidate: *candidate,
@@ -73,19 +97,22 @@ fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
 }
 
 /// What a block of the table shows, and its number for one candidate and lead.
-type Block = (&'static str, fn(&Confusion) -> Option<f64>);
+type Block = (&'static str, fn(&Counts) -> Option<f64>);
 
-const BLOCKS: [Block; 3] = [
-    ("F1", Confusion::f1),
-    ("precision", Confusion::precision),
-    ("recall", Confusion::recall),
+const BLOCKS: [Block; 4] = [
+    ("F1", |c| c.confusion.f1()),
+    ("precision", |c| c.confusion.precision()),
+    ("recall", |c| c.confusion.recall()),
+    ("said yes to collisions", Counts::said_yes),
 ];
 
 fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[Row]) -> String {
     let mut text = format!(
         "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; of a \
          collision, ending so many seconds before the bodies first\noverlap (paper: two steps before the last recorded \
-         one); of a safe scenario, its first steps at every lead\ns: horizon of the prediction, seconds; p ≥: probability \
+         one); of a safe scenario, its first steps at every lead\na yes to a collision counts if it names the colliding obstacle, where that is known, with a \
+         risk score of 0 or 1; else\nit is a no, as with language models (said yes: whomever it names)\n\
+         s: horizon of the prediction, seconds; p ≥: probability \
          of contact within it from which on it is critical\n",
         number(batch.collisions(), "collision"),
         number(batch.safe(), "safe scenario"),
@@ -116,7 +143,11 @@ fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[
     }
     if let Some(first) = rows.first() {
         let count = |of: fn(&Confusion) -> u32| -> Vec<String> {
-            first.leads.iter().map(|l| of(l).to_string()).collect()
+            first
+                .leads
+                .iter()
+                .map(|l| of(&l.confusion).to_string())
+                .collect()
         };
         text.push('\n');
         text.push_str(&line(
@@ -165,7 +196,7 @@ fn alarmed(alarms: &Alarms) -> Option<f64> {
 
 fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
     let head = "model,horizon,threshold,lead,collisions,safe,tp,fp,fn,tn,precision,recall,f1,all_safe_windows,\
-                alarmed_windows,alarms,alarms_per_minute";
+                alarmed_windows,alarms,alarms_per_minute,fn_wrong_obstacle";
     let mut table = vec![head.split(',').map(str::to_string).collect()];
     let number = |v: Option<f64>| v.map_or_else(String::new, |v| rounded(v).to_string());
     for Row {
@@ -174,7 +205,8 @@ fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
         alarms,
     } in rows
     {
-        for (lead, c) in setting.leads.iter().zip(leads) {
+        for (lead, counts) in setting.leads.iter().zip(leads) {
+            let c = &counts.confusion;
             table.push(vec![
                 candidate.name.to_string(),
                 candidate.criterion.horizon.to_string(),
@@ -193,6 +225,7 @@ fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
                 alarms.alarmed.to_string(),
                 alarms.alarms.to_string(),
                 number(alarms.per_minute()),
+                counts.another.to_string(),
             ]);
         }
     }
@@ -208,10 +241,11 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
         .iter()
         .enumerate()
         .map(|(place, row)| {
-            let leads = row.leads.iter().enumerate().map(|(at, c)| {
-                let wrong = |truth: bool| -> Vec<&str> {
+            let leads = row.leads.iter().enumerate().map(|(at, counts)| {
+                let c = &counts.confusion;
+                let those = |truth: bool, said: Yes| -> Vec<&str> {
                     let of = batch.judged.iter().filter(|j| j.label.collides() == truth);
-                    of.filter(|j| j.result[place].dangerous[at] == Some(!truth))
+                    of.filter(|j| j.result[place].said[at] == Some(said))
                         .map(|j| j.name.as_str())
                         .collect()
                 };
@@ -229,8 +263,10 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
                     "precision": c.precision().map(rounded),
                     "recall": c.recall().map(rounded),
                     "f1": c.f1().map(rounded),
-                    "missed": wrong(true),
-                    "false_alarms": wrong(false),
+                    "fn_wrong_obstacle": counts.another,
+                    "missed": those(true, Yes::No),
+                    "named_another": those(true, Yes::Another),
+                    "false_alarms": those(false, Yes::Yes),
                 })
             });
             let leads: Vec<Value> = leads.collect();
