@@ -13,7 +13,8 @@ use crate::verdict::Task;
 /// Where a window of a collision ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lead {
-    /// Two steps before the last recorded one, as in "From Words to Collisions".
+    /// Two steps before the last recorded one. The scripts of "From Words to Collisions" end every window there, those of
+    /// safe scenarios too; at any lead, this one included, those have their first window.
     Paper,
     /// This many seconds before the first step at which the bodies of the ego and anyone else overlap; to the
     /// nearest step.
@@ -282,22 +283,52 @@ impl Candidate {
 impl std::fmt::Display for Lead {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Paper => f.write_str("paper"),
+            Self::Paper => f.write_str("end"),
             Self::Seconds(seconds) => write!(f, "{seconds}"),
         }
     }
 }
 
+impl Lead {
+    /// As stores keep it, those of earlier versions too; it is read again like what people write.
+    #[must_use]
+    pub fn stored(self) -> String {
+        match self {
+            Self::Paper => STORED_END.into(),
+            Self::Seconds(_) => self.to_string(),
+        }
+    }
+
+    /// Where the windows of the safety task end, in words; without a lead, where nobody says one.
+    #[must_use]
+    pub fn words(lead: Option<Self>) -> String {
+        match lead {
+            None => {
+                "windows end two steps before the end of every recording, as the paper's scripts had it".into()
+            }
+            Some(Self::Paper) => {
+                "windows end two steps before the end of recordings with a collision; safe ones have their first window".into()
+            }
+            Some(Self::Seconds(seconds)) => {
+                format!("windows end {seconds} s before collisions; safe scenarios have their first window")
+            }
+        }
+    }
+}
+
+/// The word of stores for the end of recordings.
+const STORED_END: &str = "paper";
+
 impl std::str::FromStr for Lead {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        if text == "paper" {
+        if ["end", STORED_END].contains(&text) {
             return Ok(Self::Paper);
         }
         match text.parse::<f64>() {
             Ok(seconds) if (0.0..=LONGEST).contains(&seconds) => Ok(Self::Seconds(seconds)),
-            _ => Err(format!("`paper` or seconds from 0 to {LONGEST} are needed")),
+            _ => Err(format!("`end` or seconds from 0 to {LONGEST} are needed")),
         }
     }
 }

@@ -183,7 +183,7 @@ fn what_cannot_be_evaluated_is_said() {
         ),
         (&["--truth", "nowhere.csv"], 2, &["nowhere.csv", "auto"]),
         (&["--truth", &bad], 2, &["line 2", "`perhaps`"]),
-        (&["--lead", "soon"], 2, &["paper"]),
+        (&["--lead", "soon"], 2, &["`end`"]),
         (&["--lead", "-1"], 2, &["seconds from 0"]),
         (&["--lead", "nan"], 2, &["seconds from 0"]),
         (&["--horizon", "11"], 2, &["up to 10"]),

@@ -109,7 +109,7 @@ const BLOCKS: [Block; 4] = [
 fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[Row]) -> String {
     let mut text = format!(
         "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; of a \
-         collision, ending so many seconds before the bodies first\noverlap (paper: two steps before the last recorded \
+         collision, ending so many seconds before the bodies first\noverlap (end: two steps before the last recorded \
          one); of a safe scenario, its first steps at every lead\na yes to a collision counts if it names the colliding obstacle, where that is known, with a \
          risk score of 0 or 1; else\nit is a no, as with language models (said yes: whomever it names)\n\
          s: horizon of the prediction, seconds; p ≥: probability \
@@ -251,7 +251,7 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
                 };
                 json!({
                     "lead": match setting.leads[at] {
-                        Lead::Paper => json!("paper"),
+                        Lead::Paper => json!("end"),
                         Lead::Seconds(s) => json!(s),
                     },
                     "collisions": c.positives(),

@@ -57,7 +57,7 @@ impl std::fmt::Display for Counting {
         match self {
             Self::Everything => f.write_str("everything in the store"),
             Self::Batch(id, Part::Plain) => write!(f, "batch {id}"),
-            Self::Batch(id, Part::Lead(Lead::Paper)) => write!(f, "batch {id}, lead paper"),
+            Self::Batch(id, Part::Lead(Lead::Paper)) => write!(f, "batch {id}, lead end"),
             Self::Batch(id, Part::Lead(lead)) => write!(f, "batch {id}, lead {lead} s"),
             Self::Batch(id, Part::Changed(change)) => write!(f, "batch {id}, scenes {change}"),
         }
