@@ -41,6 +41,8 @@ pub struct Counted {
     pub sample: u32,
     /// What became of it.
     pub outcome: Outcome,
+    /// Of a false negative, whether it says yes and names somebody else than who is dangerous.
+    pub named_another: bool,
 }
 
 /// The answers of one way of asking.
@@ -139,6 +141,11 @@ impl Outcome {
         )
     }
 
+    /// Whether a yes or no that came to this says yes about a dangerous scene and does not name who is dangerous.
+    fn names_another(self, said: Option<bool>) -> bool {
+        self == Self::FalseNegative && said == Some(true)
+    }
+
     /// Whether the answer was right; nothing where there is no verdict or no truth.
     #[must_use]
     pub fn is_right(self) -> Option<bool> {
@@ -147,6 +154,25 @@ impl Outcome {
             Self::FalsePositive | Self::FalseNegative => Some(false),
             Self::Open | Self::Unparsed | Self::Failed => None,
         }
+    }
+}
+
+impl Counted {
+    /// An answer of a batch, held against the batch's truth; nothing of a question that was not asked.
+    #[must_use]
+    pub fn of_scored(scored: &Scored) -> Option<Self> {
+        let outcome = Outcome::of_scored(scored)?;
+        let said = match &scored.said {
+            Said::Verdict(verdict) => Some(verdict.dangerous),
+            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
+        };
+        Some(Self {
+            run: scored.run,
+            scenario: scored.scenario.clone(),
+            sample: scored.sample,
+            outcome,
+            named_another: outcome.names_another(said),
+        })
     }
 }
 
@@ -169,6 +195,12 @@ impl Results {
     pub fn count(&self, outcome: Outcome) -> u32 {
         let mut all = Outcome::ALL.iter().zip(self.counts);
         all.find(|(o, _)| **o == outcome).map_or(0, |(_, n)| n)
+    }
+
+    /// How many of the false negatives say yes and name somebody else.
+    #[must_use]
+    pub fn named_another(&self) -> usize {
+        self.answers.iter().filter(|a| a.named_another).count()
     }
 
     /// The counts of those with a verdict and a truth.
@@ -235,11 +267,13 @@ pub fn results<'a>(
         let scenario = stored.scenario_hash.as_ref().unwrap_or(&stored.scenario);
         let about = (place, scenario, &stored.ego, stored.window, stored.sample);
         if seen.insert(about) {
+            let outcome = Outcome::of(stored, truth);
             answers[place].push(Counted {
                 run: Some(stored.run),
                 scenario: stored.scenario.clone(),
                 sample: stored.sample,
-                outcome: Outcome::of(stored, truth),
+                outcome,
+                named_another: outcome.names_another(stored.dangerous),
             });
         }
     }

@@ -37,7 +37,7 @@ fn a_table_by_lead_with_everybody_side_by_side() {
         "horizon of the prediction",
         "less than 1 s apart",
         "exact geometry",
-        " paper    0.2    0.5      1    1.5      2",
+        "   end    0.2    0.5      1    1.5      2",
         "reference/geometry                2.0  0.30",
         "reference/constant-velocity       1.5",
         "reference/constant-acceleration   2.0",

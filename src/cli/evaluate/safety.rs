@@ -110,8 +110,8 @@ fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[
     let mut text = format!(
         "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; of a \
          collision, ending so many seconds before the bodies first\noverlap (end: two steps before the last recorded \
-         one); of a safe scenario, its first steps at every lead\na yes to a collision counts if it names the colliding obstacle, where that is known, with a \
-         risk score of 0 or 1; else\nit is a no, as with language models (said yes: whomever it names)\n\
+         one); of a safe scenario, its first steps at every lead\na yes to a collision counts if it names the colliding obstacle, where that is known, with a risk score of\n\
+         0 or 1; else it is a no, as with language models (said yes: whomever it names)\n\
          s: horizon of the prediction, seconds; p ≥: probability \
          of contact within it from which on it is critical\n",
         number(batch.collisions(), "collision"),

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::scored::read;
 use super::spec::Spec;
 use super::variant::Variant;
-use crate::evaluation::{Counted, Lead, Outcome, Results, Scored, Way};
+use crate::evaluation::{Counted, Lead, Results, Way};
 use crate::scenario::Transform;
 use crate::store::{BatchId, Progress, Store, StoreError};
 
@@ -154,7 +154,7 @@ pub fn counted(
             if !part.holds(&variant, first) {
                 continue;
             }
-            match one(&scored) {
+            match Counted::of_scored(&scored) {
                 Some(counted) => ways.entry(scored.way).or_default().push(counted),
                 None => unasked += 1,
             }
@@ -165,14 +165,4 @@ pub fn counted(
         rows: rows.collect(),
         unasked,
     }))
-}
-
-/// Nothing where it was not asked.
-fn one(scored: &Scored) -> Option<Counted> {
-    Some(Counted {
-        run: scored.run,
-        scenario: scored.scenario.clone(),
-        sample: scored.sample,
-        outcome: Outcome::of_scored(scored)?,
-    })
 }

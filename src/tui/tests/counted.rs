@@ -83,7 +83,7 @@ fn mirrored(kept: &mut Kept) -> RunId {
 
 /// A batch whose labels say that all is safe in the first scenario, that somebody else is hit in another one, and that
 /// the mirrored first one is safe too; a fourth question waits.
-fn labelled() -> (Kept, BatchId, RunId) {
+pub(super) fn labelled() -> (Kept, BatchId, RunId) {
     let mut kept = Kept::new();
     let runs = [
         kept.add(FIRST, "lab/small", true, YES),

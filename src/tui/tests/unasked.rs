@@ -1,10 +1,11 @@
 //! The screen of results over batches with questions that were not asked, or cannot be.
 
-use super::counted::{YES, item, spec};
+use super::counted::{YES, item, labelled, spec};
 use super::kept::{FIRST, Kept};
 use super::results::{counts, press};
 use crate::evaluation::batch::{Counting, Part};
 use crate::store::{BatchId, ItemState, NewItem};
+use crate::tui::action::Scope;
 
 /// An older batch with an answer, a question that waits and one that cannot be asked; and a newer one in which nothing
 /// can be asked.
@@ -64,4 +65,49 @@ fn what_was_not_asked_is_no_answer_and_the_newest_batch_with_answers_opens() {
     assert_eq!((results.rows.len(), results.unasked), (0, 1));
     let frame = kept.bench.frame(80, 24);
     assert!(frame.contains("not asked, or not yet: 1"), "{frame}");
+}
+
+#[test]
+fn who_names_another_is_told_apart_from_who_says_no() {
+    let (mut kept, ..) = labelled();
+    press(&mut kept, "%");
+    let results = &kept.bench.model.results;
+    assert_eq!(counts(&kept, 0)[2], 2, "both are false negatives");
+    assert_eq!(results.rows[0].named_another(), 1);
+    let frame = kept.bench.frame(200, 60);
+    let head = frame
+        .lines()
+        .position(|line| line.contains("named another"));
+    let row = frame.lines().nth(head.unwrap() + 1).unwrap();
+    let numbers: Vec<&str> = row
+        .trim_end_matches(['│', '┃', ' '])
+        .split_whitespace()
+        .collect();
+    assert_eq!(numbers.last(), Some(&"1"), "{row}");
+    assert!(!kept.bench.frame(80, 24).contains("named another"));
+    press(&mut kept, "right right right right enter");
+    let frame = kept.bench.frame(80, 24);
+    for words in ["yes, but names another", "says no, the truth is yes"] {
+        assert_eq!(frame.matches(words).count(), 1, "{frame}");
+    }
+}
+
+#[test]
+fn the_help_on_this_screen_begins_with_its_keys() {
+    let (mut kept, ..) = labelled();
+    press(&mut kept, "%");
+    press(&mut kept, "?");
+    let frame = kept.bench.frame(80, 24);
+    let all = Scope::ALL.iter();
+    let (_, _, name) = all
+        .clone()
+        .find(|(scope, ..)| *scope == Scope::Results)
+        .unwrap();
+    let at = |name: &str| frame.find(name);
+    assert!(at(name).is_some(), "{frame}");
+    let (_, _, first) = all.clone().next().unwrap();
+    assert!(
+        at(first).is_none_or(|first| at(name) < Some(first)),
+        "{frame}"
+    );
 }
