@@ -235,10 +235,28 @@ pub fn confusion<'a>(
     candidate: usize,
     lead: usize,
 ) -> Confusion {
+    counted(answers, (candidate, lead), |said| said == Yes::Yes)
+}
+
+/// The same where every yes counts, whomever it names.
+#[must_use]
+pub fn any_yes<'a>(
+    answers: impl IntoIterator<Item = (Label, &'a [Answers])>,
+    candidate: usize,
+    lead: usize,
+) -> Confusion {
+    counted(answers, (candidate, lead), |said| said != Yes::No)
+}
+
+fn counted<'a>(
+    answers: impl IntoIterator<Item = (Label, &'a [Answers])>,
+    (candidate, lead): (usize, usize),
+    is_yes: impl Fn(Yes) -> bool,
+) -> Confusion {
     let mut counts = Confusion::default();
     for (label, of_scenario) in answers {
         if let Some(said) = of_scenario[candidate].said[lead] {
-            counts.count(said == Yes::Yes, label.collides());
+            counts.count(is_yes(said), label.collides());
         }
     }
     counts

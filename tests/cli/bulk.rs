@@ -27,7 +27,7 @@ fn a_yes_names_the_labelled_obstacle_in_both_modes() {
             "--model",
             "reference/geometry",
         ];
-        let all = [&all[..], &["--lead", "0.5", "--truth", &truth]].concat();
+        let all = [&all[..], &["--lead", "0.1", "--truth", &truth]].concat();
         let alone = home.run(&[&all[..], &["--format", "json"]].concat());
         let alone = alone.status(0).json()["judges"][0]["leads"][0].clone();
         let batch =
@@ -142,7 +142,7 @@ async fn what_can_never_be_asked_is_named_and_is_no_reason_to_try_again() {
     let ended = run(&home, &all).status(0);
     ended.says(&[
         "5 questions cannot be asked:",
-        "and 2 more, of 2 more causes",
+        "and 2 more for other reasons",
     ]);
     let ended = run(&home, &["evaluate", "--resume", "last"]).status(0);
     assert!(

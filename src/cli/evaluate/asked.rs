@@ -219,13 +219,9 @@ fn say_reasons(items: &[&Item]) {
     for (why, count) in reasons.iter().take(NAMED) {
         output::say(&format!("nearmiss: {count} × {why}"));
     }
-    let more = reasons.iter().skip(NAMED);
-    if more.len() > 0 {
-        let (causes, count) = (more.len(), more.map(|(_, count)| count).sum::<usize>());
-        output::say(&format!(
-            "nearmiss: and {count} more, of {} more",
-            super::number(causes, "cause")
-        ));
+    let more: usize = reasons.iter().skip(NAMED).map(|(_, count)| count).sum();
+    if more > 0 {
+        output::say(&format!("nearmiss: and {more} more for other reasons"));
     }
 }
 

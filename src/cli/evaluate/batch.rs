@@ -29,7 +29,7 @@ use super::truth::{say_each, truth_source};
 
 /// What only batches take.
 #[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Language models")]
+#[command(next_help_heading = "Language models (any of these makes it a batch, which is stored)")]
 pub struct Options {
     /// From where scenes are described, separated by commas [default: ego].
     #[arg(long, value_delimiter = ',', value_name = "FRAME", value_parser = frame)]
@@ -73,32 +73,31 @@ pub struct Options {
     /// Say what would be asked, how many tokens that is and what it costs at most; send nothing.
     #[arg(long)]
     pub dry_run: bool,
-    /// The table as one line of JSON.
+    /// The table of the batch as one line of JSON; what the built-in judge alone comes to by lead is `--format json`.
     #[arg(long)]
     pub json: bool,
     /// Go on with a batch, by its name such as b7, or with the last one.
     #[arg(long, value_name = "ID|last", conflicts_with = "horizon")]
     pub resume: Option<Resumed>,
     /// Ask only those questions of the batch that have no answer because asking failed or the answer was cut off.
-    #[arg(long, requires = "resume", conflicts_with_all = ["add_model", "add_techniques", "add_lead", "add_transform", "samples"])]
+    #[arg(long, conflicts_with_all = ["add_model", "add_techniques", "add_lead", "add_transform", "samples"])]
     pub retry_failed: bool,
     /// Ask these models, too, separated by commas.
-    #[arg(long, value_delimiter = ',', value_name = "MODEL", requires = "resume")]
+    #[arg(long, value_delimiter = ',', value_name = "MODEL")]
     pub add_model: Vec<String>,
     /// Ask with these techniques, too, separated by commas.
-    #[arg(long, value_delimiter = ',', value_name = "TECHNIQUES", requires = "resume", value_parser = techniques)]
+    #[arg(long, value_delimiter = ',', value_name = "TECHNIQUES", value_parser = techniques)]
     pub add_techniques: Vec<Techniques>,
     /// Ask the safety task with these leads, too, separated by commas; see --lead.
     #[arg(
         long,
         value_delimiter = ',',
         value_name = "S",
-        allow_negative_numbers = true,
-        requires = "resume"
+        allow_negative_numbers = true
     )]
     pub add_lead: Vec<Lead>,
     /// Ask about these changed scenes, too; see --transform.
-    #[arg(long, value_name = "CHANGES", requires = "resume", value_parser = changes)]
+    #[arg(long, value_name = "CHANGES", value_parser = changes)]
     pub add_transform: Vec<Changes>,
     /// The batches in the store and how far they are.
     #[arg(long, exclusive = true)]

@@ -7,7 +7,9 @@ use serde_json::{Value, json};
 use super::{Batch, Evaluate, Format, Truth, batch, csv, number, share};
 use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Outcome, output};
-use crate::evaluation::{Alarms, Answers, Candidate, Confusion, Lead, Setting, Yes, confusion};
+use crate::evaluation::{
+    Alarms, Answers, Candidate, Confusion, Lead, Setting, Yes, any_yes, confusion,
+};
 use crate::scenario::Entry;
 
 pub(super) fn run(
@@ -61,15 +63,14 @@ struct Row {
 /// What one candidate reached at one lead.
 struct Counts {
     confusion: Confusion,
-    /// Of the false negatives those that say yes and name somebody else.
-    another: u32,
+    /// Where every yes counts, whomever it names.
+    any_yes: Confusion,
 }
 
 impl Counts {
-    /// The share of collisions to which it said yes, whomever it named.
-    fn said_yes(&self) -> Option<f64> {
-        let (c, all) = (&self.confusion, self.confusion.positives());
-        (all > 0).then(|| f64::from(c.true_positives + self.another) / f64::from(all))
+    /// Of the false negatives those that say yes.
+    fn another(&self) -> u32 {
+        self.confusion.false_negatives - self.any_yes.false_negatives
     }
 }
 
@@ -80,11 +81,10 @@ fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
             alarms.add(&judged.result[place].alarms);
         }
         let at = |lead: usize| {
-            let answers = batch.judged.iter().map(|j| (j.label, j.result.as_slice()));
-            let said = batch.judged.iter().map(|j| j.result[place].said[lead]);
+            let answers = || batch.judged.iter().map(|j| (j.label, j.result.as_slice()));
             Counts {
-                another: said.filter(|said| *said == Some(Yes::Another)).count() as u32,
-                confusion: confusion(answers, place, lead),
+                confusion: confusion(answers(), place, lead),
+                any_yes: any_yes(answers(), place, lead),
             }
         };
         Row {
@@ -99,11 +99,13 @@ fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
 /// What a block of the table shows, and its number for one candidate and lead.
 type Block = (&'static str, fn(&Counts) -> Option<f64>);
 
-const BLOCKS: [Block; 4] = [
+const BLOCKS: [Block; 6] = [
     ("F1", |c| c.confusion.f1()),
     ("precision", |c| c.confusion.precision()),
     ("recall", |c| c.confusion.recall()),
-    ("said yes to collisions", Counts::said_yes),
+    ("F1, any yes", |c| c.any_yes.f1()),
+    ("precision, any yes", |c| c.any_yes.precision()),
+    ("recall, any yes", |c| c.any_yes.recall()),
 ];
 
 fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[Row]) -> String {
@@ -111,7 +113,7 @@ fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[
         "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; of a \
          collision, ending so many seconds before the bodies first\noverlap (end: two steps before the last recorded \
          one); of a safe scenario, its first steps at every lead\na yes to a collision counts if it names the colliding obstacle, where that is known, with a risk score of\n\
-         0 or 1; else it is a no, as with language models (said yes: whomever it names)\n\
+         0 or 1; else it is a no, as with language models (any yes: whomever it names)\n\
          s: horizon of the prediction, seconds; p ≥: probability \
          of contact within it from which on it is critical\n",
         number(batch.collisions(), "collision"),
@@ -225,7 +227,7 @@ fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
                 alarms.alarmed.to_string(),
                 alarms.alarms.to_string(),
                 number(alarms.per_minute()),
-                counts.another.to_string(),
+                counts.another().to_string(),
             ]);
         }
     }
@@ -263,7 +265,7 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
                     "precision": c.precision().map(rounded),
                     "recall": c.recall().map(rounded),
                     "f1": c.f1().map(rounded),
-                    "fn_wrong_obstacle": counts.another,
+                    "fn_wrong_obstacle": counts.another(),
                     "missed": those(true, Yes::No),
                     "named_another": those(true, Yes::Another),
                     "false_alarms": those(false, Yes::Yes),
