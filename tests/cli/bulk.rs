@@ -5,6 +5,7 @@ use super::support::program::{Ended, Home};
 use super::support::server::Server;
 use super::{CUT_IN, bundled_xml};
 
+const RED_LIGHT: &str = "ZAM_RedLight-1_1_T-1";
 const HARD_BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
 const SAYS: &str = r#"{"collision": true, "obstacles": [], "justification": "so"}"#;
 
@@ -16,14 +17,13 @@ fn run(home: &Home, arguments: &[&str]) -> Ended {
 fn a_yes_names_the_labelled_obstacle_in_both_modes() {
     let home = Home::new();
     for (who, counts, another) in [("301", [1, 0], 0), ("307", [0, 1], 1)] {
-        let text = format!(
-            "scenario,label,obstacle_id\n{CUT_IN}.xml,critical,{who}\n{HARD_BRAKING},no,\n"
-        );
+        let text =
+            format!("scenario,label,obstacle_id\n{RED_LIGHT}.xml,critical,{who}\n{CUT_IN},no,\n");
         let truth = home.write("truth.csv", text).display().to_string();
         let all = [
             "evaluate",
+            RED_LIGHT,
             CUT_IN,
-            HARD_BRAKING,
             "--model",
             "reference/geometry",
         ];
