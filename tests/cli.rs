@@ -7,6 +7,8 @@ mod accounts;
 mod ask;
 #[path = "cli/batches.rs"]
 mod batches;
+#[path = "cli/bulk.rs"]
+mod bulk;
 #[path = "cli/convert.rs"]
 mod convert;
 #[path = "cli/doctor.rs"]

@@ -104,10 +104,10 @@ pub async fn run(
         keeper: Keeper::new(kept),
         started: Instant::now(),
     };
-    match judge {
-        Judge::Reference => asking.reference(question)?,
+    let over_budget = match judge {
+        Judge::Reference => asking.reference(question).map(|()| None)?,
         Judge::Model(model) => asking.model(question, model, &mut on_event).await?,
-    }
+    };
     asking.answer.consumed.duration_ms = Some(asking.elapsed());
     asking
         .keeper
@@ -116,6 +116,11 @@ pub async fn run(
         (&asking.answer.judged, place)
     {
         store.bound(run, Some(0.0))?;
+        if let Some(why) = over_budget {
+            // Others that were asked meanwhile took the money. It is no run, as where it was known before.
+            store.delete(run, true)?;
+            return Err(AskError::OverBudget(why));
+        }
     }
     Ok(asking.answer)
 }
@@ -269,16 +274,18 @@ impl Asking {
         Ok(())
     }
 
+    /// Why the budget allowed nothing to be sent, where that is so.
     async fn model(
         &mut self,
         question: &Question,
         model: &ModelJudge,
         on_event: &mut impl FnMut(Event),
-    ) -> Result<(), StoreError> {
+    ) -> Result<Option<String>, StoreError> {
         let task = question.case.task;
         let request = request(question, model);
         let mut chunks = llm::stream(&model.client, model.endpoint.clone(), request);
         let (mut failure, mut retried, mut begun) = (None, false, false);
+        let mut over_budget = None;
         loop {
             let due = tokio::time::sleep_until(self.keeper.due());
             let chunk = tokio::select! {
@@ -325,6 +332,9 @@ impl Asking {
                     if let Some(barrier) = error.barrier().filter(|_| !begun) {
                         on_event(Event::Barred(barrier));
                     }
+                    if matches!(error, llm::Error::Budget { .. }) && !retried && !begun {
+                        over_budget = Some(error.to_string());
+                    }
                     failure = Some(match error.before_sending() && !retried {
                         true => Missing::NotSent(error.to_string()),
                         false => Missing::NoAnswer(error.to_string()),
@@ -334,7 +344,7 @@ impl Asking {
             self.keeper.tend(on_event)?;
         }
         self.answer.judged = read(task, &self.answer, failure);
-        Ok(())
+        Ok(over_budget)
     }
 }
 

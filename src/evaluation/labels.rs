@@ -93,7 +93,32 @@ pub enum LabelError {
 
 const SCENARIO: [&str; 3] = ["scenario", "scenario_name", "name"];
 const ANSWER: [&str; 2] = ["label", "collision"];
+/// Labels of scenarios in which somebody collides with the ego, or is about to; capitals are the same.
+pub const DANGEROUS: [&str; 6] = ["collision", "critical", "dangerous", "yes", "true", "1"];
+/// Labels of the others.
+pub const SAFE: [&str; 6] = ["safe", "normal", "none", "no", "false", "0"];
 const OBSTACLE: [&str; 2] = ["obstacle_id", "obstacle"];
+
+/// What a label may be.
+fn known_labels() -> &'static str {
+    static WORDS: std::sync::LazyLock<String> = std::sync::LazyLock::new(|| {
+        format!(
+            "label: it is one of {}, or of {}",
+            DANGEROUS.join(", "),
+            SAFE.join(", ")
+        )
+    });
+    &WORDS
+}
+
+/// The name of a scenario without the ending of its file.
+fn without_ending(name: &str) -> &str {
+    let at = name.len().saturating_sub(4);
+    match name.get(at..) {
+        Some(ending) if ending.eq_ignore_ascii_case(".xml") => &name[..at],
+        _ => name,
+    }
+}
 
 /// Obstacles that are named where there may be hundreds.
 const NAMED: usize = 5;
@@ -101,8 +126,8 @@ const NAMED: usize = 5;
 impl Labels {
     /// Reads CSV `bytes` with a header; `file` names it in errors.
     ///
-    /// The scenario's name is in the column `scenario`, `scenario_name` or `name`, without an ending. A column
-    /// `label` or `collision` says `collision`, `yes`, `true`, `1` or `safe`, `normal`, `no`, `false`, `0`; or a
+    /// The scenario's name is in the column `scenario`, `scenario_name` or `name`; an ending `.xml` is left out. A column
+    /// `label` or `collision` says one of [`DANGEROUS`] or [`SAFE`]; or a
     /// column `obstacle_id` or `obstacle` has the id of the obstacle that collides, and `none` where none does (or
     /// nothing, beside a label), as the annotations of "From Words to Collisions" have it.
     ///
@@ -145,11 +170,12 @@ impl Labels {
                 value: value.chars().take(40).collect(),
                 what,
             };
-            let name = cell(Some(scenario));
+            let name = without_ending(cell(Some(scenario)));
             if name.is_empty() {
                 return Err(wrong(name, "name of a scenario"));
             }
-            let id = match cell(obstacle).to_ascii_lowercase().as_str() {
+            let who = cell(obstacle).to_ascii_lowercase();
+            let id = match who.as_str() {
                 // Nothing is no word for nobody where nothing else says it: somebody may have forgotten it.
                 "" if answer.is_none() => {
                     return Err(wrong("", "id of an obstacle, nor none"));
@@ -162,10 +188,14 @@ impl Labels {
             };
             let label = match (answer, cell(answer).to_ascii_lowercase().as_str()) {
                 (None, _) => id.map_or(Label::Safe, |id| Label::Collision(Some(id))),
-                (_, "collision" | "yes" | "true" | "1") => Label::Collision(id),
-                (_, "safe" | "normal" | "none" | "no" | "false" | "0") => Label::Safe,
-                (_, text) => return Err(wrong(text, "label: yes or no, collision or safe")),
+                (_, word) if DANGEROUS.contains(&word) => Label::Collision(id),
+                (_, word) if SAFE.contains(&word) => Label::Safe,
+                (_, text) => return Err(wrong(text, known_labels())),
             };
+            if label == Label::Collision(None) && who == "none" {
+                let what = "obstacle of a scenario whose label says that somebody collides; leave it empty where nobody knows who";
+                return Err(wrong(cell(obstacle), what));
+            }
             if label == Label::Safe && id.is_some() {
                 let what = "obstacle of a scenario whose label says that nobody collides";
                 return Err(wrong(cell(obstacle), what));
@@ -250,11 +280,9 @@ impl Labels {
         let mut strangers = self.0.keys().filter(|name| !there.contains(name.as_str()));
         let first = strangers.next()?;
         Some(match strangers.count() {
-            0 => format!(
-                "the truth speaks of {first}, which is not among these scenarios (names have no ending)"
-            ),
+            0 => format!("the truth speaks of {first}, which is not among these scenarios"),
             more => format!(
-                "the truth speaks of {} scenarios that are not among these, such as {first} (names have no ending)",
+                "the truth speaks of {} scenarios that are not among these, such as {first}",
                 more + 1
             ),
         })
@@ -289,6 +317,10 @@ mod tests {
         let labels = read("\u{feff}name,label\nA, Collision\nB,0\n").unwrap();
         assert_eq!(labels.of("A"), Some(Label::Collision(None)));
         assert_eq!(labels.of("B"), Some(Label::Safe));
+        let labels = read("name,label,obstacle\nA.xml,critical,\nB.XML,Dangerous,3\n").unwrap();
+        assert_eq!(labels.of("A"), Some(Label::Collision(None)));
+        assert_eq!(labels.of("B"), Some(Label::Collision(Some(3))));
+        assert_eq!(labels.of("A.xml"), None);
     }
 
     #[test]
@@ -297,6 +329,14 @@ mod tests {
             ("a,b\nx,1\n", "no column for the scenario"),
             ("name,b\nx,1\n", "no column for the label"),
             ("name,label\nx,1\ny,perhaps\n", "line 3: `perhaps`"),
+            (
+                "name,label\nx,perhaps\n",
+                "collision, critical, dangerous, yes, true, 1, or of safe",
+            ),
+            (
+                "name,label,obstacle_id\nx,yes,None\n",
+                "line 2: `None` is no obstacle",
+            ),
             ("name,obstacle_id\nx,7b\n", "line 2: `7b`"),
             ("name,label\nx,1\nx,0\n", "line 3: x has another label"),
             ("name,label\n,1\n", "line 2: `` is no name"),

@@ -1,7 +1,11 @@
 //! How long before a collision the built-in judge sees it, and how often it cries wolf.
 
+use std::sync::Arc;
+
+use super::recorded::accused;
 use super::{Confusion, Label};
 use crate::judge::{self, Criterion, judge};
+use crate::metrics::Thresholds;
 use crate::scenario::prediction::{Model, Past};
 use crate::scenario::{Scene, Window};
 use crate::verdict::Task;
@@ -9,7 +13,8 @@ use crate::verdict::Task;
 /// Where a window of a collision ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lead {
-    /// Two steps before the last recorded one, as in "From Words to Collisions".
+    /// Two steps before the last recorded one. The scripts of "From Words to Collisions" end every window there, those of
+    /// safe scenarios too; at any lead, this one included, those have their first window.
     Paper,
     /// This many seconds before the first step at which the bodies of the ego and anyone else overlap; to the
     /// nearest step.
@@ -36,6 +41,8 @@ pub struct Setting {
     pub radius: f64,
     /// Who is evaluated.
     pub candidates: Vec<Candidate>,
+    /// What risk scores are: whom a yes names depends on them.
+    pub thresholds: Arc<Thresholds>,
     /// Whether every window of safe scenarios is looked at, for [`Answers::alarms`].
     pub every_window: bool,
 }
@@ -57,9 +64,21 @@ pub struct Alarms {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answers {
     /// At each lead of the setting; nothing where the recording begins later than the window would end.
-    pub dangerous: Vec<Option<bool>>,
+    pub said: Vec<Option<Yes>>,
     /// Over all windows, of a safe scenario.
     pub alarms: Alarms,
+}
+
+/// Yes or no to one window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Yes {
+    /// Nobody is critical.
+    No,
+    /// Somebody is; of a collision whose obstacle is known it names this one, see [`super::recorded::accused`].
+    Yes,
+    /// It names somebody else than the obstacle that is known to collide: it is counted as a no,
+    /// as with language models, see [`super::Scored::positive`].
+    Another,
 }
 
 /// One scenario, with what is true about it.
@@ -130,7 +149,7 @@ impl Setting {
     #[must_use]
     pub fn ask(&self, case: &Labelled<'_>) -> Vec<Answers> {
         let ask = |candidate: &Candidate| {
-            let says = |window: Window| self.dangerous(candidate, case.scene, &window);
+            let says = |window: Window| self.says(candidate, case, &window);
             // A safe scenario has the same window at every lead.
             let same = match case.label {
                 Label::Safe => case.window(Lead::Paper, self.history).map(says),
@@ -138,7 +157,7 @@ impl Setting {
             };
             let at = |lead: &Lead| same.or_else(|| case.window(*lead, self.history).map(says));
             Answers {
-                dangerous: self.leads.iter().map(at).collect(),
+                said: self.leads.iter().map(at).collect(),
                 alarms: match case.label {
                     Label::Safe if self.every_window => self.alarms(candidate, case.scene),
                     _ => Alarms::default(),
@@ -146,6 +165,22 @@ impl Setting {
             }
         };
         self.candidates.iter().map(ask).collect()
+    }
+
+    fn says(&self, candidate: &Candidate, case: &Labelled<'_>, window: &Window) -> Yes {
+        let (scene, criterion) = (case.scene, &candidate.criterion);
+        let Label::Collision(Some(who)) = case.label else {
+            return match self.dangerous(candidate, scene, window) {
+                true => Yes::Yes,
+                false => Yes::No,
+            };
+        };
+        let named = judge::critical(scene, window, criterion, self.radius, &self.thresholds);
+        match accused(true, named.iter().copied()).contains(&who) {
+            true => Yes::Yes,
+            false if named.is_empty() => Yes::No,
+            false => Yes::Another,
+        }
     }
 
     fn dangerous(&self, candidate: &Candidate, scene: &Scene, window: &Window) -> bool {
@@ -190,17 +225,35 @@ impl Alarms {
     }
 }
 
-/// Counts the answers of one candidate at one lead, by their places in the setting.
+/// Counts the answers of one candidate at one lead, by their places in the setting; a yes that names another is a no.
 #[must_use]
 pub fn confusion<'a>(
     answers: impl IntoIterator<Item = (Label, &'a [Answers])>,
     candidate: usize,
     lead: usize,
 ) -> Confusion {
+    counted(answers, (candidate, lead), |said| said == Yes::Yes)
+}
+
+/// The same where every yes counts, whomever it names.
+#[must_use]
+pub fn any_yes<'a>(
+    answers: impl IntoIterator<Item = (Label, &'a [Answers])>,
+    candidate: usize,
+    lead: usize,
+) -> Confusion {
+    counted(answers, (candidate, lead), |said| said != Yes::No)
+}
+
+fn counted<'a>(
+    answers: impl IntoIterator<Item = (Label, &'a [Answers])>,
+    (candidate, lead): (usize, usize),
+    is_yes: impl Fn(Yes) -> bool,
+) -> Confusion {
     let mut counts = Confusion::default();
     for (label, of_scenario) in answers {
-        if let Some(said) = of_scenario[candidate].dangerous[lead] {
-            counts.count(said, label.collides());
+        if let Some(said) = of_scenario[candidate].said[lead] {
+            counts.count(is_yes(said), label.collides());
         }
     }
     counts
@@ -245,22 +298,52 @@ impl Candidate {
 impl std::fmt::Display for Lead {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Paper => f.write_str("paper"),
+            Self::Paper => f.write_str("end"),
             Self::Seconds(seconds) => write!(f, "{seconds}"),
         }
     }
 }
 
+impl Lead {
+    /// As stores keep it, those of earlier versions too; it is read again like what people write.
+    #[must_use]
+    pub fn stored(self) -> String {
+        match self {
+            Self::Paper => STORED_END.into(),
+            Self::Seconds(_) => self.to_string(),
+        }
+    }
+
+    /// Where the windows of the safety task end, in words; without a lead, where nobody says one.
+    #[must_use]
+    pub fn words(lead: Option<Self>) -> String {
+        match lead {
+            None => {
+                "windows end two steps before the end of every recording, as the paper's scripts had it".into()
+            }
+            Some(Self::Paper) => {
+                "windows end two steps before the end of recordings with a collision; safe ones have their first window".into()
+            }
+            Some(Self::Seconds(seconds)) => {
+                format!("windows end {seconds} s before collisions; safe scenarios have their first window")
+            }
+        }
+    }
+}
+
+/// The word of stores for the end of recordings.
+const STORED_END: &str = "paper";
+
 impl std::str::FromStr for Lead {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        if text == "paper" {
+        if ["end", STORED_END].contains(&text) {
             return Ok(Self::Paper);
         }
         match text.parse::<f64>() {
             Ok(seconds) if (0.0..=LONGEST).contains(&seconds) => Ok(Self::Seconds(seconds)),
-            _ => Err(format!("`paper` or seconds from 0 to {LONGEST} are needed")),
+            _ => Err(format!("`end` or seconds from 0 to {LONGEST} are needed")),
         }
     }
 }

@@ -52,7 +52,7 @@ pub use how::{how, template_words};
 pub use invariance::{Invariance, Pair, invariance, pairs};
 pub use judges::{Judge, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
-pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
+pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, Yes, any_yes, confusion};
 pub use lead_curve::{LeadCurve, LeadPoint, Seen, Timed, lead_curves};
 pub use plan::{Plan, PlanError};
 pub use question::{Case, CaseError, Question, prepare, template};

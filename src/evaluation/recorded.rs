@@ -75,13 +75,32 @@ impl Recorded {
     }
 }
 
-/// Whether a verdict names an obstacle as colliding or of extreme risk, the scores 0 and 1: so the paper counts the
-/// obstacles that a model found.
+/// Whether a verdict names an obstacle as the danger; see [`accused`].
 #[must_use]
 pub fn names(verdict: &Verdict, obstacle: i64) -> bool {
-    let grave = verdict.obstacles.iter().filter(|o| o.risk_score <= 1);
-    grave.into_iter().any(|o| o.id == obstacle)
+    let scores = verdict.obstacles.iter().map(|o| (o.id, o.risk_score));
+    accused(verdict.dangerous, scores).contains(&obstacle)
 }
+
+/// Whom a verdict with these obstacles and risk scores names as the danger.
+///
+/// Those that collide or are of extreme risk, the scores 0 and 1: so the paper counts the obstacles that a model found.
+/// Where a yes gives nobody so low a score, as for a collision that is predicted for later, those with the lowest one, 2 at
+/// most.
+#[must_use]
+pub fn accused(dangerous: bool, scores: impl Iterator<Item = (i64, u8)> + Clone) -> Vec<i64> {
+    let lowest = scores.clone().map(|(_, score)| score).min();
+    let most = match lowest {
+        Some(PREDICTED) if dangerous => PREDICTED,
+        _ => EXTREME,
+    };
+    let named = scores.filter(|(_, score)| *score <= most);
+    named.map(|(id, _)| id).collect()
+}
+
+/// The risk scores of extreme risk, and the highest one of a collision that is only predicted.
+const EXTREME: u8 = 1;
+const PREDICTED: u8 = 2;
 
 /// Whether there is a folder of recorded answers where [`find`] looks for one.
 #[must_use]

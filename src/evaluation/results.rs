@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use rayon::prelude::*;
 
+use super::recorded::accused;
 use super::statistics::{Interval, f1_interval};
 use super::{Confusion, Said, Scored, Way};
 use crate::prompts::Techniques;
@@ -41,6 +42,8 @@ pub struct Counted {
     pub sample: u32,
     /// What became of it.
     pub outcome: Outcome,
+    /// Of a false negative, whether it says yes and names somebody else than who is dangerous.
+    pub named_another: bool,
 }
 
 /// The answers of one way of asking.
@@ -94,15 +97,13 @@ impl Outcome {
         Self::Failed,
     ];
 
-    /// What comes of a stored outcome and the truth. In the safety task a yes about a dangerous scene has to name, with a
-    /// score of 0 or 1, somebody who is dangerous; else it is a no, as the paper counts it.
+    /// What comes of a stored outcome and the truth. In the safety task a yes about a dangerous scene has to name somebody
+    /// who is dangerous, see [`accused`]; else it is a no, as the paper counts it.
     #[must_use]
     pub fn of(stored: &StoredOutcome, truth: Option<&Known>) -> Self {
         let names = |known: &Known| {
-            let grave = stored.named.iter().filter(|(_, score)| *score <= 1);
-            grave
-                .into_iter()
-                .any(|(id, _)| known.obstacles.contains(id))
+            let named = accused(stored.dangerous == Some(true), stored.named.iter().copied());
+            named.iter().any(|id| known.obstacles.contains(id))
         };
         let right = |known: &Known| {
             stored.task != Task::Safety || known.obstacles.is_empty() || names(known)
@@ -122,18 +123,26 @@ impl Outcome {
         }
     }
 
-    /// What comes of a question of a batch, held against the batch's truth.
+    /// What comes of a question of a batch, held against the batch's truth; nothing of one that was not asked.
     #[must_use]
-    pub fn of_scored(scored: &Scored) -> Self {
-        match (&scored.said, scored.positive(), scored.is_collision()) {
-            (Said::Failed(_), ..) => Self::Failed,
-            (Said::Unparsed(_), ..) | (_, None, _) => Self::Unparsed,
-            (_, Some(true), Some(true)) => Self::TruePositive,
-            (_, Some(true), Some(false)) => Self::FalsePositive,
-            (_, Some(false), Some(true)) => Self::FalseNegative,
-            (_, Some(false), Some(false)) => Self::TrueNegative,
-            (_, Some(_), None) => Self::Open,
-        }
+    pub fn of_scored(scored: &Scored) -> Option<Self> {
+        Some(
+            match (&scored.said, scored.positive(), scored.is_collision()) {
+                (Said::Unasked(_), ..) => return None,
+                (Said::Failed(_), ..) => Self::Failed,
+                (Said::Unparsed(_), ..) | (_, None, _) => Self::Unparsed,
+                (_, Some(true), Some(true)) => Self::TruePositive,
+                (_, Some(true), Some(false)) => Self::FalsePositive,
+                (_, Some(false), Some(true)) => Self::FalseNegative,
+                (_, Some(false), Some(false)) => Self::TrueNegative,
+                (_, Some(_), None) => Self::Open,
+            },
+        )
+    }
+
+    /// Whether a yes or no that came to this says yes about a dangerous scene and does not name who is dangerous.
+    fn names_another(self, said: Option<bool>) -> bool {
+        self == Self::FalseNegative && said == Some(true)
     }
 
     /// Whether the answer was right; nothing where there is no verdict or no truth.
@@ -144,6 +153,25 @@ impl Outcome {
             Self::FalsePositive | Self::FalseNegative => Some(false),
             Self::Open | Self::Unparsed | Self::Failed => None,
         }
+    }
+}
+
+impl Counted {
+    /// An answer of a batch, held against the batch's truth; nothing of a question that was not asked.
+    #[must_use]
+    pub fn of_scored(scored: &Scored) -> Option<Self> {
+        let outcome = Outcome::of_scored(scored)?;
+        let said = match &scored.said {
+            Said::Verdict(verdict) => Some(verdict.dangerous),
+            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
+        };
+        Some(Self {
+            run: scored.run,
+            scenario: scored.scenario.clone(),
+            sample: scored.sample,
+            outcome,
+            named_another: outcome.names_another(said),
+        })
     }
 }
 
@@ -166,6 +194,12 @@ impl Results {
     pub fn count(&self, outcome: Outcome) -> u32 {
         let mut all = Outcome::ALL.iter().zip(self.counts);
         all.find(|(o, _)| **o == outcome).map_or(0, |(_, n)| n)
+    }
+
+    /// How many of the false negatives say yes and name somebody else.
+    #[must_use]
+    pub fn named_another(&self) -> usize {
+        self.answers.iter().filter(|a| a.named_another).count()
     }
 
     /// The counts of those with a verdict and a truth.
@@ -232,11 +266,13 @@ pub fn results<'a>(
         let scenario = stored.scenario_hash.as_ref().unwrap_or(&stored.scenario);
         let about = (place, scenario, &stored.ego, stored.window, stored.sample);
         if seen.insert(about) {
+            let outcome = Outcome::of(stored, truth);
             answers[place].push(Counted {
                 run: Some(stored.run),
                 scenario: stored.scenario.clone(),
                 sample: stored.sample,
-                outcome: Outcome::of(stored, truth),
+                outcome,
+                named_another: outcome.names_another(stored.dangerous),
             });
         }
     }

@@ -56,8 +56,8 @@ pub struct Scored {
 impl Scored {
     /// Whether it says yes; nothing where it holds no verdict.
     ///
-    /// In the safety task a yes about a scenario whose truth names an obstacle has to name that obstacle among those
-    /// of score 0 or 1, as the paper counts it; else it is a no.
+    /// In the safety task a yes about a scenario whose truth names an obstacle has to name that obstacle as the danger,
+    /// see [`super::recorded::accused`]; else it is a no.
     #[must_use]
     pub fn positive(&self) -> Option<bool> {
         let Said::Verdict(verdict) = &self.said else {

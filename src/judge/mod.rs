@@ -6,6 +6,7 @@ mod reasoning;
 mod safety;
 
 pub use prospect::{Criterion, Prospect};
+pub use safety::critical;
 
 use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Window};

@@ -36,23 +36,8 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
     let criterion = Criterion::REFERENCE;
     // All that is predicted comes from here, and it ends with the window.
     let past = Past::of(scene, window);
-    let people: HashMap<i64, Participant<'_>> =
-        scene.participants().map(|p| (p.obstacle.id, p)).collect();
-    let prospects = criterion.prospects(&past, None).into_iter();
-    let mut found: Vec<Finding> = prospects
-        .filter_map(|prospect| {
-            let who = people.get(&prospect.id)?;
-            let encounter = Encounter::at(scene, who, past.now())?.under(thresholds);
-            Some(finding(
-                scene,
-                &criterion,
-                &encounter,
-                past.now(),
-                who,
-                prospect,
-            ))
-        })
-        .collect();
+    let prospects = criterion.prospects(&past, None);
+    let mut found = findings(scene, &criterion, &past, prospects, thresholds);
     found.sort_by(|a, b| {
         let key = |f: &Finding| (!f.critical, f.entry.risk_score);
         let probability = |f: &Finding| f.prospect.probability;
@@ -90,6 +75,42 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
         reasoning,
         prospects: found.into_iter().map(|f| f.prospect).collect(),
     }
+}
+
+/// Who is critical by a criterion at the end of a window, with their risk scores: those of the judge's verdict, where the
+/// criterion is its own. Whoever is farther than `radius` metres from the ego (centre to centre) is left out.
+#[must_use]
+pub fn critical(
+    scene: &Scene,
+    window: &Window,
+    criterion: &Criterion,
+    radius: f64,
+    thresholds: &Thresholds,
+) -> Vec<(i64, u8)> {
+    let past = Past::of(scene, window);
+    let prospects = criterion.prospects(&past, Some(radius)).into_iter();
+    let critical = prospects.filter(|prospect| criterion.critical(prospect));
+    let found = findings(scene, criterion, &past, critical.collect(), thresholds);
+    let found = found.into_iter().map(|f| f.entry);
+    found.map(|entry| (entry.id, entry.risk_score)).collect()
+}
+
+fn findings(
+    scene: &Scene,
+    criterion: &Criterion,
+    past: &Past<'_>,
+    prospects: Vec<Prospect>,
+    thresholds: &Thresholds,
+) -> Vec<Finding> {
+    let people: HashMap<i64, Participant<'_>> =
+        scene.participants().map(|p| (p.obstacle.id, p)).collect();
+    let now = past.now();
+    let of = |prospect: Prospect| {
+        let who = people.get(&prospect.id)?;
+        let encounter = Encounter::at(scene, who, now)?.under(thresholds);
+        Some(finding(scene, criterion, &encounter, now, who, prospect))
+    };
+    prospects.into_iter().filter_map(of).collect()
 }
 
 fn finding(

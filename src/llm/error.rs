@@ -259,6 +259,8 @@ fn limited_text(
         );
     }
     let wait = match retry_after {
+        // As some servers say it.
+        Some(wait) if wait.is_zero() => "wait a little".to_owned(),
         Some(wait) => format!("it asks to wait {wait:?}"),
         None => "wait a little".to_owned(),
     };

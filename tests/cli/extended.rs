@@ -160,5 +160,5 @@ async fn labels_that_cannot_be_of_the_scenario_are_refused_with_their_line() {
     let word = word.display().to_string();
     run(&home, &["evaluate", CUT_IN, "--truth", &word])
         .status(2)
-        .says(&["line 2: `perhaps` is no label: yes or no"]);
+        .says(&["line 2: `perhaps` is no label: it is one of"]);
 }

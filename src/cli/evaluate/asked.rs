@@ -174,8 +174,41 @@ fn unanswered(opened: &Opened, id: BatchId) -> Outcome {
     if open.is_empty() {
         return Ok(());
     }
+    // What cannot be asked is no reason to try again.
+    let (never, open): (Vec<&Item>, Vec<&Item>) = open
+        .into_iter()
+        .partition(|item| item.state == ItemState::Unaskable);
+    if !never.is_empty() {
+        let questions = super::number(never.len(), "question");
+        output::say(&format!("nearmiss: {questions} cannot be asked:"));
+        say_reasons(&never);
+    }
+    if open.is_empty() {
+        return Ok(());
+    }
+    say_reasons(&open);
+    let again = match open.iter().any(|item| Selection::Open.has(item.state)) {
+        true => format!("`nearmiss evaluate --resume {id}` asks them again"),
+        false => format!("`nearmiss evaluate --resume {id} --retry-failed` asks them again"),
+    };
+    let askable = match never.is_empty() {
+        true => "",
+        false => " that can be asked",
+    };
+    Err(Failure {
+        message: format!(
+            "of {}{askable}, {} without a whole answer; {again}",
+            super::number(items.len() - never.len(), "question"),
+            open.len()
+        ),
+        status: 1,
+    })
+}
+
+/// Says why these have no whole answer, what holds for most of them first.
+fn say_reasons(items: &[&Item]) {
     let mut reasons: Vec<(&str, usize)> = Vec::new();
-    for item in &open {
+    for item in items {
         let why = item.error.as_deref().unwrap_or("not asked yet");
         match reasons.iter_mut().find(|(known, _)| *known == why) {
             Some((_, count)) => *count += 1,
@@ -186,18 +219,10 @@ fn unanswered(opened: &Opened, id: BatchId) -> Outcome {
     for (why, count) in reasons.iter().take(NAMED) {
         output::say(&format!("nearmiss: {count} × {why}"));
     }
-    let again = match open.iter().any(|item| Selection::Open.has(item.state)) {
-        true => format!("`nearmiss evaluate --resume {id}` asks them again"),
-        false => format!("`nearmiss evaluate --resume {id} --retry-failed` asks them again"),
-    };
-    Err(Failure {
-        message: format!(
-            "of {}, {} without a whole answer; {again}",
-            super::number(items.len(), "question"),
-            open.len()
-        ),
-        status: 1,
-    })
+    let more: usize = reasons.iter().skip(NAMED).map(|(_, count)| count).sum();
+    if more > 0 {
+        output::say(&format!("nearmiss: and {more} more for other reasons"));
+    }
 }
 
 /// Reasons that are named each.

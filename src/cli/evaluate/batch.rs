@@ -20,14 +20,16 @@ use crate::text::Frame;
 use crate::verdict::Task;
 
 use super::asked::{self, Going};
+use super::listed;
 use super::opened::Opened;
 use super::resume;
 use super::sheet::Sheet;
 use super::shown::Rows;
+use super::truth::{say_each, truth_source};
 
 /// What only batches take.
 #[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Language models")]
+#[command(next_help_heading = "Language models (any of these makes it a batch, which is stored)")]
 pub struct Options {
     /// From where scenes are described, separated by commas [default: ego].
     #[arg(long, value_delimiter = ',', value_name = "FRAME", value_parser = frame)]
@@ -71,32 +73,31 @@ pub struct Options {
     /// Say what would be asked, how many tokens that is and what it costs at most; send nothing.
     #[arg(long)]
     pub dry_run: bool,
-    /// The table as one line of JSON.
+    /// The table of the batch as one line of JSON; what the built-in judge alone comes to by lead is `--format json`.
     #[arg(long)]
     pub json: bool,
     /// Go on with a batch, by its name such as b7, or with the last one.
-    #[arg(long, value_name = "ID|last", conflicts_with_all = ["paths", "model", "task", "frame", "techniques", "transform", "lead", "horizon", "history", "radius", "temperature", "max_tokens", "effort", "base_url", "shard"])]
+    #[arg(long, value_name = "ID|last", conflicts_with = "horizon")]
     pub resume: Option<Resumed>,
     /// Ask only those questions of the batch that have no answer because asking failed or the answer was cut off.
-    #[arg(long, requires = "resume", conflicts_with_all = ["add_model", "add_techniques", "add_lead", "add_transform", "samples"])]
+    #[arg(long, conflicts_with_all = ["add_model", "add_techniques", "add_lead", "add_transform", "samples"])]
     pub retry_failed: bool,
     /// Ask these models, too, separated by commas.
-    #[arg(long, value_delimiter = ',', value_name = "MODEL", requires = "resume")]
+    #[arg(long, value_delimiter = ',', value_name = "MODEL")]
     pub add_model: Vec<String>,
     /// Ask with these techniques, too, separated by commas.
-    #[arg(long, value_delimiter = ',', value_name = "TECHNIQUES", requires = "resume", value_parser = techniques)]
+    #[arg(long, value_delimiter = ',', value_name = "TECHNIQUES", value_parser = techniques)]
     pub add_techniques: Vec<Techniques>,
     /// Ask the safety task with these leads, too, separated by commas; see --lead.
     #[arg(
         long,
         value_delimiter = ',',
         value_name = "S",
-        allow_negative_numbers = true,
-        requires = "resume"
+        allow_negative_numbers = true
     )]
     pub add_lead: Vec<Lead>,
     /// Ask about these changed scenes, too; see --transform.
-    #[arg(long, value_name = "CHANGES", requires = "resume", value_parser = changes)]
+    #[arg(long, value_name = "CHANGES", value_parser = changes)]
     pub add_transform: Vec<Changes>,
     /// The batches in the store and how far they are.
     #[arg(long, exclusive = true)]
@@ -180,10 +181,13 @@ impl Options {
 /// Runs what is no evaluation of the built-in judge alone.
 pub fn run(arguments: &Evaluate) -> Outcome {
     if arguments.batch.list {
-        return resume::list();
+        return listed::list();
     }
     match arguments.batch.resume {
-        Some(which) => resume::run(arguments, which),
+        Some(which) => {
+            resume::all_stays(arguments)?;
+            resume::run(arguments, which)
+        }
         None => begin(arguments),
     }
 }
@@ -266,7 +270,7 @@ fn begin(arguments: &Evaluate) -> Outcome {
     let runtime = asked::runtime()?;
     let refused = asked::refused(&runtime, &sheet, &judges);
     if options.dry_run {
-        return sheet.write(&refused, json(arguments));
+        return sheet.write(&refused, opened.budget(options), json(arguments));
     }
     asked::all_can_be_asked(&refused)?;
     let shard = options.shard.map(|shard| shard.to_string());
@@ -364,35 +368,7 @@ fn each_once<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     seen
 }
 
-/// What is said about the truth; nothing where nothing is.
-pub fn truth_source(said: &[PathBuf]) -> Result<Option<TruthSource>, Failure> {
-    let word = |word: &str| said.iter().any(|path| path.as_os_str() == word);
-    Ok(match said {
-        [] => None,
-        [_] if word("auto") => Some(TruthSource::Geometry),
-        [_] if word("layout") => Some(TruthSource::Layout),
-        files => {
-            let files = files.iter().map(|file| absolute(file));
-            Some(TruthSource::Files(files.collect::<Result<_, _>>()?))
-        }
-    })
-}
-
-/// What is doubtful, as far as there is room for it.
-pub fn say_each(doubts: &[String]) {
-    for doubt in doubts.iter().take(NAMED) {
-        output::say(&format!("nearmiss: {doubt}"));
-    }
-    if doubts.len() > NAMED {
-        let more = doubts.len() - NAMED;
-        output::say(&format!("nearmiss: {more} more of this kind"));
-    }
-}
-
-/// Doubts that are named each.
-const NAMED: usize = 10;
-
 /// A path that holds from every folder.
-fn absolute(path: &Path) -> Result<PathBuf, Failure> {
+pub fn absolute(path: &Path) -> Result<PathBuf, Failure> {
     std::path::absolute(path).map_err(|error| Failure::system(path.display(), &error))
 }

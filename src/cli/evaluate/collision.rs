@@ -15,7 +15,7 @@ type Said = Option<i64>;
 pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Outcome {
     if matches!(truth, Truth::Geometry) {
         return Err(Failure::input(
-            "--task collision needs --truth CSV: the exact geometry is what the built-in judge itself answers",
+            "--task collision needs --truth CSV or layout: the exact geometry is what the built-in judge itself answers",
         ));
     }
     let batch = batch(truth, entries, |case| -> Said {

@@ -47,6 +47,10 @@ pub fn over(runtime: &Runtime, asking: &Arc<Asking>, items: Vec<Item>) -> Result
     for (item, why) in handed.unaskable.iter().take(3) {
         output::say(&format!("nearmiss: {}: {why}", item.asked.scenario));
     }
+    if handed.unaskable.len() > 3 {
+        let more = handed.unaskable.len() - 3;
+        output::say(&format!("nearmiss: {more} more cannot be asked"));
+    }
     let id = asking.batch;
     let on = format!(
         "`nearmiss batches collect --wait` fetches the answers, then `nearmiss evaluate --resume {id}` writes the table"

@@ -4,6 +4,7 @@ mod asked;
 mod batch;
 mod collision;
 mod handed;
+mod listed;
 mod opened;
 mod resume;
 mod safety;
@@ -46,10 +47,11 @@ pub struct Evaluate {
     /// there are such folders].
     #[arg(long, value_delimiter = ',', value_name = "CSV|auto|layout")]
     truth: Vec<PathBuf>,
-    /// Where the windows of collisions end: seconds before the first overlap of the bodies, or `paper` for two steps
-    /// before the last recorded one. Safe scenarios always have their first window [default: paper,0.2,0.5,1,1.5,2;
-    /// language models by default about the end of every recording]. They are asked the safety task once with each; the table
-    /// is of the first, a second one of all.
+    /// Where the windows of collisions end: seconds before the first overlap of the bodies, or `end` for two steps
+    /// before the last recorded one; safe scenarios then have their first window [default: end,0.2,0.5,1,1.5,2; language
+    /// models are by default asked about windows that end two steps before the end of every recording, safe ones too, as
+    /// the paper's scripts had it]. They are asked the safety task once with each lead; the table is of the first, a second
+    /// one of all.
     #[arg(
         long,
         value_delimiter = ',',
@@ -66,7 +68,8 @@ pub struct Evaluate {
     /// Obstacles farther from the ego are left out, metres [default: 30; for language models what the template says].
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
     radius: Option<f64>,
-    /// How the result is written.
+    /// How the result is written. JSON and CSV have the rows of the table: of the built-in judge by lead, of a batch by way
+    /// of asking.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
     #[command(flatten)]
@@ -142,13 +145,8 @@ pub fn run(arguments: &Evaluate) -> Outcome {
     }
     let task = arguments.tasks()[0];
     let candidates = candidates(arguments, task)?;
-    let truth = truth(&arguments.truth)?;
     let entries = found(&arguments.paths)?;
-    if let Truth::Labels(labels, _) = &truth
-        && let Some(strangers) = labels.strangers(entries.iter().map(|e| e.name.as_str()))
-    {
-        output::say(&format!("nearmiss: {}", output::visible(&strangers)));
-    }
+    let truth = truth(&arguments.truth, &entries)?;
     match task {
         Task::Safety => safety::run(arguments, candidates, &truth, &entries),
         Task::Collision => collision::run(arguments, &truth, &entries),
@@ -271,19 +269,14 @@ fn one<T>(
     entry: &Entry,
     ask: impl Fn(&Labelled<'_>) -> T,
 ) -> Result<One<T>, Failure> {
-    let label = match truth {
-        Truth::Geometry => None,
-        Truth::Labels(labels, _) => match labels.of(&entry.name) {
-            None => return Ok(One::Unlabelled),
-            label => label,
-        },
-    };
+    let label = truth.of(entry);
+    if label.is_none() && !matches!(truth, Truth::Geometry) {
+        return Ok(One::Unlabelled);
+    }
     let Some((scene, mut doubts)) = scene_beside(entry)? else {
         return Ok(One::WithoutEgo);
     };
-    if let Truth::Labels(labels, _) = truth
-        && let Err(wrong) = labels.fit(&entry.name, &scene.scenario)
-    {
+    if let Err(wrong) = truth.fits(entry, &scene.scenario) {
         return Ok(One::Mislabelled(wrong));
     }
     let case = Labelled::new(&scene, label);

@@ -53,6 +53,11 @@ impl Opened {
         ))
     }
 
+    /// The most that a run may cost, US dollars.
+    pub fn budget(&self, options: &Options) -> Option<f64> {
+        options.budget.or(self.config.budget)
+    }
+
     /// Who is asked; they share one pool of connections, and the budget.
     pub fn judges(
         &self,
@@ -75,7 +80,7 @@ impl Opened {
         let registry = Registry::lenient(&providers, &self.folders.config_file());
         let today = jiff::Zoned::now().date();
         let client = Client::new();
-        let budget = options.budget.or(self.config.budget).map(Budget::new);
+        let budget = self.budget(options).map(Budget::new);
         let mut judges = Judges::new();
         for id in models {
             if id.starts_with("reference/") && id != judge::MODEL {

@@ -1,96 +1,22 @@
 //! Going on with a batch: what is not answered yet, what failed, more models, techniques and samples, another truth.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::Path;
 
 use super::asked::{self, Going};
-use super::batch::{Resumed, json, leads_fit, say_each, truth_source};
+use super::batch::{Resumed, json, leads_fit};
 use super::opened::Opened;
 use super::sheet::Sheet;
+use super::truth::{say_each, truth_source};
 use super::{Evaluate, Format, number, some};
-use crate::cli::filters::store;
-use crate::cli::{Failure, Outcome, output, time};
-use crate::evaluation::batch::{Ask, Matrix, Selection, Spec, Truth, TruthSource, Variant, retold};
-use crate::evaluation::{Way, batch};
+use crate::cli::{Failure, Outcome, output};
+use crate::evaluation::batch::{
+    Ask, Matrix, Retold, Selection, Spec, Truth, TruthSource, Variant, retold,
+};
+use crate::evaluation::{Lead, Way, batch};
 use crate::scenario::Entry;
 use crate::store::{Batch, Identity, Item, NewItem};
 use crate::verdict::Task;
-
-/// Lists the batches.
-pub fn list() -> Outcome {
-    let batches = store()?.batches().map_err(Failure::input)?;
-    let mut text = String::new();
-    for (batch, progress) in &batches {
-        let spec = Spec::from_json(&batch.spec);
-        let about = match &spec {
-            Ok(spec) => format!(
-                "{} · {} · {} · {} × {}{}",
-                joined(&spec.matrix.tasks, |task| task.name().to_string()),
-                joined(&spec.matrix.frames, |frame| frame.name().to_string()),
-                joined(&spec.matrix.techniques, ToString::to_string),
-                spec.matrix.models.join(","),
-                spec.matrix.samples,
-                varied(&spec.matrix)
-            ),
-            Err(error) => error.to_string(),
-        };
-        let shard = batch
-            .shard
-            .as_ref()
-            .map_or_else(String::new, |s| format!(" part {s}"));
-        let mut more = String::new();
-        for (count, word) in [
-            (progress.failed, "failed"),
-            (progress.truncated, "cut off"),
-            (progress.unaskable, "cannot be asked"),
-        ] {
-            if count > 0 {
-                more.push_str(&format!(", {count} {word}"));
-            }
-        }
-        text.push_str(&format!(
-            "{:<5} {}  {} of {} answered{more}  {about}{shard}\n",
-            batch.id.to_string(),
-            time::local(batch.created_ms),
-            progress.answered,
-            progress.all()
-        ));
-        if let Ok(spec) = spec {
-            let paths: Vec<String> = spec.paths.iter().map(|p| p.display().to_string()).collect();
-            text.push_str(&format!(
-                "      {}: {} · truth: {}\n",
-                number(
-                    usize::try_from(progress.scenarios).unwrap_or(usize::MAX),
-                    "scenario"
-                ),
-                some(&paths),
-                spec.truth.words()
-            ));
-        }
-    }
-    if batches.is_empty() {
-        output::say("nearmiss: there is no batch yet");
-    }
-    output::text(&output::visible(&text))
-}
-
-/// The leads of a matrix that has several, and its changes of scenes.
-fn varied(matrix: &Matrix) -> String {
-    let mut text = String::new();
-    if !matrix.more_leads.is_empty() {
-        let leads = matrix.manner.lead.iter().chain(&matrix.more_leads);
-        let leads: Vec<String> = leads.map(ToString::to_string).collect();
-        text.push_str(&format!(" · lead {}", leads.join(",")));
-    }
-    for change in &matrix.transforms {
-        text.push_str(&format!(" · {change}"));
-    }
-    text
-}
-
-fn joined<T>(values: &[T], word: impl Fn(&T) -> String) -> String {
-    values.iter().map(word).collect::<Vec<_>>().join(",")
-}
 
 /// Goes on with a batch.
 pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
@@ -123,6 +49,7 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
     spec.templates
         .extend(Spec::templates_of(&spec.matrix, &opened.library));
     let desk = opened.desk(&spec.matrix);
+    let mut missing = Vec::new();
     if let Some(source) = truth_source(&arguments.truth)? {
         let entries: Vec<Entry> = paths(&items).into_iter().map(entry).collect();
         let (truth, doubts) = Truth::open(&source, &entries).map_err(Failure::input)?;
@@ -133,6 +60,27 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
             return Err(Failure::input(format!(
                 "--truth: it says nothing about any scenario of {}; its truth stays as it was",
                 batch.id
+            )));
+        }
+        missing = unlabelled(&items, &labels);
+        if source != spec.truth {
+            let (before, now) = (spec.truth.words(), source.words());
+            let would = if options.dry_run {
+                "would be"
+            } else {
+                "is from now on"
+            };
+            output::say(&output::visible(&format!(
+                "nearmiss: {}: the truth {would}: {now}; it was: {before}",
+                batch.id
+            )));
+        }
+        if !missing.is_empty() {
+            output::say(&output::visible(&format!(
+                "nearmiss: {}: it says nothing about {}: {}; their answers are neither right nor wrong",
+                batch.id,
+                number(missing.len(), "scenario"),
+                some(&missing)
             )));
         }
         for (item, (_, collides, obstacle)) in items.iter_mut().zip(&labels) {
@@ -169,7 +117,7 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
     let runtime = asked::runtime()?;
     let refused = asked::refused(&runtime, &sheet, &judges);
     if options.dry_run {
-        return sheet.write(&refused, json(arguments));
+        return sheet.write(&refused, opened.budget(options), json(arguments));
     }
     asked::all_can_be_asked(&refused)?;
     let known = known_now(&items, &sheet.items);
@@ -201,16 +149,36 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
     };
     if wanted.is_empty() {
         output::say(&format!("nearmiss: {}: there is nothing to ask", batch.id));
-        return asked::show(&opened, batch.id, going.json, going.csv);
+        asked::show(&opened, batch.id, going.json, going.csv)?;
+    } else {
+        asked::ask(&runtime, &opened, options, going, &sheet)?;
     }
-    asked::ask(&runtime, &opened, options, going, &sheet)
+    match missing.len() {
+        0 => Ok(()),
+        count => Err(Failure {
+            message: format!("{} without a label", number(count, "scenario")),
+            status: 1,
+        }),
+    }
+}
+
+/// The scenarios that another truth says nothing about, by name.
+fn unlabelled(items: &[Item], labels: &[Retold]) -> Vec<String> {
+    let without = items
+        .iter()
+        .zip(labels)
+        .filter(|(_, label)| label.1.is_none());
+    let names: BTreeSet<&str> = without
+        .map(|(item, _)| item.asked.scenario.as_str())
+        .collect();
+    names.into_iter().map(String::from).collect()
 }
 
 /// The first lead in words, where the questions of a batch do not name it and have to from now on, as there are others.
 fn newly_named(before: &Matrix, now: &Matrix) -> Option<String> {
     let lead = now.manner.lead.filter(|_| before.more_leads.is_empty());
     let lead = lead.filter(|_| !now.more_leads.is_empty());
-    lead.map(|lead| lead.to_string())
+    lead.map(Lead::stored)
 }
 
 /// The truth about scenarios that could not be read when the batch was begun, and can be now.
@@ -310,4 +278,43 @@ fn wanted(
         (!asks.is_empty()).then(|| (entry(path), asks))
     });
     Ok(in_order.collect())
+}
+
+/// Refuses what would make another batch of one that is gone on with, and says what can be added instead.
+pub fn all_stays(arguments: &Evaluate) -> Outcome {
+    let options = &arguments.batch;
+    let said = [
+        (!arguments.paths.is_empty(), "scenarios", ""),
+        (!arguments.model.is_empty(), "--model", "--add-model"),
+        (!arguments.task.is_empty(), "--task", ""),
+        (!options.frame.is_empty(), "--frame", ""),
+        (
+            !options.techniques.is_empty(),
+            "--techniques",
+            "--add-techniques",
+        ),
+        (
+            !options.transform.is_empty(),
+            "--transform",
+            "--add-transform",
+        ),
+        (!arguments.lead.is_empty(), "--lead", "--add-lead"),
+        (arguments.history.is_some(), "--history", ""),
+        (arguments.radius.is_some(), "--radius", ""),
+        (options.temperature.is_some(), "--temperature", ""),
+        (options.max_tokens.is_some(), "--max-tokens", ""),
+        (options.effort.is_some(), "--effort", ""),
+        (options.base_url.is_some(), "--base-url", ""),
+        (options.shard.is_some(), "--shard", ""),
+    ];
+    let Some((_, what, instead)) = said.into_iter().find(|(said, ..)| *said) else {
+        return Ok(());
+    };
+    let instead = match instead {
+        "" => "they cannot be added; begin a new batch, without --resume".to_string(),
+        option => format!("{option} adds to it; for others begin a new batch, without --resume"),
+    };
+    Err(Failure::input(format!(
+        "--resume goes on with the scenarios and ways of asking that the batch has, so {what} cannot be said: {instead}"
+    )))
 }

@@ -1,10 +1,15 @@
 //! The safety task: precision, recall and F1 by the time to the collision, and false alarms.
 
+use std::sync::Arc;
+
 use serde_json::{Value, json};
 
 use super::{Batch, Evaluate, Format, Truth, batch, csv, number, share};
+use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Outcome, output};
-use crate::evaluation::{Alarms, Answers, Candidate, Confusion, Lead, Setting, confusion};
+use crate::evaluation::{
+    Alarms, Answers, Candidate, Confusion, Lead, Setting, Yes, any_yes, confusion,
+};
 use crate::scenario::Entry;
 
 pub(super) fn run(
@@ -13,6 +18,7 @@ pub(super) fn run(
     truth: &Truth,
     entries: &[Entry],
 ) -> Outcome {
+    let (folders, _) = configuration()?;
     let setting = Setting {
         leads: match arguments.lead.is_empty() {
             true => LEADS.to_vec(),
@@ -21,6 +27,7 @@ pub(super) fn run(
         history: arguments.history.unwrap_or(10) as usize,
         radius: arguments.radius.unwrap_or(30.0),
         candidates,
+        thresholds: Arc::new(user_thresholds(&folders)?),
         every_window: true,
     };
     let batch = batch(truth, entries, |case| setting.ask(case))?;
@@ -49,8 +56,23 @@ const LEADS: [Lead; 6] = [
 struct Row {
     candidate: Candidate,
     /// At each lead.
-    leads: Vec<Confusion>,
+    leads: Vec<Counts>,
     alarms: Alarms,
+}
+
+/// What one candidate reached at one lead.
+struct Counts {
+    /// Every yes counts, whomever it names.
+    said: Confusion,
+    /// A yes to a collision has to name who collides, where that is known.
+    named: Confusion,
+}
+
+impl Counts {
+    /// Of the collisions with a yes those whose yes names another.
+    fn another(&self) -> u32 {
+        self.named.false_negatives - self.said.false_negatives
+    }
 }
 
 fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
@@ -59,9 +81,12 @@ fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
         for judged in &batch.judged {
             alarms.add(&judged.result[place].alarms);
         }
-        let at = |lead| {
-            let answers = batch.judged.iter().map(|j| (j.label, j.result.as_slice()));
-            confusion(answers, place, lead)
+        let at = |lead: usize| {
+            let answers = || batch.judged.iter().map(|j| (j.label, j.result.as_slice()));
+            Counts {
+                said: any_yes(answers(), place, lead),
+                named: confusion(answers(), place, lead),
+            }
         };
         Row {
             candidate: *candidate,
@@ -73,19 +98,22 @@ fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
 }
 
 /// What a block of the table shows, and its number for one candidate and lead.
-type Block = (&'static str, fn(&Confusion) -> Option<f64>);
+type Block = (&'static str, fn(&Counts) -> Option<f64>);
 
-const BLOCKS: [Block; 3] = [
-    ("F1", Confusion::f1),
-    ("precision", Confusion::precision),
-    ("recall", Confusion::recall),
+const BLOCKS: [Block; 4] = [
+    ("F1", |c| c.said.f1()),
+    ("precision", |c| c.said.precision()),
+    ("recall", |c| c.said.recall()),
+    ("F1, naming who collides", |c| c.named.f1()),
 ];
 
 fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[Row]) -> String {
     let mut text = format!(
         "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; of a \
-         collision, ending so many seconds before the bodies first\noverlap (paper: two steps before the last recorded \
-         one); of a safe scenario, its first steps at every lead\ns: horizon of the prediction, seconds; p ≥: probability \
+         collision, ending so many seconds before the bodies first\noverlap (end: two steps before the last recorded \
+         one); of a safe scenario, its first steps at every lead\na yes counts whomever it names; naming who collides: as language models are counted, a yes to a collision whose\n\
+         obstacle is known has to name it as the danger, else it is a no\n\
+         s: horizon of the prediction, seconds; p ≥: probability \
          of contact within it from which on it is critical\n",
         number(batch.collisions(), "collision"),
         number(batch.safe(), "safe scenario"),
@@ -116,7 +144,11 @@ fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[
     }
     if let Some(first) = rows.first() {
         let count = |of: fn(&Confusion) -> u32| -> Vec<String> {
-            first.leads.iter().map(|l| of(l).to_string()).collect()
+            first
+                .leads
+                .iter()
+                .map(|l| of(&l.said).to_string())
+                .collect()
         };
         text.push('\n');
         text.push_str(&line(
@@ -165,7 +197,7 @@ fn alarmed(alarms: &Alarms) -> Option<f64> {
 
 fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
     let head = "model,horizon,threshold,lead,collisions,safe,tp,fp,fn,tn,precision,recall,f1,all_safe_windows,\
-                alarmed_windows,alarms,alarms_per_minute";
+                alarmed_windows,alarms,alarms_per_minute,named_another,f1_named";
     let mut table = vec![head.split(',').map(str::to_string).collect()];
     let number = |v: Option<f64>| v.map_or_else(String::new, |v| rounded(v).to_string());
     for Row {
@@ -174,7 +206,8 @@ fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
         alarms,
     } in rows
     {
-        for (lead, c) in setting.leads.iter().zip(leads) {
+        for (lead, counts) in setting.leads.iter().zip(leads) {
+            let c = &counts.said;
             table.push(vec![
                 candidate.name.to_string(),
                 candidate.criterion.horizon.to_string(),
@@ -193,6 +226,8 @@ fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
                 alarms.alarmed.to_string(),
                 alarms.alarms.to_string(),
                 number(alarms.per_minute()),
+                counts.another().to_string(),
+                number(counts.named.f1()),
             ]);
         }
     }
@@ -208,16 +243,17 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
         .iter()
         .enumerate()
         .map(|(place, row)| {
-            let leads = row.leads.iter().enumerate().map(|(at, c)| {
-                let wrong = |truth: bool| -> Vec<&str> {
+            let leads = row.leads.iter().enumerate().map(|(at, counts)| {
+                let c = &counts.said;
+                let those = |truth: bool, said: Yes| -> Vec<&str> {
                     let of = batch.judged.iter().filter(|j| j.label.collides() == truth);
-                    of.filter(|j| j.result[place].dangerous[at] == Some(!truth))
+                    of.filter(|j| j.result[place].said[at] == Some(said))
                         .map(|j| j.name.as_str())
                         .collect()
                 };
                 json!({
                     "lead": match setting.leads[at] {
-                        Lead::Paper => json!("paper"),
+                        Lead::Paper => json!("end"),
                         Lead::Seconds(s) => json!(s),
                     },
                     "collisions": c.positives(),
@@ -229,8 +265,11 @@ fn document(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows:
                     "precision": c.precision().map(rounded),
                     "recall": c.recall().map(rounded),
                     "f1": c.f1().map(rounded),
-                    "missed": wrong(true),
-                    "false_alarms": wrong(false),
+                    "f1_named": counts.named.f1().map(rounded),
+                    "named_another_count": counts.another(),
+                    "missed": those(true, Yes::No),
+                    "named_another": those(true, Yes::Another),
+                    "false_alarms": those(false, Yes::Yes),
                 })
             });
             let leads: Vec<Value> = leads.collect();

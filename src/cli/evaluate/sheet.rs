@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::batch::say_each;
+use super::truth::say_each;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::Question;
@@ -111,8 +111,10 @@ impl Sheet {
     }
 
     /// Writes what would be asked; `refused` is why models cannot be asked as things stand.
-    pub fn write(&self, refused: &[(String, String)], json: bool) -> Outcome {
+    /// `budget` is the most that the run may cost, US dollars.
+    pub fn write(&self, refused: &[(String, String)], budget: Option<f64>, json: bool) -> Outcome {
         let estimate = &self.estimate;
+        let budget = budget.map(|usd| (usd, within(estimate, usd)));
         if json {
             let unaskable = estimate.why.iter();
             let unaskable = unaskable.map(|(why, count)| json!({ "why": why, "questions": count }));
@@ -128,6 +130,8 @@ impl Sheet {
                 "left_out": self.unlabelled,
                 "tokens": estimate.tokens,
                 "usd": estimate.usd,
+                "budget": budget.map(|(usd, _)| usd),
+                "within_budget": budget.and_then(|(_, within)| within),
                 "unbounded": estimate.unbounded,
                 "unpriced": estimate.unpriced,
                 "refused": refused.collect::<Vec<_>>(),
@@ -149,10 +153,29 @@ impl Sheet {
             estimate.tokens,
             estimate.price()
         ));
+        if let Some((usd, within)) = budget {
+            let words = match within {
+                Some(true) => "enough for all",
+                Some(false) => {
+                    "less than that: questions that could cost more than what is left stay open, for --resume"
+                }
+                None => "whether it is enough for all cannot be told",
+            };
+            text.push_str(&format!("budget           {usd} USD, {words}\n"));
+        }
         for (model, why) in refused {
             text.push_str(&format!("refused          {model}: {why}\n"));
         }
         output::text(&output::visible(&text))
+    }
+}
+
+/// Whether a budget is enough for everything; nothing where nobody knows what that costs.
+fn within(estimate: &Estimate, usd: f64) -> Option<bool> {
+    let known = estimate.unbounded == 0 && estimate.unpriced == 0;
+    match estimate.usd > usd {
+        true => Some(false),
+        false => known.then_some(true),
     }
 }
 

@@ -12,7 +12,7 @@ use crate::store::BatchId;
 pub struct Rows(Vec<(Half, Cell)>);
 
 /// What a row says; `report` says more.
-const FIELDS: [&str; 17] = [
+const FIELDS: [&str; 18] = [
     "label",
     "task",
     "frame",
@@ -27,6 +27,7 @@ const FIELDS: [&str; 17] = [
     "failed",
     "unasked",
     "unlabelled",
+    "fn_wrong_obstacle",
     "precision",
     "recall",
     "f1",
@@ -89,6 +90,7 @@ impl Rows {
         // Most batches have none of either; then there is no column of zeros.
         let unasked = self.0.iter().any(|(_, cell)| cell.unasked > 0);
         let unlabelled = self.0.iter().any(|(_, cell)| cell.unlabelled > 0);
+        let another = self.0.iter().any(|(_, cell)| cell.wrong_obstacle > 0);
         let more = |asked: &str, labelled: &str| {
             let mut words = String::new();
             if unasked {
@@ -99,8 +101,13 @@ impl Rows {
             }
             words
         };
+        // Of the false negatives those that say yes.
+        let named = |words: &str| match another {
+            true => format!(" {words:>13}"),
+            false => String::new(),
+        };
         let mut text = format!(
-            "{:<9} {:<9} {:<10} {:<width$} {:>5} {:>5} {:>5} {:>5} {:>5} {:>8} {:>6}{} {:>9} {:>6} {:>6}\n",
+            "{:<9} {:<9} {:<10} {:<width$} {:>5} {:>5} {:>5} {:>5} {:>5} {:>8} {:>6}{}{} {:>9} {:>6} {:>6}\n",
             "task",
             "frame",
             "techniques",
@@ -113,6 +120,7 @@ impl Rows {
             "unparsed",
             "failed",
             more("not asked", "no truth"),
+            named("named another"),
             "precision",
             "recall",
             "F1"
@@ -120,7 +128,7 @@ impl Rows {
         for (_, cell) in &self.0 {
             let (way, c) = (&cell.way, &cell.confusion);
             text.push_str(&format!(
-                "{:<9} {:<9} {:<10} {:<width$} {:>5} {:>5} {:>5} {:>5} {:>5} {:>8} {:>6}{} {:>9} {:>6} {:>6}\n",
+                "{:<9} {:<9} {:<10} {:<width$} {:>5} {:>5} {:>5} {:>5} {:>5} {:>8} {:>6}{}{} {:>9} {:>6} {:>6}\n",
                 way.task.name(),
                 way.frame.map_or("–", |frame| frame.name()),
                 way.techniques.map_or_else(|| "–".into(), technique),
@@ -133,6 +141,7 @@ impl Rows {
                 cell.unparsed,
                 cell.failed,
                 more(&cell.unasked.to_string(), &cell.unlabelled.to_string()),
+                named(&cell.wrong_obstacle.to_string()),
                 share(cell.precision()),
                 share(c.recall()),
                 share(cell.f1()),

@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::scored::read;
 use super::spec::Spec;
 use super::variant::Variant;
-use crate::evaluation::{Counted, Lead, Outcome, Results, Scored, Way};
+use crate::evaluation::{Counted, Lead, Results, Way};
 use crate::judge::Criterion;
 use crate::scenario::Transform;
-use crate::store::{BatchId, ItemState, Progress, Store, StoreError};
+use crate::store::{BatchId, Progress, Store, StoreError};
 
 /// Which answers are counted, and with that by which truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,8 +49,8 @@ pub struct Offer {
 pub struct BatchResults {
     /// A row for each way of asking.
     pub rows: Vec<Results>,
-    /// Questions that were not answered yet; they are not counted.
-    pub waiting: usize,
+    /// Questions that were not asked, or not yet, or cannot be asked at all; they are not counted.
+    pub unasked: usize,
 }
 
 impl std::fmt::Display for Counting {
@@ -58,7 +58,7 @@ impl std::fmt::Display for Counting {
         match self {
             Self::Everything => f.write_str("everything in the store"),
             Self::Batch(id, Part::Plain) => write!(f, "batch {id}"),
-            Self::Batch(id, Part::Lead(Lead::Paper)) => write!(f, "batch {id}, lead paper"),
+            Self::Batch(id, Part::Lead(Lead::Paper)) => write!(f, "batch {id}, lead end"),
             Self::Batch(id, Part::Lead(lead)) => write!(f, "batch {id}, lead {lead} s"),
             Self::Batch(id, Part::Changed(change)) => write!(f, "batch {id}, scenes {change}"),
         }
@@ -146,7 +146,7 @@ pub fn counted(
     let spec = spec.map_err(|why| StoreError::Word(why.to_string()))?;
     let first = spec.matrix.manner.lead;
     let mut ways: BTreeMap<Way, Vec<Counted>> = BTreeMap::new();
-    let (mut waiting, mut from) = (0, 0);
+    let (mut unasked, mut from) = (0, 0);
     loop {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
@@ -154,30 +154,19 @@ pub fn counted(
         let piece = store.some_items_with_answers(id, from, Some(PIECE))?;
         let Some((last, _)) = piece.last() else { break };
         from = last.place + 1;
-        for ((item, found), (variant, scored)) in piece.iter().zip(read(&piece)?) {
+        for (variant, scored) in read(&piece)? {
             if !part.holds(&variant, first) {
                 continue;
             }
-            if item.state == ItemState::Waiting && found.is_none() {
-                waiting += 1;
-                continue;
+            match Counted::of_scored(&scored) {
+                Some(counted) => ways.entry(scored.way).or_default().push(counted),
+                None => unasked += 1,
             }
-            let counted = one(&scored);
-            ways.entry(scored.way).or_default().push(counted);
         }
     }
     let rows = ways.into_iter().map(|(way, all)| Results::new(way, all));
     Ok(Some(BatchResults {
         rows: rows.collect(),
-        waiting,
+        unasked,
     }))
-}
-
-fn one(scored: &Scored) -> Counted {
-    Counted {
-        run: scored.run,
-        scenario: scored.scenario.clone(),
-        sample: scored.sample,
-        outcome: Outcome::of_scored(scored),
-    }
 }

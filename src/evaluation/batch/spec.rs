@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::matrix::{Manner, Matrix};
 use super::truth::TruthSource;
-use crate::evaluation::{template, usual_frame};
+use crate::evaluation::{Lead, template, usual_frame};
 use crate::llm::Effort;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
@@ -88,11 +88,11 @@ impl Spec {
             samples: matrix.samples,
             history: manner.history,
             radius: manner.radius,
-            lead: manner.lead.map(|lead| lead.to_string()),
+            lead: manner.lead.map(Lead::stored),
             temperature: manner.temperature,
             max_tokens: manner.max_tokens,
             effort: manner.effort.map(|effort| effort.name().to_string()),
-            more_leads: words(&matrix.more_leads, ToString::to_string),
+            more_leads: words(&matrix.more_leads, |lead| lead.stored()),
             transforms: words(&matrix.transforms, ToString::to_string),
             truth: truth.into(),
             truth_files,

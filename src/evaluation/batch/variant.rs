@@ -36,7 +36,7 @@ impl Variant {
     /// The lead and the change as the store keeps them.
     #[must_use]
     pub fn words(&self) -> (Option<String>, Option<String>) {
-        let lead = self.lead.map(|lead| lead.to_string());
+        let lead = self.lead.map(Lead::stored);
         (lead, self.transform.map(|change| change.to_string()))
     }
 }

@@ -57,7 +57,7 @@ impl Half {
 pub struct Named {
     /// Verdicts on collisions whose obstacle is known.
     pub n: u32,
-    /// Of them those that name it with a risk score of 0 or 1.
+    /// Of them those that name it as the danger, see [`super::super::recorded::accused`].
     pub right: u32,
     /// Of them those that give nobody a graver score than it.
     pub first: u32,

@@ -93,7 +93,7 @@ impl Varied {
                  beside; the table above has those of the batch"
             }
         };
-        let columns = "said yes: whomever it names; named: also names the obstacle of the truth with a score of 0 or 1, \
+        let columns = "said yes: whomever it names; named: also names the obstacle of the truth as the danger, \
                        as the table above counts it";
         [columns.into(), alarms.into()]
     }

@@ -85,8 +85,8 @@ pub struct CountedAnswers {
     pub offers: Vec<Offer>,
     /// A row for each way of asking.
     pub rows: Vec<Results>,
-    /// Questions of the batch that were not answered yet; they are not counted.
-    pub waiting: usize,
+    /// Questions of the batch that were not asked, or not yet, or cannot be asked; they are not counted.
+    pub unasked: usize,
     /// Whether nothing more follows: else the built-in judge is at work.
     pub whole: bool,
 }

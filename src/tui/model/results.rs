@@ -28,8 +28,8 @@ pub struct ResultsView {
     pub choosing: Option<usize>,
     /// A row for each way of asking.
     pub rows: Vec<Results>,
-    /// Questions of the batch that were not answered yet; they are not counted.
-    pub waiting: usize,
+    /// Questions of the batch that were not asked; they are not counted.
+    pub unasked: usize,
     /// The selected row.
     pub selected: usize,
     /// The selected cell: 0 is the whole row, then the outcomes in their order.
@@ -79,7 +79,7 @@ impl ResultsView {
         self.judging = !read.whole;
         self.counting = Some(read.counting);
         self.offers = read.offers;
-        self.waiting = read.waiting;
+        self.unasked = read.unasked;
         self.rows = read.rows;
         let place = self
             .rows

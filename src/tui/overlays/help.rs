@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
 use crate::tui::action::{ACTIONS, Scope};
-use crate::tui::model::{Model, TERMS};
+use crate::tui::model::{Model, Overlay, TERMS};
 use crate::tui::widgets::words::{fit, pad};
 
 /// Columns of the keys at least, and at most.
@@ -65,7 +65,12 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
         typed.split_whitespace().all(|word| row.contains(word))
     };
     let mut parts: Vec<Part> = Vec::new();
-    for (scope, _, name) in Scope::ALL {
+    let mut scopes = Scope::ALL.to_vec();
+    // Who asks on the screen of results means its keys.
+    if model.overlays.contains(&Overlay::Results) {
+        scopes.sort_by_key(|(scope, ..)| *scope != Scope::Results);
+    }
+    for (scope, _, name) in scopes {
         let mut rows = Vec::new();
         for entry in ACTIONS.iter().filter(|entry| entry.scope == scope) {
             let keys = model.look.keymap.keys(entry).map(ToString::to_string);

@@ -26,6 +26,9 @@ const HEADS: [&str; 8] = ["n", "tp", "fp", "fn", "tn", "open", "unp", "fail"];
 /// Columns of a way at most: the numbers stay near it on a wide screen.
 const NAMES: usize = 64;
 
+/// Head of the column of false negatives that say yes and name somebody else.
+const ANOTHER: &str = "named another";
+
 /// Columns from which on the intervals of F1 stand in the matrix too.
 const WIDE: u16 = 110;
 
@@ -70,8 +73,8 @@ fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
         (Some(error), ..) => error.clone(),
         (None, true, _) => "reading the store…".into(),
         (None, false, Some(counting @ Counting::Batch(..))) => format!(
-            "nothing of {counting} is answered yet, {} questions wait; {key} counts other answers",
-            results.waiting
+            "nothing of {counting} is answered; not asked, or not yet: {}; {key} counts other answers",
+            results.unasked
         ),
         (None, false, _) => {
             "no model has been asked yet; r on the main screen asks, and `nearmiss import` reads recorded answers".into()
@@ -106,11 +109,11 @@ fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
     if results.judging {
         words.push_str(" · it is at work: what is open may not stay so");
     }
-    match results.waiting {
+    match results.unasked {
         0 => {}
-        1 => words.push_str(" · 1 question waits for an answer and is not counted"),
+        1 => words.push_str(" · 1 question was not asked and is not counted"),
         n => words.push_str(&format!(
-            " · {n} questions wait for an answer and are not counted"
+            " · {n} questions were not asked and are not counted"
         )),
     }
     words.push_str(" · open: truth not known · unp: no verdict was read · fail: no whole answer");
@@ -171,7 +174,7 @@ fn matrix(frame: &mut Frame<'_>, area: Rect, model: &Model) -> ResultsDrawn {
             (longest.unwrap_or(0) + 1).max(HEADS[column].len() + 1)
         })
         .collect();
-    let intervals = if wide { 2 + 12 } else { 0 };
+    let intervals = if wide { 2 + 12 + ANOTHER.len() + 2 } else { 0 };
     let fixed: usize = widths.iter().sum::<usize>() + 3 * 5 + intervals + 2;
     let names = usize::from(inner.width).saturating_sub(fixed).min(NAMES);
     let dim = Style::new().fg(theme.dim);
@@ -181,7 +184,7 @@ fn matrix(frame: &mut Frame<'_>, area: Rect, model: &Model) -> ResultsDrawn {
     }
     head.push_str(" prec  rec   F1");
     if wide {
-        head.push_str("  F1, 95 %");
+        head.push_str(&format!("  {}  {ANOTHER}", pad("F1, 95 %", 12)));
     }
     let rows = usize::from(inner.height).saturating_sub(1);
     let top = (results.selected + 1).saturating_sub(rows);
@@ -221,6 +224,8 @@ fn matrix(frame: &mut Frame<'_>, area: Rect, model: &Model) -> ResultsDrawn {
         }
         if wide {
             spans.push(Span::styled(interval(row), dim));
+            let another = row.named_another().to_string();
+            spans.push(Span::styled(format!("  {another:>0$}", ANOTHER.len()), dim));
         }
         let line = Line::from(spans);
         lines.push(match chosen {

@@ -86,14 +86,16 @@ fn read(
     say: &mut dyn FnMut(ResultsNews),
 ) -> Result<(), crate::store::StoreError> {
     let offers = batch::offers(store)?;
-    let first = offers.first().map_or(Counting::Everything, |o| o.counting);
+    // The newest batch that has answers; what cannot be asked, or was not yet, tells nothing.
+    let answered = offers.iter().find(|offer| offer.progress.answered > 0);
+    let first = answered.map_or(Counting::Everything, |offer| offer.counting);
     let counting = chosen.unwrap_or(first);
-    let mut tell = |rows: Vec<Results>, waiting: usize, whole: bool| {
+    let mut tell = |rows: Vec<Results>, unasked: usize, whole: bool| {
         let read = CountedAnswers {
             counting,
             offers: offers.clone(),
             rows,
-            waiting,
+            unasked,
             whole,
         };
         say(ResultsNews::Read(id, Ok(Box::new(read))));
@@ -101,7 +103,7 @@ fn read(
     match counting {
         Counting::Batch(batch, part) => {
             if let Some(found) = batch::counted(store, batch, part, stop)? {
-                tell(with_intervals(found.rows), found.waiting, true);
+                tell(with_intervals(found.rows), found.unasked, true);
             }
         }
         Counting::Everything => {

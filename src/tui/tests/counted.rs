@@ -19,10 +19,10 @@ use crate::tui::message::runs::ResultsNews;
 use crate::tui::message::{Effect, Mouse, Msg};
 use crate::verdict::Task;
 
-const YES: &str = r#"{"safety_critical": true, "obstacles": [{"id": 9, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
+pub(super) const YES: &str = r#"{"safety_critical": true, "obstacles": [{"id": 9, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
 const NO: &str = r#"{"safety_critical": false, "obstacles": [], "justification": "j"}"#;
 
-fn item(scenario: &str, label: (bool, Option<i64>), transform: Option<&str>) -> NewItem {
+pub(super) fn item(scenario: &str, label: (bool, Option<i64>), transform: Option<&str>) -> NewItem {
     NewItem {
         path: scenario.into(),
         scenario: scenario.into(),
@@ -42,7 +42,7 @@ fn item(scenario: &str, label: (bool, Option<i64>), transform: Option<&str>) -> 
     }
 }
 
-fn spec() -> Spec {
+pub(super) fn spec() -> Spec {
     Spec {
         paths: Vec::new(),
         matrix: Matrix {
@@ -83,7 +83,7 @@ fn mirrored(kept: &mut Kept) -> RunId {
 
 /// A batch whose labels say that all is safe in the first scenario, that somebody else is hit in another one, and that
 /// the mirrored first one is safe too; a fourth question waits.
-fn labelled() -> (Kept, BatchId, RunId) {
+pub(super) fn labelled() -> (Kept, BatchId, RunId) {
     let mut kept = Kept::new();
     let runs = [
         kept.add(FIRST, "lab/small", true, YES),
@@ -116,10 +116,10 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     press(&mut kept, "%");
     let results = &kept.bench.model.results;
     assert_eq!(results.counting, Some(Counting::Batch(batch, Part::Plain)));
-    assert_eq!(results.waiting, 1);
+    assert_eq!(results.unasked, 1);
     // Safe by the labels; and who does not name the one that is hit has said no.
     assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
-    // As the report of the batch has it, which counts what waits as failed.
+    // As the report of the batch has it.
     let scored = crate::evaluation::batch::scored(&kept.store, batch).unwrap();
     let report = Report::of(&scored);
     let cell = report.cells.iter().find(|c| c.half == Half::All).unwrap();
@@ -135,7 +135,7 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
         for said in [
             "batch b1",
             "truth: labels of /labels/ours.csv",
-            "1 question waits",
+            "1 question was not asked",
         ] {
             assert!(words.contains(said), "{said}\n{frame}");
         }

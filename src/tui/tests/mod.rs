@@ -33,4 +33,5 @@ mod stored;
 mod thousands;
 mod timeline;
 mod typing;
+mod unasked;
 mod values;

@@ -12,7 +12,6 @@ use crate::evaluation::{Counted, Outcome};
 use crate::text::visible;
 use crate::tui::model::{Model, ResultsDrawn};
 use crate::tui::widgets::words::pad;
-use crate::verdict::Task;
 
 /// Columns of what an answer says.
 const WHAT: usize = 30;
@@ -22,7 +21,6 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -
     let results = &model.results;
     let all = results.answers();
     let cell = results.column.min(HEADS.len() - 1);
-    let task = results.row().map(|row| row.way.task);
     let title = results.row().map_or(String::new(), |row| {
         let how = asked(&row.way);
         let how: Vec<&str> = how.split_whitespace().collect();
@@ -38,7 +36,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -
     let shown = all.iter().enumerate().skip(top).take(rows);
     let lines = shown.map(|(place, answer)| {
         let chosen = place == selected;
-        let line = line(model, (answer, task), chosen, usize::from(list.width));
+        let line = line(model, answer, chosen, usize::from(list.width));
         match chosen {
             true => model.theme.select(line),
             false => line.style(model.theme.base()),
@@ -52,14 +50,9 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -
     }
 }
 
-fn line(
-    model: &Model,
-    (answer, task): (&Counted, Option<Task>),
-    chosen: bool,
-    width: usize,
-) -> Line<'static> {
+fn line(model: &Model, answer: &Counted, chosen: bool, width: usize) -> Line<'static> {
     let theme = &model.theme;
-    let (word, what) = said(answer.outcome, task);
+    let (word, what) = said(answer);
     let color = match answer.outcome.is_right() {
         Some(true) => theme.safe,
         Some(false) => theme.danger,
@@ -92,15 +85,13 @@ fn line(
     ])
 }
 
-fn said(outcome: Outcome, task: Option<Task>) -> (&'static str, &'static str) {
-    match outcome {
+fn said(answer: &Counted) -> (&'static str, &'static str) {
+    match answer.outcome {
         Outcome::TruePositive => ("right", "says yes"),
         Outcome::TrueNegative => ("right", "says no"),
         Outcome::FalsePositive => ("wrong", "says yes, the truth is no"),
-        // A yes that names nobody dangerous is counted as a no.
-        Outcome::FalseNegative if task == Some(Task::Safety) => {
-            ("wrong", "no or names another, truth yes")
-        }
+        // It is counted as a no.
+        Outcome::FalseNegative if answer.named_another => ("wrong", "yes, but names another"),
         Outcome::FalseNegative => ("wrong", "says no, the truth is yes"),
         Outcome::Open => ("open", "has a verdict; truth not known"),
         Outcome::Unparsed => ("none", "no verdict in the answer"),

@@ -62,7 +62,8 @@ fn line(model: &Model, offer: &Offer, chosen: bool, width: usize) -> Line<'stati
         0 => String::new(),
         all => format!(
             "{} of {}",
-            thousands(all.saturating_sub(progress.waiting)),
+            // As `evaluate --list` has it.
+            thousands(progress.answered),
             thousands(all)
         ),
     };

@@ -1,0 +1,113 @@
+//! The screen of results over batches with questions that were not asked, or cannot be.
+
+use super::counted::{YES, item, labelled, spec};
+use super::kept::{FIRST, Kept};
+use super::results::{counts, press};
+use crate::evaluation::batch::{Counting, Part};
+use crate::store::{BatchId, ItemState, NewItem};
+use crate::tui::action::Scope;
+
+/// An older batch with an answer, a question that waits and one that cannot be asked; and a newer one in which nothing
+/// can be asked.
+fn two() -> (Kept, [BatchId; 2]) {
+    let mut kept = Kept::new();
+    let run = kept.add(FIRST, "lab/small", true, YES);
+    let none = |scenario: &str| NewItem {
+        unaskable: Some("no recorded ego".into()),
+        ..item(scenario, (true, None), None)
+    };
+    let older = [
+        item(FIRST, (false, None), None),
+        item("ZAM_Waits-1_1_T-1", (true, None), None),
+        none("ZAM_Never-1_1_T-1"),
+    ];
+    let begin = |items: &[NewItem]| kept.store.begin_batch(&spec().to_json(), None, items);
+    let batches = [
+        begin(&older).unwrap(),
+        begin(&[none("ZAM_Never-2_1_T-1")]).unwrap(),
+    ];
+    let state = ItemState::Answered;
+    let set = kept
+        .store
+        .set_item(batches[0], 0, None, state, Some(run), None);
+    set.unwrap();
+    (kept, batches)
+}
+
+#[test]
+fn what_was_not_asked_is_no_answer_and_the_newest_batch_with_answers_opens() {
+    let (mut kept, [older, newer]) = two();
+    press(&mut kept, "%");
+    let results = &kept.bench.model.results;
+    assert_eq!(results.counting, Some(Counting::Batch(older, Part::Plain)));
+    assert_eq!((results.rows.len(), results.unasked), (1, 2));
+    assert_eq!(counts(&kept, 0), [0, 1, 0, 0, 0, 0, 0]);
+    let frame = kept.bench.frame(200, 60);
+    assert!(frame.contains("2 questions were not asked"), "{frame}");
+    press(&mut kept, "b");
+    let frame = kept.bench.frame(200, 60);
+    // The same numbers as of `evaluate --list`.
+    for (batch, _) in kept.store.batches().unwrap() {
+        let name = format!("batch {} ", batch.id);
+        let mut lines = frame.lines();
+        let line = lines.find(|l| l.contains(&name) && l.contains(" of "));
+        let done = if batch.id == older {
+            "1 of 3"
+        } else {
+            "0 of 1"
+        };
+        assert!(line.unwrap().contains(done), "{frame}");
+    }
+    kept.bench.model.results.choosing = None;
+    kept.bench.model.results.chosen = Some(Counting::Batch(newer, Part::Plain));
+    press(&mut kept, "esc %");
+    let results = &kept.bench.model.results;
+    assert_eq!((results.rows.len(), results.unasked), (0, 1));
+    let frame = kept.bench.frame(80, 24);
+    assert!(frame.contains("not asked, or not yet: 1"), "{frame}");
+}
+
+#[test]
+fn who_names_another_is_told_apart_from_who_says_no() {
+    let (mut kept, ..) = labelled();
+    press(&mut kept, "%");
+    let results = &kept.bench.model.results;
+    assert_eq!(counts(&kept, 0)[2], 2, "both are false negatives");
+    assert_eq!(results.rows[0].named_another(), 1);
+    let frame = kept.bench.frame(200, 60);
+    let head = frame
+        .lines()
+        .position(|line| line.contains("named another"));
+    let row = frame.lines().nth(head.unwrap() + 1).unwrap();
+    let numbers: Vec<&str> = row
+        .trim_end_matches(['│', '┃', ' '])
+        .split_whitespace()
+        .collect();
+    assert_eq!(numbers.last(), Some(&"1"), "{row}");
+    assert!(!kept.bench.frame(80, 24).contains("named another"));
+    press(&mut kept, "right right right enter");
+    let frame = kept.bench.frame(80, 24);
+    for words in ["yes, but names another", "says no, the truth is yes"] {
+        assert_eq!(frame.matches(words).count(), 1, "{frame}");
+    }
+}
+
+#[test]
+fn the_help_on_this_screen_begins_with_its_keys() {
+    let (mut kept, ..) = labelled();
+    press(&mut kept, "%");
+    press(&mut kept, "?");
+    let frame = kept.bench.frame(80, 24);
+    let all = Scope::ALL.iter();
+    let (_, _, name) = all
+        .clone()
+        .find(|(scope, ..)| *scope == Scope::Results)
+        .unwrap();
+    let at = |name: &str| frame.find(name);
+    assert!(at(name).is_some(), "{frame}");
+    let (_, _, first) = all.clone().next().unwrap();
+    assert!(
+        at(first).is_none_or(|first| at(name) < Some(first)),
+        "{frame}"
+    );
+}
