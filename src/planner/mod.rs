@@ -1,0 +1,39 @@
+//! A sampling-based motion planner along a reference path.
+//!
+//! Source: Werling, Ziegler, Kammel and Thrun, Optimal Trajectory Generation for Dynamic Street Scenarios in a
+//! Frenet Frame, ICRA 2010. Candidates are polynomials along and across the path; those that a kinematic
+//! single-track vehicle cannot drive, that leave the road or that touch somebody's predicted body are dropped, and
+//! the cheapest of the others is driven. Nothing in it is random: the same input gives the same plan.
+
+mod brake;
+mod candidate;
+mod evaluate;
+mod feasibility;
+mod forecast;
+mod goal;
+mod guide;
+mod lateral;
+mod limits;
+mod motion;
+mod plan;
+mod polynomial;
+mod profile;
+mod road;
+mod samples;
+mod settings;
+mod smooth;
+mod state;
+mod traffic;
+
+pub use candidate::{Candidate, Cost, Rejection};
+pub use feasibility::{Broken, FeasibilityError, Feasible};
+pub use forecast::{Forecast, Forecaster};
+pub use goal::Arrival;
+pub use guide::{Guide, GuideError};
+pub use limits::{Limit, Limits};
+pub use plan::{Emergency, Plan, Planner};
+pub use polynomial::Polynomial;
+pub use road::Road;
+pub use settings::{Sampling, Settings, Weights};
+pub use state::VehicleState;
+pub use traffic::{Body, Traffic};
