@@ -5,6 +5,10 @@
 mod broken;
 #[path = "batches/command.rs"]
 mod command;
+#[path = "batches/given_up.rs"]
+mod given_up;
+#[path = "batches/killed.rs"]
+mod killed;
 mod support;
 
 use std::sync::Arc;

@@ -7,29 +7,14 @@
 mod support;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nearmiss::evaluation::claims::{Basis, Judgement, Subject, checked};
 use nearmiss::evaluation::published;
 use nearmiss::scenario::{Scene, find};
 use nearmiss::verdict::Task;
 
-use support::program::skipped;
-
-fn folder() -> Option<PathBuf> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    let folder = shared.join("data/from-words-to-collisions");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    skipped(
-        "the recorded answers are not here; NEARMISS_SHARED can name the folder that holds data/",
-    );
-    None
-}
+use support::recorded::folder;
 
 /// Every scene below the folder, by name and half of the data.
 fn scenes(root: &Path) -> BTreeMap<(String, String), Scene> {

@@ -17,6 +17,8 @@ mod egos;
 mod encode;
 #[path = "cli/evaluate.rs"]
 mod evaluate;
+#[path = "cli/extended.rs"]
+mod extended;
 #[path = "cli/hostile.rs"]
 mod hostile;
 #[path = "cli/inspecting.rs"]
@@ -33,6 +35,8 @@ mod look;
 mod metrics;
 #[path = "cli/models.rs"]
 mod models;
+#[path = "cli/paused.rs"]
+mod paused;
 #[path = "cli/planted.rs"]
 mod planted;
 #[path = "cli/prompts.rs"]
@@ -49,6 +53,8 @@ mod refused;
 mod remote;
 #[path = "cli/render.rs"]
 mod render;
+#[path = "cli/reports.rs"]
+mod reports;
 #[path = "protobuf/rich.rs"]
 mod rich;
 #[path = "cli/stored.rs"]

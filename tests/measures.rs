@@ -9,6 +9,8 @@ mod expected;
 mod invariance;
 #[path = "measures/random.rs"]
 mod random;
+#[path = "measures/scenes.rs"]
+mod scenes;
 #[path = "measures/thresholds.rs"]
 mod thresholds;
 #[path = "measures/transform.rs"]

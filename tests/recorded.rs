@@ -7,14 +7,14 @@
 mod support;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nearmiss::evaluation::recorded::{Recorded, find, names, truth};
 use nearmiss::evaluation::{Label, Labels};
 use nearmiss::verdict::{How, Said, Task};
 use serde::Deserialize;
 
-use support::program::skipped;
+use support::recorded::folder;
 
 /// Counts of one cell: a half of the data, a task, a way of asking, a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -23,21 +23,6 @@ struct Cell {
     parsed: i64,
     flagged: i64,
     named: i64,
-}
-
-fn folder() -> Option<PathBuf> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    let folder = shared.join("data/from-words-to-collisions");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    skipped(
-        "the recorded answers are not here; NEARMISS_SHARED can name the folder that holds data/",
-    );
-    None
 }
 
 /// The name of a cell in the expected counts.

@@ -7,28 +7,14 @@
 mod support;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use nearmiss::store::{Consumed, Ending, NewRun, Origin, Run, RunId, RunState, Store};
 use nearmiss::verdict::{Said, Task, Verdict};
 use serde_json::Value;
 
-use support::program::{Home, skipped};
-
-fn folder() -> Option<PathBuf> {
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    let folder = shared.join("data/from-words-to-collisions");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    skipped(
-        "the recorded answers are not here; NEARMISS_SHARED can name the folder that holds data/",
-    );
-    None
-}
+use support::program::Home;
+use support::recorded::folder;
 
 /// The cell of an expected count such as `collision agent cart_icl gemini`, among those of a report.
 fn cell<'a>(cells: &'a [Value], name: &str) -> &'a Value {
@@ -258,6 +244,9 @@ fn runs_of_the_store_are_counted_once_each() {
     let report = json(&home, &["--truth", "truth.csv"]);
     assert_eq!(counts(&report, "lab/x"), [8, 3, 2, 1, 0, 1, 1, 0]);
     assert_eq!(counts(&report, "lab/y"), [1, 1, 0, 0, 0, 0, 0, 0]);
+    assert!(report["batch"].is_null() && report["asked"].is_null());
+    assert_eq!(report["truth"]["words"], "truth.csv");
+    assert!(report["notes"][0].as_str().unwrap().starts_with("9 runs"));
     let pair = &report["pairs"][0];
     assert_eq!((&pair["differs"], &pair["n"]), (&"model".into(), &1.into()));
     // What was stored counts, unless it is to be read again: then every whole answer says yes.
@@ -311,6 +300,32 @@ fn every_format_is_written_whole_or_not_at_all() {
         report(&["-o", name]).status(2).says(&["--overwrite"]);
         report(&["-o", name, "--overwrite"]).status(0);
     }
+    let table = std::fs::read_to_string(home.files().join("r.csv")).unwrap();
+    assert!(
+        table.lines().next().unwrap().ends_with(",batch,truth"),
+        "{table}"
+    );
+    assert!(
+        table.lines().nth(1).unwrap().ends_with(",,truth.csv"),
+        "{table}"
+    );
+    // A table of cells has no place for pairs, and says where they go.
+    report(&["-o", "r.csv", "--overwrite"])
+        .status(0)
+        .says(&["McNemar", "--pairs FILE"]);
+    let with = ["-o", "q.csv", "--pairs", "pairs.csv"];
+    let ended = report(&with).status(0);
+    assert!(!ended.stderr.contains("--pairs"), "{}", ended.stderr);
+    let pairs = std::fs::read_to_string(home.files().join("pairs.csv")).unwrap();
+    assert!(pairs.starts_with("first.task,first.frame,"), "{pairs}");
+    assert_eq!(pairs.lines().count(), 2, "{pairs}");
+    std::fs::remove_file(home.files().join("q.csv")).unwrap();
+    report(&with).status(2).says(&["pairs.csv", "--overwrite"]);
+    assert!(!home.files().join("q.csv").exists(), "both or none");
+    report(&["-o", "p.csv", "--pairs", "p.csv"])
+        .status(2)
+        .says(&["--pairs", "another file"]);
+    report(&["--overwrite"]).status(2).says(&["-o FILE"]);
     report(&["-o", "r.docx"]).status(2).says(&[".html"]);
     home.run(&["report", "--truth", "nowhere.csv"])
         .status(2)
@@ -318,7 +333,12 @@ fn every_format_is_written_whole_or_not_at_all() {
     home.run(&["report", ".", "--model", "x"])
         .status(2)
         .says(&["filters choose among"]);
-    home.run(&["report", "."])
-        .status(2)
-        .says(&["no recorded answers"]);
+    // One mistake, one error: what, where, and what to do.
+    for (folder, what) in [(".", "no recorded answers"), ("nowhere", "no such folder")] {
+        for arguments in [vec!["report", folder], vec!["report", "--paper", folder]] {
+            let ended = home.run(&arguments).status(2);
+            assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
+            ended.says(&[folder, what, "Results/output_validation"]);
+        }
+    }
 }

@@ -8,14 +8,15 @@ mod alike;
 mod random;
 #[path = "transform/rich.rs"]
 mod rich;
+#[path = "measures/scenes.rs"]
+mod scenes;
 #[path = "transform/verdicts.rs"]
 mod verdicts;
 
-use std::path::{Path, PathBuf};
-
-use nearmiss::metrics::{MEASURES, Mirrored, Reading, Series};
-use nearmiss::scenario::{Entry, Scene, Transform, bundled, find};
+use nearmiss::metrics::{MEASURES, Mirrored, Series};
+use nearmiss::scenario::{Scene, Transform, bundled};
 use proptest::prelude::*;
+use scenes::{none, opened, recorded, same, some, thorough};
 
 fn changes() -> [Transform; 6] {
     [
@@ -26,22 +27,6 @@ fn changes() -> [Transform; 6] {
         Transform::Rotate(std::f64::consts::PI),
         Transform::Renumber(77),
     ]
-}
-
-fn opened(entry: &Entry) -> Option<Scene> {
-    let scenario = entry.read().unwrap();
-    let ego = entry.recorded_ego(&scenario).unwrap()?;
-    Some(Scene::new(scenario, ego))
-}
-
-fn same(a: Reading, b: Reading, sign: f64) -> bool {
-    match (a, b) {
-        (Reading::Value(a), Reading::Value(b)) => {
-            // Very long times and distances are compared by their digits.
-            (sign * a - b).abs() <= 1e-6 * a.abs().max(1.0)
-        }
-        (a, b) => a == b,
-    }
 }
 
 /// What a change of the scene changes of the measures.
@@ -87,50 +72,25 @@ fn check(name: &str, scene: &Scene, changes: &[Transform]) -> Vec<String> {
     changes.iter().flat_map(of).collect()
 }
 
-/// Every change of every scene instead of a sample: set this to look closely (minutes without optimisation).
-fn thorough() -> bool {
-    std::env::var_os("NEARMISS_ALL_MOVES").is_some()
-}
-
-/// The changes for the scene at a place: each is on one scene or another.
-fn some(place: usize, count: usize) -> Vec<Transform> {
-    let count = if thorough() { changes().len() } else { count };
-    let all = changes().into_iter().cycle();
-    all.skip(place * count).take(count).collect()
-}
-
-fn none(found: &[String]) {
-    let shown = &found[..found.len().min(40)];
-    assert!(found.is_empty(), "{} differences: {shown:#?}", found.len());
-}
-
 #[test]
 fn bundled_scenes_stay_what_they_are() {
     let mut found = Vec::new();
     for (place, entry) in bundled().iter().enumerate() {
-        found.extend(check(&entry.name, &opened(entry).unwrap(), &some(place, 3)));
+        found.extend(check(
+            &entry.name,
+            &opened(entry).unwrap(),
+            &some(&changes(), place, 3),
+        ));
     }
     none(&found);
 }
 
 #[test]
 fn recorded_scenes_stay_what_they_are() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or(root.join("../shared"), PathBuf::from);
-    let published = shared.join("data/from-words-to-collisions");
-    if !published.is_dir() {
-        println!(
-            "skipped: there are no recorded scenes at {}",
-            published.display()
-        );
-        return;
-    }
-    let entries = find(&[published]).unwrap().entries;
-    let scenes = entries.iter().filter_map(|e| Some((e, opened(e)?)));
-    let every = if thorough() { 1 } else { 7 };
+    let Some(scenes) = recorded(7) else { return };
     let (mut found, mut count) = (Vec::new(), 0);
-    for (place, (entry, scene)) in scenes.step_by(every).enumerate() {
-        found.extend(check(&entry.name, &scene, &some(place, 1)));
+    for (place, (name, scene)) in scenes.enumerate() {
+        found.extend(check(&name, &scene, &some(&changes(), place, 1)));
         count += 1;
     }
     assert!(count > 5, "{count} scenes");

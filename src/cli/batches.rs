@@ -10,10 +10,10 @@ use serde_json::{Value, json};
 use super::filters::store;
 use super::open::configuration;
 use super::{Failure, Outcome, output, time};
-use crate::evaluation::remote::{self, Progress, RemoteError};
+use crate::evaluation::remote::{self, GivenUp, Progress, RemoteError};
 use crate::evaluation::{Judge, ModelJudge};
 use crate::llm::{Client, Environment, Error, Parameters, Registry};
-use crate::store::{ProviderBatch, ProviderBatchId, Store};
+use crate::store::{HandedState, ProviderBatch, ProviderBatchId, Store};
 
 /// Arguments of `batches`.
 #[derive(Debug, clap::Args)]
@@ -40,6 +40,15 @@ enum What {
     Cancel {
         /// Its number.
         id: i64,
+    },
+    /// Give a batch up whose results the provider has no more, so that its questions can be asked again; those that it
+    /// answered may be paid for twice.
+    GiveUp {
+        /// Its number.
+        id: i64,
+        /// Do not ask the provider first: also where it may still bring answers, or cannot be asked.
+        #[arg(long)]
+        force: bool,
     },
 }
 
@@ -69,6 +78,10 @@ pub fn run(arguments: &Batches) -> Outcome {
         Some(What::Cancel { id }) => {
             let batch = known(&store, *id)?;
             runtime.block_on(interruptible(cancel(&store, batch)))
+        }
+        Some(What::GiveUp { id, force }) => {
+            let batch = known(&store, *id)?;
+            runtime.block_on(interruptible(give_up(&store, batch, *force)))
         }
     }
 }
@@ -131,7 +144,11 @@ async fn collect(store: &Arc<Store>, mut wanted: Vec<ProviderBatch>, wait: bool)
                         still.push(batch);
                     }
                 }
-                Err(error @ (RemoteError::Provider(_) | RemoteError::Short { .. })) => {
+                Err(
+                    error @ (RemoteError::Provider(_)
+                    | RemoteError::Short { .. }
+                    | RemoteError::Gone { .. }),
+                ) => {
                     let words = format!("nearmiss: batch {}: {error}", batch.id);
                     if said.insert(batch.id, words.clone()) != Some(words.clone()) {
                         output::say(&words);
@@ -163,8 +180,10 @@ async fn collect(store: &Arc<Store>, mut wanted: Vec<ProviderBatch>, wait: bool)
 
 /// Whether asking again later may go better by itself.
 fn may_pass(error: &RemoteError) -> bool {
-    let RemoteError::Provider(error) = error else {
-        return true;
+    let error = match error {
+        RemoteError::Provider(error) => error,
+        RemoteError::Gone { .. } => return false,
+        _ => return true,
     };
     match error {
         Error::RateLimited { exhausted, .. } => !exhausted,
@@ -187,12 +206,61 @@ async fn cancel(store: &Arc<Store>, batch: ProviderBatch) -> Outcome {
     Ok(())
 }
 
+async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outcome {
+    let id = batch.id;
+    if !batch.state.is_open() {
+        output::say(&format!("batch {id}: there is nothing to give up"));
+        return Ok(());
+    }
+    let done = match force {
+        true => remote::give_up_unasked(id, "given up without asking the provider", store),
+        false => {
+            let model = model(&batch, &Client::new())?;
+            remote::give_up(id, &model, store).await
+        }
+    };
+    let done = done.map_err(|error| match error {
+        error @ RemoteError::Provider(_) => Failure::input(format!(
+            "batch {id}: {error}; to give it up without asking the provider: --force"
+        )),
+        error => Failure::input(error),
+    })?;
+    output::say(&match done {
+        GivenUp::Collected(progress) => words(&batch, &progress),
+        GivenUp::Freed { questions, batches } => {
+            let again: Vec<String> = batches
+                .iter()
+                .map(|batch| format!("`nearmiss evaluate --resume {batch}`"))
+                .collect();
+            let again = match again.is_empty() {
+                true => String::new(),
+                false => format!(": {}", again.join(", ")),
+            };
+            format!(
+                "batch {id}: given up; {questions} of its questions can be asked again{again}. What the provider has answered of them may be paid for twice"
+            )
+        }
+    });
+    Ok(())
+}
+
+/// What is to be known of a batch whose id did not come back from the provider: how to find it.
+pub fn lost(batch: &ProviderBatch) -> Option<String> {
+    let is_lost = batch.state == HandedState::Submitting && batch.remote_id.is_none();
+    is_lost.then(|| {
+        format!(
+            "no id of it came back: it may be at the provider all the same, where the ids of its questions begin with {}; `nearmiss batches collect {}` looks for it",
+            batch.tag, batch.id
+        )
+    })
+}
+
 fn words(batch: &ProviderBatch, progress: &Progress) -> String {
     let id = batch.id;
     match progress {
         Progress::Unknown => format!(
-            "batch {id}: nobody knows yet whether it reached {}; collect it again in some minutes",
-            batch.model
+            "batch {id}: nobody knows yet whether it reached {}, where the ids of its questions begin with {}; collect it again in some minutes",
+            batch.model, batch.tag
         ),
         Progress::NotSent => {
             format!(
@@ -252,7 +320,7 @@ fn list(store: &Store, as_json: bool) -> Outcome {
             batch.state.name(),
             batch.model
         ));
-        if let Some(problem) = &batch.problem {
+        if let Some(problem) = batch.problem.clone().or_else(|| lost(batch)) {
             table.push_str(&format!("       {problem}\n"));
         }
     }
@@ -263,6 +331,7 @@ fn document(batch: &ProviderBatch) -> Value {
     json!({
         "batch": batch.id.0,
         "state": batch.state.name(),
+        "tag": batch.tag,
         "model": batch.model,
         "address": batch.address,
         "provider_id": batch.remote_id,

@@ -4,17 +4,16 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::StreamExt;
-use jiff::Timestamp;
-use jiff::tz::TimeZone;
 use tokio::time::Instant;
 
 use super::answer::{Answer, Judged, Missing};
 use super::judges::{Judge, ModelJudge};
 use super::keeper::Keeper;
+use super::price_words::stated;
 use super::question::Question;
 use super::request::{most_usd, record, request};
 use crate::judge;
-use crate::llm::{self, Chunk, CostSource, Finish};
+use crate::llm::{self, Barrier, Chunk, Finish};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
 use crate::verdict::{self, How, Parsed, Task};
 
@@ -42,6 +41,8 @@ pub enum Event {
         /// What went wrong.
         why: String,
     },
+    /// It failed in a way in which every other question to the model would most likely fail.
+    Barred(Barrier),
 }
 
 /// Which answer is wanted.
@@ -277,7 +278,7 @@ impl Asking {
         let task = question.case.task;
         let request = request(question, model);
         let mut chunks = llm::stream(&model.client, model.endpoint.clone(), request);
-        let (mut failure, mut retried) = (None, false);
+        let (mut failure, mut retried, mut begun) = (None, false, false);
         loop {
             let due = tokio::time::sleep_until(self.keeper.due());
             let chunk = tokio::select! {
@@ -293,6 +294,7 @@ impl Asking {
             match chunk {
                 Ok(Chunk::Note(note)) => on_event(Event::Note(note)),
                 Ok(Chunk::Started { model }) => {
+                    begun = true;
                     self.answer.model_returned.clone_from(&model);
                     on_event(Event::Answering(model));
                 }
@@ -319,10 +321,15 @@ impl Asking {
                     // Nothing follows, and the end is written at once, together with what waits.
                     break;
                 }
-                Err(error) if error.before_sending() && !retried => {
-                    failure = Some(Missing::NotSent(error.to_string()));
+                Err(error) => {
+                    if let Some(barrier) = error.barrier().filter(|_| !begun) {
+                        on_event(Event::Barred(barrier));
+                    }
+                    failure = Some(match error.before_sending() && !retried {
+                        true => Missing::NotSent(error.to_string()),
+                        false => Missing::NoAnswer(error.to_string()),
+                    });
                 }
-                Err(error) => failure = Some(Missing::NoAnswer(error.to_string())),
             }
             self.keeper.tend(on_event)?;
         }
@@ -374,22 +381,5 @@ pub(super) fn word(finish: &Finish) -> String {
         Finish::Blank => "blank".into(),
         Finish::Refusal(_) => "refusal".into(),
         Finish::Other(word) => word.clone(),
-    }
-}
-
-/// Where a cost comes from, in words.
-fn stated(source: CostSource, model: &ModelJudge, returned: Option<&str>) -> String {
-    let table = "tokens times listed prices";
-    match source {
-        CostSource::Server => "stated by the server".into(),
-        CostSource::Prices => {
-            let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
-            let prices = &model.endpoint.prices;
-            let pricing = prices.of_answer(&model.name, returned, today);
-            match pricing.and_then(|pricing| pricing.origin()) {
-                Some(origin) => format!("{table}, {origin}"),
-                None => table.into(),
-            }
-        }
     }
 }

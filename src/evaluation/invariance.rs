@@ -46,7 +46,7 @@ impl Scored {
     pub fn mapped_back(mut self, ids: &BTreeMap<i64, i64>) -> Self {
         let verdicts = self.reference.iter_mut().chain(match &mut self.said {
             Said::Verdict(verdict) => Some(verdict),
-            Said::Unparsed(_) | Said::Failed(_) => None,
+            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
         });
         for obstacle in verdicts.flat_map(|verdict| &mut verdict.obstacles) {
             obstacle.id = ids.get(&obstacle.id).copied().unwrap_or(obstacle.id);
@@ -57,7 +57,7 @@ impl Scored {
     fn verdict(&self) -> Option<&Verdict> {
         match &self.said {
             Said::Verdict(verdict) => Some(verdict),
-            Said::Unparsed(_) | Said::Failed(_) => None,
+            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
         }
     }
 }

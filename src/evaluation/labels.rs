@@ -1,6 +1,9 @@
 //! What people say is true: labels by scenario, from CSV.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use crate::scenario::Scenario;
 
 /// What is true about one scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,7 +16,15 @@ pub enum Label {
 
 /// Labels by the scenario's name.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Labels(BTreeMap<String, Label>);
+pub struct Labels(BTreeMap<String, Said>);
+
+/// A label and where it stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Said {
+    label: Label,
+    file: Arc<str>,
+    line: u64,
+}
 
 /// Why there are no labels.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -58,6 +69,20 @@ pub enum LabelError {
         /// Which scenario.
         scenario: String,
     },
+    /// An obstacle that the scenario does not have.
+    #[error("{file}, line {line}: {scenario} has no obstacle {id}; it has {there}")]
+    Obstacle {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// Which scenario.
+        scenario: String,
+        /// The id that the label names.
+        id: i64,
+        /// Ids that there are, in words.
+        there: String,
+    },
     /// There is nothing in it.
     #[error("{file}: there is no label in it")]
     Empty {
@@ -69,6 +94,9 @@ pub enum LabelError {
 const SCENARIO: [&str; 3] = ["scenario", "scenario_name", "name"];
 const ANSWER: [&str; 2] = ["label", "collision"];
 const OBSTACLE: [&str; 2] = ["obstacle_id", "obstacle"];
+
+/// Obstacles that are named where there may be hundreds.
+const NAMED: usize = 5;
 
 impl Labels {
     /// Reads CSV `bytes` with a header; `file` names it in errors.
@@ -105,6 +133,7 @@ impl Labels {
         if answer.is_none() && obstacle.is_none() {
             return Err(missing("label", &[&ANSWER[..], &OBSTACLE[..]].concat()));
         }
+        let origin: Arc<str> = file.into();
         let mut any = false;
         for row in reader.records() {
             let row = row.map_err(csv_error)?;
@@ -142,11 +171,13 @@ impl Labels {
                 return Err(wrong(cell(obstacle), what));
             }
             any = true;
-            if self
-                .0
-                .insert(name.to_string(), label)
-                .is_some_and(|before| before != label)
-            {
+            let said = Said {
+                label,
+                file: Arc::clone(&origin),
+                line,
+            };
+            let before = self.0.entry(name.to_string()).or_insert(said);
+            if before.label != label {
                 return Err(LabelError::Contradiction {
                     file: file.to_string(),
                     line,
@@ -165,13 +196,68 @@ impl Labels {
 
     /// Every scenario with its label, in the order of the names.
     pub fn iter(&self) -> impl Iterator<Item = (&str, Label)> {
-        self.0.iter().map(|(name, label)| (name.as_str(), *label))
+        self.0
+            .iter()
+            .map(|(name, said)| (name.as_str(), said.label))
     }
 
     /// The label of a scenario.
     #[must_use]
     pub fn of(&self, scenario: &str) -> Option<Label> {
-        self.0.get(scenario).copied()
+        self.0.get(scenario).map(|said| said.label)
+    }
+
+    /// Whether the label of a scenario says who collides, so that [`Labels::fit`] has something to look at.
+    #[must_use]
+    pub fn names_an_obstacle(&self, scenario: &str) -> bool {
+        matches!(self.of(scenario), Some(Label::Collision(Some(_))))
+    }
+
+    /// Whether the obstacle that the label of a scenario names is there; `name` is what the labels call the scenario.
+    ///
+    /// # Errors
+    /// [`LabelError::Obstacle`].
+    pub fn fit(&self, name: &str, scenario: &Scenario) -> Result<(), LabelError> {
+        let Some(said) = self.0.get(name) else {
+            return Ok(());
+        };
+        let Label::Collision(Some(id)) = said.label else {
+            return Ok(());
+        };
+        if scenario.obstacle(id).is_some() {
+            return Ok(());
+        }
+        let ids: BTreeSet<i64> = scenario.obstacles.iter().map(|o| o.id).collect();
+        let first: Vec<String> = ids.iter().take(NAMED).map(ToString::to_string).collect();
+        let there = match ids.len() {
+            0 => "none at all".into(),
+            all if all > NAMED => format!("{} and {} more", first.join(", "), all - NAMED),
+            _ => first.join(", "),
+        };
+        Err(LabelError::Obstacle {
+            file: said.file.to_string(),
+            line: said.line,
+            scenario: name.into(),
+            id,
+            there,
+        })
+    }
+
+    /// In words, that there are labels of scenarios that are not among these; nothing where there are none.
+    #[must_use]
+    pub fn strangers<'a>(&self, scenarios: impl Iterator<Item = &'a str>) -> Option<String> {
+        let there: BTreeSet<&str> = scenarios.collect();
+        let mut strangers = self.0.keys().filter(|name| !there.contains(name.as_str()));
+        let first = strangers.next()?;
+        Some(match strangers.count() {
+            0 => format!(
+                "the truth speaks of {first}, which is not among these scenarios (names have no ending)"
+            ),
+            more => format!(
+                "the truth speaks of {} scenarios that are not among these, such as {first} (names have no ending)",
+                more + 1
+            ),
+        })
     }
 }
 

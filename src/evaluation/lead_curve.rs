@@ -28,6 +28,8 @@ pub struct LeadPoint {
     pub unparsed: u32,
     /// Questions without a whole answer.
     pub failed: u32,
+    /// Questions that were not asked, or not yet.
+    pub unasked: u32,
 }
 
 /// How early one scenario was seen by one series of answers.
@@ -95,6 +97,7 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
         match &timed.scored.said {
             Said::Unparsed(_) => point.unparsed += 1,
             Said::Failed(_) => point.failed += 1,
+            Said::Unasked(_) => point.unasked += 1,
             Said::Verdict(verdict) => {
                 point.yes.count(verdict.dangerous);
                 if let Some(Label::Collision(Some(obstacle))) = timed.scored.truth {
@@ -116,7 +119,7 @@ fn seen(mut answers: Vec<Timed<'_>>) -> Vec<Seen> {
     let one = |((scenario, sample), answers): ((&str, u32), Vec<Timed<'_>>)| {
         let verdicts = answers.iter().filter_map(|timed| match &timed.scored.said {
             Said::Verdict(verdict) => Some((timed.lead, verdict.dangerous)),
-            Said::Unparsed(_) | Said::Failed(_) => None,
+            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
         });
         let yes = verdicts.take_while(|(_, dangerous)| *dangerous);
         Seen {

@@ -18,6 +18,7 @@ mod labels;
 mod lead;
 mod lead_curve;
 mod plan;
+mod price_words;
 /// Recorded answers as runs for the store.
 pub mod published;
 mod question;
@@ -55,7 +56,7 @@ pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, confusion};
 pub use lead_curve::{LeadCurve, LeadPoint, Seen, Timed, lead_curves};
 pub use plan::{Plan, PlanError};
 pub use question::{Case, CaseError, Question, prepare, template};
-pub use results::{Counted, Known, Outcome, Results, results};
+pub use results::{Counted, Known, Outcome, Results, results, with_intervals};
 pub use scored::{Said, Scored, Way};
 pub use settings::{Decided, Settings};
 pub use share::Share;

@@ -83,6 +83,13 @@ pub fn names(verdict: &Verdict, obstacle: i64) -> bool {
     grave.into_iter().any(|o| o.id == obstacle)
 }
 
+/// Whether there is a folder of recorded answers where [`find`] looks for one.
+#[must_use]
+pub fn is_laid_out(root: &Path) -> bool {
+    let has = |folder: &Path| HALVES.iter().any(|(half, _)| folder.join(half).is_dir());
+    has(root) || has(&root.join("Results"))
+}
+
 /// Every answer below `root`, in the order of its path, and everything there that is none.
 ///
 /// `root` is the repository, its `Results`, or a folder with `output_validation` or `output_validation_normal`.

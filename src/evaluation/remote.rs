@@ -4,6 +4,7 @@
 //! the program ended between the two, the batch is looked for at the provider; it is not sent again.
 
 mod collect;
+mod give_up;
 mod result;
 
 use std::sync::Arc;
@@ -21,6 +22,7 @@ use crate::store::{
     RunState, Store, StoreError,
 };
 pub use collect::{Progress, cancel, collect};
+pub use give_up::{GivenUp, give_up, give_up_unasked};
 
 /// How long after it was sent a batch that is not found at the provider counts as on its way: longer than a server is
 /// waited for.
@@ -75,6 +77,21 @@ pub enum RemoteError {
         /// Answers that it gave.
         given: u64,
     },
+    /// The provider has no such batch any more, or not its results.
+    #[error(
+        "the provider does not have it or its results any more ({error}); if that is so, `nearmiss batches give-up {batch}` frees its questions"
+    )]
+    Gone {
+        /// Its number.
+        batch: ProviderBatchId,
+        /// What the provider said.
+        error: Error,
+    },
+    /// A batch shall be given up that may still bring answers.
+    #[error(
+        "batch {0} may still bring answers; `nearmiss batches cancel {0}`, then collect it, or give it up with --force"
+    )]
+    Kept(ProviderBatchId),
     /// There is no such batch.
     #[error("there is no batch {0}; `nearmiss batches` lists them")]
     NoBatch(ProviderBatchId),
@@ -210,11 +227,11 @@ fn not_sent(
     error: Error,
     store: &Store,
 ) -> Result<RemoteError, StoreError> {
-    give_up(batch, &error.to_string(), store)?;
+    never_sent(batch, &error.to_string(), store)?;
     Ok(error.into())
 }
 
-fn give_up(batch: ProviderBatchId, why: &str, store: &Store) -> Result<(), StoreError> {
+fn never_sent(batch: ProviderBatchId, why: &str, store: &Store) -> Result<(), StoreError> {
     for handed in store.handed(batch)? {
         store.bound(handed.run, Some(0.0))?;
     }
@@ -237,7 +254,9 @@ async fn find(
         .into_iter()
         .map(|h| h.custom_id)
         .collect();
+    // Two servers may give the same id.
     let known = store.provider_batches()?.into_iter();
+    let known = known.filter(|other| other.address == batch.address);
     let others: Vec<String> = known.filter_map(|other| other.remote_id).collect();
     let since = Timestamp::from_millisecond(batch.submitted_ms).unwrap_or(Timestamp::UNIX_EPOCH);
     let mark = Mark {
@@ -253,7 +272,7 @@ async fn find(
         }
         Found::Nothing if since.as_millisecond() + GRACE_MS < Timestamp::now().as_millisecond() => {
             let why = "the program ended before the batch had reached the provider";
-            give_up(batch.id, why, store)?;
+            never_sent(batch.id, why, store)?;
             Ok(None)
         }
         Found::Nothing | Found::Perhaps(_) => Ok(None),

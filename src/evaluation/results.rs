@@ -1,8 +1,11 @@
 //! Stored answers counted by the way they were asked: a matrix whose cells lead back to the answers.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
-use super::{Confusion, Way};
+use rayon::prelude::*;
+
+use super::statistics::{Interval, f1_interval};
+use super::{Confusion, Said, Scored, Way};
 use crate::prompts::Techniques;
 use crate::store::{RunId, RunState, StoredOutcome};
 use crate::text::Frame;
@@ -30,9 +33,9 @@ pub enum Outcome {
 /// One answer of a way.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counted {
-    /// The run in the store.
-    pub run: RunId,
-    /// Name of the scenario.
+    /// The run in the store; nothing where a question of a batch came to none.
+    pub run: Option<RunId>,
+    /// Name of the scenario, with the change in brackets where the scene was changed.
     pub scenario: String,
     /// Which of several answers to the same question.
     pub sample: u32,
@@ -41,12 +44,16 @@ pub struct Counted {
 }
 
 /// The answers of one way of asking.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Results {
     /// How it was asked.
     pub way: Way,
     /// The answers, by scenario and sample.
     pub answers: Vec<Counted>,
+    /// The bootstrap interval of F1, over scenarios; nothing before [`with_intervals`] worked it out.
+    pub f1: Option<Interval>,
+    /// How many answers came to each outcome, in their order.
+    counts: [u32; Outcome::ALL.len()],
 }
 
 /// What is true about a question.
@@ -115,6 +122,20 @@ impl Outcome {
         }
     }
 
+    /// What comes of a question of a batch, held against the batch's truth.
+    #[must_use]
+    pub fn of_scored(scored: &Scored) -> Self {
+        match (&scored.said, scored.positive(), scored.is_collision()) {
+            (Said::Failed(_), ..) => Self::Failed,
+            (Said::Unparsed(_), ..) | (_, None, _) => Self::Unparsed,
+            (_, Some(true), Some(true)) => Self::TruePositive,
+            (_, Some(true), Some(false)) => Self::FalsePositive,
+            (_, Some(false), Some(true)) => Self::FalseNegative,
+            (_, Some(false), Some(false)) => Self::TrueNegative,
+            (_, Some(_), None) => Self::Open,
+        }
+    }
+
     /// Whether the answer was right; nothing where there is no verdict or no truth.
     #[must_use]
     pub fn is_right(self) -> Option<bool> {
@@ -127,11 +148,24 @@ impl Outcome {
 }
 
 impl Results {
+    /// The answers of a way, in any order.
+    #[must_use]
+    pub fn new(way: Way, mut answers: Vec<Counted>) -> Self {
+        answers.sort_by(|a, b| (&a.scenario, a.sample, a.run).cmp(&(&b.scenario, b.sample, b.run)));
+        let count = |outcome| answers.iter().filter(|a| a.outcome == outcome).count() as u32;
+        Self {
+            counts: Outcome::ALL.map(count),
+            way,
+            answers,
+            f1: None,
+        }
+    }
+
     /// How many answers came to this.
     #[must_use]
     pub fn count(&self, outcome: Outcome) -> u32 {
-        let all = self.answers.iter();
-        all.filter(|a| a.outcome == outcome).count() as u32
+        let mut all = Outcome::ALL.iter().zip(self.counts);
+        all.find(|(o, _)| **o == outcome).map_or(0, |(_, n)| n)
     }
 
     /// The counts of those with a verdict and a truth.
@@ -144,44 +178,76 @@ impl Results {
             true_negatives: self.count(Outcome::TrueNegative),
         }
     }
+
+    /// The same of each scenario, by their names.
+    fn by_scenario(&self) -> Vec<Confusion> {
+        let mut found: BTreeMap<&str, Confusion> = BTreeMap::new();
+        for answer in &self.answers {
+            let counts = found.entry(&answer.scenario).or_default();
+            match answer.outcome {
+                Outcome::TruePositive => counts.true_positives += 1,
+                Outcome::FalsePositive => counts.false_positives += 1,
+                Outcome::FalseNegative => counts.false_negatives += 1,
+                Outcome::TrueNegative => counts.true_negatives += 1,
+                Outcome::Open | Outcome::Unparsed | Outcome::Failed => {}
+            }
+        }
+        found.into_values().collect()
+    }
+}
+
+/// The rows with the intervals of their F1, as reports have them.
+#[must_use]
+pub fn with_intervals(mut rows: Vec<Results>) -> Vec<Results> {
+    rows.par_iter_mut()
+        .for_each(|row| row.f1 = f1_interval(&row.by_scenario()));
+    rows
 }
 
 /// Counts stored outcomes, the newest first, each with the truth about it. Of several runs of one way about the same scenario,
 /// ego and window with the same sample number the newest counts.
 #[must_use]
-pub fn results(stored: impl IntoIterator<Item = (StoredOutcome, Option<Known>)>) -> Vec<Results> {
-    let mut ways: BTreeMap<Way, Vec<Counted>> = BTreeMap::new();
+pub fn results<'a>(
+    stored: impl IntoIterator<Item = (&'a StoredOutcome, Option<&'a Known>)>,
+) -> Vec<Results> {
+    // The words of a way are read once, not for each of a hundred thousand runs.
+    let mut words: HashMap<(Task, [&str; 3]), usize> = HashMap::new();
+    let mut ways: BTreeMap<Way, usize> = BTreeMap::new();
+    let mut answers: Vec<Vec<Counted>> = Vec::new();
     let mut seen = HashSet::new();
     for (stored, truth) in stored {
-        let way = Way {
-            task: stored.task,
-            frame: Frame::parse(&stored.frame),
-            techniques: Techniques::parse(&stored.techniques).ok(),
-            model: stored.model.clone(),
-        };
-        let counted = Counted {
-            run: stored.run,
-            scenario: stored.scenario.clone(),
-            sample: stored.sample,
-            outcome: Outcome::of(&stored, truth.as_ref()),
-        };
-        let scenario = stored.scenario_hash.unwrap_or(stored.scenario);
-        let about = (scenario, stored.ego, stored.window, stored.sample);
-        if seen.insert((way.clone(), about)) {
-            ways.entry(way).or_default().push(counted);
+        let asked = [&stored.frame, &stored.techniques, &stored.model].map(String::as_str);
+        let place = *words.entry((stored.task, asked)).or_insert_with(|| {
+            let way = Way {
+                task: stored.task,
+                frame: Frame::parse(&stored.frame),
+                techniques: Techniques::parse(&stored.techniques).ok(),
+                model: stored.model.clone(),
+            };
+            *ways.entry(way).or_insert_with(|| {
+                answers.push(Vec::new());
+                answers.len() - 1
+            })
+        });
+        let scenario = stored.scenario_hash.as_ref().unwrap_or(&stored.scenario);
+        let about = (place, scenario, &stored.ego, stored.window, stored.sample);
+        if seen.insert(about) {
+            answers[place].push(Counted {
+                run: Some(stored.run),
+                scenario: stored.scenario.clone(),
+                sample: stored.sample,
+                outcome: Outcome::of(stored, truth),
+            });
         }
     }
-    let by_way = |(way, mut answers): (Way, Vec<Counted>)| {
-        answers.sort_by(|a, b| {
-            (&a.scenario, a.sample, a.run.0).cmp(&(&b.scenario, b.sample, b.run.0))
-        });
-        Results { way, answers }
-    };
+    let by_way =
+        |(way, place): (Way, usize)| Results::new(way, std::mem::take(&mut answers[place]));
     ways.into_iter().map(by_way).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn stored(run: i64, scenario: &str, dangerous: Option<bool>, state: RunState) -> StoredOutcome {
@@ -245,11 +311,15 @@ mod tests {
             dangerous,
             obstacles: Vec::new(),
         };
-        let found = results(all.map(|(said, truth)| (said, truth.map(known))));
+        let all = all.map(|(said, truth)| (said, truth.map(known)));
+        let found = with_intervals(results(all.iter().map(|(said, t)| (said, t.as_ref()))));
         assert_eq!(found.len(), 1);
         let counts = Outcome::ALL.map(|outcome| found[0].count(outcome));
         assert_eq!(counts, [1, 1, 1, 1, 1, 1, 2]);
-        assert_eq!(found[0].answers[0].run, RunId(9));
+        assert_eq!(found[0].answers[0].run, Some(RunId(9)));
         assert_eq!(found[0].confusion().f1(), Some(0.5));
+        // Of four scenarios with a truth, a draw may hold only what is right, or only what is wrong.
+        let interval = found[0].f1.unwrap();
+        assert_eq!((interval.low, interval.high), (0.0, 1.0));
     }
 }

@@ -26,8 +26,10 @@ pub enum Said {
     Verdict(Verdict),
     /// An answer came, and no verdict could be read in it: why.
     Unparsed(String),
-    /// No whole answer came: why.
+    /// It was asked, and no whole answer came: why.
     Failed(String),
+    /// It was not asked, or not yet, or its answer is still with a provider: why.
+    Unasked(String),
 }
 
 /// One answer, or the lack of one, about one scenario.

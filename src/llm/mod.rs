@@ -22,6 +22,7 @@
 //! ```
 
 mod assembly;
+mod barrier;
 /// Batches that providers work off at half the price.
 pub mod batch;
 mod broken;
@@ -55,6 +56,7 @@ mod sending;
 mod text;
 mod think;
 
+pub use barrier::Barrier;
 pub use budget::{Budget, OverBudget};
 pub use chunk::{Chunk, Cost, CostSource, Finish, Usage};
 pub use client::Client;

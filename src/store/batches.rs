@@ -5,6 +5,7 @@ use rusqlite::{OptionalExtension, Row, params};
 use super::database::now_ms;
 use super::items::insert;
 use super::{NewItem, Store, StoreError};
+use crate::verdict::Task;
 
 /// Identifies a batch; people call it `b7`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -43,9 +44,11 @@ pub struct Batch {
     pub shard: Option<String>,
 }
 
-/// How far a batch is: its questions by where they stand.
+/// How far a batch is: its scenarios, and its questions by where they stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Progress {
+    /// Scenarios that are asked about.
+    pub scenarios: u64,
     /// Not answered yet.
     pub waiting: u64,
     /// A whole answer is there.
@@ -101,7 +104,8 @@ impl Store {
         })
     }
 
-    /// Adds questions to a batch, behind those that it has, and says anew what is asked.
+    /// Adds questions to a batch, behind those that it has, and says anew what is asked. With a `lead`, the safety
+    /// questions that have none are from now on those with that one.
     ///
     /// # Errors
     /// SQLite refused.
@@ -110,12 +114,18 @@ impl Store {
         id: BatchId,
         spec: &str,
         items: &[NewItem],
+        lead: Option<&str>,
     ) -> Result<(), StoreError> {
         self.durably(|transaction| {
             transaction.execute(
                 "UPDATE batches SET spec = ?2, updated_ms = ?3 WHERE id = ?1",
                 params![id.0, spec, now_ms()],
             )?;
+            if let Some(lead) = lead {
+                let sql =
+                    "UPDATE items SET lead = ?2 WHERE batch = ?1 AND task = ?3 AND lead IS NULL";
+                transaction.execute(sql, params![id.0, lead, Task::Safety.name()])?;
+            }
             insert(transaction, id, items)
         })
     }
@@ -147,7 +157,7 @@ impl Store {
     pub fn batches(&self) -> Result<Vec<(Batch, Progress)>, StoreError> {
         let connection = self.lock();
         let sql = format!(
-            "SELECT {COLUMNS}, count(items.place) AS n,
+            "SELECT {COLUMNS}, count(DISTINCT items.path) AS scenarios,
                  coalesce(sum(state = 'waiting'), 0) AS waiting, coalesce(sum(state = 'answered'), 0) AS answered,
                  coalesce(sum(state = 'truncated'), 0) AS truncated, coalesce(sum(state = 'failed'), 0) AS failed,
                  coalesce(sum(state = 'unaskable'), 0) AS unaskable
@@ -156,6 +166,7 @@ impl Store {
         let mut statement = connection.prepare(&sql)?;
         let rows = statement.query_map([], |row| {
             let progress = Progress {
+                scenarios: row.get("scenarios")?,
                 waiting: row.get("waiting")?,
                 answered: row.get("answered")?,
                 truncated: row.get("truncated")?,

@@ -21,6 +21,8 @@ struct State {
     synced: u64,
     /// Whether somebody is syncing.
     busy: bool,
+    /// Whether the folder is on the disk with the log's name in it. The log stays as long as the store is open.
+    named: bool,
 }
 
 /// A commit that waits to be on the disk.
@@ -57,15 +59,20 @@ impl Log {
                 continue;
             }
             // What was committed until now is in the file; what follows needs another sync.
-            let written = state.written;
+            let (written, named) = (state.written, state.named);
             state.busy = true;
             drop(state);
             let done = File::options().write(true).open(&self.file);
             let done = done.and_then(|file| file.sync_data());
+            let done = done.and_then(|()| match named {
+                true => Ok(()),
+                false => sync_folder(&self.file),
+            });
             state = self.lock();
             state.busy = false;
             if done.is_ok() {
                 state.synced = state.synced.max(written);
+                state.named = true;
             }
             self.turn.notify_all();
             done?;
@@ -76,6 +83,19 @@ impl Log {
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Puts the names in the folder of a file onto the disk: a synced file whose name is lost is lost, too.
+#[cfg(unix)]
+fn sync_folder(file: &Path) -> io::Result<()> {
+    let folder = file.parent().filter(|path| !path.as_os_str().is_empty());
+    File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
+}
+
+/// Elsewhere folders cannot be opened as files, and the system keeps names by itself.
+#[cfg(not(unix))]
+fn sync_folder(_: &Path) -> io::Result<()> {
+    Ok(())
 }
 
 #[cfg(test)]
@@ -90,9 +110,11 @@ mod tests {
         let log = Log::beside(&store);
         let first = log.committed();
         assert!(log.sync(first).is_err(), "there is no log");
+        assert!(!log.lock().named);
         std::fs::write(format!("{store}-wal"), "x").unwrap();
         let second = log.committed();
         log.sync(second).unwrap();
+        assert!(log.lock().named, "its name is on the disk, too");
         std::fs::remove_file(format!("{store}-wal")).unwrap();
         log.sync(first).unwrap();
         assert!(
@@ -119,5 +141,13 @@ mod tests {
             }
         });
         assert_eq!(log.lock().synced, 160);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_folder_that_cannot_be_synced_is_said() {
+        assert!(sync_folder(Path::new("/nowhere/at/all/runs.sqlite-wal")).is_err());
+        // A file that was named without a folder.
+        sync_folder(Path::new("runs.sqlite-wal")).unwrap();
     }
 }

@@ -119,14 +119,17 @@ impl Store {
         numbers: &BTreeMap<i64, RunId>,
     ) -> Result<bool, StoreError> {
         let ours = self.items(batch)?;
-        let places: HashMap<_, _> = ours.iter().map(|item| (identity(item), item)).collect();
-        let fresh = |item: &&Item| !places.contains_key(&identity(item));
+        let places: HashMap<_, _> = ours
+            .iter()
+            .map(|item| (item.asked.identity(), item))
+            .collect();
+        let fresh = |item: &&Item| !places.contains_key(&item.asked.identity());
         let new: Vec<_> = theirs.iter().filter(fresh).collect();
         let asked: Vec<_> = new.iter().map(|item| item.asked.clone()).collect();
         let first = ours.last().map_or(0, |last| last.place + 1);
         self.durably(|transaction| insert(transaction, batch, &asked))?;
         let known = theirs.iter().filter_map(|item| {
-            let here = places.get(&identity(item))?;
+            let here = places.get(&item.asked.identity())?;
             let better = here.state != ItemState::Answered && item.state == ItemState::Answered;
             better.then_some((here.place, item))
         });
@@ -138,25 +141,6 @@ impl Store {
         }
         Ok(!states.is_empty())
     }
-}
-
-/// File, task and model; frame, techniques, lead and change; sample.
-type Identity<'a> = ([&'a str; 3], [Option<&'a str>; 4], u32);
-
-/// What makes two questions of a batch the same one.
-fn identity(item: &Item) -> Identity<'_> {
-    let asked = &item.asked;
-    let words = [
-        asked.frame.as_deref(),
-        asked.techniques.as_deref(),
-        asked.lead.as_deref(),
-        asked.transform.as_deref(),
-    ];
-    (
-        [&asked.path, asked.task.name(), &asked.model],
-        words,
-        asked.sample,
-    )
 }
 
 /// The parts that two stores have together; nothing where that is the whole.

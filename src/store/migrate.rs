@@ -185,7 +185,7 @@ mod tests {
             ..crate::store::items::tests::item("A", 0)
         };
         let more = std::slice::from_ref(&changed);
-        store.extend_batch(batch, "{}", more).unwrap();
+        store.extend_batch(batch, "{}", more, None).unwrap();
         drop(store);
         let items = Store::open(&path).unwrap().items(batch).unwrap();
         assert_eq!(items.len(), 2);

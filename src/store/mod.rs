@@ -8,6 +8,7 @@ mod decisions;
 mod durable;
 mod filter;
 mod health;
+mod identity;
 mod items;
 mod key;
 mod list;
@@ -20,6 +21,7 @@ mod ratings;
 mod record;
 mod rows;
 mod run;
+mod truths;
 mod verdicts;
 mod write;
 
@@ -29,6 +31,7 @@ pub use database::{Store, StoreError};
 pub use decisions::StoredOutcome;
 pub use filter::{Decision, Filter, FilterError, moment};
 pub use health::Health;
+pub use identity::Identity;
 pub use items::{Found, Item, ItemState, NewItem};
 pub use key::Key;
 pub use list::Summary;
@@ -41,6 +44,7 @@ pub use provider_batches::{
 pub use ratings::{Choice, NewRating, RatedAnswer, Rating};
 pub use record::RecordError;
 pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};
+pub use truths::Told;
 pub use verdicts::StoredVerdict;
 
 #[cfg(test)]

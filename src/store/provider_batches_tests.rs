@@ -3,31 +3,11 @@
 
 use super::*;
 use crate::store::RunState;
-use crate::verdict::Task;
 
 fn question(sample: u32) -> NewRun {
-    let text = |s: &str| s.to_string();
     NewRun {
         sample,
-        batch: None,
-        scenario: text("ZAM_A-1"),
-        scenario_hash: Some(text("h")),
-        ego: text("1"),
-        task: Task::Collision,
-        frame: text("ego"),
-        techniques: text("base"),
-        window: Some((3, 12)),
-        model: text("lab/x"),
-        provider: text("lab"),
-        dialect: Some(text("anthropic")),
-        endpoint: text("lab (http://a)"),
-        address: Some(text("http://a")),
-        template: text("t.md"),
-        template_version: None,
-        template_hash: text("th"),
-        messages: text("[]"),
-        parameters: text("{}"),
-        answer_schema: None,
+        ..crate::store::tests::question()
     }
 }
 

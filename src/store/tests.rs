@@ -7,8 +7,10 @@ use super::*;
 use crate::verdict::{Said, Task, Verdict};
 
 mod pages;
+mod truths;
 
-fn question() -> NewRun {
+/// A question that is asked of nobody.
+pub(super) fn question() -> NewRun {
     let text = |s: &str| s.to_string();
     NewRun {
         sample: 0,

@@ -123,33 +123,10 @@ pub(super) fn conclude(
         .transpose()?;
     insert(transaction, run, pieces)?;
     let (answer, reasoning) = rows::pieces(transaction, run)?;
-    let consumed = &ending.consumed;
+    end(transaction, run, ending, now_ms())?;
     transaction.execute(
-        "UPDATE runs SET updated_ms = ?2, state = ?3, model_returned = ?4, finish = ?5, verdict = ?6,
-             reading = ?7, error = ?8, input_tokens = ?9, output_tokens = ?10, reasoning_tokens = ?11,
-             cached_tokens = ?12, cost_usd = ?13, price_source = ?14, first_chunk_ms = ?15,
-             duration_ms = ?16, answer = answer || ?17, reasoning = reasoning || ?18
-         WHERE id = ?1",
-        params![
-            run.0,
-            now_ms(),
-            ending.state.name(),
-            ending.model_returned,
-            ending.finish,
-            verdict,
-            ending.reading,
-            ending.error,
-            consumed.input_tokens,
-            consumed.output_tokens,
-            consumed.reasoning_tokens,
-            consumed.cached_tokens,
-            consumed.cost_usd,
-            ending.price_source,
-            consumed.first_chunk_ms,
-            consumed.duration_ms,
-            answer,
-            reasoning,
-        ],
+        "UPDATE runs SET answer = answer || ?2, reasoning = reasoning || ?3, verdict = ?4 WHERE id = ?1",
+        params![run.0, answer, reasoning, verdict],
     )?;
     transaction.execute("DELETE FROM pieces WHERE run = ?1", [run.0])?;
     transaction.execute("DELETE FROM claims WHERE run = ?1", [run.0])?;
@@ -246,30 +223,27 @@ pub(super) fn insert_new(
     Ok(RunId(connection.last_insert_rowid()))
 }
 
-/// Everything of a run beside its question.
-pub(super) fn insert_rest(connection: &Connection, id: RunId, run: &Run) -> Result<(), StoreError> {
-    let (ending, consumed) = (&run.ending, &run.ending.consumed);
+/// How a run ended, without its texts and its verdict: those are written together, as they are searched together.
+fn end(
+    connection: &Connection,
+    run: RunId,
+    ending: &Ending,
+    updated_ms: i64,
+) -> Result<(), StoreError> {
+    let consumed = &ending.consumed;
     connection
         .prepare_cached(
-            "UPDATE runs SET updated_ms = ?2, key = ?3, origin = ?4, source = ?5, state = ?6, answer = ?7,
-                 reasoning = ?8, model_returned = ?9, finish = ?10, verdict = ?11, reading = ?12, error = ?13,
-                 input_tokens = ?14, output_tokens = ?15, reasoning_tokens = ?16, cached_tokens = ?17, cost_usd = ?18,
-                 price_source = ?19, first_chunk_ms = ?20, duration_ms = ?21, notes = ?22, pinned = ?23,
-                 deleted_ms = ?24
+            "UPDATE runs SET updated_ms = ?2, state = ?3, model_returned = ?4, finish = ?5, reading = ?6, error = ?7,
+                 input_tokens = ?8, output_tokens = ?9, reasoning_tokens = ?10, cached_tokens = ?11, cost_usd = ?12,
+                 price_source = ?13, first_chunk_ms = ?14, duration_ms = ?15
              WHERE id = ?1",
         )?
         .execute(params![
-            id.0,
-            run.updated_ms,
-            run.key.as_ref().map(super::Key::as_str),
-            run.origin.name(),
-            run.source,
+            run.0,
+            updated_ms,
             ending.state.name(),
-            run.answer,
-            run.reasoning,
             ending.model_returned,
             ending.finish,
-            run.verdict_json,
             ending.reading,
             ending.error,
             consumed.input_tokens,
@@ -280,6 +254,27 @@ pub(super) fn insert_rest(connection: &Connection, id: RunId, run: &Run) -> Resu
             ending.price_source,
             consumed.first_chunk_ms,
             consumed.duration_ms,
+        ])?;
+    Ok(())
+}
+
+/// Everything of a run beside its question.
+pub(super) fn insert_rest(connection: &Connection, id: RunId, run: &Run) -> Result<(), StoreError> {
+    end(connection, id, &run.ending, run.updated_ms)?;
+    connection
+        .prepare_cached(
+            "UPDATE runs SET key = ?2, origin = ?3, source = ?4, answer = ?5, reasoning = ?6, verdict = ?7, notes = ?8,
+                 pinned = ?9, deleted_ms = ?10
+             WHERE id = ?1",
+        )?
+        .execute(params![
+            id.0,
+            run.key.as_ref().map(super::Key::as_str),
+            run.origin.name(),
+            run.source,
+            run.answer,
+            run.reasoning,
+            run.verdict_json,
             run.notes,
             run.pinned,
             run.deleted_ms,

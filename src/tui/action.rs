@@ -120,6 +120,7 @@ pub enum Action {
     CellLeft,
     CellRight,
     OpenCell,
+    ChooseCounted,
     MarkScenario,
     UnmarkScenarios,
     AskMarked,

@@ -2,19 +2,21 @@
 
 mod facts;
 mod picture;
+mod scene;
 mod source;
 
 use std::sync::Arc;
 
 pub use facts::{Facts, Tally, Verdicts, country_of};
 pub use picture::{PictureJob, PictureKind};
+pub use scene::changed_scene;
 pub use source::Source;
 
 use crate::judge::{Judgement, judge_under};
 use crate::metrics::{
     Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
 };
-use crate::scenario::{Entry, Scenario, Scene, Severity, WantedEgo, Window};
+use crate::scenario::{Entry, Scenario, Scene, Severity, Transform, WantedEgo, Window};
 use crate::verdict::Task;
 
 /// The obstacle that is the ego, as the store writes an ego; nothing where its motion comes from a file.
@@ -27,10 +29,12 @@ pub fn obstacle_taken(ego: &str) -> Option<i64> {
 /// An opened scenario.
 #[derive(Debug, Clone)]
 pub struct Opened {
-    /// Its name.
+    /// Its name, with the change in brackets where there is one.
     pub name: String,
     /// Where it was read from.
     pub file: String,
+    /// What of the file was changed, where an answer was about a changed scene.
+    pub change: Option<Transform>,
     /// The scenario.
     pub scenario: Arc<Scenario>,
     /// The scenario with its ego, if it has one.
@@ -63,14 +67,24 @@ impl Opened {
         wanted: &WantedEgo,
         thresholds: &Thresholds,
     ) -> Result<Self, String> {
-        let scenario = entry.read().map_err(|e| e.to_string())?;
-        let (scene, no_ego) = match wanted.of(entry, &scenario) {
-            Ok(Some(ego)) => (Some(Scene::new(scenario.clone(), ego)), None),
-            Ok(None) => (None, Some("no recorded ego beside it".to_string())),
-            Err(error) if *wanted == WantedEgo::Beside => (None, Some(error.to_string())),
-            Err(error) => return Err(error.to_string()),
+        Self::changed(entry, wanted, thresholds, None)
+    }
+
+    /// The same after a change of the scene, if there is one.
+    ///
+    /// # Errors
+    /// As of [`Opened::read`]; or it has no ego, without which nothing can be changed.
+    pub fn changed(
+        entry: &Entry,
+        wanted: &WantedEgo,
+        thresholds: &Thresholds,
+        change: Option<Transform>,
+    ) -> Result<Self, String> {
+        let (scenario, scene) = changed_scene(entry, wanted, change)?;
+        let (scene, no_ego) = match scene {
+            Ok(scene) => (Some(scene), None),
+            Err(why) => (None, Some(why)),
         };
-        let scene = scene.map(Arc::new);
         let series = scene.as_deref().map(|scene| series(scene, thresholds));
         let headline = series.as_ref().map(Headline::of);
         let collision = scene.as_deref().map(|scene| {
@@ -78,7 +92,8 @@ impl Opened {
             judge_under(scene, Task::Collision, &whole, thresholds)
         });
         Ok(Self {
-            name: entry.name.clone(),
+            name: change.map_or_else(|| entry.name.clone(), |c| c.name(&entry.name)),
+            change,
             file: entry.display(),
             ranking: series.as_ref().map(ranking).unwrap_or_default(),
             scenario,

@@ -17,7 +17,7 @@ use crate::evaluation::{Answer, Event, Question};
 use crate::llm::Discovered;
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Entry, Found, PassedOver, Scene};
+use crate::scenario::{Entry, Found, PassedOver, Scene, Transform};
 use crate::store::{NewRating, Rating};
 use crate::verdict::Task;
 
@@ -181,6 +181,8 @@ pub enum Effect {
     Rank(&'static str, Vec<(usize, Entry)>),
     /// Open a scenario, with an obstacle as ego or without one with its recorded or chosen ego.
     Open(OpenId, Entry, Option<i64>),
+    /// The same, after a change of the scene.
+    OpenChanged(OpenId, Entry, Option<i64>, Transform),
     /// Work out every measure of an obstacle, if one is picked, and of the scene.
     Measure(MeasureId, Arc<Scene>, Option<i64>, Arc<Thresholds>),
     /// Read the user's thresholds again.

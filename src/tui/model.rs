@@ -58,7 +58,7 @@ pub use plot::Plot;
 pub use prices::Prices;
 pub use prompt::{EntryLine, PromptPane, PromptView};
 pub use recall::Recall;
-pub use results::ResultsView;
+pub use results::{ResultsDrawn, ResultsView};
 pub use sizes::{Border, Edge, Shares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;

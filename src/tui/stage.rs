@@ -1,22 +1,25 @@
 //! The workbench without a terminal and without tasks, for benches: keys and chunks in, frames out.
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use super::keymap::Key;
 use super::loaded::Opened;
+use super::message::runs::ResultsAsk;
 use super::message::{AskId, Effect, Msg};
 use super::model::Model;
+use super::tasks::history::Judging;
 use super::theme::Theme;
 use super::update::update;
-use super::{views, widgets};
+use super::{tasks, views, widgets};
 use crate::config::Config;
 use crate::evaluation::{Answer, Event, Judged, Missing};
 use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo};
-use crate::store::Consumed;
+use crate::store::{Consumed, Store};
 
 /// A workbench and the screen it is drawn on.
 pub struct Stage {
@@ -136,6 +139,29 @@ impl Stage {
     #[must_use]
     pub fn paths(&self) -> usize {
         self.model.map.foresight.futures.len()
+    }
+
+    /// Opens the screen of results over this store, and draws a frame for everything that is heard of it.
+    ///
+    /// # Panics
+    /// The screen is open already.
+    pub fn read_results(&mut self, store: &Store) {
+        let key = Key::parse("%").unwrap_or_else(|| panic!("% is a key"));
+        let judging = Judging {
+            ego: WantedEgo::Beside,
+            thresholds: self.model.thresholds.clone(),
+        };
+        let mut asks = self.send(Msg::Key(key)).into_iter();
+        let ask = asks.find_map(|effect| match effect {
+            Effect::Results(ask @ ResultsAsk::Read(..)) => Some(ask),
+            _ => None,
+        });
+        let ask = ask.unwrap_or_else(|| panic!("the screen of results is open already"));
+        let going = AtomicBool::new(false);
+        tasks::results::answer(store, &judging, ask, &going, &mut |news| {
+            self.send(Msg::Results(news));
+            self.draw();
+        });
     }
 
     /// Draws a frame as the loop does.

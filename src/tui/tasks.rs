@@ -141,6 +141,14 @@ impl Tasks {
                 let thresholds = self.thresholds.clone();
                 self.background(move || open(id, &entry, &ego, &thresholds));
             }
+            Effect::OpenChanged(id, entry, obstacle, change) => {
+                let ego = obstacle.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
+                let thresholds = self.thresholds.clone();
+                self.background(move || {
+                    let opened = Opened::changed(&entry, &ego, &thresholds, Some(change));
+                    Msg::Opened(id, opened.map(Box::new))
+                });
+            }
             Effect::Measure(id, scene, obstacle, thresholds) => self.background(move || {
                 let measured = Measured::of(&scene, obstacle, &thresholds);
                 Msg::Measured(id, Box::new(measured))

@@ -1,13 +1,13 @@
 //! No measure depends on where, which way and when a scene is; in a mirror only signed lateral ones turn.
 
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::path::{Path, PathBuf};
 
 use nearmiss::metrics::{Context, MEASURES, Mirrored, Reading, SCENE_MEASURES, Series};
-use nearmiss::scenario::{Entry, Scene, bundled, find};
+use nearmiss::scenario::{Scene, bundled};
 use proptest::prelude::*;
 
 use super::random;
+use super::scenes::{none, opened, recorded, same, some, thorough};
 use super::transform::Move;
 
 const FAR: f64 = 100_000.0;
@@ -45,16 +45,6 @@ const MOVES: [Move; 7] = [
         steps: 12,
     },
 ];
-
-fn same(a: Reading, b: Reading, sign: f64) -> bool {
-    match (a, b) {
-        (Reading::Value(a), Reading::Value(b)) => {
-            // Very long times and distances are compared by their digits.
-            (sign * a - b).abs() <= 1e-6 * a.abs().max(1.0)
-        }
-        (a, b) => a == b,
-    }
-}
 
 /// What differs between a scene and itself moved.
 fn differences(scene: &Scene, by: &Move) -> Vec<String> {
@@ -103,12 +93,6 @@ fn differences(scene: &Scene, by: &Move) -> Vec<String> {
     found
 }
 
-fn opened(entry: &Entry) -> Option<Scene> {
-    let scenario = entry.read().unwrap();
-    let ego = entry.recorded_ego(&scenario).unwrap()?;
-    Some(Scene::new(scenario, ego))
-}
-
 fn check(name: &str, scene: &Scene, moves: &[Move]) -> Vec<String> {
     let of = |by: &Move| {
         let found = differences(scene, by).into_iter();
@@ -119,28 +103,6 @@ fn check(name: &str, scene: &Scene, moves: &[Move]) -> Vec<String> {
     moves.iter().flat_map(of).collect()
 }
 
-/// All moves of all scenes instead of a sample: set this to look closely (minutes without optimisation).
-fn thorough() -> bool {
-    std::env::var_os("NEARMISS_ALL_MOVES").is_some()
-}
-
-/// The moves for the scene at a place: each move is on one scene or another.
-fn moves(place: usize, count: usize) -> Vec<Move> {
-    let count = if thorough() { MOVES.len() } else { count };
-    MOVES
-        .iter()
-        .copied()
-        .cycle()
-        .skip(place * count)
-        .take(count)
-        .collect()
-}
-
-fn none(found: &[String]) {
-    let shown = &found[..found.len().min(40)];
-    assert!(found.is_empty(), "{} differences: {shown:#?}", found.len());
-}
-
 #[test]
 fn bundled_scenes_can_be_moved() {
     let mut found = Vec::new();
@@ -148,7 +110,7 @@ fn bundled_scenes_can_be_moved() {
         found.extend(check(
             &entry.name,
             &opened(entry).unwrap(),
-            &moves(place, 2),
+            &some(&MOVES, place, 2),
         ));
     }
     none(&found);
@@ -156,25 +118,10 @@ fn bundled_scenes_can_be_moved() {
 
 #[test]
 fn recorded_scenes_can_be_moved() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let shared = std::env::var_os("NEARMISS_SHARED").map_or(root.join("../shared"), PathBuf::from);
-    let published = shared.join("data/from-words-to-collisions");
-    if !published.is_dir() {
-        println!(
-            "skipped: there are no recorded scenes at {}",
-            published.display()
-        );
-        return;
-    }
-    let entries = find(&[published]).unwrap().entries;
-    let scenes: Vec<_> = entries
-        .iter()
-        .filter_map(|e| Some((e, opened(e)?)))
-        .collect();
-    let every = if thorough() { 1 } else { 8 };
+    let Some(scenes) = recorded(8) else { return };
     let mut found = Vec::new();
-    for (place, (entry, scene)) in scenes.iter().step_by(every).enumerate() {
-        found.extend(check(&entry.name, scene, &moves(place, 1)));
+    for (place, (name, scene)) in scenes.enumerate() {
+        found.extend(check(&name, &scene, &some(&MOVES, place, 1)));
     }
     none(&found);
 }

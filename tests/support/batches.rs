@@ -61,6 +61,8 @@ pub struct World {
     pub in_a_file: bool,
     /// Words in errors and answers.
     pub words: String,
+    /// Results were deleted.
+    pub without_results: bool,
     /// All requests are refused with this status, and the words.
     pub refuse: Option<u16>,
 }
@@ -156,6 +158,10 @@ impl World {
         if let Some(status) = self.refuse {
             let body = json!({"error": {"message": self.words, "type": "refused"}});
             return reply(status, &body.to_string());
+        }
+        let results = ["/content", "/results"];
+        if self.without_results && results.iter().any(|end| path.ends_with(end)) {
+            return reply(404, r#"{"error":{"message":"deleted"}}"#);
         }
         let parts: Vec<&str> = path.trim_matches('/').split('/').collect();
         let body = match (request.method.as_str(), &parts[..]) {

@@ -4,4 +4,5 @@
 pub mod batches;
 pub mod planted;
 pub mod program;
+pub mod recorded;
 pub mod server;

@@ -1,5 +1,6 @@
 //! A batch on its way: progress, interruption, and the table at its end.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -10,14 +11,15 @@ use super::batch::Options;
 use super::handed;
 use super::opened::Opened;
 use super::sheet::Sheet;
-use super::shown;
+use super::shown::Rows;
 use super::varied::Varied;
+use crate::cli::batches::lost;
 use crate::cli::interrupt::INTERRUPTED;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{Asking, Desk, Ended, Judges, Selection, answers};
+use crate::evaluation::batch::{Asking, Desk, Ended, Judges, Paused, Selection, answers};
 use crate::evaluation::can_ask;
-use crate::store::{BatchId, Item, ItemState};
+use crate::store::{BatchId, Identity, Item, ItemState, Key};
 
 /// A batch that is written down.
 pub struct Going {
@@ -77,10 +79,21 @@ pub fn ask(
 ) -> Outcome {
     let Going { id, selection, .. } = going;
     let items = opened.store.items(id).map_err(Failure::input)?;
-    let items: Vec<Item> = items
+    let mut items: Vec<Item> = items
         .into_iter()
         .filter(|i| selection.has(i.state))
         .collect();
+    // What failed before may fail again and again, and must not keep what was never asked from its turn.
+    items.sort_by_key(|item| item.state != ItemState::Waiting);
+    // The questions were made for the estimate: with these keys nobody has to make them again to know who has them.
+    let made = sheet.items.iter().map(|item| (item.identity(), &item.key));
+    let made: HashMap<Identity<'_>, &Option<Key>> = made.collect();
+    for item in &mut items {
+        if let Some(key) = made.get(&item.asked.identity()) {
+            let key = Option::clone(key);
+            item.asked.key = key;
+        }
+    }
     output::say(&format!("nearmiss: {id}: {}", sheet.line()));
     let asking = Arc::new(Asking {
         store: Arc::clone(&opened.store),
@@ -96,6 +109,11 @@ pub fn ask(
             "nearmiss: {with_providers} of them with a provider: `nearmiss batches collect` fetches their answers"
         ));
     }
+    for batch in opened.store.provider_batches().map_err(Failure::input)? {
+        if let Some(words) = lost(&batch) {
+            output::say(&format!("nearmiss: batch {}: {words}", batch.id));
+        }
+    }
     let items = match options.batch {
         true => match handed::over(runtime, &asking, items)? {
             handed::Left::Nothing => return Ok(()),
@@ -103,29 +121,45 @@ pub fn ask(
         },
         false => items,
     };
-    let whole = runtime.block_on(until_interrupted(&asking, items))?;
-    if !whole {
+    let Some(paused) = runtime.block_on(until_interrupted(&asking, items))? else {
         return Err(Failure {
             message: format!("interrupted; `nearmiss evaluate --resume {id}` goes on with it"),
             status: INTERRUPTED,
         });
+    };
+    for one in &paused {
+        output::say(&format!("nearmiss: {}", output::visible(&words(one))));
     }
     show(opened, id, going.json, going.csv)
+}
+
+/// Who was not asked further, and why.
+fn words(paused: &Paused) -> String {
+    let after = match paused.after {
+        1 => "after one question that it refused".to_string(),
+        after => format!("after {after} questions in a row without an answer"),
+    };
+    let open = super::number(paused.open, "question");
+    let stay = if paused.open == 1 { "stays" } else { "stay" };
+    format!(
+        "{}: not asked further {after}: {}; {open} {stay} open",
+        paused.who, paused.why
+    )
 }
 
 /// Writes the table of a batch as it stands.
 pub fn show(opened: &Opened, id: BatchId, json: bool, csv: bool) -> Outcome {
     let answers = answers(&opened.store, id).map_err(Failure::input)?;
-    let cells = shown::cells(&answers.plain);
+    let rows = Rows::of(&answers.plain);
     let varied = Varied::of(&answers);
     if json {
-        let mut document = shown::document(Some(id), &cells);
+        let mut document = rows.document(Some(id));
         varied.add_to(&mut document);
         output::json(&document)?;
     } else if csv {
-        output::text(&shown::csv(&cells)?)?;
+        output::text(&rows.csv()?)?;
     } else {
-        output::text(&(shown::table(&cells) + &varied.tables()))?;
+        output::text(&(rows.table() + &varied.tables()))?;
     }
     unanswered(opened, id)
 }
@@ -170,14 +204,17 @@ fn unanswered(opened: &Opened, id: BatchId) -> Outcome {
 const NAMED: usize = 3;
 
 /// Asks until everything is through, or until it is interrupted: then nothing more is begun, and what is on its way is
-/// waited for a little. Says whether everything is through.
-async fn until_interrupted(asking: &Arc<Asking>, items: Vec<Item>) -> Result<bool, Failure> {
+/// waited for a little. Nothing where it was interrupted, else who was not asked further.
+async fn until_interrupted(
+    asking: &Arc<Asking>,
+    items: Vec<Item>,
+) -> Result<Option<Vec<Paused>>, Failure> {
     let mut meter = Meter::new(items.len());
     let all = Arc::clone(asking).all(items, |ended| meter.hear(&ended));
     tokio::pin!(all);
     tokio::select! {
         biased;
-        done = &mut all => return done.map(|()| true).map_err(Failure::input),
+        done = &mut all => return done.map(Some).map_err(Failure::input),
         () = interrupted() => {}
     }
     asking.stop.store(true, Ordering::SeqCst);
@@ -185,9 +222,9 @@ async fn until_interrupted(asking: &Arc<Asking>, items: Vec<Item>) -> Result<boo
         "nearmiss: interrupted; the answers on their way are waited for, ten seconds at most; Ctrl-C again: not at all",
     );
     tokio::select! {
-        done = &mut all => done.map(|()| false).map_err(Failure::input),
-        () = tokio::time::sleep(GRACE) => Ok(false),
-        () = interrupted() => Ok(false),
+        done = &mut all => done.map(|_| None).map_err(Failure::input),
+        () = tokio::time::sleep(GRACE) => Ok(None),
+        () = interrupted() => Ok(None),
     }
 }
 

@@ -8,8 +8,10 @@ use super::{Evaluate, Format};
 use crate::cli::ask::{budget, effort, temperature};
 use crate::cli::open::{found, frame, techniques};
 use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{Ask, Manner, Matrix, Selection, Shard, Spec, Truth, TruthSource};
-use crate::evaluation::usual_frame;
+use crate::evaluation::batch::{
+    Ask, Manner, Matrix, More, Selection, Shard, Spec, Truth, TruthSource,
+};
+use crate::evaluation::{Lead, usual_frame};
 use crate::llm::Effort;
 use crate::prompts::Techniques;
 use crate::scenario::{Entry, Place, Transform};
@@ -19,8 +21,9 @@ use crate::verdict::Task;
 
 use super::asked::{self, Going};
 use super::opened::Opened;
+use super::resume;
 use super::sheet::Sheet;
-use super::{resume, shown};
+use super::shown::Rows;
 
 /// What only batches take.
 #[derive(Debug, clap::Args)]
@@ -50,7 +53,7 @@ pub struct Options {
     #[arg(long, value_parser = effort)]
     pub effort: Option<Effort>,
     /// Requests that are on their way to each provider at once [default: `concurrency` in config.toml].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_once)]
     pub concurrency: Option<NonZeroU32>,
     /// The most that this run may cost, US dollars; needs prices and a limit of tokens [default: `budget` in config.toml].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
@@ -75,7 +78,7 @@ pub struct Options {
     #[arg(long, value_name = "ID|last", conflicts_with_all = ["paths", "model", "task", "frame", "techniques", "transform", "lead", "horizon", "history", "radius", "temperature", "max_tokens", "effort", "base_url", "shard"])]
     pub resume: Option<Resumed>,
     /// Ask only those questions of the batch that have no answer because asking failed or the answer was cut off.
-    #[arg(long, requires = "resume", conflicts_with_all = ["add_model", "add_techniques", "samples"])]
+    #[arg(long, requires = "resume", conflicts_with_all = ["add_model", "add_techniques", "add_lead", "add_transform", "samples"])]
     pub retry_failed: bool,
     /// Ask these models, too, separated by commas.
     #[arg(long, value_delimiter = ',', value_name = "MODEL", requires = "resume")]
@@ -83,9 +86,26 @@ pub struct Options {
     /// Ask with these techniques, too, separated by commas.
     #[arg(long, value_delimiter = ',', value_name = "TECHNIQUES", requires = "resume", value_parser = techniques)]
     pub add_techniques: Vec<Techniques>,
+    /// Ask the safety task with these leads, too, separated by commas; see --lead.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "S",
+        allow_negative_numbers = true,
+        requires = "resume"
+    )]
+    pub add_lead: Vec<Lead>,
+    /// Ask about these changed scenes, too; see --transform.
+    #[arg(long, value_name = "CHANGES", requires = "resume", value_parser = changes)]
+    pub add_transform: Vec<Changes>,
     /// The batches in the store and how far they are.
     #[arg(long, exclusive = true)]
     pub list: bool,
+}
+
+fn at_once(text: &str) -> Result<NonZeroU32, String> {
+    text.parse()
+        .map_err(|_| "a whole number of requests is needed, 1 at least".to_string())
 }
 
 /// Changes of scenes that were said together.
@@ -124,6 +144,18 @@ impl FromStr for Resumed {
 }
 
 impl Options {
+    /// What is added to a batch that is resumed.
+    pub fn more(&self) -> More {
+        let changes = self.add_transform.iter().flat_map(|changes| &changes.0);
+        More {
+            models: self.add_model.clone(),
+            techniques: self.add_techniques.clone(),
+            leads: self.add_lead.clone(),
+            transforms: changes.copied().collect(),
+            samples: self.samples,
+        }
+    }
+
     /// Whether anything is said that only a batch understands.
     pub fn any(&self) -> bool {
         !self.frame.is_empty()
@@ -159,9 +191,13 @@ pub fn run(arguments: &Evaluate) -> Outcome {
 /// Begins a batch.
 fn begin(arguments: &Evaluate) -> Outcome {
     let options = &arguments.batch;
-    if options.retry_failed || !options.add_model.is_empty() || !options.add_techniques.is_empty() {
+    let added = More {
+        samples: None,
+        ..options.more()
+    };
+    if options.retry_failed || added.any() {
         return Err(Failure::input(
-            "--retry-failed, --add-model and --add-techniques go on with a batch: --resume ID names it",
+            "--retry-failed and all of --add-… go on with a batch: --resume ID names it",
         ));
     }
     let opened = Opened::new()?;
@@ -172,19 +208,20 @@ fn begin(arguments: &Evaluate) -> Outcome {
             *path = absolute(path)?;
         }
     }
+    // Of all scenarios, so that every part has the same one.
+    let source = truth_source(&arguments.truth)?.unwrap_or_else(|| TruthSource::usual(&entries));
+    let (truth, doubts) = Truth::open(&source, &entries).map_err(Failure::input)?;
+    say_each(&doubts);
     if let Some(shard) = options.shard {
         entries.retain(|entry| shard.has(&entry.name));
         if entries.is_empty() {
             output::say(&format!("nearmiss: no scenario belongs to part {shard}"));
             return match json(arguments) {
-                true => output::json(&shown::document(None, &[])),
+                true => output::json(&Rows::of(&[]).document(None)),
                 false => Ok(()),
             };
         }
     }
-    let source = truth_source(&arguments.truth)?.unwrap_or_else(|| TruthSource::usual(&entries));
-    let (truth, doubts) = Truth::open(&source, &entries).map_err(Failure::input)?;
-    say_each(&doubts);
     let mut paths = Vec::new();
     for path in &arguments.paths {
         let bundled = matches!(Entry::of_argument(path).place, Place::Bundled(_));
@@ -271,10 +308,8 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
         ));
     }
     models.dedup();
-    if arguments.lead.len() > 1 && !tasks.contains(&Task::Safety) {
-        return Err(Failure::input(
-            "--lead: windows of the collision task end with the recording; several leads are for --task safety",
-        ));
+    if arguments.lead.len() > 1 {
+        leads_fit(&tasks, "--lead")?;
     }
     let mut leads = each_once(arguments.lead.iter().copied()).into_iter();
     let lead = leads.next();
@@ -306,6 +341,16 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
             effort: options.effort.or(effort),
         },
     })
+}
+
+/// Several leads are a matter of the safety task.
+pub fn leads_fit(tasks: &[Task], option: &str) -> Outcome {
+    match tasks.contains(&Task::Safety) {
+        true => Ok(()),
+        false => Err(Failure::input(format!(
+            "{option}: windows of the collision task end with the recording; several leads are for --task safety"
+        ))),
+    }
 }
 
 /// The same without repetitions.

@@ -23,7 +23,7 @@ pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Out
         let verdict = judge(case.scene, Task::Collision, &whole).verdict;
         let first = verdict.obstacles.first().filter(|_| verdict.dangerous);
         first.map(|o| o.id)
-    });
+    })?;
     if !batch.judged.is_empty() {
         write(arguments, truth, &batch)?;
     }

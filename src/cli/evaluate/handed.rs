@@ -33,7 +33,8 @@ pub fn over(runtime: &Runtime, asking: &Arc<Asking>, items: Vec<Item>) -> Result
             words.push_str(&format!(" as {}", batches.join(", ")));
         }
         if submitted.stored > 0 {
-            words.push_str(&format!("; the store has {} answers", submitted.stored));
+            let stored = number(submitted.stored, "answer");
+            words.push_str(&format!("; the store has {stored}"));
         }
         if submitted.taken > 0 {
             words.push_str(&format!("; {} are being asked already", submitted.taken));
@@ -50,9 +51,14 @@ pub fn over(runtime: &Runtime, asking: &Arc<Asking>, items: Vec<Item>) -> Result
     let on = format!(
         "`nearmiss batches collect --wait` fetches the answers, then `nearmiss evaluate --resume {id}` writes the table"
     );
-    if let Some((model, error)) = handed.broken {
+    for (model, error) in &handed.broken {
+        let words = format!("nearmiss: {model}: {error}");
+        output::say(&output::visible(&words));
+    }
+    if !handed.broken.is_empty() {
+        let models = number(handed.broken.len(), "model");
         return Err(Failure {
-            message: format!("{}: {error}; {on}", output::visible(&model)),
+            message: format!("{models} could not be handed everything; {on}"),
             status: 1,
         });
     }

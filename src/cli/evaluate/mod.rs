@@ -9,6 +9,7 @@ mod resume;
 mod safety;
 mod sheet;
 mod shown;
+mod truth;
 mod varied;
 
 use std::path::PathBuf;
@@ -19,11 +20,11 @@ use super::open::{found, scene_beside, task};
 use super::progress::Progress;
 use super::span::history;
 use super::{Failure, Outcome, output};
-use crate::evaluation::{Candidate, Label, Labelled, Labels, Lead};
+use crate::evaluation::{Candidate, Label, LabelError, Labelled, Lead};
 use crate::judge;
 use crate::scenario::Entry;
-use crate::system;
 use crate::verdict::Task;
+use truth::{Truth, truth};
 
 /// Arguments of `evaluate`.
 #[derive(Debug, clap::Args)]
@@ -110,12 +111,6 @@ fn radius(text: &str) -> Result<f64, String> {
     between(text, 1e6)
 }
 
-/// What is true about the scenarios.
-enum Truth {
-    Geometry,
-    Labels(Labels, Vec<String>),
-}
-
 /// A scenario that was judged.
 struct Judged<T> {
     name: String,
@@ -137,6 +132,7 @@ enum One<T> {
     Judged(Judged<T>, Vec<String>),
     WithoutEgo,
     Unlabelled,
+    Mislabelled(LabelError),
 }
 
 /// Runs `evaluate`.
@@ -148,6 +144,11 @@ pub fn run(arguments: &Evaluate) -> Outcome {
     let candidates = candidates(arguments, task)?;
     let truth = truth(&arguments.truth)?;
     let entries = found(&arguments.paths)?;
+    if let Truth::Labels(labels, _) = &truth
+        && let Some(strangers) = labels.strangers(entries.iter().map(|e| e.name.as_str()))
+    {
+        output::say(&format!("nearmiss: {}", output::visible(&strangers)));
+    }
     match task {
         Task::Safety => safety::run(arguments, candidates, &truth, &entries),
         Task::Collision => collision::run(arguments, &truth, &entries),
@@ -193,51 +194,13 @@ fn candidates(arguments: &Evaluate, task: Task) -> Result<Vec<Candidate>, Failur
     Ok(found)
 }
 
-fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
-    let auto = |path: &PathBuf| path.as_os_str() == "auto";
-    if paths.is_empty() || (paths.len() == 1 && paths.iter().all(auto)) {
-        return Ok(Truth::Geometry);
-    }
-    let (mut labels, mut files) = (Labels::default(), Vec::new());
-    for path in paths {
-        let file = path.display().to_string();
-        let bytes = system::read_file(path, system::LARGEST).map_err(|e| {
-            Failure::input(format!(
-                "--truth {file}: {}; it takes CSV files, or `auto` alone for the exact geometry",
-                system::words(&e)
-            ))
-        })?;
-        labels.read(&bytes, &file).map_err(Failure::input)?;
-        files.push(output::visible(&file));
-    }
-    Ok(Truth::Labels(labels, files))
-}
-
-impl Truth {
-    /// What is true, in words for people.
-    fn words(&self) -> String {
-        match self {
-            Self::Geometry => {
-                "exact geometry of the whole recordings: real bodies that overlap at a recorded step".into()
-            }
-            Self::Labels(_, files) => format!("labels of {}", files.join(", ")),
-        }
-    }
-
-    fn json(&self) -> serde_json::Value {
-        match self {
-            Self::Geometry => "geometry".into(),
-            Self::Labels(_, files) => files.clone().into(),
-        }
-    }
-}
-
-/// Judges every scenario with `ask`; what cannot be opened or has no label is said and counted.
+/// Judges every scenario with `ask`; what cannot be opened or has no label is said and counted. A label that cannot be of
+/// its scenario is refused.
 fn batch<T: Send>(
     truth: &Truth,
     entries: &[Entry],
     ask: impl Fn(&Labelled<'_>) -> T + Sync,
-) -> Batch<T> {
+) -> Result<Batch<T>, Failure> {
     let mut batch = Batch {
         judged: Vec::new(),
         failed: 0,
@@ -261,6 +224,9 @@ fn batch<T: Send>(
                 }
                 Ok(One::WithoutEgo) => batch.without_ego.push(entry.name.clone()),
                 Ok(One::Unlabelled) => batch.unlabelled.push(entry.name.clone()),
+                Ok(One::Mislabelled(wrong)) => {
+                    return Err(Failure::input(format!("--truth: {wrong}")));
+                }
                 Err(failure) => {
                     batch.failed += 1;
                     progress.suspend(|| failure.say());
@@ -276,7 +242,7 @@ fn batch<T: Send>(
             some(&batch.without_ego),
         ));
     }
-    batch
+    Ok(batch)
 }
 
 /// `1 scenario has`, `2 scenarios have`.
@@ -315,6 +281,11 @@ fn one<T>(
     let Some((scene, mut doubts)) = scene_beside(entry)? else {
         return Ok(One::WithoutEgo);
     };
+    if let Truth::Labels(labels, _) = truth
+        && let Err(wrong) = labels.fit(&entry.name, &scene.scenario)
+    {
+        return Ok(One::Mislabelled(wrong));
+    }
     let case = Labelled::new(&scene, label);
     let doubt = match (case.label, case.contact) {
         (Label::Collision(_), None) => Some(

@@ -4,49 +4,25 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use super::asked::{self, Going};
-use super::batch::{Resumed, json, say_each, truth_source};
+use super::batch::{Resumed, json, leads_fit, say_each, truth_source};
 use super::opened::Opened;
 use super::sheet::Sheet;
-use super::{Evaluate, Format};
+use super::{Evaluate, Format, number, some};
 use crate::cli::filters::store;
 use crate::cli::{Failure, Outcome, output, time};
 use crate::evaluation::batch::{Ask, Matrix, Selection, Spec, Truth, TruthSource, Variant, retold};
 use crate::evaluation::{Way, batch};
 use crate::scenario::Entry;
-use crate::store::{Batch, Item, NewItem};
-
-/// What makes a question of a batch that one and no other.
-type Identity = (
-    String,
-    String,
-    Option<String>,
-    Option<String>,
-    String,
-    u32,
-    Words,
-);
-
-/// The words of a lead and of a change.
-type Words = (Option<String>, Option<String>);
-
-fn identity(item: &NewItem) -> Identity {
-    (
-        item.path.clone(),
-        item.task.name().to_string(),
-        item.frame.clone(),
-        item.techniques.clone(),
-        item.model.clone(),
-        item.sample,
-        (item.lead.clone(), item.transform.clone()),
-    )
-}
+use crate::store::{Batch, Identity, Item, NewItem};
+use crate::verdict::Task;
 
 /// Lists the batches.
 pub fn list() -> Outcome {
     let batches = store()?.batches().map_err(Failure::input)?;
     let mut text = String::new();
     for (batch, progress) in &batches {
-        let about = match Spec::from_json(&batch.spec) {
+        let spec = Spec::from_json(&batch.spec);
+        let about = match &spec {
             Ok(spec) => format!(
                 "{} · {} · {} · {} × {}{}",
                 joined(&spec.matrix.tasks, |task| task.name().to_string()),
@@ -79,6 +55,18 @@ pub fn list() -> Outcome {
             progress.answered,
             progress.all()
         ));
+        if let Ok(spec) = spec {
+            let paths: Vec<String> = spec.paths.iter().map(|p| p.display().to_string()).collect();
+            text.push_str(&format!(
+                "      {}: {} · truth: {}\n",
+                number(
+                    usize::try_from(progress.scenarios).unwrap_or(usize::MAX),
+                    "scenario"
+                ),
+                some(&paths),
+                spec.truth.words()
+            ));
+        }
     }
     if batches.is_empty() {
         output::say("nearmiss: there is no batch yet");
@@ -120,8 +108,18 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         )));
     }
     let mut spec_before = spec.clone();
-    let (models, techniques) = (&options.add_model, &options.add_techniques);
-    spec.matrix.extend(models, techniques, options.samples);
+    let more = options.more();
+    if !more.leads.is_empty() {
+        leads_fit(&spec.matrix.tasks, "--add-lead")?;
+    }
+    spec.matrix.extend(&more);
+    let first_lead = newly_named(&spec_before.matrix, &spec.matrix);
+    for item in items
+        .iter_mut()
+        .filter(|item| item.asked.task == Task::Safety)
+    {
+        item.asked.lead = item.asked.lead.take().or_else(|| first_lead.clone());
+    }
     spec.templates
         .extend(Spec::templates_of(&spec.matrix, &opened.library));
     let desk = opened.desk(&spec.matrix);
@@ -130,6 +128,7 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         let (truth, doubts) = Truth::open(&source, &entries).map_err(Failure::input)?;
         say_each(&doubts);
         let labels = retold(&items, &truth, &desk);
+        let labels = labels.map_err(|wrong| Failure::input(format!("--truth: {wrong}")))?;
         if labels.iter().all(|(_, collides, _)| collides.is_none()) {
             return Err(Failure::input(format!(
                 "--truth: it says nothing about any scenario of {}; its truth stays as it was",
@@ -151,10 +150,8 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         true => Selection::Failed,
         false => Selection::Open,
     };
-    let extended = !options.add_model.is_empty()
-        || !options.add_techniques.is_empty()
-        || options.samples.is_some();
-    let there: HashSet<Identity> = items.iter().map(|item| identity(&item.asked)).collect();
+    let extended = more.any();
+    let there: HashSet<Identity<'_>> = items.iter().map(|item| item.asked.identity()).collect();
     let wanted = wanted(&items, selection, extended.then_some(&spec), &there)?;
     let models: HashSet<&String> = wanted
         .iter()
@@ -186,9 +183,12 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         let new = sheet
             .items
             .iter()
-            .filter(|item| !there.contains(&identity(item)));
+            .filter(|item| !there.contains(&item.identity()));
         let new: Vec<_> = new.cloned().collect();
-        let done = opened.store.extend_batch(batch.id, &spec.to_json(), &new);
+        let lead = first_lead.as_deref();
+        let done = opened
+            .store
+            .extend_batch(batch.id, &spec.to_json(), &new, lead);
         done.map_err(Failure::input)?;
     }
     let going = Going {
@@ -204,6 +204,13 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
         return asked::show(&opened, batch.id, going.json, going.csv);
     }
     asked::ask(&runtime, &opened, options, going, &sheet)
+}
+
+/// The first lead in words, where the questions of a batch do not name it and have to from now on, as there are others.
+fn newly_named(before: &Matrix, now: &Matrix) -> Option<String> {
+    let lead = now.manner.lead.filter(|_| before.more_leads.is_empty());
+    let lead = lead.filter(|_| !now.more_leads.is_empty());
+    lead.map(|lead| lead.to_string())
 }
 
 /// The truth about scenarios that could not be read when the batch was begun, and can be now.
@@ -248,7 +255,7 @@ fn wanted(
     items: &[Item],
     selection: Selection,
     extended: Option<&Spec>,
-    there: &HashSet<Identity>,
+    there: &HashSet<Identity<'_>>,
 ) -> Result<Vec<(Entry, Vec<Ask>)>, Failure> {
     let mut by_path: BTreeMap<&str, Vec<Ask>> = BTreeMap::new();
     let add = |asks: &mut Vec<Ask>, way: Way, variant: Variant, sample: u32| match asks
@@ -278,16 +285,19 @@ fn wanted(
                 variants.map(move |variant| (way, variant))
             });
             for (way, variant) in varied {
+                let techniques = way.techniques.map(|techniques| techniques.to_string());
+                let (lead, transform) = variant.words();
                 for sample in 0..spec.matrix.samples_of(way) {
-                    let new = (
-                        path.to_string(),
-                        way.task.name().to_string(),
-                        way.frame.map(|frame| frame.name().to_string()),
-                        way.techniques.map(|techniques| techniques.to_string()),
-                        way.model.clone(),
+                    let new = Identity {
+                        path,
+                        task: way.task.name(),
+                        model: &way.model,
+                        frame: way.frame.map(|frame| frame.name()),
+                        techniques: techniques.as_deref(),
+                        lead: lead.as_deref(),
+                        transform: transform.as_deref(),
                         sample,
-                        variant.words(),
-                    );
+                    };
                     if !there.contains(&new) {
                         add(asks, way.clone(), variant, sample);
                     }

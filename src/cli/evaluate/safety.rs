@@ -23,7 +23,7 @@ pub(super) fn run(
         candidates,
         every_window: true,
     };
-    let batch = batch(truth, entries, |case| setting.ask(case));
+    let batch = batch(truth, entries, |case| setting.ask(case))?;
     if !batch.judged.is_empty() {
         let rows = rows(&setting, &batch);
         match arguments.format {

@@ -55,6 +55,9 @@ impl Sheet {
                 .collect();
             for ((entry, _), looked) in part.iter().zip(looked) {
                 let looked = looked.map_err(Failure::input)?;
+                if let Some(wrong) = looked.wrong {
+                    return Err(Failure::input(format!("--truth: {wrong}")));
+                }
                 if looked.unlabelled {
                     sheet.unlabelled.push(entry.name.clone());
                 }
@@ -96,7 +99,9 @@ impl Sheet {
             words.push_str(&format!("; {} for the built-in judge", estimate.free));
         }
         if estimate.stored > 0 {
-            words.push_str(&format!("; {} answers are in the store", estimate.stored));
+            let stored = super::number(count(estimate.stored), "answer");
+            let are = if estimate.stored == 1 { "is" } else { "are" };
+            words.push_str(&format!("; {stored} {are} in the store"));
         }
         if estimate.unaskable > 0 {
             let why = estimate.why.first().map_or("", |(why, _)| why.as_str());

@@ -90,13 +90,13 @@ impl Varied {
         }
         if !self.leads.is_empty() {
             text.push_str(&format!(
-                "\nscenarios that collide, by seconds from the end of the window to the collision\n{} {:>6} {:>5} {:>5} {:>6} {:>13} {:>9} {:>8} {:>6}\n",
-                heads(width), "lead", "n", "yes", "rate", "95 %", "named", "unparsed", "failed"
+                "\nscenarios that collide, by seconds from the end of the window to the collision\n{} {:>6} {:>5} {:>5} {:>6} {:>13} {:>9} {:>8} {:>6} {:>9}\n",
+                heads(width), "lead", "n", "yes", "rate", "95 %", "named", "unparsed", "failed", "not asked"
             ));
         }
         for (lead, way, point) in &self.leads {
             text.push_str(&format!(
-                "{} {:>6} {:>5} {:>5} {:>6} {:>13} {:>9} {:>8} {:>6}\n",
+                "{} {:>6} {:>5} {:>5} {:>6} {:>13} {:>9} {:>8} {:>6} {:>9}\n",
                 cells(way, width),
                 lead.to_string(),
                 point.yes.of,
@@ -106,6 +106,7 @@ impl Varied {
                 format!("{} of {}", point.named.hits, point.named.of),
                 point.unparsed,
                 point.failed,
+                point.unasked,
             ));
         }
         output::visible(&text)
@@ -170,5 +171,6 @@ fn lead_row((lead, way, point): &(Lead, Way, LeadPoint)) -> Value {
         "named_of": point.named.of,
         "unparsed": point.unparsed,
         "failed": point.failed,
+        "unasked": point.unasked,
     })
 }

@@ -34,9 +34,14 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
     }
     if merged.batches + merged.united > 0 {
         output::say(&format!(
-            "nearmiss: {}: {} new batches, {} united with what was here; `nearmiss evaluate --list`",
+            "nearmiss: {}: {} new {}, {} united with what was here; `nearmiss evaluate --list`",
             path.display(),
             merged.batches,
+            if merged.batches == 1 {
+                "batch"
+            } else {
+                "batches"
+            },
             merged.united
         ));
     }

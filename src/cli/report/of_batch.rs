@@ -1,10 +1,14 @@
 //! The report of a batch of `evaluate`.
 
+use std::sync::Arc;
+
 use super::Made;
-use crate::cli::{Failure, output};
-use crate::evaluation::batch::{self, Spec};
-use crate::evaluation::report::Report;
-use crate::store::{BatchId, ItemState, Store};
+use crate::cli::{Failure, open, output};
+use crate::evaluation::batch::{self, Answers, Desk, Spec, Unjudged, beside_the_judge};
+use crate::evaluation::report::{About, Report};
+use crate::evaluation::{Said, usable};
+use crate::prompts::Library;
+use crate::store::{BatchId, Item, Store};
 
 /// A batch of `evaluate`: every question of it, also those without an answer, beside the truth that it was begun with.
 pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
@@ -14,44 +18,105 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
         )));
     };
     let spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;
-    let answers = batch::answers(store, id).map_err(Failure::input)?;
-    let batch::Answers {
-        plain: scored,
-        others,
-        ..
-    } = answers;
+    let mut answers = batch::answers(store, id).map_err(Failure::input)?;
     let items = store.items(id).map_err(Failure::input)?;
-    // Only of those that are counted: the scenes as they are, with the first lead.
-    let first = items.iter().find_map(|i| i.asked.lead.clone());
-    let waiting = items
-        .iter()
-        .filter(|i| i.state == ItemState::Waiting && i.asked.transform.is_none())
-        .filter(|i| i.asked.lead.is_none() || i.asked.lead == first)
-        .count();
+    let judged = judged(&mut answers, &items, &spec);
+    let scored = &answers.plain;
+    let truth = output::visible(&spec.truth.words());
     let mut notes = vec![format!(
-        "Batch {id}: {} questions. Truth: {}.",
-        scored.len(),
-        output::visible(&spec.truth.words())
+        "Batch {id}: {} questions. Truth: {truth}.",
+        scored.len()
     )];
     notes.push(output::visible(&spec.asked_words()));
-    if others > 0 {
+    if answers.others > 0 {
         notes.push(format!(
-            "{others} more, about changed scenes or at other leads, are not counted here; `nearmiss evaluate --resume \
-             {id}` tells about them."
+            "{} more, about changed scenes or at other leads, are not counted here; `nearmiss evaluate --resume {id}` \
+             tells about them.",
+            answers.others
         ));
     }
-    if waiting > 0 {
+    let unasked = scored
+        .iter()
+        .filter(|one| matches!(one.said, Said::Unasked(_)))
+        .count();
+    if unasked > 0 {
         let unfinished = format!(
-            "The batch is not finished: {waiting} of its questions were not answered yet, and count as failed here. \
-             `nearmiss evaluate --resume {id}` goes on with it."
+            "Of these questions {unasked} were not asked, or not yet; they have a count of their own. `nearmiss evaluate \
+             --resume {id}` goes on with the batch."
         );
         output::say(&format!("nearmiss: {unfinished}"));
         notes.push(unfinished);
     }
-    if scored.iter().all(|one| one.reference.is_none()) {
-        notes.push(
-            "Agreement with the built-in judge is counted where reference/geometry is one of the batch's models.".into(),
-        );
+    notes.extend(judged.map(|words| output::visible(&words)));
+    let about = About {
+        batch: Some(id.to_string()),
+        asked: Some(spec.asked()),
+        truth,
+        sources: spec.truth.sources(),
+        notes,
+    };
+    Ok(Made::Report(Report::of(scored).about(about)))
+}
+
+/// Asks the built-in judge about the scenarios, where it has said nothing yet; says what came of it, if anything did.
+fn judged(answers: &mut Answers, items: &[Item], spec: &Spec) -> Option<String> {
+    if answers.plain.iter().all(|one| one.reference.is_some()) {
+        return None;
     }
-    Ok(Made::Report(Report::of(&scored), notes))
+    let none = |why: String| {
+        Some(format!(
+            "Not every answer is beside a verdict of the built-in judge (κ), who could not be asked: {why}."
+        ))
+    };
+    let desk = match desk(spec) {
+        Ok(desk) => desk,
+        Err(why) => return none(why),
+    };
+    let before = without(answers);
+    let unjudged = beside_the_judge(answers, items, &desk);
+    let after = without(answers);
+    let asked = format!(
+        "For κ the built-in judge was asked now about the {} questions that the batch has no verdict of it on.",
+        before - after
+    );
+    Some(match words(&unjudged) {
+        None => asked,
+        Some(words) => format!("{asked} It could not be asked about {words}."),
+    })
+}
+
+fn without(answers: &Answers) -> usize {
+    let missing = answers.plain.iter().filter(|one| one.reference.is_none());
+    missing.count()
+}
+
+/// Scenarios that are named each.
+const NAMED: usize = 3;
+
+fn words(unjudged: &[Unjudged]) -> Option<String> {
+    let named = unjudged.iter().take(NAMED);
+    let named: Vec<String> = named
+        .map(|one| format!("{} ({})", one.scenario, one.why))
+        .collect();
+    let more = if unjudged.len() > NAMED { ", …" } else { "" };
+    let count = match unjudged.len() {
+        0 => return None,
+        1 => "1 scenario".to_string(),
+        n => format!("{n} scenarios"),
+    };
+    Some(format!(
+        "{count}, whose answers κ leaves out: {}{more}",
+        named.join("; ")
+    ))
+}
+
+/// What makes the batch's windows again; nothing where they would be others now.
+fn desk(spec: &Spec) -> Result<Desk, String> {
+    let words = |failure: Failure| failure.message;
+    let (folders, _) = open::configuration().map_err(words)?;
+    let library = usable(Library::load(Some(&folders.prompts())));
+    let thresholds = open::user_thresholds(&folders).map_err(words)?;
+    spec.still(&library, &thresholds)
+        .map_err(|e| e.to_string())?;
+    Ok(Desk::new(library, Arc::new(thresholds), spec.matrix.manner))
 }

@@ -6,19 +6,35 @@ use rayon::prelude::*;
 
 use crate::cli::open::scene_beside;
 use crate::cli::{Failure, output};
-use crate::evaluation::report::Truth;
+use crate::evaluation::batch::Spec;
+use crate::evaluation::report::{Stored, Truth};
 use crate::evaluation::{Label, Labelled, recorded};
 use crate::scenario::{Entry, bundled, find};
+use crate::store::Store;
 use crate::system;
 
 /// The word for the exact geometry.
 pub const AUTO: &str = "auto";
 
+/// The word for the truth of the batch that an answer is of.
+pub const BATCH: &str = "batch";
+
 /// Reads what `--truth` names.
-pub fn truth(sources: &[PathBuf]) -> Result<Truth, Failure> {
+pub fn truth(sources: &[PathBuf], store: &Store) -> Result<Truth, Failure> {
     let mut truth = Truth::default();
     for source in sources {
-        if source.as_os_str() == AUTO {
+        if source.as_os_str() == BATCH {
+            let told = store.truths().map_err(Failure::input)?.into_iter();
+            truth.of_batches = told
+                .map(|one| {
+                    let label = match one.collides {
+                        true => Label::Collision(one.obstacle),
+                        false => Label::Safe,
+                    };
+                    (one.run, (one.batch.to_string(), label))
+                })
+                .collect();
+        } else if source.as_os_str() == AUTO {
             truth.judged = true;
             add(&mut truth, geometry(&bundled()));
         } else if source.is_dir() {
@@ -30,20 +46,58 @@ pub fn truth(sources: &[PathBuf]) -> Result<Truth, Failure> {
     Ok(truth)
 }
 
-/// The same in words, for the report.
-pub fn words(sources: &[PathBuf]) -> String {
-    let word = |source: &PathBuf| match source.as_os_str() == AUTO {
-        true => "the exact geometry of recordings".into(),
-        false => output::visible(&source.display().to_string()),
-    };
-    sources.iter().map(word).collect::<Vec<_>>().join(", then ")
+/// The same in words, for the report: of batches, how many answers are held against which truth.
+pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<String, Failure> {
+    let mut words = Vec::new();
+    for source in sources {
+        if source.as_os_str() == BATCH {
+            words.extend(of_batches(stored, store)?);
+        } else if source.as_os_str() == AUTO {
+            words.push("the exact geometry of recordings".into());
+        } else {
+            words.push(output::visible(&source.display().to_string()));
+        }
+    }
+    Ok(match words.is_empty() {
+        true => "none; no batch says what is true about these answers".into(),
+        false => words.join(", then "),
+    })
+}
+
+/// Batches that are named each.
+const NAMED: usize = 5;
+
+fn of_batches(stored: &Stored, store: &Store) -> Result<Option<String>, Failure> {
+    if stored.of_batches.is_empty() {
+        return Ok(None);
+    }
+    let mut parts = Vec::new();
+    for (batch, answers) in stored.of_batches.iter().take(NAMED) {
+        let id = batch.parse().ok();
+        let known = id.map(|id| store.batch(id)).transpose();
+        let known = known.map_err(Failure::input)?.flatten();
+        let spec = known.and_then(|batch| Spec::from_json(&batch.spec).ok());
+        let truth = spec.map_or_else(|| "its own".into(), |spec| spec.truth.words());
+        parts.push(format!(
+            "{batch}, {answers} answers: {}",
+            output::visible(&truth)
+        ));
+    }
+    if stored.of_batches.len() > NAMED {
+        parts.push("…".into());
+    }
+    Ok(Some(format!(
+        "that of the batch an answer is of ({})",
+        parts.join("; ")
+    )))
 }
 
 fn labels(file: &Path, truth: &mut Truth) -> Result<(), Failure> {
     let shown = file.display().to_string();
     let bytes = system::read_file(file, system::LARGEST).map_err(|e| {
         Failure::input(format!(
-            "--truth {shown}: {}; it takes CSV files, folders, or `auto` for the exact geometry",
+            "--truth {shown}: {}; it takes CSV files, folders, `batch` for the truth of the batches, or `auto` for the exact \
+             geometry",
             system::words(&e)
         ))
     })?;

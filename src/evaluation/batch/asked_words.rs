@@ -1,8 +1,24 @@
 //! How a batch was asked, in words for a report.
 
+use serde_json::Value;
+
 use super::spec::Spec;
 
 impl Spec {
+    /// The same as JSON, as the store has it: paths, ways of asking, window, sampling, templates and thresholds. The address
+    /// of the server is left out, which may hold a key.
+    #[must_use]
+    pub fn asked(&self) -> Value {
+        // What was written is an object.
+        let mut asked: Value = serde_json::from_str(&self.to_json()).unwrap_or_default();
+        if let Some(asked) = asked.as_object_mut() {
+            for elsewhere in ["base_url", "truth", "truth_files"] {
+                asked.shift_remove(elsewhere);
+            }
+        }
+        asked
+    }
+
     /// What a reader of the table has to know to repeat it: window, sampling, templates.
     #[must_use]
     pub fn asked_words(&self) -> String {

@@ -9,9 +9,11 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use tokio::task::JoinSet;
 
 use super::desk::{Desk, key};
+use super::paused::{Paused, Watch};
 use super::scored::{label_of, way_of};
 use super::variant::Variant;
-use crate::evaluation::{self, Answer, AskError, Judge, Judged, Missing, Question, Wanted};
+use crate::evaluation::{self, Answer, AskError, Event, Judge, Judged, Missing, Question, Wanted};
+use crate::llm::Barrier;
 use crate::scenario::Entry;
 use crate::store::{BatchId, Item, ItemState, Key, RunId, Store, StoreError};
 
@@ -56,6 +58,14 @@ pub struct Ended {
     pub cost_usd: Option<f64>,
 }
 
+impl Ended {
+    /// Whether its model was tried now, so that it tells something of the server.
+    fn was_sent(&self) -> bool {
+        let tried = [ItemState::Answered, ItemState::Truncated, ItemState::Failed];
+        !self.stored && tried.contains(&self.state)
+    }
+}
+
 /// A batch that is asked. Dropping the future of [`Asking::all`] cancels what is on its way and writes that down.
 pub struct Asking {
     /// Where everything is kept.
@@ -74,7 +84,8 @@ pub struct Asking {
 
 impl Asking {
     /// Asks these questions and tells what becomes of each; returns when all are through, or when it was stopped and
-    /// everything that was on its way is.
+    /// everything that was on its way is. Models whose server does not answer or refuses them are asked no further: their
+    /// questions stay as they were, and who that is comes back.
     ///
     /// # Errors
     /// The store cannot keep what arrives; nothing more is asked then.
@@ -82,7 +93,7 @@ impl Asking {
         self: Arc<Self>,
         items: Vec<Item>,
         mut tell: impl FnMut(Ended),
-    ) -> Result<(), StoreError> {
+    ) -> Result<Vec<Paused>, StoreError> {
         let mut by_provider: BTreeMap<String, Vec<Item>> = BTreeMap::new();
         for item in items {
             let provider = item.asked.model.split('/').next().unwrap_or_default();
@@ -96,7 +107,8 @@ impl Asking {
         for (provider, items) in by_provider {
             let at_once = self.at_once.get(&provider).copied().unwrap_or(1).max(1);
             let (asking, sender) = (Arc::clone(&self), sender.clone());
-            providers.spawn(async move { asking.provider(items, at_once, &sender).await });
+            providers
+                .spawn(async move { asking.provider(provider, items, at_once, &sender).await });
         }
         drop(sender);
         let mut refused = None;
@@ -109,35 +121,49 @@ impl Asking {
                 }
             }
         }
-        refused.map_or(Ok(()), Err)
+        let mut paused: Vec<Paused> = providers.join_all().await.into_iter().flatten().collect();
+        paused.sort_by(|a, b| a.who.cmp(&b.who));
+        refused.map_or(Ok(paused), Err)
     }
 
     /// The questions to one provider, in their order, so many at once.
     async fn provider(
         self: Arc<Self>,
+        provider: String,
         items: Vec<Item>,
         at_once: usize,
         sender: &UnboundedSender<Result<Ended, StoreError>>,
-    ) {
+    ) -> Vec<Paused> {
+        let mut watch = Watch::new(provider);
         let mut waiting = items.into_iter();
         let mut going = JoinSet::new();
         loop {
             while going.len() < at_once && !self.stop.load(Ordering::SeqCst) {
-                let Some(item) = waiting.next() else { break };
+                let Some(item) = waiting.find(|item| !watch.holds(&item.asked.model)) else {
+                    break;
+                };
                 let (asking, sender) = (Arc::clone(&self), sender.clone());
                 going.spawn(async move {
-                    let ended = asking.one(item).await;
+                    let model = item.asked.model.clone();
+                    let mut barrier = None;
+                    let ended = asking.one(item, &mut barrier).await;
+                    let heard = ended.as_ref().is_ok_and(Ended::was_sent);
+                    let why = ended.as_ref().ok().and_then(|ended| ended.error.clone());
                     // Nobody listens any more where the whole was dropped.
                     let _ = sender.send(ended);
+                    heard.then(|| (model, barrier.map(|met| (met, why.unwrap_or_default()))))
                 });
             }
-            if going.join_next().await.is_none() {
-                return;
+            match going.join_next().await {
+                None => return watch.over(),
+                Some(Ok(Some((model, met)))) => watch.hear(&model, met),
+                // Nothing was to be learnt of its server.
+                Some(_) => {}
             }
         }
     }
 
-    async fn one(&self, item: Item) -> Result<Ended, StoreError> {
+    async fn one(&self, item: Item, barrier: &mut Option<Barrier>) -> Result<Ended, StoreError> {
         let judge = &self.judges[&item.asked.model];
         let question = match self.question(&item).await {
             Ok(question) => question,
@@ -150,7 +176,12 @@ impl Asking {
             batch: Some(self.batch.to_string()),
         };
         let store = Some(Arc::clone(&self.store));
-        match evaluation::run(&question, judge, store, &wanted, |_| {}).await {
+        let hear = |event| {
+            if let Event::Barred(met) = event {
+                *barrier = Some(met);
+            }
+        };
+        match evaluation::run(&question, judge, store, &wanted, hear).await {
             Ok(answer) => self.answered(&item, key.as_ref(), &answer),
             Err(AskError::Refused(why) | AskError::OverBudget(why)) => {
                 self.ended(&item, key.as_ref(), ItemState::Waiting, why)

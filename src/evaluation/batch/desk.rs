@@ -11,13 +11,15 @@ use super::variant::Variant;
 use crate::evaluation::plan::usual_window;
 use crate::evaluation::request::record;
 use crate::evaluation::{
-    Case, Judge, Label, Labelled, Lead, Question, Wanted, Way, prepare, template, usual_frame,
+    Case, Decided, Judge, Label, LabelError, Labelled, Lead, Question, Wanted, Way, prepare,
+    template, usual_frame,
 };
+use crate::judge;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
-use crate::scenario::{Entry, Place, Scene, Severity, WantedEgo};
+use crate::scenario::{Entry, Place, Scene, Severity, WantedEgo, Window};
 use crate::store::{Key, NewItem, Store, StoreError};
-use crate::verdict::Task;
+use crate::verdict::{Task, Verdict};
 
 /// What every question of a batch is made with.
 pub struct Desk {
@@ -61,6 +63,8 @@ pub struct Looked {
     pub items: Vec<(NewItem, Option<Size>)>,
     /// Whether nobody says what is true about it; nothing is asked then.
     pub unlabelled: bool,
+    /// A label that cannot be of this scenario; nothing is asked then.
+    pub wrong: Option<LabelError>,
     /// What is doubtful about it, in words.
     pub doubts: Vec<String>,
     /// For each model the first question that would be sent to it.
@@ -144,15 +148,8 @@ impl Desk {
             .frame
             .unwrap_or_else(|| usual_frame(&self.library, way.task));
         let techniques = way.techniques.unwrap_or(Techniques::ALL);
-        let (_, chosen) = template(&self.library, way.task, frame).map_err(|e| e.to_string())?;
-        let settings = self.manner.settings(Some(techniques));
-        let decided = settings.with(&chosen.front.defaults);
-        let window = match (way.task, variant.lead.or(self.manner.lead)) {
-            (Task::Safety, Some(lead)) => Labelled::new(&scene, label)
-                .window(lead, decided.history)
-                .ok_or_else(|| too_short(entry, lead))?,
-            _ => usual_window(way.task, &scene, decided.history),
-        };
+        let decided = self.decided(way)?;
+        let window = self.window(entry, &scene, way, variant, label)?;
         let (name, scene) = match variant.transform {
             None => (entry.name.clone(), scene),
             Some(change) => {
@@ -173,6 +170,51 @@ impl Desk {
         prepare(case, &self.library, None).map_err(|e| e.to_string())
     }
 
+    /// How a way asks: as the batch says, else as its template does.
+    fn decided(&self, way: &Way) -> Result<Decided, String> {
+        let frame = way
+            .frame
+            .unwrap_or_else(|| usual_frame(&self.library, way.task));
+        let techniques = way.techniques.unwrap_or(Techniques::ALL);
+        let (_, chosen) = template(&self.library, way.task, frame).map_err(|e| e.to_string())?;
+        let settings = self.manner.settings(Some(techniques));
+        Ok(settings.with(&chosen.front.defaults))
+    }
+
+    /// The steps that a question is about.
+    fn window(
+        &self,
+        entry: &Entry,
+        scene: &Scene,
+        way: &Way,
+        variant: &Variant,
+        label: Option<Label>,
+    ) -> Result<Window, String> {
+        let history = self.decided(way)?.history;
+        match (way.task, variant.lead.or(self.manner.lead)) {
+            (Task::Safety, Some(lead)) => Labelled::new(scene, label)
+                .window(lead, history)
+                .ok_or_else(|| too_short(entry, lead)),
+            _ => Ok(usual_window(way.task, scene, history)),
+        }
+    }
+
+    /// What the built-in judge says about the same steps of a scene as it is.
+    ///
+    /// # Errors
+    /// In words: there is no template, or the recording is too short.
+    pub(super) fn judged(
+        &self,
+        entry: &Entry,
+        scene: &Scene,
+        way: &Way,
+        variant: &Variant,
+        label: Option<Label>,
+    ) -> Result<Verdict, String> {
+        let window = self.window(entry, scene, way, variant, label)?;
+        Ok(judge::judge_under(scene, way.task, &window, &self.thresholds).verdict)
+    }
+
     /// Looks at a scenario: makes its questions, and sees which answers the store has.
     ///
     /// # Errors
@@ -188,6 +230,10 @@ impl Desk {
         let mut looked = Looked::default();
         let opened = self.open(entry);
         let scene = opened.as_ref().ok().map(|reading| &*reading.scene);
+        if let Err(wrong) = truth.fits(entry, scene) {
+            looked.wrong = Some(wrong);
+            return Ok(looked);
+        }
         let label = truth.of(entry, scene);
         if label.is_none() && truth.leaves_out() {
             looked.unlabelled = true;

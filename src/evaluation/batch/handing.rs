@@ -6,7 +6,6 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::asking::Asking;
-use super::desk::key;
 use super::scored::{label_of, way_of};
 use super::variant::Variant;
 use crate::evaluation::remote::{RemoteError, Submitted, submit};
@@ -23,8 +22,8 @@ pub struct Handed {
     pub own: Vec<Item>,
     /// Questions that cannot be made, with why.
     pub unaskable: Vec<(Item, String)>,
-    /// Where it broke off: the model, and why; later models were not tried.
-    pub broken: Option<(String, RemoteError)>,
+    /// Models whose questions did not all reach their provider, and why.
+    pub broken: Vec<(String, RemoteError)>,
 }
 
 impl Asking {
@@ -62,16 +61,13 @@ impl Asking {
             match submit(&questions, judge, &self.store).await {
                 Ok(submitted) => handed.submitted.push((model.to_string(), submitted)),
                 Err(RemoteError::Store(error)) => return Err(error),
-                Err(error) => {
-                    handed.broken = Some((model.to_string(), error));
-                    break;
-                }
+                Err(error) => handed.broken.push((model.to_string(), error)),
             }
         }
         Ok(handed)
     }
 
-    /// Takes out the questions that are with a provider: their answers are collected, and asking would wait for them.
+    /// Takes out the questions whose keys are with a provider: their answers are collected, and asking would wait for them.
     /// Says how many they were.
     ///
     /// # Errors
@@ -80,28 +76,17 @@ impl Asking {
         if !self.store.any_handed()? {
             return Ok((items, 0));
         }
-        let with_provider = |item: &Item| {
-            let Some(judge @ Judge::Model(_)) = self.judges.get(&item.asked.model) else {
-                return Ok(false);
-            };
-            let Ok(question) = self.made(item) else {
-                return Ok(false);
-            };
-            match key(&question, judge)? {
-                Some(key) => self.store.is_handed(&key, item.asked.sample),
-                None => Ok(false),
-            }
-        };
         let all = items.len();
-        let marked: Vec<(Item, bool)> = items
-            .into_par_iter()
-            .map(|item| with_provider(&item).map(|with| (item, with)))
-            .collect::<Result<_, StoreError>>()?;
-        let left: Vec<Item> = marked
-            .into_iter()
-            .filter(|(_, with)| !with)
-            .map(|(item, _)| item)
-            .collect();
+        let mut left = Vec::with_capacity(all);
+        for item in items {
+            let handed = match &item.asked.key {
+                Some(key) => self.store.is_handed(key, item.asked.sample)?,
+                None => false,
+            };
+            if !handed {
+                left.push(item);
+            }
+        }
         let gone = all - left.len();
         Ok((left, gone))
     }

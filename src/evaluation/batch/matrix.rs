@@ -128,18 +128,45 @@ impl Matrix {
         std::iter::once(first).chain(leads).chain(changes).collect()
     }
 
-    /// Adds what another matrix has more of: models, techniques, samples.
-    pub fn extend(&mut self, models: &[String], techniques: &[Techniques], samples: Option<u32>) {
-        for model in models {
-            if !self.models.contains(model) {
-                self.models.push(model.clone());
-            }
+    /// Adds what is not there yet.
+    pub fn extend(&mut self, more: &More) {
+        add(&mut self.models, &more.models);
+        add(&mut self.techniques, &more.techniques);
+        let first = self.manner.lead;
+        let leads = more.leads.iter().filter(|lead| Some(**lead) != first);
+        add(&mut self.more_leads, leads);
+        add(&mut self.transforms, &more.transforms);
+        self.samples = self.samples.max(more.samples.unwrap_or(0));
+    }
+}
+
+/// What is added to the matrix of a batch.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct More {
+    /// Models, as `provider/model`.
+    pub models: Vec<String>,
+    /// Combinations of prompting techniques.
+    pub techniques: Vec<Techniques>,
+    /// Leads of the safety task.
+    pub leads: Vec<Lead>,
+    /// Changes of the scene.
+    pub transforms: Vec<Transform>,
+    /// Answers to each request that there shall be then.
+    pub samples: Option<u32>,
+}
+
+impl More {
+    /// Whether anything is added.
+    #[must_use]
+    pub fn any(&self) -> bool {
+        *self != Self::default()
+    }
+}
+
+fn add<'a, T: Clone + PartialEq + 'a>(to: &mut Vec<T>, more: impl IntoIterator<Item = &'a T>) {
+    for one in more {
+        if !to.contains(one) {
+            to.push(one.clone());
         }
-        for one in techniques {
-            if !self.techniques.contains(one) {
-                self.techniques.push(*one);
-            }
-        }
-        self.samples = self.samples.max(samples.unwrap_or(0));
     }
 }

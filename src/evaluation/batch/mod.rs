@@ -1,11 +1,14 @@
 //! Questions in bulk: a matrix of ways of asking over many scenarios, written into the store and gone on with at will.
 
+mod agreement;
 mod asked_words;
 mod asking;
+mod counted;
 mod desk;
 mod estimate;
 mod handing;
 mod matrix;
+mod paused;
 mod recent;
 mod scored;
 mod shard;
@@ -13,12 +16,15 @@ mod spec;
 mod truth;
 mod variant;
 
+pub use agreement::{Unjudged, beside_the_judge};
 pub use asking::{Asking, Ended, Judges, Selection};
+pub use counted::{BatchResults, Counting, Offer, Part, counted, offers};
 pub use desk::{Ask, Desk, Looked, Reading};
 pub use estimate::Estimate;
 pub use handing::Handed;
-pub use matrix::{Manner, Matrix};
-pub use scored::{Answers, answers, retold, scored, way_of};
+pub use matrix::{Manner, Matrix, More};
+pub use paused::Paused;
+pub use scored::{Answers, Retold, answers, retold, scored, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};
 pub use truth::{Truth, TruthError, TruthSource};

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::desk::obstacle;
 use super::truth::Truth;
 use super::variant::Variant;
-use crate::evaluation::{Label, Lead, Said, Scored, Way};
+use crate::evaluation::{Label, LabelError, Lead, Said, Scored, Way};
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::{Entry, Transform};
@@ -20,8 +20,10 @@ pub struct Answers {
     pub plain: Vec<Scored>,
     /// About changed scenes, called as [`Transform::name`] says, with the ids of the originals.
     pub changed: Vec<Scored>,
-    /// About the scenes as they are, at every lead, the first one, too; none of batches with fewer than two.
+    /// About the scenes as they are, at every lead that has a name, the first one, too; none of batches with fewer than two.
     pub leads: Vec<(Lead, Scored)>,
+    /// The places of the plain ones in the batch, in the same order.
+    pub places: Vec<u64>,
     /// Those that are not among the plain ones.
     pub others: usize,
 }
@@ -44,19 +46,20 @@ pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> 
 /// The store cannot be read, or holds words that this version does not know.
 pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
     let found = store.items_with_answers(batch)?;
-    let all = found
-        .par_iter()
-        .map(|(item, found)| {
-            let variant = Variant::of(&item.asked).map_err(StoreError::Word)?;
-            let scored = one(item, found.as_ref())?;
-            Ok((variant, told_back(item, variant.transform, scored)))
-        })
-        .collect::<Result<Vec<(Variant, Scored)>, StoreError>>()?;
-    // Of every scenario the first lead stands before the others.
-    let first = all.iter().find_map(|(variant, _)| variant.lead);
+    let all = read(&found)?;
+    let places = found.iter().map(|(item, _)| item.place);
+    // Of every scenario the first lead stands before the others. Where leads were added to a batch without one, what it
+    // was begun with comes first.
+    let without = |(variant, scored): &(Variant, Scored)| {
+        scored.way.task == verdict::Task::Safety && *variant == Variant::default()
+    };
+    let first = match all.iter().any(without) {
+        true => None,
+        false => all.iter().find_map(|(variant, _)| variant.lead),
+    };
     let questions = all.len();
     let mut sorted = Answers::default();
-    for (variant, scored) in all {
+    for ((variant, scored), place) in all.into_iter().zip(places) {
         if variant.transform.is_some() {
             sorted.changed.push(scored);
             continue;
@@ -66,6 +69,7 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
         }
         if variant.lead.is_none() || variant.lead == first {
             sorted.plain.push(scored);
+            sorted.places.push(place);
         }
     }
     sorted.others = questions - sorted.plain.len();
@@ -75,7 +79,7 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
         .filter(|one| one.way.model == judge::MODEL)
         .filter_map(|one| match &one.said {
             Said::Verdict(verdict) => Some((one.scenario.clone(), one.way.task, verdict.clone())),
-            Said::Unparsed(_) | Said::Failed(_) => None,
+            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
         })
         .collect();
     let of: std::collections::HashMap<_, _> = reference
@@ -88,6 +92,19 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
             .map(|v| (*v).clone());
     }
     Ok(sorted)
+}
+
+/// What was said to questions of a batch, in their order, with what each is about.
+///
+/// # Errors
+/// The store holds words that this version does not know.
+pub(super) fn read(found: &[(Item, Option<Found>)]) -> Result<Vec<(Variant, Scored)>, StoreError> {
+    let one = |(item, found): &(Item, Option<Found>)| {
+        let variant = Variant::of(&item.asked).map_err(StoreError::Word)?;
+        let scored = one(item, found.as_ref())?;
+        Ok((variant, told_back(item, variant.transform, scored)))
+    };
+    found.par_iter().map(one).collect()
 }
 
 /// An answer about a changed scene under its name, with the ids of the original. New numbers can be told back only as long
@@ -123,13 +140,7 @@ fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
             Ok(parsed) => Said::Verdict(parsed.verdict),
             Err(why) => Said::Unparsed(why.to_string()),
         },
-        None => Said::Failed(item.error.clone().unwrap_or_else(|| {
-            match item.state {
-                ItemState::Answered => "the answer was deleted from the store",
-                _ => "it was not asked yet",
-            }
-            .into()
-        })),
+        None => without_answer(item),
     };
     Ok(Scored {
         scenario: asked.scenario.clone(),
@@ -143,25 +154,45 @@ fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
     })
 }
 
+/// Why a question has no whole answer: it was asked and none came, or it was not asked.
+fn without_answer(item: &Item) -> Said {
+    let why = |usual: &str| item.error.clone().unwrap_or_else(|| usual.into());
+    match item.state {
+        ItemState::Answered => Said::Failed(why("the answer was deleted from the store")),
+        ItemState::Truncated | ItemState::Failed => Said::Failed(why("no whole answer came")),
+        ItemState::Waiting => Said::Unasked(why("it was not asked yet")),
+        ItemState::Unaskable => Said::Unasked(why("no question can be made of the scenario")),
+    }
+}
+/// Another truth of a question: its place in the batch, whether the ego collides, and with whom.
+pub type Retold = (u64, Option<bool>, Option<i64>);
+
 /// The same answers beside another truth: by place in the batch, whether the ego collides, and with whom.
 ///
 /// The `desk` opens scenarios where the truth needs their scene.
-#[must_use]
+///
+/// # Errors
+/// A label names an obstacle that its scenario does not have.
 pub fn retold(
     items: &[Item],
     truth: &Truth,
     desk: &super::Desk,
-) -> Vec<(u64, Option<bool>, Option<i64>)> {
+) -> Result<Vec<Retold>, LabelError> {
     items
         .par_iter()
         .map(|item| {
             let entry = Entry::of_argument(std::path::Path::new(&item.asked.path));
             let scene = match truth {
                 Truth::Geometry => desk.open(&entry).ok(),
+                Truth::Labels(labels) if labels.names_an_obstacle(&entry.name) => {
+                    desk.open(&entry).ok()
+                }
                 Truth::Layout(_) | Truth::Labels(_) | Truth::Known(_) => None,
             };
-            let label = truth.of(&entry, scene.as_ref().map(|reading| &*reading.scene));
-            (item.place, label.map(Label::collides), obstacle(label))
+            let scene = scene.as_ref().map(|reading| &*reading.scene);
+            truth.fits(&entry, scene)?;
+            let label = truth.of(&entry, scene);
+            Ok((item.place, label.map(Label::collides), obstacle(label)))
         })
         .collect()
 }

@@ -83,19 +83,40 @@ fn leads_and_changes_are_asked_beside_the_original_not_of_each_other() {
 #[test]
 fn what_is_added_stands_behind_what_is_there_and_nothing_twice() {
     let mut more = matrix();
-    more.extend(
-        &["lab/a".into(), "lab/b".into()],
-        &[techniques("cot+cp")],
-        Some(2),
-    );
+    more.extend(&More {
+        models: vec!["lab/a".into(), "lab/b".into()],
+        techniques: vec![techniques("cot+cp")],
+        samples: Some(2),
+        ..More::default()
+    });
     assert_eq!(more.models, ["lab/a", judge::MODEL, "lab/b"]);
     assert_eq!(more.techniques, matrix().techniques);
     assert_eq!(more.samples, 3, "samples are not taken away");
-    more.extend(&[], &[techniques("all")], Some(5));
+    more.extend(&More {
+        techniques: vec![techniques("all")],
+        samples: Some(5),
+        ..More::default()
+    });
     assert_eq!((more.techniques.len(), more.samples), (3, 5));
     let (before, after) = (matrix().ways(), more.ways());
     assert!(before.iter().all(|way| after.contains(way)));
     assert_eq!(after.len(), 2 * (2 * 3 * 2 + 1));
+}
+
+#[test]
+fn leads_and_changes_are_added_beside_the_first_lead() {
+    let mut more = matrix();
+    more.manner.lead = Some(Lead::Seconds(0.5));
+    let added = More {
+        leads: vec![Lead::Seconds(0.5), Lead::Seconds(1.0), Lead::Seconds(1.0)],
+        transforms: vec![Transform::Mirror, Transform::Mirror],
+        ..More::default()
+    };
+    more.extend(&added);
+    more.extend(&added);
+    assert_eq!(more.more_leads, [Lead::Seconds(1.0)]);
+    assert_eq!(more.transforms, [Transform::Mirror]);
+    assert!(added.any() && !More::default().any());
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What is true about the scenarios of a batch: exact geometry, labels of files, or the folders that they lie in.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::evaluation::recorded;
@@ -68,6 +68,16 @@ impl TruthSource {
         }
     }
 
+    /// The same as words of `--truth`: `auto`, `layout`, or files.
+    #[must_use]
+    pub fn sources(&self) -> Vec<String> {
+        match self {
+            Self::Geometry => vec!["auto".into()],
+            Self::Layout => vec!["layout".into()],
+            Self::Files(files) => files.iter().map(|f| f.display().to_string()).collect(),
+        }
+    }
+
     /// In words for people.
     #[must_use]
     pub fn words(&self) -> String {
@@ -105,18 +115,7 @@ impl Truth {
                     })?;
                     labels.read(&bytes, &file)?;
                 }
-                let there: BTreeSet<&str> = entries.iter().map(|e| e.name.as_str()).collect();
-                let nowhere: Vec<&str> = labels
-                    .iter()
-                    .map(|(name, _)| name)
-                    .filter(|name| !there.contains(name))
-                    .collect();
-                if let Some(first) = nowhere.first() {
-                    doubts.push(format!(
-                        "the truth speaks of {} that are not among these scenarios, such as {first} (names have no ending)",
-                        nowhere.len()
-                    ));
-                }
+                doubts.extend(labels.strangers(entries.iter().map(|e| e.name.as_str())));
                 Self::Labels(labels)
             }
             TruthSource::Layout => {
@@ -161,6 +160,17 @@ impl Truth {
             .iter()
             .map(|item| (item.asked.path.clone(), label_of(&item.asked)));
         Self::Known(known.collect())
+    }
+
+    /// Whether the obstacle that a label names is in its scenario; without the scene nothing is looked at.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn fits(&self, entry: &Entry, scene: Option<&Scene>) -> Result<(), LabelError> {
+        match (self, scene) {
+            (Self::Labels(labels), Some(scene)) => labels.fit(&entry.name, &scene.scenario),
+            _ => Ok(()),
+        }
     }
 
     /// What is true about a scenario; nothing where nobody says. The geometry needs the scene.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::result::{EXPIRED, settled};
 use super::{RemoteError, find};
 use crate::evaluation::judges::ModelJudge;
+use crate::llm::Error;
 use crate::llm::batch::{Batches, Outcome, State};
 use crate::store::{Ending, HandedState, ProviderBatch, ProviderBatchId, RunId, RunState, Store};
 
@@ -68,7 +69,8 @@ pub async fn collect(
             _ => Progress::Unknown,
         });
     };
-    let status = batches.status(&remote_id).await?;
+    let status = batches.status(&remote_id).await;
+    let status = status.map_err(|error| gone(id, error.into()))?;
     if !status.state.is_over() {
         return Ok(Progress::Working {
             cancelling: status.state == State::Cancelling,
@@ -96,7 +98,8 @@ pub async fn collect(
             taken += usize::from(store.settle(run, &result.pieces(), &result.ending)?);
             Ok::<_, RemoteError>(())
         })
-        .await?;
+        .await
+        .map_err(|error| gone(id, error))?;
     // A file that was cut where nothing tells looks whole; what it lacks is paid for.
     if !certain && given < status.answered {
         return Err(RemoteError::Short {
@@ -123,6 +126,16 @@ pub async fn collect(
     };
     let without = store.close_provider_batch(id, state, status.problem.as_deref(), &rest)?;
     Ok(over(state, taken, without))
+}
+
+/// What a batch that the provider knew and knows no more is called.
+fn gone(batch: ProviderBatchId, error: RemoteError) -> RemoteError {
+    match error {
+        RemoteError::Provider(
+            error @ (Error::NotFound { .. } | Error::BadRequest { status: 410, .. }),
+        ) => RemoteError::Gone { batch, error },
+        other => other,
+    }
 }
 
 fn over(state: HandedState, taken: usize, without: u64) -> Progress {

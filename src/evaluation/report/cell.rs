@@ -76,10 +76,14 @@ pub struct Cell {
     pub confusion: Confusion,
     /// Answers without a verdict.
     pub unparsed: u32,
-    /// Questions without a whole answer.
+    /// Questions that were asked and have no whole answer.
     pub failed: u32,
+    /// Questions that were not asked, or not yet.
+    pub unasked: u32,
     /// Verdicts on scenarios without a truth: neither right nor wrong.
     pub unlabelled: u32,
+    /// Of the false negatives those that say yes and do not name the obstacle of the truth, see [`Scored::positive`].
+    pub wrong_obstacle: u32,
     /// The bootstrap interval of F1, over scenarios; of whole ways alone.
     pub f1_interval: Option<Interval>,
     /// Agreement with the built-in judge in yes and no; nothing where its verdict is not known, and of itself.
@@ -118,7 +122,9 @@ impl Cell {
             confusion: Confusion::default(),
             unparsed: 0,
             failed: 0,
+            unasked: 0,
             unlabelled: 0,
+            wrong_obstacle: 0,
             f1_interval: None,
             kappa: None,
             named: Named::default(),
@@ -158,6 +164,7 @@ impl Cell {
             Said::Verdict(verdict) => verdict,
             Said::Unparsed(_) => return self.unparsed += 1,
             Said::Failed(_) => return self.failed += 1,
+            Said::Unasked(_) => return self.unasked += 1,
         };
         let said = one.positive().unwrap_or(verdict.dangerous);
         match said {
@@ -175,6 +182,7 @@ impl Cell {
             return;
         };
         self.confusion.count(said, truth);
+        self.wrong_obstacle += u32::from(truth && verdict.dangerous && !said);
         votes.counts.count(said, truth);
         if let Some(worst) = verdict.worst() {
             self.calibration.count(worst.risk_score, truth);

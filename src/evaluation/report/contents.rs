@@ -1,31 +1,22 @@
 //! What a report says: its tables and figures, task by task.
 
-use super::super::statistics::{EXACT_BELOW, Interval, RESAMPLES, SEED};
+use super::super::statistics::Interval;
 use super::document::{Block, Document, Figure, Table};
 use super::names::{self, NONE, number, p_value};
-use super::{Cell, Report, plot};
+use super::{Cell, Report, methods, plot};
 use crate::judge;
 use crate::verdict::Task;
 
 impl Report {
-    /// The report for people, under a title; `notes` say first what was counted.
+    /// The report for people, under a title; its notes say first what was counted.
     #[must_use]
-    pub fn document(&self, title: &str, notes: &[String]) -> Document {
-        let mut blocks: Vec<Block> = notes.iter().cloned().map(Block::Text).collect();
+    pub fn document(&self, title: &str) -> Document {
+        let mut blocks: Vec<Block> = self.about.notes.iter().cloned().map(Block::Text).collect();
         blocks.extend(self.blocks());
         Document {
             title: title.into(),
             blocks,
         }
-    }
-
-    /// The cells as CSV, one line each.
-    ///
-    /// # Errors
-    /// Never in practice: the writer's own words.
-    pub fn csv(&self) -> Result<String, String> {
-        let cells: Vec<_> = self.cells.iter().map(Cell::json).collect();
-        super::csv::csv(&cells)
     }
 
     pub(super) fn blocks(&self) -> Vec<Block> {
@@ -36,7 +27,9 @@ impl Report {
                 continue;
             }
             blocks.push(Block::Heading(heading(task).into()));
-            blocks.push(Block::Table(quality(task, &cells)));
+            let mut first = quality(task, &cells);
+            first.notes.splice(0..0, self.about.notes.iter().cloned());
+            blocks.push(Block::Table(first));
             blocks.push(Block::Figures(
                 format!("F1 with bootstrap intervals of 95 %, {} task", task.name()),
                 vec![bars(task, &cells)],
@@ -58,7 +51,7 @@ impl Report {
         }
         blocks.retain(|block| !matches!(block, Block::Figures(_, all) if all.is_empty()));
         blocks.push(Block::Heading("How it is counted".into()));
-        blocks.extend(methods().map(Block::Text));
+        blocks.extend(methods::all().map(Block::Text));
         blocks
     }
 
@@ -78,6 +71,7 @@ impl Report {
                 "p (Holm)",
             ],
         );
+        table.notes.push(methods::pairs());
         for pair in self.pairs.iter().filter(|p| p.first.task == task) {
             table.rows.push(vec![
                 names::way(&pair.first),
@@ -131,12 +125,21 @@ pub(super) fn with_interval(value: Option<f64>, interval: Option<Interval>) -> S
 
 fn quality(task: Task, cells: &[&Cell]) -> Table {
     let unlabelled = cells.iter().any(|c| c.unlabelled > 0);
-    let mut titles = vec!["n", "TP", "FP", "FN", "TN", "Unparsed", "Failed"];
+    let unasked = cells.iter().any(|c| c.unasked > 0);
+    let mut titles = vec!["n", "TP", "FP", "FN", "TN"];
+    if task == Task::Safety {
+        titles.push("Wrong obstacle");
+    }
+    titles.extend(["Unparsed", "Failed"]);
+    if unasked {
+        titles.push("Not asked");
+    }
     if unlabelled {
         titles.push("No truth");
     }
     titles.extend(["Precision", "Recall", "Specificity", "Accuracy", "F1"]);
     let mut table = table(task, "How often answers are right", "", &titles);
+    table.notes = vec![methods::counts(), methods::intervals()];
     for cell in cells {
         let c = &cell.confusion;
         let mut row = way(cell);
@@ -148,7 +151,13 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
         ];
         row.push(cell.n.to_string());
         row.extend(counts.map(|n| n.to_string()));
+        if task == Task::Safety {
+            row.push(cell.wrong_obstacle.to_string());
+        }
         row.extend([cell.unparsed, cell.failed].map(|n| n.to_string()));
+        if unasked {
+            row.push(cell.unasked.to_string());
+        }
         if unlabelled {
             row.push(cell.unlabelled.to_string());
         }
@@ -174,6 +183,7 @@ fn agreement(task: Task, cells: &[&Cell]) -> Table {
     ];
     let caption = "The obstacle that collides, agreement with the built-in judge, and calibration of risk scores";
     let mut table = table(task, caption, "-agreement", &titles);
+    table.notes = vec![methods::agreement(), methods::intervals()];
     let of = |part: u32, all: u32| match all {
         0 => NONE.into(),
         _ => format!("{part} of {all}"),
@@ -214,6 +224,7 @@ fn samples(task: Task, cells: &[&Cell]) -> Option<Table> {
         "-samples",
         &titles,
     );
+    table.notes.push(methods::samples());
     for cell in cells.iter().filter(|c| c.spread.scenarios > 0) {
         let c = &cell.majority;
         let counts = [
@@ -246,6 +257,7 @@ fn consumption(task: Task, cells: &[&Cell]) -> Option<Table> {
         "Cost unknown",
     ];
     let mut table = table(task, "Time, tokens and cost", "-cost", &titles);
+    table.notes.push(methods::consumption());
     for cell in cells {
         let c = &cell.consumption;
         if c.timed + c.counted + c.priced == 0 {
@@ -285,7 +297,7 @@ fn bars(task: Task, cells: &[&Cell]) -> Figure {
 
 fn matrices(cells: &[&Cell]) -> Vec<Figure> {
     let figure = |cell: &&Cell| {
-        let aside = match cell.unparsed + cell.failed {
+        let aside = match cell.unparsed + cell.failed + cell.unasked {
             0 => String::new(),
             aside => format!("; {aside} without a verdict"),
         };
@@ -314,32 +326,4 @@ fn calibrations(cells: &[&Cell]) -> Vec<Figure> {
         }
     };
     scored.map(figure).collect()
-}
-
-/// What every number means.
-fn methods() -> impl Iterator<Item = String> {
-    [
-        "n is every question, answered or not: TP, FP, FN and TN are verdicts beside the truth; unparsed answers hold no \
-         verdict, failed questions have no whole answer, and neither is counted as right or wrong. A yes to the safety \
-         task about a scenario whose truth names an obstacle has to name that obstacle with a risk score of 0 or 1; \
-         else it is a no."
-            .to_string(),
-        format!(
-            "Intervals are of 95 %: Wilson's for proportions, and for F1 the percentile bootstrap over scenarios with all \
-             their samples ({RESAMPLES} resamples, seed {SEED}). Wilson's take answers as independent, and are too narrow \
-             where a scenario was asked about several times. The bootstrap cannot vary where no answer is right, or every \
-             one: an interval of F1 without width says nothing."
-        ),
-        format!(
-            "Pairs differ in frame, techniques or model alone and are compared by McNemar's test on scenarios, by the \
-             majority of samples: exact below {EXACT_BELOW} scenarios that one alone is right about, else chi-square with \
-             continuity correction. p (Holm) is corrected for all pairs of a task."
-        ),
-        "Named: the true obstacle has a risk score of 0 or 1; named worst: nobody has a graver score. κ is Cohen's, of \
-         yes and no beside the built-in judge. Calibration takes the gravest risk score s of an answer as the \
-         probability 1 − s/5 of a collision; ECE has a bin for each score. A tie of samples is no vote. Unknown costs \
-         and times are counted, never taken as 0."
-            .to_string(),
-    ]
-    .into_iter()
 }

@@ -1,8 +1,37 @@
-//! The cells of a report as CSV: one line a cell, flat, nothing rounded.
+//! A report as CSV: one line a cell, or a pair of ways; flat, nothing rounded.
 
 use serde_json::Value;
 
 use super::document::clean;
+use super::{Cell, Report, json};
+
+impl Report {
+    /// The cells, one line each, with the batch and the truth as the last columns.
+    ///
+    /// # Errors
+    /// Never in practice: the writer's own words.
+    pub fn csv(&self) -> Result<String, String> {
+        self.lines(self.cells.iter().map(Cell::json))
+    }
+
+    /// The pairs of ways and McNemar's test between them, one line each; the header alone is not written.
+    ///
+    /// # Errors
+    /// Never in practice: the writer's own words.
+    pub fn pairs_csv(&self) -> Result<String, String> {
+        self.lines(self.pairs.iter().map(json::pair))
+    }
+
+    fn lines(&self, objects: impl Iterator<Item = Value>) -> Result<String, String> {
+        let with = |mut object: Value| {
+            for (name, value) in self.about.columns() {
+                object[name] = value;
+            }
+            object
+        };
+        csv(&objects.map(with).collect::<Vec<_>>())
+    }
+}
 
 /// Objects as CSV: the columns are those of the first object and then of the others; what has parts of its own is
 /// flattened, `a.b` being `b` in `a`, and lists are written `1 2 3`.

@@ -44,6 +44,8 @@ pub struct Table {
     pub columns: Vec<(String, Align)>,
     /// The cells, a row each as long as the columns.
     pub rows: Vec<Vec<String>>,
+    /// What its numbers mean, where it stands alone: in papers.
+    pub notes: Vec<String>,
 }
 
 /// On which side of its column a cell stands.
@@ -71,6 +73,7 @@ impl Table {
             name: name.into(),
             columns: titles.iter().map(column).collect(),
             rows: Vec::new(),
+            notes: Vec::new(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A report as one HTML file: nothing is loaded, colours follow the reader's choice of light or dark.
 
-use super::document::{Align, Block, Document, Table, clean};
+use super::document::{Align, Block, Document, Figure, Table, clean};
 
 /// The look: colours as variables, so that figures in SVG have them too.
 const STYLE: &str = include_str!("report.css");
@@ -24,11 +24,7 @@ impl Document {
                 Block::Figures(title, figures) => {
                     text += &format!("<h3>{}</h3>\n<div class=\"figures\">\n", escaped(title));
                     for figure in figures {
-                        text += &format!(
-                            "<figure>\n{}<figcaption>{}</figcaption>\n</figure>\n",
-                            figure.svg,
-                            escaped(&figure.caption)
-                        );
+                        text += &html_of(figure);
                     }
                     text += "</div>\n";
                 }
@@ -38,13 +34,25 @@ impl Document {
     }
 }
 
+/// A figure; its caption where it has one of its own.
+fn html_of(figure: &Figure) -> String {
+    let caption = match figure.caption.is_empty() {
+        true => String::new(),
+        false => format!("<figcaption>{}</figcaption>\n", escaped(&figure.caption)),
+    };
+    format!("<figure>\n{}{caption}</figure>\n", figure.svg)
+}
+
 fn html(table: &Table) -> String {
+    // The caption stands still where a wide table is moved to the side; the keyboard can move it, too.
+    let name = escaped(&table.name);
     let class = |align: Align| match align {
         Align::Left => "",
         Align::Right => " class=\"n\"",
     };
     let mut text = format!(
-        "<div class=\"wide\">\n<table>\n<caption>{}</caption>\n<thead><tr>",
+        "<p class=\"caption\" id=\"{name}\">{}</p>\n<div class=\"wide\" role=\"region\" aria-labelledby=\"{name}\" \
+         tabindex=\"0\">\n<table aria-labelledby=\"{name}\">\n<thead><tr>",
         escaped(&table.caption)
     );
     for (title, align) in &table.columns {
@@ -54,11 +62,23 @@ fn html(table: &Table) -> String {
     for row in &table.rows {
         text += "<tr>";
         for (cell, (_, align)) in row.iter().zip(&table.columns) {
-            text += &format!("<td{}>{}</td>", class(*align), escaped(cell));
+            text += &format!("<td{}>{}</td>", class(*align), inside(cell));
         }
         text += "</tr>\n";
     }
     text + "</tbody>\n</table>\n</div>\n"
+}
+
+/// A cell; an interval stands beneath its value, so that more columns fit on a page.
+fn inside(cell: &str) -> String {
+    match cell.split_once(" [") {
+        Some((value, interval)) if interval.ends_with(']') => format!(
+            "{} <span class=\"ci\">[{}</span>",
+            escaped(value),
+            escaped(interval)
+        ),
+        _ => escaped(cell),
+    }
 }
 
 /// Text that means nothing to HTML and SVG.

@@ -8,10 +8,10 @@ use super::names::technique;
 use super::{Cell, Pair, Report};
 
 impl Report {
-    /// `{"cells": […], "pairs": […]}`; a value that there is not is null.
+    /// `{"cells": […], "pairs": […], …}`, with what the report is of; a value that there is not is null.
     #[must_use]
     pub fn json(&self) -> Value {
-        json!({
+        let mut report = json!({
             "cells": self.cells.iter().map(Cell::json).collect::<Vec<_>>(),
             "pairs": self.pairs.iter().map(pair).collect::<Vec<_>>(),
             "intervals": {
@@ -21,7 +21,11 @@ impl Report {
                 "resamples": RESAMPLES,
                 "seed": SEED,
             },
-        })
+        });
+        for (name, value) in self.about.fields() {
+            report[name] = value;
+        }
+        report
     }
 }
 
@@ -70,6 +74,7 @@ impl Cell {
         let rest = json!({
             "unparsed": self.unparsed,
             "failed": self.failed,
+            "unasked": self.unasked,
             "unlabelled": self.unlabelled,
             "scenarios": self.scenarios,
             "precision": self.precision(),
@@ -86,6 +91,7 @@ impl Cell {
             "kappa_ci": interval(self.kappa.and_then(|k| k.interval)),
             "kappa_n": self.kappa.map(|k| k.n),
             "agreement_with_reference": self.kappa.map(|k| k.agreement),
+            "fn_wrong_obstacle": self.wrong_obstacle,
             "named": self.named.right,
             "named_of": self.named.n,
             "named_first": self.named.first,
@@ -118,7 +124,7 @@ impl Cell {
     }
 }
 
-fn pair(pair: &Pair) -> Value {
+pub(super) fn pair(pair: &Pair) -> Value {
     json!({
         "first": way(&pair.first),
         "second": way(&pair.second),

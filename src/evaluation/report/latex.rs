@@ -3,7 +3,8 @@
 use super::document::{Align, Block, Document, Table, clean};
 
 impl Document {
-    /// The tables as LaTeX, for `\input`; figures are left out, and headings and paragraphs are comments.
+    /// The tables as LaTeX, for `\input`, each with its notes beneath; figures are left out, and headings and paragraphs
+    /// are comments.
     #[must_use]
     pub fn latex(&self) -> String {
         let comment = |words: &str| {
@@ -38,7 +39,7 @@ fn latex(table: &Table) -> String {
         format!("  {} \\\\\n", cells.join(" & "))
     };
     let mut text = format!(
-        "\n\\begin{{table*}}[t]\n\\centering\n\\caption{{{}}}\n\\label{{tab:{}}}\n\\resizebox{{\\textwidth}}{{!}}{{%\n\
+        "\n\\begin{{table*}}[t]\n\\centering\n\\caption{{{}}}\n\\label{{tab:{}}}\n{FITTED}{{%\n\
          \\begin{{tabular}}{{@{{}}{sides}@{{}}}}\n  \\toprule\n",
         escaped(&table.caption),
         table.name
@@ -48,17 +49,37 @@ fn latex(table: &Table) -> String {
     for row in &table.rows {
         text += &line(&mut row.iter());
     }
-    text += "  \\bottomrule\n\\end{tabular}}\n\\end{table*}\n";
-    text
+    text += "  \\bottomrule\n\\end{tabular}}\n";
+    text += &notes(&table.notes);
+    text + "\\end{table*}\n"
 }
 
-/// Text that means nothing to LaTeX; signs that its usual fonts lack are written as mathematics.
+/// Tables that are wider than the page are made smaller, others stay as they are.
+const FITTED: &str = "\\resizebox{\\ifdim\\width>\\textwidth\\textwidth\\else\\width\\fi}{!}";
+
+/// What is to be read beneath a table, one paragraph each.
+fn notes(notes: &[String]) -> String {
+    if notes.is_empty() {
+        return String::new();
+    }
+    let mut text =
+        String::from("\\par\\medskip\n\\begin{minipage}{\\textwidth}\\footnotesize\\raggedright\n");
+    for (i, note) in notes.iter().enumerate() {
+        let begin = if i == 0 { "\\emph{Notes.} " } else { "\\par " };
+        text += &format!("{begin}{}\n", escaped(note));
+    }
+    text + "\\end{minipage}\n"
+}
+
+/// Text that means nothing to LaTeX; signs that its usual fonts lack are written as mathematics, or by their number.
 fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for c in clean(text).chars() {
         match c {
             // After the end of a row they would be an argument of it.
             '[' | '*' if escaped.is_empty() => escaped += &format!("{{{c}}}"),
+            // Two of them would be a dash, as in `--truth`.
+            '-' if escaped.ends_with('-') => escaped += "{}-",
             '\\' => escaped += "\\textbackslash{}",
             '&' | '%' | '$' | '#' | '_' | '{' | '}' => {
                 escaped.push('\\');
@@ -66,6 +87,7 @@ fn escaped(text: &str) -> String {
             }
             '~' => escaped += "\\textasciitilde{}",
             '^' => escaped += "\\textasciicircum{}",
+            '`' => escaped += "\\textasciigrave{}",
             '<' => escaped += "$<$",
             '>' => escaped += "$>$",
             '|' => escaped += "$|$",
@@ -81,7 +103,9 @@ fn escaped(text: &str) -> String {
             '×' => escaped += "$\\times$",
             '√' => escaped += "$\\surd$",
             '…' => escaped += "\\ldots{}",
-            _ => escaped.push(c),
+            // Those of Latin-1 that are letters can be typeset, and stop no compilation.
+            _ if c.is_ascii() || matches!(c, 'À'..='ÿ') => escaped.push(c),
+            _ => escaped += &format!("{{\\ttfamily U+{:04X}}}", u32::from(c)),
         }
     }
     escaped
@@ -98,6 +122,10 @@ mod tests {
             "a\\_b \\& 5\\% of \\$x\\textasciicircum{}2\\$ \\{\\textbackslash{}input\\{/etc\\}\\} \\textasciitilde{}\\#"
         );
         assert_eq!(escaped("[5cm] *"), "{[}5cm] *");
+        assert_eq!(
+            escaped("`--truth` é 中 ␛"),
+            "\\textasciigrave{}-{}-truth\\textasciigrave{} é {\\ttfamily U+4E2D} {\\ttfamily U+241B}"
+        );
         assert_eq!(escaped("κ ≤ 1 – χ²"), "$\\kappa$ $\\leq$ 1 -- $\\chi$$^2$");
     }
 }

@@ -1,5 +1,6 @@
 //! Reports: what is counted from answers beside the truth, and how it is written for people, papers and programs.
 
+mod about;
 mod cell;
 mod consumption;
 mod contents;
@@ -9,6 +10,7 @@ mod html;
 mod json;
 mod latex;
 mod markdown;
+mod methods;
 mod names;
 mod pairs;
 mod paper;
@@ -17,6 +19,7 @@ mod plot;
 mod recorded;
 mod stored;
 
+pub use about::About;
 pub use cell::{Cell, Half, Named};
 pub use consumption::Consumption;
 pub use document::{Align, Block, Document, Table};
@@ -39,6 +42,8 @@ pub struct Report {
     pub cells: Vec<Cell>,
     /// Ways that differ in one thing, on the same scenarios.
     pub pairs: Vec<Pair>,
+    /// Which answers these are, and beside which truth.
+    pub about: About,
 }
 
 impl Report {
@@ -64,7 +69,14 @@ impl Report {
         Self {
             cells: cells.flatten().collect(),
             pairs: pairs::of(&ways),
+            about: About::default(),
         }
+    }
+
+    /// The same report, saying what it is of.
+    #[must_use]
+    pub fn about(self, about: About) -> Self {
+        Self { about, ..self }
     }
 
     /// The cells of whole ways.

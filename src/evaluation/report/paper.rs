@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::super::statistics::{Interval, part_of, wilson};
 use super::super::{Confusion, Scored, Way};
-use super::{Cell, Report};
+use super::{About, Cell, Report};
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::text::Frame;
@@ -180,6 +180,17 @@ impl Paper {
             report,
             comparisons,
         })
+    }
+}
+
+impl Paper {
+    /// The same, saying what the recorded answers are.
+    #[must_use]
+    pub fn about(self, about: About) -> Self {
+        Self {
+            report: self.report.about(about),
+            ..self
+        }
     }
 }
 

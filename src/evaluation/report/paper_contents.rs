@@ -12,9 +12,10 @@ use crate::evaluation::Confusion;
 use crate::evaluation::statistics::Interval;
 
 impl Paper {
-    /// The comparison, then the report of the recorded answers; `notes` say first what was read.
+    /// The comparison, then the report of the recorded answers; its notes say first what was read.
     #[must_use]
-    pub fn document(&self, notes: &[String]) -> Document {
+    pub fn document(&self) -> Document {
+        let notes = &self.report.about.notes;
         let mut blocks: Vec<Block> = notes.iter().cloned().map(Block::Text).collect();
         blocks.extend(self.words().map(Block::Text));
         for table in ["I", "II", "III", "IV"] {
@@ -116,6 +117,7 @@ impl Paper {
                 "<False alarms",
             ],
         );
+        table.notes = self.words().collect();
         for c in rows {
             let (row, recorded) = (&c.published, c.recorded.as_ref());
             let prompt = row
@@ -157,6 +159,7 @@ impl Paper {
                 "<Finding",
             ],
         );
+        table.notes = self.words().collect();
         for c in &self.comparisons {
             for part in c.parts.iter().filter(|p| p.finding != Finding::Agrees) {
                 let of = |(hits, all), (share, interval)| {

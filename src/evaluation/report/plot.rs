@@ -95,7 +95,7 @@ pub(super) fn calibration(title: &str, calibration: &Calibration) -> String {
     let (left, top, side) = (34.0, 8.0, 160.0);
     let at = |score: f64| left + 12.0 + (side - 24.0) * score / 5.0;
     let up = |share: f64| top + side * (1.0 - share);
-    let mut text = svg(left + side + 10.0, top + side + 46.0, title);
+    let mut text = svg(left + side + 10.0, top + side + 52.0, title);
     for tick in [0.0, 0.5, 1.0] {
         let y = up(tick);
         let _ = writeln!(
@@ -140,7 +140,7 @@ pub(super) fn calibration(title: &str, calibration: &Calibration) -> String {
     let _ = writeln!(
         text,
         "<text class=\"soft\" x=\"{left}\" y=\"{:.1}\">risk score; answers</text></svg>",
-        top + side + 43.0
+        top + side + 46.0
     );
     text
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::super::{Label, Labels, Said, Scored, Way};
 use crate::judge;
 use crate::prompts::Techniques;
-use crate::store::{Key, Outcome, RunState};
+use crate::store::{Key, Outcome, RunId, RunState};
 use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
@@ -17,6 +17,8 @@ use crate::verdict::{Task, Verdict};
 pub struct Truth {
     /// Labels of people.
     pub labels: Labels,
+    /// What batches say of their scenarios, by run, with the name of the batch.
+    pub of_batches: HashMap<RunId, (String, Label)>,
     /// By name, worked out: of the exact geometry, or of the folder a scenario lies in.
     pub found: BTreeMap<String, Label>,
     /// Whether the built-in judge's stored verdicts on the collision task, the exact geometry of whole recordings,
@@ -37,6 +39,8 @@ pub struct Stored {
     pub other_tasks: u32,
     /// Runs that were asked in a way that this version does not know.
     pub unknown_ways: u32,
+    /// Answers beside the truth of their batch, by batch.
+    pub of_batches: BTreeMap<String, u32>,
     /// Scenarios without a truth.
     pub unlabelled: Vec<String>,
 }
@@ -98,18 +102,25 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth) -> Stored {
             judged.insert(&outcome.scenario, label);
         }
     }
-    let label = |name: &str| {
-        let found = truth
-            .labels
-            .of(name)
-            .or_else(|| truth.found.get(name).copied());
+    let mut of_batches: BTreeMap<String, u32> = BTreeMap::new();
+    let mut label = |outcome: &Outcome| {
+        let name = outcome.scenario.as_str();
+        if let Some(label) = truth.labels.of(name) {
+            return Some(label);
+        }
+        if let Some((batch, label)) = truth.of_batches.get(&outcome.run) {
+            *of_batches.entry(batch.clone()).or_default() += 1;
+            return Some(*label);
+        }
+        let found = truth.found.get(name).copied();
         found.or_else(|| judged.get(name).copied().filter(|_| truth.judged))
     };
     let references: Vec<Option<Verdict>> = counted
         .iter()
         .map(|(outcome, _)| references.get(&question(outcome)).map(|v| (*v).clone()))
         .collect();
-    let truths: Vec<Option<Label>> = counted.iter().map(|(o, _)| label(&o.scenario)).collect();
+    let truths: Vec<Option<Label>> = counted.iter().map(|(o, _)| label(o)).collect();
+    stored.of_batches = of_batches;
     let mut unlabelled: Vec<String> = counted
         .iter()
         .zip(&truths)
@@ -205,7 +216,7 @@ fn said(outcome: &Outcome) -> Said {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::{Consumed, Origin, RunId};
+    use crate::store::{Consumed, Origin};
 
     fn outcome(run: i64, model: &str, state: RunState, collision: Option<bool>) -> Outcome {
         let verdict = |yes: bool| {
@@ -256,6 +267,33 @@ mod tests {
         let first = &stored.scored[0];
         assert_eq!(first.truth, Some(Label::Collision(None)));
         assert!(first.reference.as_ref().is_some_and(|v| v.dangerous));
+    }
+
+    #[test]
+    fn an_answer_of_a_batch_is_held_against_the_truth_of_that_batch() {
+        let of = |run| Outcome {
+            model: format!("lab/{run}"),
+            ..outcome(run, "", RunState::Answered, Some(true))
+        };
+        let runs = [of(1), of(2), of(3)];
+        let mut truth = Truth::default();
+        let mut tell =
+            |run, batch: &str, label| truth.of_batches.insert(RunId(run), (batch.into(), label));
+        tell(1, "b1", Label::Safe);
+        tell(2, "b2", Label::Collision(Some(7)));
+        let found = stored(&runs, &truth);
+        let truths: Vec<_> = found.scored.iter().map(|s| s.truth).collect();
+        let collision = Some(Label::Collision(Some(7)));
+        assert_eq!(truths, [Some(Label::Safe), collision, None]);
+        let counts = [("b1".to_string(), 1), ("b2".to_string(), 1)];
+        assert_eq!(found.of_batches, BTreeMap::from(counts));
+        truth.found.insert("a".into(), Label::Safe);
+        let found = stored(&runs, &truth);
+        assert_eq!(
+            found.scored[1].truth, collision,
+            "the batch's own counts first"
+        );
+        assert_eq!(found.scored[2].truth, Some(Label::Safe));
     }
 
     #[test]

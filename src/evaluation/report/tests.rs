@@ -49,7 +49,7 @@ fn says(dangerous: bool, obstacles: &[(i64, u8)]) -> Said {
 }
 
 /// Two collisions with obstacle 7, one found by name and one with another name, a false alarm, a right no, an answer
-/// without a verdict, a failure, and a scenario without a truth.
+/// without a verdict, a failure, a scenario without a truth, and a question that was not asked.
 fn answers(way: &Way) -> Vec<Scored> {
     let hit = Some(Label::Collision(Some(7)));
     let safe = Some(Label::Safe);
@@ -61,6 +61,7 @@ fn answers(way: &Way) -> Vec<Scored> {
         one("e", way, hit, Said::Unparsed("prose".into())),
         one("f", way, safe, Said::Failed("429".into())),
         one("g", way, None, says(true, &[])),
+        one("h", way, safe, Said::Unasked("not yet".into())),
     ]
 }
 
@@ -85,10 +86,13 @@ fn every_question_is_in_one_place() {
         "tn",
         "unparsed",
         "failed",
+        "unasked",
         "unlabelled",
     ]
     .map(number);
-    assert_eq!(counts, [7, 1, 1, 1, 1, 1, 1, 1]);
+    assert_eq!(counts, [8, 1, 1, 1, 1, 1, 1, 1, 1]);
+    // The no of "b" was a yes with another name.
+    assert_eq!(number("fn_wrong_obstacle"), 1);
     assert_eq!(counts[0], counts[1..].iter().sum::<u64>());
     assert_eq!(
         (&all["technique"], &all["frame"]),
@@ -102,7 +106,7 @@ fn every_question_is_in_one_place() {
     let brier = all["calibration"]["brier"].as_f64().unwrap();
     assert!((brier - 0.1).abs() < 1e-12, "{brier}");
     assert_eq!(all["agreement_with_reference"], 0.5);
-    assert_eq!((number("cost_unknown"), number("timed")), (6, 1));
+    assert_eq!((number("cost_unknown"), number("timed")), (7, 1));
     assert_eq!(
         (&all["cost_usd"], &all["seconds_median"]),
         (&0.5.into(), &2.0.into())
@@ -179,16 +183,23 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
             )
         })
         .collect();
-    // Four scenarios have a truth and verdicts, two have a truth and no verdict; base with lab/y differs in two things.
-    assert_eq!(pairs, [("techniques", 4, 2, 0, 1), ("model", 4, 2, 1, 0)]);
+    // Four scenarios have a truth and verdicts, three have a truth and no verdict; base with lab/y differs in two things.
+    assert_eq!(pairs, [("techniques", 4, 3, 0, 1), ("model", 4, 3, 1, 0)]);
+    let csv = report.pairs_csv().unwrap();
+    let line = "safety,ego,base,lab/x,safety,ego,cp,lab/x,techniques,4,3,0,1,,1.0,1.0,,";
+    assert_eq!(csv.lines().nth(1), Some(line), "{csv}");
+    assert_eq!(csv.lines().count(), 3, "{csv}");
 }
 
 #[test]
 fn nothing_from_outside_is_obeyed() {
     let hostile = "lab/<script>alert(1)</script>|`a`\u{1b}[31m_&%$";
     let way = way(Task::Safety, "cp", hostile);
-    let report = Report::of(&answers(&way));
-    let document = report.document("A & B", &["<b>note</b>".into()]);
+    let report = Report::of(&answers(&way)).about(About {
+        notes: vec!["<b>note</b> \\input{x}".into()],
+        ..About::default()
+    });
+    let document = report.document("A & B");
     let html = document.html();
     assert!(
         !html.contains("<script") && !html.contains("<b>") && !html.contains('\u{1b}'),
@@ -198,7 +209,24 @@ fn nothing_from_outside_is_obeyed() {
     for outside in ["http:", "https:", "src=", "@import", "url("] {
         assert!(!html.contains(outside), "{outside}");
     }
+    assert!(!html.contains("<figcaption></figcaption>"), "{html}");
     let latex = document.latex();
+    // Beneath the table, not only as a comment.
+    let printed: Vec<&str> = latex.lines().filter(|l| !l.starts_with('%')).collect();
+    assert!(
+        printed.contains(&"\\emph{Notes.} $<$b$>$note$<$/b$>$ \\textbackslash{}input\\{x\\}"),
+        "{latex}"
+    );
+    assert_eq!(
+        latex.matches("\\begin{minipage}").count(),
+        latex.matches("\\end{minipage}").count()
+    );
+    assert!(
+        printed
+            .iter()
+            .any(|l| l.starts_with("\\par Intervals are of 95 \\%")),
+        "{latex}"
+    );
     assert!(
         latex.contains("\\_\\&\\%\\$") && latex.contains("\\toprule"),
         "{latex}"
@@ -212,6 +240,10 @@ fn nothing_from_outside_is_obeyed() {
     assert!(line.starts_with("| ego "), "{line}");
     let csv = report.csv().unwrap();
     assert_eq!(csv.lines().count(), 5, "a header and four cells");
+    assert!(
+        csv.lines().next().unwrap().ends_with(",batch,truth"),
+        "{csv}"
+    );
     assert!(
         csv.starts_with("label,task,frame,technique,model,n,tp,fp,fn,tn,unparsed,failed,"),
         "{csv}"

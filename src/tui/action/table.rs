@@ -77,7 +77,7 @@ table! {
     GroupScenarios, Global, "group", ["shift-s"], 0, "group", "Group the list by country, folder, tag, what answers say, or not at all.";
     EditTags, Global, "tags", ["#"], 0, "tags", "Give the selected scenario tags of your own.";
     TakeAsEgo, Global, "take-as-ego", ["shift-e"], 0, "as ego", "Take the picked obstacle as the ego.";
-    RecordedEgo, Global, "recorded-ego", ["backspace"], 0, "recorded ego", "Go back from an obstacle as the ego to the recorded one, or to that of --ego.";
+    RecordedEgo, Global, "recorded-ego", ["backspace"], 0, "recorded ego", "Go back from an obstacle as the ego to the recorded one, or to that of --ego; from a changed scene to the scenario as it is.";
     Follow, Global, "follow", ["w"], 0, "follow", "Keep the ego in the middle of the map, or not.";
     EgoUp, Global, "ego-up", ["u"], 0, "ego up", "Turn the map so that the ego drives upwards, or north up.";
     FitMap, Global, "fit", ["a"], 0, "fit all", "Show the whole map.";
@@ -85,7 +85,7 @@ table! {
     ZoomOut, Global, "zoom-out", ["-"], 0, "zoom out", "Zoom the map out.";
     History, Global, "history", ["ctrl-r"], 0, "history", "The history of runs: what was asked and answered.";
     TaskList, Global, "tasks", ["shift-j"], 0, "tasks", "Everything that runs or waits, what it costs, and what became of what ran.";
-    Results, Global, "results", ["%"], 0, "results", "What all stored answers come to: right and wrong by model, frame and techniques, and the answers behind each number.";
+    Results, Global, "results", ["%"], 0, "results", "What stored answers come to, a batch's or all: right and wrong by model, frame and techniques, and the answers behind each number.";
     MarkScenario, Global, "mark-scenario", ["*"], 0, "mark scenario", "Mark the selected scenario, or take its mark away.";
     UnmarkScenarios, Global, "unmark-scenarios", [], 0, "unmark all", "Take the marks of all scenarios away.";
     AskMarked, Global, "ask-marked", ["shift-a"], 0, "ask many", "Ask the chosen model about the marked scenarios, or about all that are listed where none is marked.";
@@ -147,6 +147,7 @@ table! {
     CellLeft, Results, "cell-left", ["left", "h"], 2, "cell", "The number on the left.";
     CellRight, Results, "cell-right", ["right", "l"], 2, "cell", "The number on the right.";
     OpenCell, Results, "open-cell", ["enter"], 1, "open", "List the answers behind the number; open the scenario of an answer, asked in the same way.";
+    ChooseCounted, Results, "choose-counted", ["b"], 3, "which answers", "Choose what is counted: a batch by its own truth, or everything by what the built-in judge says.";
     EditDone, Editor, "edit-done", ["esc"], 1, "done", "Give the keys back; the draft stays in use. In vim's modes, first back to normal.";
     SaveTemplate, Editor, "save-template", ["ctrl-s"], 2, "save", "Save the template in your prompts folder.";
     SaveTemplateAs, Editor, "save-as", ["ctrl-a", "alt-s"], 8, "save as", "Save it under a new name, and use that for the task and frame.";

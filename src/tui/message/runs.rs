@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::evaluation::batch::{Counting, Offer};
 use crate::evaluation::{Answer, Plan, Results};
 use crate::scenario::Entry;
 use crate::store::{Edge, Filter, Page, Run, RunId};
@@ -57,8 +58,9 @@ pub enum HistoryNews {
 /// What the screen of results wants.
 #[derive(Debug)]
 pub enum ResultsAsk {
-    /// All stored answers counted, with the truth by the built-in judge, for which these files may be the scenarios.
-    Read(PageId, Vec<Entry>),
+    /// Stored answers counted: these, or those of the newest batch, or all where there is no batch. Of all of them the
+    /// built-in judge says what is true, for which these files may be the scenarios.
+    Read(PageId, Option<Counting>, Vec<Entry>),
     /// A run whole.
     Run(RunId),
     /// Nothing any longer.
@@ -68,10 +70,25 @@ pub enum ResultsAsk {
 /// What the screen of results hears.
 #[derive(Debug)]
 pub enum ResultsNews {
-    /// What the answers come to, by way of asking.
-    Read(PageId, Result<Vec<Results>, String>),
+    /// What the answers come to.
+    Read(PageId, Result<Box<CountedAnswers>, String>),
     /// A run, if it is still there.
     Run(RunId, Result<Option<Box<Run>>, String>),
+}
+
+/// What stored answers come to.
+#[derive(Debug)]
+pub struct CountedAnswers {
+    /// Which are counted.
+    pub counting: Counting,
+    /// What there is to choose from.
+    pub offers: Vec<Offer>,
+    /// A row for each way of asking.
+    pub rows: Vec<Results>,
+    /// Questions of the batch that were not answered yet; they are not counted.
+    pub waiting: usize,
+    /// Whether nothing more follows: else the built-in judge is at work.
+    pub whole: bool,
 }
 
 /// Numbers the batches of questions.

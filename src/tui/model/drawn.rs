@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 
 use ratatui::layout::{Position, Rect};
 
-use super::{Border, Pane, Shown};
+use super::{Border, Pane, ResultsDrawn, Shown};
 use crate::geometry::Point;
 use crate::tui::widgets::reading::Reading;
 
@@ -17,6 +17,7 @@ pub struct Drawn {
     map: RefCell<Option<MapDrawn>>,
     scales: RefCell<Vec<Rect>>,
     history: Cell<Option<HistoryDrawn>>,
+    results: RefCell<ResultsDrawn>,
     list: RefCell<Option<Rect>>,
     columns: RefCell<Vec<(Extent, Vec<usize>)>>,
     /// The rows of the reasoning in which claims begin.
@@ -106,6 +107,7 @@ impl Drawn {
         *self.map.borrow_mut() = None;
         self.scales.borrow_mut().clear();
         self.history.set(None);
+        *self.results.borrow_mut() = ResultsDrawn::default();
         *self.list.borrow_mut() = None;
         self.columns.borrow_mut().clear();
         self.claims.borrow_mut().clear();
@@ -131,6 +133,17 @@ impl Drawn {
     #[must_use]
     pub fn history(&self) -> HistoryDrawn {
         self.history.get().unwrap_or_default()
+    }
+
+    /// The screen of results is here.
+    pub fn set_results(&self, drawn: ResultsDrawn) {
+        *self.results.borrow_mut() = drawn;
+    }
+
+    /// The screen of results as it was drawn last.
+    #[must_use]
+    pub fn results(&self) -> ResultsDrawn {
+        self.results.borrow().clone()
     }
 
     /// A pane is here.

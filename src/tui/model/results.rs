@@ -1,8 +1,11 @@
-//! What all stored answers come to: a matrix, and the answers behind one of its cells.
+//! What stored answers come to: a matrix, the answers behind one of its cells, and a list of what can be counted.
 
+use ratatui::layout::{Position, Rect};
+
+use crate::evaluation::batch::{Counting, Offer};
 use crate::evaluation::{Counted, Outcome, Results};
 use crate::store::RunId;
-use crate::tui::message::runs::PageId;
+use crate::tui::message::runs::{CountedAnswers, PageId};
 
 /// The screen of results.
 #[derive(Debug, Default)]
@@ -11,10 +14,22 @@ pub struct ResultsView {
     pub asked: PageId,
     /// Whether it is on its way.
     pub reading: bool,
+    /// Whether the built-in judge is still at work on the truth of what is shown.
+    pub judging: bool,
     /// Why the store cannot be read.
     pub error: Option<String>,
+    /// What the user chose to be counted.
+    pub chosen: Option<Counting>,
+    /// What is counted in the rows; nothing before anything was read.
+    pub counting: Option<Counting>,
+    /// What there is to choose from.
+    pub offers: Vec<Offer>,
+    /// The line of that list, while it is open.
+    pub choosing: Option<usize>,
     /// A row for each way of asking.
     pub rows: Vec<Results>,
+    /// Questions of the batch that were not answered yet; they are not counted.
+    pub waiting: usize,
     /// The selected row.
     pub selected: usize,
     /// The selected cell: 0 is the whole row, then the outcomes in their order.
@@ -47,10 +62,25 @@ impl ResultsView {
         all.iter().filter(fits).collect()
     }
 
+    /// What is counted, with its truth in words.
+    #[must_use]
+    pub fn offer(&self) -> Option<&Offer> {
+        let counting = self.counting?;
+        self.offers.iter().find(|offer| offer.counting == counting)
+    }
+
     /// Takes what was read. What was selected stays selected where it is still there.
-    pub fn take(&mut self, rows: Vec<Results>) {
+    pub fn take(&mut self, read: CountedAnswers) {
         let way = self.row().map(|row| row.way.clone());
-        self.rows = rows;
+        if self.counting != Some(read.counting) {
+            self.inside = None;
+        }
+        self.reading = !read.whole;
+        self.judging = !read.whole;
+        self.counting = Some(read.counting);
+        self.offers = read.offers;
+        self.waiting = read.waiting;
+        self.rows = read.rows;
         let place = self
             .rows
             .iter()
@@ -60,8 +90,10 @@ impl ResultsView {
         self.settle();
     }
 
-    /// Keeps the selected answer one of those that are listed.
+    /// Keeps what is selected one of those that are listed.
     pub fn settle(&mut self) {
+        let last = self.offers.len().saturating_sub(1);
+        self.choosing = self.choosing.map(|line| line.min(last));
         let count = self.answers().len();
         self.inside = match self.inside {
             Some(_) if count == 0 => None,
@@ -72,6 +104,10 @@ impl ResultsView {
 
     /// Moves the selection by so many lines.
     pub fn move_by(&mut self, lines: isize) {
+        if let Some(line) = &mut self.choosing {
+            *line = line.saturating_add_signed(lines);
+            return self.settle();
+        }
         match self.inside {
             Some(place) => self.inside = Some(place.saturating_add_signed(lines)),
             None => {
@@ -80,5 +116,42 @@ impl ResultsView {
             }
         }
         self.settle();
+    }
+}
+
+/// The screen of results as it was drawn.
+#[derive(Debug, Clone, Default)]
+pub struct ResultsDrawn {
+    /// The rows of the list on top: of what can be counted, of answers, or of the matrix.
+    pub list: Rect,
+    /// The first row that is shown.
+    pub top: usize,
+    /// First columns and widths of the numbers of the matrix.
+    pub cells: Vec<(u16, u16)>,
+    /// The bars, and of which rows of the matrix they are.
+    pub bars: (Rect, Vec<usize>),
+}
+
+impl ResultsDrawn {
+    /// The row of the list at a position of the screen.
+    #[must_use]
+    pub fn row(&self, at: Position) -> Option<usize> {
+        let inside = self.list.contains(at);
+        inside.then(|| self.top + usize::from(at.y - self.list.y))
+    }
+
+    /// The number of the matrix at a column of the screen; beside them the first one, which is the whole row.
+    #[must_use]
+    pub fn cell(&self, x: u16) -> usize {
+        let under = |(from, width): &(u16, u16)| (*from..from.saturating_add(*width)).contains(&x);
+        self.cells.iter().position(under).unwrap_or(0)
+    }
+
+    /// The row of the matrix whose bar is at a position.
+    #[must_use]
+    pub fn bar(&self, at: Position) -> Option<usize> {
+        let (area, rows) = &self.bars;
+        let inside = area.contains(at);
+        inside.then(|| rows.get(usize::from(at.y - area.y)).copied())?
     }
 }

@@ -1,4 +1,9 @@
-//! The screen of results: a matrix of all ways of asking, what techniques make of the selected one, and the answers of a cell.
+//! The screen of results: a matrix of all ways of asking, what techniques make of the selected one, the answers of a cell, and
+//! which answers are counted, by which truth.
+
+mod answers;
+mod bars;
+mod choice;
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -7,9 +12,11 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use crate::evaluation::{Confusion, Counted, Outcome, Results, Way};
+use crate::evaluation::batch::Counting;
+use crate::evaluation::{Confusion, Outcome, Results, Way};
 use crate::text::visible;
-use crate::tui::model::{Model, ResultsView};
+use crate::tui::action::Action;
+use crate::tui::model::{Model, ResultsDrawn, ResultsView};
 use crate::tui::theme::Theme;
 use crate::tui::widgets::words::{fit_end, pad, thousands};
 
@@ -19,6 +26,9 @@ const HEADS: [&str; 8] = ["n", "tp", "fp", "fn", "tn", "open", "unp", "fail"];
 /// Columns of a way at most: the numbers stay near it on a wide screen.
 const NAMES: usize = 64;
 
+/// Columns from which on the intervals of F1 stand in the matrix too.
+const WIDE: u16 = 110;
+
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let body = Rect {
         height: screen.height.saturating_sub(1),
@@ -27,46 +37,92 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     frame.render_widget(Clear, body);
     frame.render_widget(Block::new().style(model.theme.base()), body);
     let results = &model.results;
-    if results.rows.is_empty() {
-        let inner = super::window_at(frame, body, model, &title(results));
-        let words = match (&results.error, results.reading) {
-            (Some(error), _) => error.as_str(),
-            (None, true) => "reading the store…",
-            (None, false) => {
-                "no model has been asked yet; r on the main screen asks, and `nearmiss import` reads recorded answers"
-            }
-        };
-        let text = Paragraph::new(visible(words).into_owned()).wrap(Wrap { trim: true });
-        frame.render_widget(text.style(Style::new().fg(model.theme.dim)), inner);
-        return;
+    let mut drawn = match results.inside {
+        _ if results.rows.is_empty() => {
+            empty(frame, body, model);
+            ResultsDrawn::default()
+        }
+        Some(selected) => answers::draw(frame, body, model, selected),
+        None => {
+            let rows = bars::rows(model);
+            // The borders, the lines about the truth, and a matrix of some rows come before the bars.
+            let height = u16::try_from(rows.len() + 2).unwrap_or(u16::MAX);
+            let height = height.min(body.height / 2);
+            let [above, below] =
+                Layout::vertical([Constraint::Min(0), Constraint::Length(height)]).areas(body);
+            let mut drawn = matrix(frame, above, model);
+            drawn.bars = bars::draw(frame, below, model, &rows);
+            drawn
+        }
+    };
+    if let Some(selected) = results.choosing {
+        drawn = choice::draw(frame, body, model, selected);
     }
-    if results.inside.is_some() {
-        return answers(frame, body, model);
-    }
-    let bars = ablation(model, usize::from(body.width).saturating_sub(2));
-    // The borders, the line about the truth, and a matrix of some rows come before the bars.
-    let height = u16::try_from(bars.len() + 2).unwrap_or(u16::MAX);
-    let height = height.min(body.height / 2);
-    let [above, below] =
-        Layout::vertical([Constraint::Min(0), Constraint::Length(height)]).areas(body);
-    matrix(frame, above, model);
-    let way = results.row().map_or(String::new(), |row| {
-        let task = row.way.task.name();
-        let frame = row.way.frame.map_or("", |frame| frame.name());
-        visible(&format!(
-            "F1 by techniques · {task} {frame} · {}",
-            row.way.model
-        ))
-        .into_owned()
-    });
-    let inner = super::window_at(frame, below, model, &way);
-    frame.render_widget(Paragraph::new(bars), inner);
+    model.drawn.set_results(drawn);
+}
+
+/// Why there is nothing to count.
+fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
+    let results = &model.results;
+    let inner = super::window_at(frame, body, model, &title(results));
+    let key = model.look.key(Action::ChooseCounted);
+    let words = match (&results.error, results.reading, results.counting) {
+        (Some(error), ..) => error.clone(),
+        (None, true, _) => "reading the store…".into(),
+        (None, false, Some(counting @ Counting::Batch(..))) => format!(
+            "nothing of {counting} is answered yet, {} questions wait; {key} counts other answers",
+            results.waiting
+        ),
+        (None, false, _) => {
+            "no model has been asked yet; r on the main screen asks, and `nearmiss import` reads recorded answers".into()
+        }
+    };
+    let text = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
+    frame.render_widget(text.style(Style::new().fg(model.theme.dim)), inner);
 }
 
 fn title(results: &ResultsView) -> String {
     let count: usize = results.rows.iter().map(|row| row.answers.len()).sum();
     let reading = if results.reading { " …" } else { "" };
-    format!("results · {} answers{reading}", thousands(count as u64))
+    let counting = results
+        .counting
+        .map_or(String::new(), |c| format!("{c} · "));
+    format!(
+        "results · {counting}{} answers{reading}",
+        thousands(count as u64)
+    )
+}
+
+/// The lines about the truth, at the bottom of an area; gives what is above them.
+fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
+    let results = &model.results;
+    let mut words = results.offer().map_or("truth: not known".into(), |offer| {
+        format!("truth: {}", visible(&offer.truth))
+    });
+    // In the matrix the title says it.
+    if let Some(counting) = results.counting.filter(|_| results.inside.is_some()) {
+        words.push_str(&format!(" · of {counting}"));
+    }
+    if results.judging {
+        words.push_str(" · it is at work: what is open may not stay so");
+    }
+    match results.waiting {
+        0 => {}
+        1 => words.push_str(" · 1 question waits for an answer and is not counted"),
+        n => words.push_str(&format!(
+            " · {n} questions wait for an answer and are not counted"
+        )),
+    }
+    words.push_str(" · open: truth not known · unp: no verdict was read · fail: no whole answer");
+    let text = Paragraph::new(words)
+        .style(Style::new().fg(model.theme.dim))
+        .wrap(Wrap { trim: true });
+    let lines = u16::try_from(text.line_count(area.width)).unwrap_or(u16::MAX);
+    let lines = lines.min(area.height.saturating_sub(2) / 2);
+    let [above, below] =
+        Layout::vertical([Constraint::Min(0), Constraint::Length(lines)]).areas(area);
+    frame.render_widget(text, below);
+    above
 }
 
 /// How it was asked, in few columns.
@@ -96,9 +152,17 @@ fn cells(row: &Results) -> Vec<String> {
     all.chain(counts).collect()
 }
 
-fn matrix(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+fn interval(row: &Results) -> String {
+    let ends = row.f1.map(|i| format!("{:.2} to {:.2}", i.low, i.high));
+    format!("  {}", pad(&ends.unwrap_or_default(), 12))
+}
+
+/// Draws the matrix; gives where its rows and numbers stand.
+fn matrix(frame: &mut Frame<'_>, area: Rect, model: &Model) -> ResultsDrawn {
     let (theme, results) = (&model.theme, &model.results);
     let inner = super::window_at(frame, area, model, &title(results));
+    let inner = foot(frame, inner, model);
+    let wide = inner.width >= WIDE;
     let table: Vec<Vec<String>> = results.rows.iter().map(cells).collect();
     let widths: Vec<usize> = (0..HEADS.len())
         .map(|column| {
@@ -107,7 +171,8 @@ fn matrix(frame: &mut Frame<'_>, area: Rect, model: &Model) {
             (longest.unwrap_or(0) + 1).max(HEADS[column].len() + 1)
         })
         .collect();
-    let fixed: usize = widths.iter().sum::<usize>() + 3 * 5 + 2;
+    let intervals = if wide { 2 + 12 } else { 0 };
+    let fixed: usize = widths.iter().sum::<usize>() + 3 * 5 + intervals + 2;
     let names = usize::from(inner.width).saturating_sub(fixed).min(NAMES);
     let dim = Style::new().fg(theme.dim);
     let mut head = format!("  {}", pad("asked", names));
@@ -115,8 +180,10 @@ fn matrix(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         head.push_str(&format!("{word:>width$}"));
     }
     head.push_str(" prec  rec   F1");
-    let truth = "truth: the built-in judge · open: truth not known · unp: no verdict was read";
-    let rows = usize::from(inner.height).saturating_sub(2);
+    if wide {
+        head.push_str("  F1, 95 %");
+    }
+    let rows = usize::from(inner.height).saturating_sub(1);
     let top = (results.selected + 1).saturating_sub(rows);
     let mut lines = vec![Line::styled(head, dim.add_modifier(Modifier::BOLD))];
     let shown = results.rows.iter().zip(&table).enumerate();
@@ -152,6 +219,9 @@ fn matrix(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         for share in shares(&row.confusion()) {
             spans.push(Span::raw(format!("{share:>5}")));
         }
+        if wide {
+            spans.push(Span::styled(interval(row), dim));
+        }
         let line = Line::from(spans);
         lines.push(match chosen {
             true => theme.select(line),
@@ -159,12 +229,24 @@ fn matrix(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         });
     }
     frame.render_widget(Paragraph::new(lines), inner);
-    let foot = Rect {
-        y: inner.bottom().saturating_sub(1),
-        height: 1.min(inner.height),
+    let list = Rect {
+        y: inner.y + 1.min(inner.height),
+        height: inner.height.saturating_sub(1),
         ..inner
     };
-    frame.render_widget(Span::styled(truth, dim), foot);
+    let column = |columns: usize| u16::try_from(columns).unwrap_or(u16::MAX);
+    let mut x = inner.x.saturating_add(column(2 + names));
+    let cells = widths.iter().map(|width| {
+        let cell = (x, column(*width));
+        x = x.saturating_add(cell.1);
+        cell
+    });
+    ResultsDrawn {
+        list,
+        top,
+        cells: cells.collect(),
+        ..ResultsDrawn::default()
+    }
 }
 
 fn color_of(theme: &Theme, column: usize) -> Option<Color> {
@@ -174,98 +256,4 @@ fn color_of(theme: &Theme, column: usize) -> Option<Color> {
         Outcome::Unparsed => Some(theme.warning),
         Outcome::Open => None,
     }
-}
-
-/// F1 of every set of techniques with which the selected row's model was asked the same, as bars with their numbers.
-fn ablation(model: &Model, width: usize) -> Vec<Line<'static>> {
-    let (theme, results) = (&model.theme, &model.results);
-    let Some(row) = results.row() else {
-        return Vec::new();
-    };
-    let like = |other: &&Results| {
-        let (a, b) = (&row.way, &other.way);
-        (a.task, a.frame, &a.model) == (b.task, b.frame, &b.model)
-    };
-    let lines = results.rows.iter().filter(like).map(|other| {
-        let counts = other.confusion();
-        let f1 = counts.f1();
-        let number = f1.map_or(" -  ".into(), |f1| format!("{f1:.2}"));
-        let of = counts.positives() + counts.negatives();
-        let tail = format!(" {number}  of {of}");
-        let techniques = other.way.techniques.map_or("-".into(), |t| t.to_string());
-        let room = width.saturating_sub(2 + 11 + tail.width()).min(80);
-        let long = (f1.unwrap_or(0.0) * room as f64).round() as usize;
-        let chosen = other.way == row.way;
-        let style = Style::new().fg(if chosen { theme.accent } else { theme.dim });
-        Line::from(vec![
-            Span::raw(if chosen { "▸ " } else { "  " }),
-            Span::raw(pad(&techniques, 11)),
-            Span::styled("█".repeat(long), style),
-            Span::raw(tail),
-        ])
-    });
-    lines.collect()
-}
-
-fn said(outcome: Outcome) -> (&'static str, &'static str) {
-    match outcome {
-        Outcome::TruePositive => ("right", "says yes"),
-        Outcome::TrueNegative => ("right", "says no"),
-        Outcome::FalsePositive => ("wrong", "says yes, the judge no"),
-        Outcome::FalseNegative => ("wrong", "says no, the judge yes"),
-        Outcome::Open => ("open", "has a verdict; truth not known"),
-        Outcome::Unparsed => ("none", "no verdict in the answer"),
-        Outcome::Failed => ("fail", "no whole answer"),
-    }
-}
-
-fn answers(frame: &mut Frame<'_>, area: Rect, model: &Model) {
-    let (theme, results) = (&model.theme, &model.results);
-    let all = results.answers();
-    let cell = results.column.min(HEADS.len() - 1);
-    let title = results.row().map_or(String::new(), |row| {
-        let how = asked(&row.way);
-        let how: Vec<&str> = how.split_whitespace().collect();
-        let (how, head) = (how.join(" "), HEADS[cell]);
-        format!("{} · {how} · {head} {}", visible(&row.way.model), all.len())
-    });
-    let inner = super::window_at(frame, area, model, &title);
-    let selected = results.inside.unwrap_or(0);
-    let rows = usize::from(inner.height);
-    let top = selected
-        .saturating_sub(rows / 2)
-        .min(all.len().saturating_sub(rows));
-    let line = |(place, answer): (usize, &&Counted)| {
-        let chosen = place == selected;
-        let (word, what) = said(answer.outcome);
-        let color = match answer.outcome.is_right() {
-            Some(true) => theme.safe,
-            Some(false) => theme.danger,
-            None => theme.warning,
-        };
-        let sample = match answer.sample {
-            0 => String::new(),
-            n => format!(" sample {n}"),
-        };
-        let tail = format!("  run {}{sample}", answer.run);
-        let rest = usize::from(inner.width).saturating_sub(2 + 6 + tail.width());
-        let what_width = 38.min(rest / 2);
-        let name_width = (rest - what_width).min(NAMES);
-        let line = Line::from(vec![
-            Span::raw(if chosen { "▸ " } else { "  " }),
-            Span::styled(
-                pad(word, 6),
-                Style::new().fg(color).add_modifier(Modifier::BOLD),
-            ),
-            Span::raw(pad(&visible(&answer.scenario), name_width)),
-            Span::raw(pad(what, what_width)),
-            Span::styled(tail, Style::new().fg(theme.dim)),
-        ]);
-        match chosen {
-            true => theme.select(line),
-            false => line.style(theme.base()),
-        }
-    };
-    let shown = all.iter().enumerate().skip(top).take(rows);
-    frame.render_widget(Paragraph::new(shown.map(line).collect::<Vec<_>>()), inner);
 }

@@ -12,10 +12,10 @@ use tokio::sync::mpsc::UnboundedSender;
 use super::Tasks;
 use crate::judge::{self, judge_under};
 use crate::metrics::Thresholds;
-use crate::scenario::{Entry, Scene, WantedEgo, Window};
+use crate::scenario::{Entry, Scene, Transform, WantedEgo, Window};
 use crate::store::{Filter, Interrupter, Run, Store};
 use crate::system;
-use crate::tui::loaded::obstacle_taken;
+use crate::tui::loaded::{changed_scene, obstacle_taken};
 use crate::tui::message::Msg;
 use crate::tui::message::runs::{HistoryAsk, HistoryNews};
 use crate::verdict::{Task, Verdict};
@@ -303,6 +303,7 @@ impl Truths {
         }
         let asked = Question {
             task: question.task,
+            scenario: &question.scenario,
             scenario_hash: question.scenario_hash.as_deref(),
             ego: &question.ego,
             window: question.window,
@@ -320,31 +321,42 @@ impl Truths {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Question<'a> {
     pub task: Task,
+    /// Its name, with a change of the scene in brackets if there was one.
+    pub scenario: &'a str,
     pub scenario_hash: Option<&'a str>,
     pub ego: &'a str,
     pub window: Option<(i64, i64)>,
 }
 
 /// What the built-in judge says to the question of a run, if this file is its scenario.
-pub(super) fn verdict(
-    entry: &Entry,
-    judging: &Judging,
-    question: &Question<'_>,
-) -> Option<Verdict> {
+fn verdict(entry: &Entry, judging: &Judging, question: &Question<'_>) -> Option<Verdict> {
     if !Task::VERDICTS.contains(&question.task) {
         return None;
     }
-    let scenario = entry.read().ok()?;
-    if Some(scenario.hash.to_string().as_str()) != question.scenario_hash {
-        return None;
-    }
+    let scene = scene_of(entry, judging, question)?;
+    verdict_on(&scene, judging, question)
+}
+
+/// The scene that was asked about, changed as it was, if this file is its scenario.
+pub(super) fn scene_of(
+    entry: &Entry,
+    judging: &Judging,
+    question: &Question<'_>,
+) -> Option<Arc<Scene>> {
+    let (_, change) = Transform::of_name(question.scenario);
     let taken = obstacle_taken(question.ego).map(WantedEgo::Obstacle);
     let ego = taken.unwrap_or_else(|| judging.ego.clone());
-    let ego = ego.of(entry, &scenario).ok()??;
-    if ego.to_string() != question.ego {
-        return None;
-    }
-    let scene = Scene::new(scenario, ego);
+    let scene = changed_scene(entry, &ego, change).ok()?.1.ok()?;
+    let same = Some(scene.scenario.hash.to_string().as_str()) == question.scenario_hash;
+    (same && scene.ego.to_string() == question.ego).then_some(scene)
+}
+
+/// What the built-in judge says to a question about a scene.
+pub(super) fn verdict_on(
+    scene: &Scene,
+    judging: &Judging,
+    question: &Question<'_>,
+) -> Option<Verdict> {
     let (first, last) = match (question.window, question.task) {
         (Some(window), _) => window,
         // A collision is one whatever the window.
@@ -352,7 +364,7 @@ pub(super) fn verdict(
         (None, _) => return None,
     };
     let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
-    let window = Window::ending_at(&scene, last, history);
-    let judgement = judge_under(&scene, question.task, &window, &judging.thresholds);
+    let window = Window::ending_at(scene, last, history);
+    let judgement = judge_under(scene, question.task, &window, &judging.thresholds);
     Some(judgement.verdict)
 }

@@ -1,20 +1,23 @@
-//! Reading what all stored answers come to, with the truth by the built-in judge.
+//! Reading what stored answers come to: a batch by its own truth, or all of them with the truth by the built-in judge.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use rayon::prelude::*;
+
 use super::Tasks;
-use super::history::{Judging, Question, verdict};
-use crate::evaluation::{Known, Results, results};
+use super::history::{Judging, Question, scene_of, verdict_on};
+use crate::evaluation::batch::{self, Counting};
+use crate::evaluation::{Known, Results, results, with_intervals};
 use crate::judge;
-use crate::scenario::Entry;
+use crate::scenario::{Entry, Transform};
 use crate::store::{Store, StoredOutcome};
 use crate::tui::message::Msg;
-use crate::tui::message::runs::{ResultsAsk, ResultsNews};
+use crate::tui::message::runs::{CountedAnswers, PageId, ResultsAsk, ResultsNews};
 
 /// What a truth is about: scenario, ego, task and window.
-type About = (String, String, &'static str, Option<(i64, i64)>);
+type About<'a> = (&'a str, &'a str, &'static str, Option<(i64, i64)>);
 
 impl Tasks {
     /// Reads on a thread of its own; a newer reading, or closing the screen, ends an older one.
@@ -31,105 +34,190 @@ impl Tasks {
         };
         let (path, sender) = (self.folders.store(), self.sender.clone());
         tokio::task::spawn_blocking(move || {
-            // A store that is not there yet has no answers.
-            let said = match Store::open(&path) {
-                Ok(store) => answer(&store, &judging, ask, &stop),
-                Err(error) => refused(ask, &error.to_string()),
+            let mut say = |news| {
+                // Nobody listens when the loop has ended.
+                let _ = sender.send(Msg::Results(news));
             };
-            if let Some(said) = said {
-                let _ = sender.send(Msg::Results(said));
+            // A store that is not there yet has no answers.
+            match Store::open(&path) {
+                Ok(store) => answer(&store, &judging, ask, &stop, &mut say),
+                Err(error) => refused(ask, &error.to_string(), &mut say),
             }
         });
     }
 }
 
-fn refused(ask: ResultsAsk, why: &str) -> Option<ResultsNews> {
+fn refused(ask: ResultsAsk, why: &str, say: &mut dyn FnMut(ResultsNews)) {
     match ask {
-        ResultsAsk::Read(id, _) => Some(ResultsNews::Read(id, Err(why.into()))),
-        ResultsAsk::Run(id) => Some(ResultsNews::Run(id, Err(why.into()))),
-        ResultsAsk::Stop => None,
+        ResultsAsk::Read(id, ..) => say(ResultsNews::Read(id, Err(why.into()))),
+        ResultsAsk::Run(id) => say(ResultsNews::Run(id, Err(why.into()))),
+        ResultsAsk::Stop => {}
     }
 }
 
-/// What the store says to a question of the screen; nothing where it was told to stop.
-#[must_use]
+/// Says what the store says to a question of the screen; nothing more where it was told to stop.
 pub fn answer(
     store: &Store,
     judging: &Judging,
     ask: ResultsAsk,
     stop: &AtomicBool,
-) -> Option<ResultsNews> {
+    say: &mut dyn FnMut(ResultsNews),
+) {
     match ask {
-        ResultsAsk::Stop => None,
+        ResultsAsk::Stop => {}
         ResultsAsk::Run(id) => {
             let found = store.run(id).map(|run| run.map(Box::new));
-            Some(ResultsNews::Run(id, found.map_err(|e| e.to_string())))
+            say(ResultsNews::Run(id, found.map_err(|e| e.to_string())));
         }
-        ResultsAsk::Read(id, entries) => {
-            let rows = match store.decisions() {
-                Ok(stored) => Ok(counted(stored, judging, &entries, stop)?),
-                Err(error) => Err(error.to_string()),
-            };
-            Some(ResultsNews::Read(id, rows))
+        ResultsAsk::Read(id, chosen, entries) => {
+            let read = read(store, judging, (id, chosen, &entries), stop, say);
+            if let Err(error) = read {
+                say(ResultsNews::Read(id, Err(error.to_string())));
+            }
         }
     }
 }
 
+fn read(
+    store: &Store,
+    judging: &Judging,
+    (id, chosen, entries): (PageId, Option<Counting>, &[Entry]),
+    stop: &AtomicBool,
+    say: &mut dyn FnMut(ResultsNews),
+) -> Result<(), crate::store::StoreError> {
+    let offers = batch::offers(store)?;
+    let first = offers.first().map_or(Counting::Everything, |o| o.counting);
+    let counting = chosen.unwrap_or(first);
+    let mut tell = |rows: Vec<Results>, waiting: usize, whole: bool| {
+        let read = CountedAnswers {
+            counting,
+            offers: offers.clone(),
+            rows,
+            waiting,
+            whole,
+        };
+        say(ResultsNews::Read(id, Ok(Box::new(read))));
+    };
+    match counting {
+        Counting::Batch(batch, part) => {
+            if let Some(found) = batch::counted(store, batch, part, stop)? {
+                tell(with_intervals(found.rows), found.waiting, true);
+            }
+        }
+        Counting::Everything => {
+            let stored = store.decisions()?;
+            let early = |rows| tell(rows, 0, false);
+            if let Some(rows) = everything(&stored, judging, entries, stop, early) {
+                tell(with_intervals(rows), 0, true);
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Counts what the models said; the judge's own runs are the truth, and what they do not say it is asked, where the
-/// scenario is in the list.
-fn counted(
-    stored: Vec<StoredOutcome>,
+/// scenario is in the list. As that takes its time, what is known without it is counted `early`.
+fn everything(
+    stored: &[StoredOutcome],
     judging: &Judging,
     entries: &[Entry],
     stop: &AtomicBool,
+    early: impl FnOnce(Vec<Results>),
 ) -> Option<Vec<Results>> {
-    let mut truths: HashMap<About, Option<Known>> = HashMap::new();
-    let (judges, models): (Vec<_>, Vec<_>) =
-        stored.into_iter().partition(|o| o.model == judge::MODEL);
+    let (judges, models): (Vec<_>, Vec<_>) = stored.iter().partition(|o| o.model == judge::MODEL);
+    let mut truths: HashMap<About<'_>, Known> = HashMap::new();
     for said in judges {
         // The newest comes first.
-        if let (Some(about), Some(dangerous)) = (about(&said), said.dangerous) {
-            let known = || Some(Known::judged(dangerous, said.named.iter().copied()));
+        if let (Some(about), Some(dangerous)) = (about(said), said.dangerous) {
+            let known = || Known::judged(dangerous, said.named.iter().copied());
             truths.entry(about).or_insert_with(known);
         }
     }
+    let count = |truths: &HashMap<About<'_>, Known>| {
+        let known = |said| about(said).and_then(|about| truths.get(&about));
+        results(models.iter().map(|said| (*said, known(said))))
+    };
+    let unknown = unknown(&models, entries, &truths);
+    if unknown.is_empty() {
+        return Some(count(&truths));
+    }
+    early(count(&truths));
+    let judged: Vec<_> = unknown
+        .into_par_iter()
+        .flat_map_iter(|(files, asked)| match stop.load(Ordering::Relaxed) {
+            true => Vec::new(),
+            false => judged(&files, &asked, judging),
+        })
+        .collect();
+    if stop.load(Ordering::Relaxed) {
+        return None;
+    }
+    truths.extend(judged);
+    Some(count(&truths))
+}
+
+/// Questions about one scene, and the files that may be its scenario.
+type Scene<'a> = (Vec<&'a Entry>, Vec<&'a StoredOutcome>);
+
+/// One question of each kind that nobody has judged, by scenes.
+fn unknown<'a>(
+    models: &[&'a StoredOutcome],
+    entries: &'a [Entry],
+    truths: &HashMap<About<'a>, Known>,
+) -> Vec<Scene<'a>> {
     let mut files: HashMap<&str, Vec<&Entry>> = HashMap::new();
     for entry in entries {
         files.entry(entry.name.as_str()).or_default().push(entry);
     }
-    let mut all = Vec::with_capacity(models.len());
+    let mut seen = HashSet::new();
+    let mut scenes: BTreeMap<(&str, &str), Scene<'a>> = BTreeMap::new();
     for said in models {
-        if stop.load(Ordering::Relaxed) {
-            return None;
+        let Some(about) = about(said) else { continue };
+        let (name, _) = Transform::of_name(&said.scenario);
+        let Some(files) = files.get(name) else {
+            continue;
+        };
+        if !truths.contains_key(&about) && seen.insert(about) {
+            let scene = scenes.entry((about.0, about.1));
+            let (_, asked) = scene.or_insert_with(|| (files.clone(), Vec::new()));
+            asked.push(said);
         }
-        let truth = about(&said).and_then(|about| {
-            let known = truths.entry(about).or_insert_with(|| {
-                let question = Question {
-                    task: said.task,
-                    scenario_hash: said.scenario_hash.as_deref(),
-                    ego: &said.ego,
-                    window: said.window,
-                };
-                let files = files.get(said.scenario.as_str());
-                let mut files = files.into_iter().flatten();
-                files.find_map(|entry| known(entry, judging, &question))
-            });
-            known.clone()
-        });
-        all.push((said, truth));
     }
-    Some(results(all))
+    scenes.into_values().collect()
+}
+
+/// What the built-in judge says now to questions about one scene; nothing if none of the files is it.
+fn judged<'a>(
+    files: &[&Entry],
+    asked: &[&'a StoredOutcome],
+    judging: &Judging,
+) -> Vec<(About<'a>, Known)> {
+    let question = |said: &&'a StoredOutcome| Question {
+        task: said.task,
+        scenario: &said.scenario,
+        scenario_hash: said.scenario_hash.as_deref(),
+        ego: &said.ego,
+        window: said.window,
+    };
+    let Some(first) = asked.first().map(question) else {
+        return Vec::new();
+    };
+    let mut scenes = files
+        .iter()
+        .filter_map(|entry| scene_of(entry, judging, &first));
+    let Some(scene) = scenes.next() else {
+        return Vec::new();
+    };
+    let known = |said: &&'a StoredOutcome| {
+        let verdict = verdict_on(&scene, judging, &question(said))?;
+        let obstacles = verdict.obstacles.iter().map(|o| (o.id, o.risk_score));
+        Some((about(said)?, Known::judged(verdict.dangerous, obstacles)))
+    };
+    asked.iter().filter_map(known).collect()
 }
 
 /// Nothing where the scenario's contents are not known: its name alone might mean another one.
-fn about(said: &StoredOutcome) -> Option<About> {
-    let scenario = said.scenario_hash.clone()?;
-    Some((scenario, said.ego.clone(), said.task.name(), said.window))
-}
-
-/// What the built-in judge says now.
-fn known(entry: &Entry, judging: &Judging, question: &Question<'_>) -> Option<Known> {
-    let verdict = verdict(entry, judging, question)?;
-    let obstacles = verdict.obstacles.iter().map(|o| (o.id, o.risk_score));
-    Some(Known::judged(verdict.dangerous, obstacles))
+fn about(said: &StoredOutcome) -> Option<About<'_>> {
+    let scenario = said.scenario_hash.as_deref()?;
+    Some((scenario, &said.ego, said.task.name(), said.window))
 }

@@ -66,6 +66,12 @@ impl Bench {
                     let opened = opened(&entry, &ego, &self.model.thresholds);
                     self.send(Msg::Opened(id, opened.map(Box::new)));
                 }
+                Effect::OpenChanged(id, entry, ego, change) => {
+                    let ego = ego.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
+                    let thresholds = self.model.thresholds.clone();
+                    let opened = Opened::changed(&entry, &ego, &thresholds, Some(change));
+                    self.send(Msg::Opened(id, opened.map(Box::new)));
+                }
                 Effect::Measure(id, scene, obstacle, thresholds) => {
                     let measured = Measured::of(&scene, obstacle, &thresholds);
                     self.send(Msg::Measured(id, Box::new(measured)));

@@ -34,7 +34,7 @@ impl Kept {
             scenario: scenario.into(),
             scenario_hash: Some(match ours {
                 true => opened.scenario.hash.to_string(),
-                false => "other".into(),
+                false => format!("not the hash of {scenario}"),
             }),
             ego: match ours {
                 true => opened.scene.as_ref().unwrap().ego.to_string(),

@@ -5,6 +5,7 @@ mod answers;
 mod asking;
 mod bench;
 mod comparing;
+mod counted;
 mod defaults;
 mod editing;
 mod everywhere;

@@ -17,7 +17,7 @@ use crate::tui::tasks::history::Judging;
 use crate::tui::tasks::results::answer;
 
 /// Answers what the screen asked for, until nothing is left.
-fn settle(kept: &mut Kept) {
+pub(super) fn settle(kept: &mut Kept) {
     let judging = Judging {
         ego: WantedEgo::Beside,
         thresholds: Arc::new(Thresholds::shipped().clone()),
@@ -34,20 +34,26 @@ fn settle(kept: &mut Kept) {
         for ask in asks {
             let Effect::Results(ask) = ask else { continue };
             let going = AtomicBool::new(false);
-            if let Some(news) = answer(&kept.store, &judging, ask, &going) {
-                kept.bench.send(Msg::Results(news));
+            let mut news = Vec::new();
+            answer(&kept.store, &judging, ask, &going, &mut |said| {
+                news.push(said);
+            });
+            for said in news {
+                kept.bench.send(Msg::Results(said));
             }
         }
     }
 }
 
-fn press(kept: &mut Kept, keys: &str) {
-    kept.press(keys);
-    settle(kept);
+pub(super) fn press(kept: &mut Kept, keys: &str) {
+    for key in keys.split_whitespace() {
+        kept.press(key);
+        settle(kept);
+    }
 }
 
 /// Two models: one says yes and no on the bundled scenario, and yes on one that is not there; one says no.
-fn four() -> Kept {
+pub(super) fn four() -> Kept {
     let mut kept = Kept::new();
     kept.add(FIRST, "lab/small", true, "the lead car brakes hard");
     kept.add(
@@ -61,7 +67,7 @@ fn four() -> Kept {
     kept
 }
 
-fn counts(kept: &Kept, row: usize) -> [u32; 7] {
+pub(super) fn counts(kept: &Kept, row: usize) -> [u32; 7] {
     Outcome::ALL.map(|outcome| kept.bench.model.results.rows[row].count(outcome))
 }
 

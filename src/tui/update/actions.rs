@@ -106,7 +106,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         History => return history::open(model, None),
         TaskList => return jobs::open(model),
         Results => return results::open(model),
-        CellLeft | CellRight | OpenCell => return results::perform(model, action),
+        CellLeft | CellRight | OpenCell | ChooseCounted => return results::perform(model, action),
         MarkScenario => batch::mark(model),
         UnmarkScenarios => model.marks.clear(),
         AskMarked => return batch::propose(model),

@@ -107,6 +107,8 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
             let wait = wait.as_secs_f64();
             column.progress = Progress::Retrying(format!("{why}; try {attempt} in {wait:.0} s"));
         }
+        // The answer that follows says so.
+        Event::Barred(_) => {}
     }
     Vec::new()
 }

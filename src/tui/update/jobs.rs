@@ -129,7 +129,7 @@ fn piece(job: &mut Job, event: &Event) {
             job.state = JobState::Waiting(format!("run {run} asks the same"));
         }
         Event::Retrying { why, .. } => job.state = JobState::Waiting(why.clone()),
-        Event::Kept(_) | Event::Note(_) => {}
+        Event::Kept(_) | Event::Note(_) | Event::Barred(_) => {}
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::message::{AskId, Effect};
 use super::super::model::{HEADLINE, Line, Model, Order, Overlay, Pane, Picker};
-use super::{open_current, session};
+use super::{open, open_current, session};
 use crate::config::Tags;
 use crate::scenario::{Entry, Found, PassedOver};
 
@@ -119,7 +119,12 @@ pub fn choose(model: &mut Model) -> Vec<Effect> {
     if model.list.toggle_group() {
         return Vec::new();
     }
-    open_current(model)
+    let changed = model.opened.as_ref().is_some_and(|o| o.change.is_some());
+    match model.list.opened.filter(|_| changed) {
+        // The file as it is, and not as an answer was about it.
+        Some(place) if model.list.current() == Some(place) => open(model, place, None),
+        _ => open_current(model),
+    }
 }
 
 /// Opens the line in which the selected scenario's tags are typed.

@@ -31,7 +31,7 @@ mod timeline;
 mod values;
 
 pub use actions::perform;
-use opening::{open, open_current, opened, show_stored};
+use opening::{open, open_again, open_changed, open_current, opened, show_stored};
 
 use super::action::Action;
 use super::keymap::{Code, Key};

@@ -3,7 +3,7 @@
 use super::super::action::Action;
 use super::super::message::Effect;
 use super::super::model::Model;
-use super::{map, open};
+use super::{map, open, open_again};
 use crate::text::Frame;
 
 pub fn pick(model: &mut Model, by: isize) {
@@ -51,13 +51,17 @@ pub fn recorded_ego(model: &mut Model) -> Vec<Effect> {
     if model.taken.is_some() || model.opening.is_some() {
         return reopen(model, None);
     }
+    let changed = model.opened.as_ref().is_some_and(|o| o.change.is_some());
+    if let Some(place) = model.list.opened.filter(|_| changed) {
+        return open(model, place, None);
+    }
     model.say("no obstacle is the ego");
     Vec::new()
 }
 
 fn reopen(model: &mut Model, ego: Option<i64>) -> Vec<Effect> {
     match model.list.opened {
-        Some(place) => open(model, place, ego),
+        Some(place) => open_again(model, place, ego),
         None => Vec::new(),
     }
 }

@@ -8,6 +8,7 @@ use super::super::model::{Column, Model, Notice, Shown, Values};
 use super::{actions, answers, clock, plot, reopen, session, timeline};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
+use crate::scenario::Transform;
 
 /// Opens the selected scenario, if another one is open.
 pub fn open_current(model: &mut Model) -> Vec<Effect> {
@@ -19,12 +20,33 @@ pub fn open_current(model: &mut Model) -> Vec<Effect> {
 
 /// Opens a scenario of the list.
 pub fn open(model: &mut Model, place: usize, ego: Option<i64>) -> Vec<Effect> {
+    open_changed(model, place, ego, None)
+}
+
+/// Opens a scenario of the list, after a change of its scene if there is one.
+pub fn open_changed(
+    model: &mut Model,
+    place: usize,
+    ego: Option<i64>,
+    change: Option<Transform>,
+) -> Vec<Effect> {
     let id = OpenId(model.new_id());
     model.opening = Some((id, ego));
     model.list.opened = Some(place);
     let entry = model.list.rows[place].entry.clone();
     session::opening(model, &entry);
-    vec![Effect::Open(id, entry, ego)]
+    vec![match change {
+        Some(change) => Effect::OpenChanged(id, entry, ego, change),
+        None => Effect::Open(id, entry, ego),
+    }]
+}
+
+/// Opens what is open again, with another ego or other thresholds: a changed scene stays changed.
+pub fn open_again(model: &mut Model, place: usize, ego: Option<i64>) -> Vec<Effect> {
+    // While something else is being opened, what is open is not what is meant.
+    let opened = model.opened.as_ref().filter(|_| model.opening.is_none());
+    let change = opened.and_then(|opened| opened.change);
+    open_changed(model, place, ego, change)
 }
 
 pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) -> Vec<Effect> {

@@ -5,7 +5,7 @@ use ratatui::layout::{Position, Rect};
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
 use super::super::model::{Model, Notice, On, Overlay, Pane};
-use super::{actions, clock, compare, history, list, map, open_current, panes};
+use super::{actions, clock, compare, history, list, map, open_current, panes, results};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
@@ -85,6 +85,9 @@ fn on_compare(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
 fn on_overlay(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
     if model.overlays.last() == Some(&Overlay::History) {
         return history::on_mouse(model, mouse);
+    }
+    if model.overlays.last() == Some(&Overlay::Results) {
+        return results::on_mouse(model, mouse);
     }
     if let Some(scroll) = model.overlays.last_mut().and_then(Overlay::scroll_mut) {
         match mouse {

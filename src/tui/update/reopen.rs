@@ -1,17 +1,19 @@
 //! Opening the scenario of an earlier run again, as it was asked about.
 
+use super::super::action::Action;
 use super::super::loaded::obstacle_taken;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, Shown};
-use super::{answers, history, open};
+use super::{answers, history, open_changed};
 use crate::evaluation::Answer;
 use crate::prompts::Techniques;
-use crate::scenario::{Entry, bundled};
+use crate::scenario::{Entry, Transform, bundled};
 use crate::store::Run;
 use crate::text::Frame;
 
-/// Files that may be the scenario of this name: those of the list, else the bundled one.
+/// Files that may be the scenario of this name, which may tell of a change: those of the list, else the bundled one.
 pub fn files(model: &Model, name: &str) -> Vec<Entry> {
+    let (name, _) = Transform::of_name(name);
     let rows = model.list.rows.iter().map(|row| &row.entry);
     let mut found: Vec<Entry> = rows
         .filter(|entry| entry.name == name)
@@ -38,7 +40,8 @@ pub fn begin(model: &mut Model, run: Run) -> Vec<Effect> {
     let place = listed.unwrap_or_else(|| model.list.append(entry));
     model.list.show(place);
     model.zoomed = false;
-    effects.extend(open(model, place, obstacle_taken(&run.question.ego)));
+    let (ego, (_, change)) = (obstacle_taken(&run.question.ego), Transform::of_name(&name));
+    effects.extend(open_changed(model, place, ego, change));
     if let Some((id, _)) = model.opening {
         model.reopening = Some((id, Box::new(run)));
     }
@@ -80,7 +83,16 @@ pub fn opened(model: &mut Model, id: OpenId) {
         doubts.push("its ego is another one than then");
     }
     let doubts: String = doubts.iter().map(|d| format!("; {d}")).collect();
-    let text = format!("run {} reopened{doubts}", run.id);
+    let changed = match model.opened.as_ref().and_then(|opened| opened.change) {
+        Some(change) => {
+            let back = model.look.key(Action::RecordedEgo);
+            format!(
+                ", the scene changed as it was for the answer: {change}; {back} shows it as it is"
+            )
+        }
+        None => String::new(),
+    };
+    let text = format!("run {} reopened{changed}{doubts}", run.id);
     if doubts.is_empty() {
         model.say(text);
     } else {

@@ -1,9 +1,9 @@
-//! The screen of results: reading the store, moving in the matrix, down to an answer and back.
+//! The screen of results: choosing what is counted, reading the store, moving in the matrix, down to an answer and back.
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
-use super::super::message::Effect;
 use super::super::message::runs::{PageId, ResultsAsk, ResultsNews};
+use super::super::message::{Effect, Mouse};
 use super::super::model::{Model, Overlay};
 use super::{actions, keys, reopen};
 use crate::evaluation::Outcome;
@@ -12,14 +12,20 @@ use crate::evaluation::Outcome;
 pub fn open(model: &mut Model) -> Vec<Effect> {
     model.overlays.retain(|o| *o != Overlay::Results);
     model.overlays.push(Overlay::Results);
+    let results = &mut model.results;
+    results.inside = None;
+    results.choosing = None;
+    results.wanted = None;
+    read(model)
+}
+
+/// Asks for the answers that are to be counted.
+fn read(model: &mut Model) -> Vec<Effect> {
     let id = PageId(model.new_id());
     let entries = model.list.rows.iter().map(|row| row.entry.clone());
-    let ask = ResultsAsk::Read(id, entries.collect());
-    let results = &mut model.results;
-    results.asked = id;
-    results.reading = true;
-    results.inside = None;
-    results.wanted = None;
+    let ask = ResultsAsk::Read(id, model.results.chosen, entries.collect());
+    model.results.asked = id;
+    model.results.reading = true;
     vec![Effect::Results(ask)]
 }
 
@@ -32,11 +38,11 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
 }
 
-/// A level back: from the answers to the matrix, from the matrix to the main screen.
+/// A level back: from the list of what can be counted, or from the answers, to the matrix, from the matrix to the main screen.
 pub fn back(model: &mut Model) -> Vec<Effect> {
     let results = &mut model.results;
     results.wanted = None;
-    if results.inside.take().is_some() {
+    if results.choosing.take().is_some() || results.inside.take().is_some() {
         return Vec::new();
     }
     model.overlays.retain(|o| *o != Overlay::Results);
@@ -52,22 +58,35 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         return open(model);
     }
     let results = &mut model.results;
+    let matrix = results.inside.is_none() && results.choosing.is_none();
     match action {
-        Action::CellLeft if results.inside.is_none() => {
+        Action::CellLeft if matrix => {
             results.column = results.column.saturating_sub(1);
         }
-        Action::CellRight if results.inside.is_none() => {
+        Action::CellRight if matrix => {
             results.column = (results.column + 1).min(Outcome::ALL.len());
         }
         Action::OpenCell => return enter(model),
+        Action::ChooseCounted if results.choosing.take().is_none() => {
+            let now = results.counting;
+            let place = results.offers.iter().position(|o| Some(o.counting) == now);
+            results.choosing = Some(place.unwrap_or(0));
+        }
         _ => {}
     }
     Vec::new()
 }
 
-/// From a cell to its answers, from an answer to its scenario.
+/// From the list of what can be counted to the matrix, from a cell to its answers, from an answer to its scenario.
 fn enter(model: &mut Model) -> Vec<Effect> {
     let results = &mut model.results;
+    if let Some(line) = results.choosing.take() {
+        let Some(offer) = results.offers.get(line) else {
+            return Vec::new();
+        };
+        results.chosen = Some(offer.counting);
+        return read(model);
+    }
     let answers = results.answers();
     let Some(place) = results.inside else {
         if answers.is_empty() {
@@ -77,7 +96,11 @@ fn enter(model: &mut Model) -> Vec<Effect> {
         }
         return Vec::new();
     };
-    let Some(run) = answers.get(place).map(|answer| answer.run) else {
+    let Some(answer) = answers.get(place) else {
+        return Vec::new();
+    };
+    let Some(run) = answer.run else {
+        model.say("the store has no run of this question: nothing was sent");
         return Vec::new();
     };
     results.wanted = Some(run);
@@ -86,7 +109,8 @@ fn enter(model: &mut Model) -> Vec<Effect> {
 
 /// Moves the selection.
 pub fn moved(model: &mut Model, action: Action) {
-    let page = isize::from(model.size.1.cast_signed() / 2).max(1);
+    let rows = model.drawn.results().list.height;
+    let page = isize::from(rows.cast_signed() - 1).max(1);
     model.results.move_by(match action {
         Action::Up => -1,
         Action::Down => 1,
@@ -97,22 +121,66 @@ pub fn moved(model: &mut Model, action: Action) {
     });
 }
 
+/// The mouse: a click selects, a click on what is selected opens it, the wheel moves the selection.
+pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
+    let at = match mouse {
+        Mouse::WheelUp(_) => {
+            moved(model, Action::Up);
+            return Vec::new();
+        }
+        Mouse::WheelDown(_) => {
+            moved(model, Action::Down);
+            return Vec::new();
+        }
+        Mouse::Press(at) => at,
+        Mouse::Drag(_) | Mouse::Release(_) => return Vec::new(),
+    };
+    let drawn = model.drawn.results();
+    let results = &mut model.results;
+    let Some(row) = drawn.row(at) else {
+        if let Some(row) = drawn.bar(at).filter(|row| *row < results.rows.len()) {
+            results.selected = row;
+        }
+        return Vec::new();
+    };
+    let (lines, before) = match (results.choosing, results.inside) {
+        (Some(line), _) => (results.offers.len(), line),
+        (None, Some(place)) => (results.answers().len(), place),
+        (None, None) => (results.rows.len(), results.selected),
+    };
+    if row >= lines {
+        return Vec::new();
+    }
+    let mut again = row == before;
+    match (&mut results.choosing, &mut results.inside) {
+        (Some(line), _) => *line = row,
+        (None, Some(place)) => *place = row,
+        (None, None) => {
+            let column = drawn.cell(at.x);
+            again &= column == results.column;
+            (results.selected, results.column) = (row, column);
+        }
+    }
+    match again {
+        true => enter(model),
+        false => Vec::new(),
+    }
+}
+
 /// What the store says.
 pub fn heard(model: &mut Model, news: ResultsNews) -> Vec<Effect> {
     match news {
-        ResultsNews::Read(id, result) if id == model.results.asked => {
-            model.results.reading = false;
-            match result {
-                Ok(rows) => {
-                    model.results.error = None;
-                    model.results.take(rows);
-                }
-                Err(error) => {
-                    model.results.error = Some(error.clone());
-                    model.complain(error);
-                }
+        ResultsNews::Read(id, result) if id == model.results.asked => match result {
+            Ok(read) => {
+                model.results.error = None;
+                model.results.take(*read);
             }
-        }
+            Err(error) => {
+                model.results.reading = false;
+                model.results.error = Some(error.clone());
+                model.complain(error);
+            }
+        },
         ResultsNews::Run(id, result) if model.results.wanted == Some(id) => {
             model.results.wanted = None;
             match result {

@@ -22,7 +22,7 @@ use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo, bundled};
 use crate::store::RunId;
 use crate::tui::keymap::{Code, Key, Keymap, Preset};
-use crate::tui::loaded::{Measured, Source};
+use crate::tui::loaded::{Measured, Opened, Source};
 use crate::tui::message::runs::{HistoryAsk, HistoryNews};
 use crate::tui::message::{Effect, Mouse, Msg, Reloaded};
 use crate::tui::model::PromptPane;
@@ -262,6 +262,11 @@ impl World {
                     id,
                     opened(&entry, &ego, thresholds).map(Box::new),
                 )]
+            }
+            Effect::OpenChanged(id, entry, ego, change) => {
+                let ego = ego.map_or(WantedEgo::Beside, WantedEgo::Obstacle);
+                let opened = Opened::changed(&entry, &ego, thresholds, Some(change));
+                vec![Msg::Opened(id, opened.map(Box::new))]
             }
             Effect::Measure(id, scene, obstacle, _) => match n % 3 {
                 0 => vec![Msg::Measured(

@@ -1,0 +1,83 @@
+//! The report of a folder of recorded answers, alone or beside the paper's tables.
+
+use std::path::Path;
+
+use super::Made;
+use crate::cli::{Failure, output};
+use crate::evaluation::Scored;
+use crate::evaluation::recorded::{self, Loss, Problem};
+use crate::evaluation::report::{self, About, Paper, Report};
+
+/// The recorded answers beside the paper's tables, and how many files could not be read.
+pub fn paper(folder: &Path) -> Result<(Made, usize), Failure> {
+    let (scored, about, lost) = read(folder)?;
+    let paper = Paper::of(&scored).map_err(Failure::input)?;
+    Ok((Made::Paper(paper.about(about)), lost))
+}
+
+/// The recorded answers alone, and how many files could not be read.
+pub fn made(folder: &Path) -> Result<(Made, usize), Failure> {
+    let (scored, about, lost) = read(folder)?;
+    Ok((Made::Report(Report::of(&scored).about(about)), lost))
+}
+
+/// Problems that are named one by one.
+const NAMED: usize = 20;
+
+/// Recorded answers, what they are in words, and how many files could not be read.
+fn read(folder: &Path) -> Result<(Vec<Scored>, About, usize), Failure> {
+    if !recorded::is_laid_out(folder) {
+        let what = match folder.is_dir() {
+            true => "no recorded answers are in it",
+            false => "there is no such folder",
+        };
+        return Err(Failure::input(format!(
+            "{}: {what}; a folder of recorded answers has `Results/output_validation` or \
+             `Results/output_validation_normal`, as the repository of \"From Words to Collisions\" does",
+            folder.display()
+        )));
+    }
+    let (scored, problems) = report::recorded(folder);
+    let lost: Vec<&Problem> = problems.iter().filter(|p| p.loss == Loss::Unread).collect();
+    lost.iter()
+        .take(NAMED)
+        .for_each(|p| output::say(&format!("nearmiss: {p}")));
+    let answers = scored.iter().filter(|s| s.way.frame.is_some()).count();
+    if answers == 0 {
+        return Err(Failure::input(format!(
+            "{}: no recorded answers to the collision or safety task",
+            folder.display()
+        )));
+    }
+    let judged = scored.iter().any(|s| s.way.frame.is_none());
+    let mut unlabelled: Vec<&str> = scored
+        .iter()
+        .filter(|s| s.truth.is_none())
+        .map(|s| s.scenario.as_str())
+        .collect();
+    unlabelled.sort_unstable();
+    unlabelled.dedup();
+    let without = match unlabelled.is_empty() {
+        true => String::new(),
+        false => format!(
+            " Without an annotation, so that answers about them are neither right nor wrong: {}.",
+            unlabelled.join(", ")
+        ),
+    };
+    let note = format!(
+        "{answers} recorded answers, beside the annotations{}. Models are those that the paper's scripts ask; nobody was \
+         asked now.",
+        match judged {
+            true =>
+                " and the built-in judge (reference/geometry), which saw the scenarios themselves",
+            false => "; the scenarios are not there, so the built-in judge could not be asked",
+        }
+    ) + &without;
+    let about = About {
+        truth: "the annotations of the folder".into(),
+        sources: vec![folder.display().to_string()],
+        notes: vec![note],
+        ..About::default()
+    };
+    Ok((scored, about, lost.len()))
+}

@@ -1,0 +1,179 @@
+//! What a batch comes to by its own truth, counted piece by piece; and which batches there are to choose from.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::scored::read;
+use super::spec::Spec;
+use super::variant::Variant;
+use crate::evaluation::{Counted, Lead, Outcome, Results, Scored, Way};
+use crate::scenario::Transform;
+use crate::store::{BatchId, ItemState, Progress, Store, StoreError};
+
+/// Which answers are counted, and with that by which truth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Counting {
+    /// All in the store, held against what the built-in judge says to the same questions.
+    Everything,
+    /// A part of a batch of `evaluate`, held against the truth that it was begun with.
+    Batch(BatchId, Part),
+}
+
+/// Which questions of a batch: each part is about every scenario once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Part {
+    /// The scenes as they are, with the first lead: what `report` counts.
+    Plain,
+    /// The scenes as they are, at another lead.
+    Lead(Lead),
+    /// The scenes after this change.
+    Changed(Transform),
+}
+
+/// Something to choose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Offer {
+    /// What.
+    pub counting: Counting,
+    /// What is true there, in words, or why that is not known.
+    pub truth: String,
+    /// Of a batch: when it was begun, milliseconds since 1970, UTC.
+    pub created_ms: Option<i64>,
+    /// Of a batch: how far it is.
+    pub progress: Progress,
+}
+
+/// What a part of a batch comes to.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BatchResults {
+    /// A row for each way of asking.
+    pub rows: Vec<Results>,
+    /// Questions that were not answered yet; they are not counted.
+    pub waiting: usize,
+}
+
+impl std::fmt::Display for Counting {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Everything => f.write_str("everything in the store"),
+            Self::Batch(id, Part::Plain) => write!(f, "batch {id}"),
+            Self::Batch(id, Part::Lead(Lead::Paper)) => write!(f, "batch {id}, lead paper"),
+            Self::Batch(id, Part::Lead(lead)) => write!(f, "batch {id}, lead {lead} s"),
+            Self::Batch(id, Part::Changed(change)) => write!(f, "batch {id}, scenes {change}"),
+        }
+    }
+}
+
+impl Part {
+    /// Whether a question is one of them, where `first` is the first lead of the batch.
+    fn holds(self, variant: &Variant, first: Option<Lead>) -> bool {
+        match self {
+            Self::Plain => {
+                variant.transform.is_none() && (variant.lead.is_none() || variant.lead == first)
+            }
+            Self::Lead(lead) => variant.transform.is_none() && variant.lead == Some(lead),
+            Self::Changed(change) => variant.transform == Some(change),
+        }
+    }
+}
+
+impl Offer {
+    /// Everything, judged by geometry.
+    #[must_use]
+    pub fn everything() -> Self {
+        Self {
+            counting: Counting::Everything,
+            truth: "the built-in judge (exact geometry)".into(),
+            created_ms: None,
+            progress: Progress::default(),
+        }
+    }
+}
+
+/// What there is to choose: the batches, the newest first, each whole and then its other parts; everything at last.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn offers(store: &Store) -> Result<Vec<Offer>, StoreError> {
+    let mut found = Vec::new();
+    for (batch, progress) in store.batches()? {
+        let spec = Spec::from_json(&batch.spec);
+        let truth = match &spec {
+            Ok(spec) => spec.truth.words(),
+            Err(why) => format!("as the batch has it ({why})"),
+        };
+        let matrix = spec.ok().map(|spec| spec.matrix);
+        let parts = matrix.iter().flat_map(|matrix| {
+            let leads = matrix.more_leads.iter().map(|lead| Part::Lead(*lead));
+            let changes = matrix.transforms.iter();
+            leads.chain(changes.map(|change| Part::Changed(*change)))
+        });
+        for part in std::iter::once(Part::Plain).chain(parts) {
+            found.push(Offer {
+                counting: Counting::Batch(batch.id, part),
+                truth: truth.clone(),
+                created_ms: Some(batch.created_ms),
+                progress,
+            });
+        }
+    }
+    found.push(Offer::everything());
+    Ok(found)
+}
+
+/// Questions whose texts are at hand at once.
+const PIECE: u32 = 2000;
+
+/// Counts a part of a batch: verdicts are read anew from the stored texts, as for a report. Nothing where it was told to
+/// stop.
+///
+/// # Errors
+/// The store cannot be read, holds words that this version does not know, or has no such batch.
+pub fn counted(
+    store: &Store,
+    id: BatchId,
+    part: Part,
+    stop: &AtomicBool,
+) -> Result<Option<BatchResults>, StoreError> {
+    let Some(batch) = store.batch(id)? else {
+        return Err(StoreError::Word(format!("there is no batch {id}")));
+    };
+    let spec = Spec::from_json(&batch.spec);
+    let spec = spec.map_err(|why| StoreError::Word(why.to_string()))?;
+    let first = spec.matrix.manner.lead;
+    let mut ways: BTreeMap<Way, Vec<Counted>> = BTreeMap::new();
+    let (mut waiting, mut from) = (0, 0);
+    loop {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let piece = store.some_items_with_answers(id, from, Some(PIECE))?;
+        let Some((last, _)) = piece.last() else { break };
+        from = last.place + 1;
+        for ((item, found), (variant, scored)) in piece.iter().zip(read(&piece)?) {
+            if !part.holds(&variant, first) {
+                continue;
+            }
+            if item.state == ItemState::Waiting && found.is_none() {
+                waiting += 1;
+                continue;
+            }
+            let counted = one(&scored);
+            ways.entry(scored.way).or_default().push(counted);
+        }
+    }
+    let rows = ways.into_iter().map(|(way, all)| Results::new(way, all));
+    Ok(Some(BatchResults {
+        rows: rows.collect(),
+        waiting,
+    }))
+}
+
+fn one(scored: &Scored) -> Counted {
+    Counted {
+        run: scored.run,
+        scenario: scored.scenario.clone(),
+        sample: scored.sample,
+        outcome: Outcome::of_scored(scored),
+    }
+}

@@ -1,0 +1,138 @@
+//! Models that are asked nothing more for now: their server does not answer, or takes no question of theirs.
+
+use std::collections::BTreeMap;
+
+use crate::llm::Barrier;
+
+/// So many questions in a row that nobody answered are no accident. Each had all its tries.
+const IN_A_ROW: usize = 5;
+
+/// A model whose questions are left open, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Paused {
+    /// The model as `provider/model`; a provider alone where none of its models can be reached.
+    pub who: String,
+    /// Questions in a row that brought it about.
+    pub after: usize,
+    /// What the last of them met.
+    pub why: String,
+    /// Questions that were not asked because of it.
+    pub open: usize,
+}
+
+/// What the questions to one provider meet.
+#[derive(Debug)]
+pub(super) struct Watch {
+    provider: String,
+    silent: usize,
+    forbidden: BTreeMap<String, usize>,
+    paused: Vec<Paused>,
+}
+
+impl Watch {
+    pub fn new(provider: String) -> Self {
+        Self {
+            provider,
+            silent: 0,
+            forbidden: BTreeMap::new(),
+            paused: Vec::new(),
+        }
+    }
+
+    /// What became of a question that was sent, or that should have been: what stood in its way, and that in words.
+    pub fn hear(&mut self, model: &str, met: Option<(Barrier, String)>) {
+        let Some((barrier, why)) = met else {
+            self.silent = 0;
+            self.forbidden.remove(model);
+            return;
+        };
+        let (who, after) = match barrier {
+            Barrier::Silence => {
+                self.silent += 1;
+                (self.provider.clone(), self.silent)
+            }
+            Barrier::Forbidden => {
+                self.silent = 0;
+                let times = self.forbidden.entry(model.to_string()).or_default();
+                *times += 1;
+                (model.to_string(), *times)
+            }
+            Barrier::Refused => {
+                self.silent = 0;
+                (model.to_string(), 1)
+            }
+        };
+        if after < IN_A_ROW && barrier != Barrier::Refused {
+            return;
+        }
+        match self.paused.iter_mut().find(|paused| paused.who == who) {
+            // Questions that were on their way when it was paused.
+            Some(known) => known.after = known.after.max(after),
+            None => self.paused.push(Paused {
+                who,
+                after,
+                why,
+                open: 0,
+            }),
+        }
+    }
+
+    /// Whether a question to this model is left open; it is counted then.
+    pub fn holds(&mut self, model: &str) -> bool {
+        let provider = &self.provider;
+        let mut paused = self.paused.iter_mut();
+        let found = paused.find(|paused| paused.who == model || paused.who == *provider);
+        found.is_some_and(|paused| {
+            paused.open += 1;
+            true
+        })
+    }
+
+    /// Who is paused at the end.
+    pub fn over(self) -> Vec<Paused> {
+        self.paused
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn met(barrier: Barrier) -> Option<(Barrier, String)> {
+        Some((barrier, "why".into()))
+    }
+
+    #[test]
+    fn silence_pauses_a_provider_only_in_a_row() {
+        let mut watch = Watch::new("lab".into());
+        for _ in 1..IN_A_ROW {
+            watch.hear("lab/a", met(Barrier::Silence));
+        }
+        watch.hear("lab/b", None);
+        for _ in 1..IN_A_ROW {
+            watch.hear("lab/a", met(Barrier::Silence));
+            assert!(!watch.holds("lab/a"));
+        }
+        watch.hear("lab/b", met(Barrier::Silence));
+        assert!(watch.holds("lab/a") && watch.holds("lab/b"), "one server");
+        // One that was on its way.
+        watch.hear("lab/b", met(Barrier::Silence));
+        let paused = watch.over();
+        assert_eq!((&*paused[0].who, paused[0].open), ("lab", 2));
+        assert_eq!((paused.len(), paused[0].after), (1, IN_A_ROW + 1));
+    }
+
+    #[test]
+    fn a_refusal_pauses_its_model_at_once_and_a_forbidden_question_alone_does_not() {
+        let mut watch = Watch::new("lab".into());
+        watch.hear("lab/a", met(Barrier::Refused));
+        assert!(watch.holds("lab/a") && !watch.holds("lab/b"));
+        for times in 1..=IN_A_ROW {
+            assert!(!watch.holds("lab/b"), "{times}");
+            watch.hear("lab/b", met(Barrier::Forbidden));
+        }
+        assert!(watch.holds("lab/b"));
+        let who: Vec<_> = watch.over().into_iter().map(|paused| paused.who).collect();
+        assert_eq!(who, ["lab/a", "lab/b"]);
+    }
+}

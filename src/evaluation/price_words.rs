@@ -1,0 +1,24 @@
+//! Where the cost of an answer comes from.
+
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+
+use super::judges::ModelJudge;
+use crate::llm::CostSource;
+
+/// Where a cost comes from, in words.
+pub(super) fn stated(source: CostSource, model: &ModelJudge, returned: Option<&str>) -> String {
+    let table = "tokens times listed prices";
+    match source {
+        CostSource::Server => "stated by the server".into(),
+        CostSource::Prices => {
+            let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
+            let prices = &model.endpoint.prices;
+            let pricing = prices.of_answer(&model.name, returned, today);
+            match pricing.and_then(|pricing| pricing.origin()) {
+                Some(origin) => format!("{table}, {origin}"),
+                None => table.into(),
+            }
+        }
+    }
+}

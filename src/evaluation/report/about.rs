@@ -1,0 +1,38 @@
+//! What a report is of: which answers, how they were asked, and beside which truth.
+
+use serde_json::{Value, json};
+
+/// What a report is of.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct About {
+    /// The batch, such as `b7`; nothing where the report is not of one.
+    pub batch: Option<String>,
+    /// How the batch asks, as its [`Spec`](crate::evaluation::batch::Spec) says it.
+    pub asked: Option<Value>,
+    /// What the answers are held against, in words.
+    pub truth: String,
+    /// The same as words of `--truth`: `auto`, `layout`, files.
+    pub sources: Vec<String>,
+    /// What a reader has to know of the answers, in sentences.
+    pub notes: Vec<String>,
+}
+
+impl About {
+    /// The fields that stand beside `cells`.
+    pub(super) fn fields(&self) -> [(&'static str, Value); 4] {
+        [
+            ("batch", json!(self.batch)),
+            ("asked", json!(self.asked)),
+            (
+                "truth",
+                json!({ "words": self.truth, "sources": self.sources }),
+            ),
+            ("notes", json!(self.notes)),
+        ]
+    }
+
+    /// The last columns of every line of CSV.
+    pub(super) fn columns(&self) -> [(&'static str, Value); 2] {
+        [("batch", json!(self.batch)), ("truth", json!(self.truth))]
+    }
+}

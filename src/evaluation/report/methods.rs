@@ -1,0 +1,50 @@
+//! What every number of a report means, in words: beneath the tables of papers, and at the end of every other report.
+
+use super::super::statistics::{EXACT_BELOW, RESAMPLES, SEED};
+
+/// Everything, in the order of the tables.
+pub(super) fn all() -> impl Iterator<Item = String> {
+    let last = [agreement(), samples(), consumption()].join(" ");
+    [counts(), intervals(), pairs(), last].into_iter()
+}
+
+pub(super) fn counts() -> String {
+    "n is every question, answered or not: TP, FP, FN and TN are verdicts beside the truth; unparsed answers hold no \
+     verdict, failed questions were asked and have no whole answer, others were not asked, or not yet, and none of these \
+     is counted as right or wrong. A yes to the safety task about a scenario whose truth names an obstacle has to name \
+     that obstacle with a risk score of 0 or 1; else it is a no. So many of FN say yes and name somebody else, or nobody: \
+     wrong obstacle."
+        .into()
+}
+
+pub(super) fn intervals() -> String {
+    format!(
+        "Intervals are of 95 %: Wilson's for proportions, and for F1 the percentile bootstrap over scenarios with all \
+         their samples ({RESAMPLES} resamples, seed {SEED}). Wilson's take answers as independent, and are too narrow \
+         where a scenario was asked about several times. The bootstrap cannot vary where no answer is right, or every \
+         one: an interval of F1 without width says nothing."
+    )
+}
+
+pub(super) fn pairs() -> String {
+    format!(
+        "Pairs differ in frame, techniques or model alone and are compared by McNemar's test on scenarios, by the \
+         majority of samples: exact below {EXACT_BELOW} scenarios that one alone is right about, else chi-square with \
+         continuity correction. p (Holm) is corrected for all pairs of a task."
+    )
+}
+
+pub(super) fn agreement() -> String {
+    "Named: the true obstacle has a risk score of 0 or 1; named worst: nobody has a graver score. κ is Cohen's, of \
+     yes and no beside the built-in judge. Calibration takes the gravest risk score s of an answer as the \
+     probability 1 − s/5 of a collision; ECE has a bin for each score."
+        .into()
+}
+
+pub(super) fn samples() -> String {
+    "A tie of samples is no vote.".into()
+}
+
+pub(super) fn consumption() -> String {
+    "Unknown costs and times are counted, never taken as 0.".into()
+}

@@ -1,0 +1,43 @@
+//! What the batches hold true about the runs that were made for them.
+
+use super::{BatchId, RunId, Store, StoreError};
+
+/// What a batch holds true about the scenario of a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Told {
+    /// The run.
+    pub run: RunId,
+    /// The batch.
+    pub batch: BatchId,
+    /// Whether the ego collides.
+    pub collides: bool,
+    /// With whom, where that is known.
+    pub obstacle: Option<i64>,
+}
+
+impl Store {
+    /// What is true about the runs of batches, where their batch says so: once a run. Of several batches that one counts
+    /// which the run was made for. Changed scenes are left out, whose obstacles can have other numbers.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn truths(&self) -> Result<Vec<Told>, StoreError> {
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(
+            "SELECT items.run, items.batch, collides, obstacle FROM items JOIN runs ON runs.id = items.run
+             WHERE collides IS NOT NULL AND transform IS NULL
+             ORDER BY items.run, coalesce(runs.batch = 'b' || items.batch, 0) DESC, items.batch",
+        )?;
+        let rows = statement.query_map([], |row| {
+            Ok(Told {
+                run: RunId(row.get(0)?),
+                batch: BatchId(row.get(1)?),
+                collides: row.get(2)?,
+                obstacle: row.get(3)?,
+            })
+        })?;
+        let mut told: Vec<Told> = rows.collect::<Result<_, _>>()?;
+        told.dedup_by_key(|one| one.run);
+        Ok(told)
+    }
+}

@@ -1,0 +1,400 @@
+//! The screen of results over a batch with a truth of its own, answers about changed scenes, and the mouse there.
+
+use std::collections::BTreeMap;
+
+use ratatui::layout::Position;
+
+use super::everywhere::seen_in_every_theme;
+use super::kept::{FIRST, Kept};
+use super::results::{counts, four, press, settle};
+use crate::evaluation::batch::{Counting, Manner, Matrix, Part, Spec, TruthSource};
+use crate::evaluation::report::{Half, Report};
+use crate::metrics::Thresholds;
+use crate::prompts::Techniques;
+use crate::scenario::{Transform, WantedEgo, bundled};
+use crate::store::{BatchId, ItemState, NewItem, RunId};
+use crate::text::Frame;
+use crate::tui::loaded::Opened;
+use crate::tui::message::runs::ResultsNews;
+use crate::tui::message::{Effect, Mouse, Msg};
+use crate::verdict::Task;
+
+const YES: &str = r#"{"safety_critical": true, "obstacles": [{"id": 9, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
+const NO: &str = r#"{"safety_critical": false, "obstacles": [], "justification": "j"}"#;
+
+fn item(scenario: &str, label: (bool, Option<i64>), transform: Option<&str>) -> NewItem {
+    NewItem {
+        path: scenario.into(),
+        scenario: scenario.into(),
+        scenario_hash: None,
+        ego: None,
+        task: Task::Safety,
+        frame: Some("cartesian".into()),
+        techniques: Some("cp".into()),
+        model: "lab/small".into(),
+        sample: 0,
+        lead: None,
+        transform: transform.map(Into::into),
+        key: None,
+        collides: Some(label.0),
+        obstacle: label.1,
+        unaskable: None,
+    }
+}
+
+fn spec() -> Spec {
+    Spec {
+        paths: Vec::new(),
+        matrix: Matrix {
+            tasks: vec![Task::Safety],
+            frames: vec![Frame::Cartesian],
+            techniques: vec![Techniques::parse("cp").unwrap()],
+            models: vec!["lab/small".into()],
+            samples: 1,
+            more_leads: Vec::new(),
+            transforms: vec![Transform::Mirror],
+            manner: Manner::default(),
+        },
+        truth: TruthSource::Files(vec!["/labels/ours.csv".into()]),
+        templates: BTreeMap::new(),
+        thresholds: Vec::new(),
+        base_url: None,
+    }
+}
+
+/// Adds a run about the bundled scenario mirrored.
+fn mirrored(kept: &mut Kept) -> RunId {
+    let entry = bundled().into_iter().find(|e| e.name == FIRST).unwrap();
+    let thresholds = Thresholds::shipped();
+    let opened = Opened::changed(
+        &entry,
+        &WantedEgo::Beside,
+        thresholds,
+        Some(Transform::Mirror),
+    );
+    let opened = Box::new(opened.unwrap());
+    let name = opened.name.clone();
+    assert_eq!(name, format!("{FIRST} [mirror]"));
+    let before = kept.bench.model.opened.replace(opened);
+    let run = kept.add(&name, "lab/small", true, YES);
+    kept.bench.model.opened = before;
+    run
+}
+
+/// A batch whose labels say that all is safe in the first scenario, that somebody else is hit in another one, and that
+/// the mirrored first one is safe too; a fourth question waits.
+fn labelled() -> (Kept, BatchId, RunId) {
+    let mut kept = Kept::new();
+    let runs = [
+        kept.add(FIRST, "lab/small", true, YES),
+        kept.add("ZAM_Other-1_1_T-1", "lab/small", true, YES),
+        mirrored(&mut kept),
+        kept.add("ZAM_Third-1_1_T-1", "lab/small", false, NO),
+    ];
+    let items = [
+        item(FIRST, (false, None), None),
+        item("ZAM_Other-1_1_T-1", (true, Some(77)), None),
+        item(FIRST, (false, None), Some("mirror")),
+        item("ZAM_Third-1_1_T-1", (true, None), None),
+        item("ZAM_Waits-1_1_T-1", (true, None), None),
+    ];
+    let batch = kept.store.begin_batch(&spec().to_json(), None, &items);
+    let batch = batch.unwrap();
+    for (place, run) in (0..).zip(runs) {
+        let state = ItemState::Answered;
+        let set = kept
+            .store
+            .set_item(batch, place, None, state, Some(run), None);
+        set.unwrap();
+    }
+    (kept, batch, runs[2])
+}
+
+#[test]
+fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
+    let (mut kept, batch, _) = labelled();
+    press(&mut kept, "%");
+    let results = &kept.bench.model.results;
+    assert_eq!(results.counting, Some(Counting::Batch(batch, Part::Plain)));
+    assert_eq!(results.waiting, 1);
+    // Safe by the labels; and who does not name the one that is hit has said no.
+    assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
+    // As the report of the batch has it, which counts what waits as failed.
+    let scored = crate::evaluation::batch::scored(&kept.store, batch).unwrap();
+    let report = Report::of(&scored);
+    let cell = report.cells.iter().find(|c| c.half == Half::All).unwrap();
+    let row = &kept.bench.model.results.rows[0];
+    assert_eq!(
+        (row.confusion(), row.f1),
+        (cell.confusion, cell.f1_interval)
+    );
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let frame = kept.bench.frame(columns, rows);
+        let line: Vec<&str> = frame.split_whitespace().collect();
+        let words = line.join(" ").replace(" ┃┃", "").replace('┃', "");
+        for said in [
+            "batch b1",
+            "truth: labels of /labels/ours.csv",
+            "1 question waits",
+        ] {
+            assert!(words.contains(said), "{said}\n{frame}");
+        }
+    }
+    press(&mut kept, "enter");
+    let frame = kept.bench.frame(80, 24);
+    assert!(
+        frame.contains("of batch b1") && frame.contains("ours.csv"),
+        "{frame}"
+    );
+}
+
+#[test]
+fn what_is_counted_can_be_chosen() {
+    let (mut kept, batch, _) = labelled();
+    press(&mut kept, "% b");
+    let offers: Vec<String> = kept
+        .bench
+        .model
+        .results
+        .offers
+        .iter()
+        .map(|o| o.counting.to_string())
+        .collect();
+    assert_eq!(
+        offers,
+        [
+            "batch b1",
+            "batch b1, scenes mirror",
+            "everything in the store"
+        ]
+    );
+    for size in [(80, 24), (200, 60)] {
+        let words = seen_in_every_theme("what is counted", &mut kept.bench, size, true);
+        assert!(
+            words.contains("4 of 5") && words.contains("truth: labels of"),
+            "{words}"
+        );
+    }
+    press(&mut kept, "esc");
+    assert_eq!(kept.bench.model.results.choosing, None);
+    press(&mut kept, "b j enter");
+    let mirror = Counting::Batch(batch, Part::Changed(Transform::Mirror));
+    assert_eq!(kept.bench.model.results.counting, Some(mirror));
+    assert_eq!(counts(&kept, 0), [0, 1, 0, 0, 0, 0, 0]);
+    press(&mut kept, "b j enter");
+    assert_eq!(
+        kept.bench.model.results.counting,
+        Some(Counting::Everything)
+    );
+    // The judge knows the bundled scenario, mirrored or not; it says the same of both.
+    let [tp, fp, fn_, tn, open, ..] = counts(&kept, 0);
+    assert_eq!((tp + fp + fn_ + tn, open), (2, 2));
+    let results = &kept.bench.model.results;
+    let of = |name: &str| {
+        results.rows[0]
+            .answers
+            .iter()
+            .find(|a| a.scenario == name)
+            .unwrap()
+            .outcome
+    };
+    assert_eq!(of(FIRST), of(&format!("{FIRST} [mirror]")));
+    // What was chosen stays, also after the screen was closed.
+    press(&mut kept, "esc %");
+    assert_eq!(
+        kept.bench.model.results.counting,
+        Some(Counting::Everything)
+    );
+}
+
+#[test]
+fn an_answer_about_a_changed_scene_opens_it_changed() {
+    let (mut kept, _, run) = labelled();
+    press(&mut kept, "% b j enter enter enter");
+    let model = &kept.bench.model;
+    let opened = model.opened.as_ref().unwrap();
+    assert_eq!(opened.name, format!("{FIRST} [mirror]"));
+    assert_eq!(opened.change, Some(Transform::Mirror));
+    assert_eq!(
+        model.answers.column().unwrap().answer().unwrap().run,
+        Some(run)
+    );
+    let said = &model.toasts.last().unwrap().text;
+    assert!(
+        said.contains("changed") && said.contains("mirror") && !said.contains("another one"),
+        "{said}"
+    );
+    let frame = kept.bench.frame(160, 45);
+    assert!(frame.contains("[mirror]"), "{frame}");
+    // Another ego leaves it changed; the way back is named.
+    let picked = kept.bench.model.picked.unwrap();
+    press(&mut kept, "shift-e");
+    let opened = kept.bench.model.opened.as_ref().unwrap();
+    assert_eq!(
+        (opened.change, opened.scene.as_ref().unwrap().ego.id),
+        (Some(Transform::Mirror), picked)
+    );
+    press(&mut kept, "backspace");
+    assert_eq!(
+        kept.bench.model.opened.as_ref().unwrap().change,
+        Some(Transform::Mirror)
+    );
+    press(&mut kept, "backspace");
+    let opened = kept.bench.model.opened.as_ref().unwrap();
+    assert_eq!((opened.name.as_str(), opened.change), (FIRST, None));
+}
+
+#[test]
+fn a_batch_that_is_gone_is_said() {
+    let mut kept = four();
+    kept.bench.model.results.chosen = Some(Counting::Batch(BatchId(7), Part::Plain));
+    press(&mut kept, "esc %");
+    let error = kept.bench.model.results.error.clone().unwrap();
+    assert!(error.contains("no batch b7"), "{error}");
+    assert!(!kept.bench.model.results.reading);
+}
+
+#[test]
+fn what_is_known_is_shown_while_the_judge_is_at_work() {
+    let mut kept = four();
+    press(&mut kept, "esc");
+    kept.bench.press("%");
+    let Some(Effect::Results(ask)) = kept.bench.effects.pop() else {
+        panic!("the store is to be read");
+    };
+    let judging = crate::tui::tasks::history::Judging {
+        ego: WantedEgo::Beside,
+        thresholds: std::sync::Arc::new(Thresholds::shipped().clone()),
+    };
+    let mut said = Vec::new();
+    let going = std::sync::atomic::AtomicBool::new(false);
+    crate::tui::tasks::results::answer(&kept.store, &judging, ask, &going, &mut |news| {
+        said.push(news)
+    });
+    assert!(matches!(
+        &said[..],
+        [ResultsNews::Read(..), ResultsNews::Read(..)]
+    ));
+    for (place, news) in said.into_iter().enumerate() {
+        kept.bench.send(Msg::Results(news));
+        let results = &kept.bench.model.results;
+        assert_eq!(results.judging, place == 0);
+        assert_eq!(counts(&kept, 1)[4], if place == 0 { 2 } else { 1 });
+        assert_eq!(kept.bench.frame(80, 24).contains("at work"), place == 0);
+    }
+}
+
+/// Where a text stands on the screen.
+fn find(kept: &Kept, text: &str) -> Position {
+    let frame = kept.bench.frame(120, 40);
+    let mut lines = frame.lines().enumerate();
+    let found = lines.find_map(|(y, line)| {
+        let x = line.find(text).map(|at| line[..at].chars().count())?;
+        Some(Position::new(
+            u16::try_from(x).unwrap(),
+            u16::try_from(y).unwrap(),
+        ))
+    });
+    found.unwrap_or_else(|| panic!("no {text}\n{frame}"))
+}
+
+fn mouse(kept: &mut Kept, mouse: Mouse) {
+    kept.bench.frame(120, 40);
+    kept.bench.send(Msg::Mouse(mouse));
+    settle(kept);
+}
+
+#[test]
+fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
+    let (mut kept, batch, _) = labelled();
+    kept.add("ZAM_Lost-1_1_T-1", "lab/large", true, "something is near");
+    press(&mut kept, "% b shift-g enter");
+    kept.bench.model.results.selected = 0;
+    let small = find(&kept, "lab/small");
+    let head = find(&kept, "open unp");
+    // On the number of open ones, below their head.
+    let open = Position::new(head.x + 3, small.y);
+    mouse(&mut kept, Mouse::Press(open));
+    let results = &kept.bench.model.results;
+    assert_eq!(
+        (results.selected, results.column, results.inside),
+        (1, 5, None)
+    );
+    mouse(&mut kept, Mouse::WheelUp(open));
+    assert_eq!(kept.bench.model.results.selected, 0);
+    mouse(&mut kept, Mouse::WheelDown(open));
+    mouse(&mut kept, Mouse::Press(open));
+    assert_eq!(kept.bench.model.results.inside, Some(0));
+    let third = find(&kept, "ZAM_Third");
+    mouse(&mut kept, Mouse::Press(third));
+    assert_eq!(kept.bench.model.results.inside, Some(1));
+    press(&mut kept, "esc");
+    // A bar is a row of the matrix; what is not in a list does nothing.
+    kept.bench.model.results.selected = 1;
+    let bar = find(&kept, "F1 by techniques");
+    mouse(&mut kept, Mouse::Press(Position::new(3, bar.y + 1)));
+    mouse(&mut kept, Mouse::Press(bar));
+    mouse(&mut kept, Mouse::Press(Position::new(119, 39)));
+    assert_eq!(kept.bench.model.results.selected, 1);
+    // The list of what is counted, too.
+    press(&mut kept, "b");
+    let first = find(&kept, "batch b1  ");
+    mouse(&mut kept, Mouse::Press(first));
+    assert_eq!(kept.bench.model.results.choosing, Some(0));
+    mouse(&mut kept, Mouse::Press(first));
+    let counting = Some(Counting::Batch(batch, Part::Plain));
+    assert_eq!(kept.bench.model.results.counting, counting);
+    // From an answer to its scenario.
+    press(&mut kept, "left left left left left enter");
+    let answer = find(&kept, FIRST);
+    mouse(&mut kept, Mouse::Press(answer));
+    assert!(kept.bench.model.overlays.is_empty());
+    assert_eq!(kept.bench.model.opened.as_ref().unwrap().name, FIRST);
+}
+
+/// A batch of two models, each asked with four sets of techniques about twelve scenarios; what they say is up to their
+/// places.
+fn techniques() -> Kept {
+    let mut kept = Kept::new();
+    let mut items = Vec::new();
+    for (model, skill) in [("lab/large", 5), ("lab/small", 3)] {
+        for (place, words) in ["base", "cp", "cp+cot", "cp+cot+icl"]
+            .into_iter()
+            .enumerate()
+        {
+            for n in 0..12 {
+                let right = (n * 7 + place * 3) % 8 < skill + place / 2;
+                let text = if (n % 2 == 0) == right { YES } else { NO };
+                let run = kept.add(&format!("ZAM_Town-{n}_1_T-1"), model, text == YES, text);
+                let asked = NewItem {
+                    techniques: Some(words.into()),
+                    model: model.into(),
+                    ..item(&format!("ZAM_Town-{n}_1_T-1"), (n % 2 == 0, None), None)
+                };
+                items.push((asked, run));
+            }
+        }
+    }
+    let asked: Vec<NewItem> = items.iter().map(|(item, _)| item.clone()).collect();
+    let batch = kept.store.begin_batch(&spec().to_json(), None, &asked);
+    let batch = batch.unwrap();
+    for (place, (_, run)) in (0..).zip(items) {
+        let state = ItemState::Answered;
+        let set = kept
+            .store
+            .set_item(batch, place, None, state, Some(run), None);
+        set.unwrap();
+    }
+    kept
+}
+
+#[test]
+fn how_a_batch_looks_in_every_theme() {
+    for size @ (columns, rows) in [(80, 24), (200, 60)] {
+        let mut kept = techniques();
+        kept.bench.model.size = size;
+        press(&mut kept, "% j right right");
+        let text = seen_in_every_theme("a batch", &mut kept.bench, size, true);
+        insta::assert_snapshot!(format!("results_of_a_batch_at_{columns}_by_{rows}"), text);
+    }
+}
