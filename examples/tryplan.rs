@@ -22,8 +22,14 @@ fn main() {
             }
         }
     }).collect();
-    for r in &rows { println!("{r}"); }
+    for r in &rows {
+        println!("{r}");
+    }
     let mut counts = std::collections::BTreeMap::new();
-    for r in &rows { *counts.entry(r.split_whitespace().nth(1).unwrap().to_string()).or_insert(0) += 1; }
+    for r in &rows {
+        *counts
+            .entry(r.split_whitespace().nth(1).unwrap().to_string())
+            .or_insert(0) += 1;
+    }
     eprintln!("{counts:?}");
 }

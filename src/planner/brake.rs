@@ -50,7 +50,10 @@ fn step(at: &VehicleState, wanted: f64, limits: &Limits, dt: f64) -> VehicleStat
     let v = at.velocity.max(0.0);
     // The curvature that friction allows at this speed, with a share left for braking.
     let most = (0.8 * limits.acceleration / (v * v).max(1.0)).min(limits.curvature());
-    let (angle, wanted) = (limits.steering_of(at.curvature), limits.steering_of(wanted.clamp(-most, most)));
+    let (angle, wanted) = (
+        limits.steering_of(at.curvature),
+        limits.steering_of(wanted.clamp(-most, most)),
+    );
     let rate = ((wanted - angle) / dt).clamp(-limits.steering_rate, limits.steering_rate);
     let end = (angle + rate * dt).tan() / limits.wheelbase;
     let across = v * v * at.curvature.abs().max(end.abs());

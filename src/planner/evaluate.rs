@@ -86,8 +86,8 @@ impl Judge<'_> {
         let mean = 1.0 / self.steps as f64;
         let horizon = self.steps as f64 * self.dt;
         let end = profile.duration.min(horizon + profile.elapsed);
-        let along = profile.along.squared_jerk(end)
-            - profile.along.squared_jerk(profile.elapsed.min(end));
+        let along =
+            profile.along.squared_jerk(end) - profile.along.squared_jerk(profile.elapsed.min(end));
         Cost {
             jerk: weights.longitudinal_jerk * along / horizon
                 + weights.lateral_jerk * lateral.squared_jerk(horizon, speed),
@@ -127,7 +127,13 @@ impl Judge<'_> {
             // Whoever is in front by less than it takes to stop, should he stop as well.
             let forward = dx * own.cos + dy * own.sin;
             if forward > 0.0 && forward < stopping + near {
-                sums.following += self.missing(&own, other, forward, dy * own.cos - dx * own.sin, moved.velocity);
+                sums.following += self.missing(
+                    &own,
+                    other,
+                    forward,
+                    dy * own.cos - dx * own.sin,
+                    moved.velocity,
+                );
             }
         }
         None
@@ -158,7 +164,8 @@ impl Judge<'_> {
         if left.abs() >= wide {
             return 0.0;
         }
-        let gap = forward - own.half_length - other.half_length * cos.abs() - other.half_width * sin;
+        let gap =
+            forward - own.half_length - other.half_length * cos.abs() - other.half_width * sin;
         let ahead = (other.velocity * cos).max(0.0);
         let wanted = self.stopping(velocity) - ahead * ahead / (2.0 * self.settings.braking);
         if wanted <= gap || wanted <= 0.0 {

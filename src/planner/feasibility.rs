@@ -4,7 +4,7 @@
 //! that keep its limits, as `commonroad-drivability-checker` asks it.
 
 use super::{Limit, Limits};
-use crate::geometry::{angle_between, Pose, Vector};
+use crate::geometry::{Pose, Vector, angle_between};
 use crate::scenario::{Motion, Track};
 
 /// One limit that a trajectory breaks.

@@ -75,8 +75,7 @@ impl<'a> Forecaster<'a> {
     fn bodies(&self) -> impl Iterator<Item = &'a Obstacle> + use<'a> {
         let without = self.without;
         self.scenario.obstacles.iter().filter(move |o| {
-            matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic)
-                && Some(o.id) != without
+            matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && Some(o.id) != without
         })
     }
 
@@ -108,12 +107,20 @@ impl<'a> Forecaster<'a> {
         let mut predictor = Predictor::new(&past, model);
         for seen in past.others() {
             let prediction = predictor.predict(seen, steps as f64 * dt);
-            let likeliest = prediction.courses.iter().map(|c| c.weight).fold(0.0, f64::max);
+            let likeliest = prediction
+                .courses
+                .iter()
+                .map(|c| c.weight)
+                .fold(0.0, f64::max);
             // The middle one of the speeds, which are in order.
             let Some(speeds) = prediction.speeds.get(prediction.speeds.len() / 2) else {
                 continue;
             };
-            for course in prediction.courses.iter().filter(|c| c.weight >= LEAST.min(likeliest)) {
+            for course in prediction
+                .courses
+                .iter()
+                .filter(|c| c.weight >= LEAST.min(likeliest))
+            {
                 let body = traffic.add(Body {
                     id: seen.who.id,
                     likelihood: course.weight,

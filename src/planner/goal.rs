@@ -23,22 +23,35 @@ const MARGIN: f64 = 3.0;
 impl Arrival {
     /// Of the goal that `route` leads to; nothing where no goal says where.
     #[must_use]
-    pub fn of(scenario: &Scenario, problem: &PlanningProblem, route: &Route, path: &ReferencePath) -> Option<Self> {
+    pub fn of(
+        scenario: &Scenario,
+        problem: &PlanningProblem,
+        route: &Route,
+        path: &ReferencePath,
+    ) -> Option<Self> {
         let Destination::Goal(place) = route.destination else {
             return None;
         };
         let goal = problem.goals.get(place)?;
-        let regions: Vec<Footprint> = goal.positions.iter().filter_map(|p| match p {
-            Position::Region(shape) => Footprint::new(shape.clone()).ok(),
-            _ => None,
-        }).collect();
+        let regions: Vec<Footprint> = goal
+            .positions
+            .iter()
+            .filter_map(|p| match p {
+                Position::Region(shape) => Footprint::new(shape.clone()).ok(),
+                _ => None,
+            })
+            .collect();
         let lanelets = goal.lanelets();
         let origin = Pose::new(0.0, 0.0, 0.0);
         let inside = |s: f64| {
             let p = path.pose_at(s).position;
             regions.iter().any(|r| r.at(origin).holds(&p))
                 || !lanelets.is_empty()
-                    && scenario.network.lanelets_at(&p).iter().any(|id| lanelets.contains(id))
+                    && scenario
+                        .network
+                        .lanelets_at(&p)
+                        .iter()
+                        .any(|id| lanelets.contains(id))
         };
         let last = path.project(&route.path.at(route.end).position).ok()?.s;
         let start = path.project(&route.path.at(route.start).position).ok()?.s;

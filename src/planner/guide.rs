@@ -77,7 +77,9 @@ impl Guide {
         problem: &PlanningProblem,
     ) -> Result<Self, GuideError> {
         let start = problem.initial.point();
-        let position = start.ok_or(GuideError::NoStart { problem: problem.id })?;
+        let position = start.ok_or(GuideError::NoStart {
+            problem: problem.id,
+        })?;
         let heading = problem.initial.orientation.map_or(0.0, |q| q.middle());
         let route = graph.route_to(&Pose { position, heading }, &problem.goals);
         let route = route.map_err(|source| GuideError::NoRoute {
@@ -109,7 +111,11 @@ impl Guide {
         let at = near.or_else(|_| path.project(&state.rear.position)).ok()?;
         let turn = angle_between(path.at(at.s).heading, state.rear.heading);
         let stretch = path.at(at.s).stretch(at).ok()?;
-        let profile = LateralProfile { d: at.d, d_s: stretch * turn.tan(), d_ss: 0.0 };
+        let profile = LateralProfile {
+            d: at.d,
+            d_s: stretch * turn.tan(),
+            d_ss: 0.0,
+        };
         Some(path.heading_and_curvature(at.s, &profile).ok()?.1)
     }
 

@@ -130,7 +130,11 @@ mod tests {
                 d: [d, d1 * s1, d2 * s1 * s1 + d1 * s2],
             };
             let plane = path.motion_to_plane(&motion).unwrap();
-            let profile = LateralProfile { d, d_s: d1, d_ss: d2 };
+            let profile = LateralProfile {
+                d,
+                d_s: d1,
+                d_ss: d2,
+            };
             let (heading, curvature) = path.heading_and_curvature(s, &profile).unwrap();
             assert!((found.rear.position - plane.position).norm() < 1e-9);
             assert!((found.rear.heading - heading).abs() < 1e-9);

@@ -100,8 +100,22 @@ impl<'a> Planner<'a> {
         let moved = Moved::of(now);
         let settings = self.settings;
         let (limits, guide) = (self.limits, self.guide);
-        let sampler = Sampler { settings: &settings, limits: &limits, guide, traffic, wanted, dt: self.dt };
-        let judge = Judge { settings: &settings, limits, traffic, wanted, dt: self.dt, steps: self.steps() };
+        let sampler = Sampler {
+            settings: &settings,
+            limits: &limits,
+            guide,
+            traffic,
+            wanted,
+            dt: self.dt,
+        };
+        let judge = Judge {
+            settings: &settings,
+            limits,
+            traffic,
+            wanted,
+            dt: self.dt,
+            steps: self.steps(),
+        };
         for refinement in 0..=settings.sampling.refinements {
             let level = Level::new(&settings.sampling, refinement);
             if refinement == 0 {
@@ -125,10 +139,14 @@ impl<'a> Planner<'a> {
     /// Where the state is along the path and across it.
     fn place(&mut self, now: &VehicleState) -> Option<([f64; 3], Start)> {
         let path = &self.guide.path;
-        let near = self.hint.and_then(|hint| path.project_near(&now.rear.position, hint, HINT).ok());
+        let near = self
+            .hint
+            .and_then(|hint| path.project_near(&now.rear.position, hint, HINT).ok());
         let at: Frenet = match near {
             Some(at) => at,
-            None => path.project_near(&now.rear.position, self.guide.start, FIRST).ok()
+            None => path
+                .project_near(&now.rear.position, self.guide.start, FIRST)
+                .ok()
                 .or_else(|| path.project(&now.rear.position).ok())?,
         };
         self.hint = Some(at.s);
@@ -154,14 +172,18 @@ impl<'a> Planner<'a> {
             return;
         };
         let later = (step - before) as f64 * self.dt;
-        let profile = Profile { elapsed: profile.elapsed + later, ..profile };
+        let profile = Profile {
+            elapsed: profile.elapsed + later,
+            ..profile
+        };
         let first = self.stations.len();
         let laid = profile.lay(&self.guide.path, judge.steps, self.dt, &mut self.stations);
         let Some(profile) = laid else { return };
         let place = self.profiles.len();
         self.profiles.push(profile);
         let lateral = lateral.later(later);
-        self.candidates.push(judge.follow(now, place, &profile, &self.stations[first..], lateral));
+        self.candidates
+            .push(judge.follow(now, place, &profile, &self.stations[first..], lateral));
     }
 
     fn sample(
@@ -198,7 +220,8 @@ impl<'a> Planner<'a> {
                     } else {
                         Lateral::over_time(start, target, change)
                     };
-                    self.candidates.push(judge.follow(now, place, &profile, stations, lateral));
+                    self.candidates
+                        .push(judge.follow(now, place, &profile, stations, lateral));
                 }
             }
         }
@@ -208,10 +231,12 @@ impl<'a> Planner<'a> {
     fn choose(&mut self) -> Option<usize> {
         let candidates = &self.candidates;
         self.order.clear();
-        self.order.extend((0..candidates.len()).filter(|&i| candidates[i].rejected.is_none()));
+        self.order
+            .extend((0..candidates.len()).filter(|&i| candidates[i].rejected.is_none()));
         let cost = |i: usize| candidates[i].cost.total();
         // Of equal ones the first, so that nothing depends on the order of sorting.
-        self.order.sort_unstable_by(|&a, &b| cost(a).total_cmp(&cost(b)).then(a.cmp(&b)));
+        self.order
+            .sort_unstable_by(|&a, &b| cost(a).total_cmp(&cost(b)).then(a.cmp(&b)));
         for n in 0..self.order.len() {
             let place = self.order[n];
             match self.leaves_road(&self.candidates[place]) {
@@ -233,11 +258,14 @@ impl<'a> Planner<'a> {
         let stations = &self.stations[candidate.profile * (steps + 1)..][..=steps];
         let (now, dt) = (self.now, self.dt);
         let now = now.as_ref().map(Moved::of);
-        stations.iter().enumerate().map_while(move |(i, at)| match now {
-            // The present is given, and not to be rounded.
-            Some(now) if i == 0 => Some(now),
-            _ => state(at, candidate.lateral.at(i as f64 * dt, at.s)),
-        })
+        stations
+            .iter()
+            .enumerate()
+            .map_while(move |(i, at)| match now {
+                // The present is given, and not to be rounded.
+                Some(now) if i == 0 => Some(now),
+                _ => state(at, candidate.lateral.at(i as f64 * dt, at.s)),
+            })
     }
 
     /// The states of one of [`Self::candidates`], one a step, up to where the path's coordinates end.
@@ -256,15 +284,31 @@ impl<'a> Planner<'a> {
         &self.candidates
     }
 
-    fn stop(&mut self, now: &VehicleState, traffic: &Traffic, wanted: f64, refinements: usize) -> Plan {
+    fn stop(
+        &mut self,
+        now: &VehicleState,
+        traffic: &Traffic,
+        wanted: f64,
+        refinements: usize,
+    ) -> Plan {
         self.last = None;
-        let braking = brake(now, self.guide, self.hint, &self.limits, self.dt, self.steps());
+        let braking = brake(
+            now,
+            self.guide,
+            self.hint,
+            &self.limits,
+            self.dt,
+            self.steps(),
+        );
         let touches = first_contact(&braking, traffic, &self.limits);
         let latest = self.candidates.iter().filter_map(|c| match c.rejected {
             Some((step, Rejection::Contact(_))) => Some((step, c)),
             _ => None,
         });
-        let latest = latest.max_by(|a, b| a.0.cmp(&b.0).then(b.1.cost.total().total_cmp(&a.1.cost.total())));
+        let latest = latest.max_by(|a, b| {
+            a.0.cmp(&b.0)
+                .then(b.1.cost.total().total_cmp(&a.1.cost.total()))
+        });
         let latest = latest.filter(|(step, c)| {
             touches.is_some_and(|braked| braked < *step) && self.leaves_road(c).is_none()
         });

@@ -52,7 +52,8 @@ impl Polynomial {
     pub fn squared_jerk(&self, t: f64) -> f64 {
         let [.., c3, c4, c5] = self.0;
         let (a, b, c) = (6.0 * c3, 24.0 * c4, 60.0 * c5);
-        t * (a * a + t * (a * b + t * ((b * b + 2.0 * a * c) / 3.0 + t * (b * c / 2.0 + t * c * c / 5.0))))
+        t * (a * a
+            + t * (a * b + t * ((b * b + 2.0 * a * c) / 3.0 + t * (b * c / 2.0 + t * c * c / 5.0))))
     }
 }
 
@@ -85,7 +86,9 @@ mod tests {
         let p = Polynomial::quintic([0.0, 10.0, 1.0], [25.0, 4.0, -0.5], 2.0);
         let (n, dt) = (200_000, 2.0 / 200_000.0);
         let jerk = |t: f64| (p.at(t + 1e-5)[2] - p.at(t - 1e-5)[2]) / 2e-5;
-        let sum: f64 = (0..n).map(|i| jerk((f64::from(i) + 0.5) * dt).powi(2) * dt).sum();
+        let sum: f64 = (0..n)
+            .map(|i| jerk((f64::from(i) + 0.5) * dt).powi(2) * dt)
+            .sum();
         assert!((p.squared_jerk(2.0) - sum).abs() < 1e-4 * sum, "{sum}");
     }
 }

@@ -16,12 +16,18 @@ impl Road {
     ///
     /// All lanelets count, whoever may use them: a pavement that is drawn as a lanelet is road here.
     #[must_use]
-    pub fn new(network: &LaneletNetwork, limits: &Limits) -> Option<Self> {
-        let body = Footprint::new(Shape::rectangle(limits.length, limits.width)).ok()?;
-        Some(Self {
+    pub fn new(network: &LaneletNetwork, limits: &Limits) -> Self {
+        Self {
             area: network.drivable_area(None),
-            body,
-        })
+            body: Self::body_of(limits),
+        }
+    }
+
+    /// The body of a vehicle of these limits' size, about its centre.
+    #[must_use]
+    pub fn body_of(limits: &Limits) -> Footprint {
+        Footprint::new(Shape::rectangle(limits.length, limits.width))
+            .expect("vehicles have a positive size")
     }
 
     /// The body.

@@ -51,7 +51,8 @@ impl Level {
 
     /// Seconds in which the offset is changed: no vehicle steers as fast as it brakes.
     pub fn changes(self, horizon: f64) -> impl Iterator<Item = f64> {
-        (1..=self.changes).map(move |i| (horizon * i as f64 / self.changes as f64).max(SHORTEST_CHANGE))
+        (1..=self.changes)
+            .map(move |i| (horizon * i as f64 / self.changes as f64).max(SHORTEST_CHANGE))
     }
 
     /// Final offsets (m): to both sides of the path, closer together near it, and the present one.
@@ -103,7 +104,9 @@ impl Sampler<'_> {
     fn reachable(&self, now: f64, duration: f64) -> (f64, f64) {
         let gain = MEAN * duration;
         let fastest = now + gain * self.limits.forward(now);
-        let most = fastest.min(now.max(self.wanted) + FASTER).min(self.limits.speed);
+        let most = fastest
+            .min(now.max(self.wanted) + FASTER)
+            .min(self.limits.speed);
         ((now - gain * self.limits.acceleration).max(0.0), most)
     }
 
@@ -123,7 +126,8 @@ impl Sampler<'_> {
             let point = path.at(on.s);
             let along = other.cos * point.heading.cos() + other.sin * point.heading.sin();
             let speed = (other.velocity * along).max(0.0);
-            let length = other.half_length * along.abs() + other.half_width * (1.0 - along * along).max(0.0).sqrt();
+            let length = other.half_length * along.abs()
+                + other.half_width * (1.0 - along * along).max(0.0).sqrt();
             let rear = on.s - length;
             if next.is_none_or(|(s, _)| rear < s) {
                 next = Some((rear, speed));

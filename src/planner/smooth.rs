@@ -26,10 +26,18 @@ const AROUND: usize = 4;
 ///
 /// # Errors
 /// No smooth curve follows the points; not for paths that are smooth themselves.
-pub(super) fn smooth(path: &ReferencePath, from: f64, to: f64) -> Result<ReferencePath, ReferencePathError> {
+pub(super) fn smooth(
+    path: &ReferencePath,
+    from: f64,
+    to: f64,
+) -> Result<ReferencePath, ReferencePathError> {
     let pieces = ((to - from) / SPACING).ceil().max(1.0) as usize;
     let points: Vec<Vector> = (0..=pieces)
-        .map(|i| path.at(from + (to - from) * i as f64 / pieces as f64).position.coords)
+        .map(|i| {
+            path.at(from + (to - from) * i as f64 / pieces as f64)
+                .position
+                .coords
+        })
         .collect();
     let origin = points[0];
     let given: Vec<Vector> = points.iter().map(|p| p - origin).collect();
@@ -78,7 +86,11 @@ fn flatten(given: &[Vector], weights: &[f64]) -> Vec<Vector> {
             let sum: f64 = before.map(|k| band[i][i - k] * band[j][j - k]).sum();
             let left = band[i][i - j] - sum;
             // The weights are positive, so the matrix is positive definite.
-            band[i][i - j] = if i == j { left.sqrt() } else { left / band[j][0] };
+            band[i][i - j] = if i == j {
+                left.sqrt()
+            } else {
+                left / band[j][0]
+            };
         }
     }
     let mut x: Vec<Vector> = given.iter().zip(weights).map(|(p, w)| p * *w).collect();
@@ -106,12 +118,21 @@ mod tests {
 
     fn most(path: &ReferencePath, of: impl Fn(&crate::geometry::PathPoint) -> f64) -> f64 {
         let steps = (path.length() / 0.25) as usize;
-        (0..=steps).map(|i| of(&path.at(i as f64 * 0.25)).abs()).fold(0.0, f64::max)
+        (0..=steps)
+            .map(|i| of(&path.at(i as f64 * 0.25)).abs())
+            .fold(0.0, f64::max)
     }
 
     #[test]
     fn kinks_go_and_corners_stay_near() {
-        let corner = [(0., 0.), (40., 0.), (41., 0.1), (80., 6.), (90., 14.), (92., 50.)];
+        let corner = [
+            (0., 0.),
+            (40., 0.),
+            (41., 0.1),
+            (80., 6.),
+            (90., 14.),
+            (92., 50.),
+        ];
         let line = corner.map(|(x, y)| Point::new(x, y));
         let rough = ReferencePath::new(line).unwrap();
         let path = smooth(&rough, 0.0, rough.length()).unwrap();

@@ -95,11 +95,25 @@ impl Traffic {
     }
 
     /// Puts a body's footprint at `pose` with `velocity` m/s, `step` steps from now; later steps are left out.
-    pub fn occupy(&mut self, body: usize, step: usize, footprint: &Footprint, pose: &Pose, velocity: f64) {
+    pub fn occupy(
+        &mut self,
+        body: usize,
+        step: usize,
+        footprint: &Footprint,
+        pose: &Pose,
+        velocity: f64,
+    ) {
         self.occupy_box(body, step, Extent::of(footprint), pose, velocity);
     }
 
-    pub(super) fn occupy_box(&mut self, body: usize, step: usize, extent: Extent, pose: &Pose, velocity: f64) {
+    pub(super) fn occupy_box(
+        &mut self,
+        body: usize,
+        step: usize,
+        extent: Extent,
+        pose: &Pose,
+        velocity: f64,
+    ) {
         let Some(there) = self.steps.get_mut(step) else {
             return;
         };

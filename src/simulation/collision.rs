@@ -42,10 +42,26 @@ pub struct Collision {
     pub other: Face,
 }
 
+impl std::fmt::Display for Collision {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (ego, other) = (self.ego.name(), self.other.name());
+        write!(
+            f,
+            "{} at step {}: its {other} and the ego's {ego}",
+            self.with, self.step
+        )
+    }
+}
+
 impl Collision {
     /// The collision of a body with anyone of `scenario` but `without` at a step: exact distance 0.
     #[must_use]
-    pub fn at(scenario: &Scenario, ego: &Placed<'_>, step: i64, without: Option<i64>) -> Option<Self> {
+    pub fn at(
+        scenario: &Scenario,
+        ego: &Placed<'_>,
+        step: i64,
+        without: Option<i64>,
+    ) -> Option<Self> {
         let others = scenario.obstacles.iter().filter(|o| {
             matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && Some(o.id) != without
         });
@@ -54,7 +70,8 @@ impl Collision {
                 continue;
             };
             let far = ego.footprint.reach() + other.footprint.reach();
-            if (ego.pose.position - other.pose.position).norm() > far || ego.distance(&other) > 0.0 {
+            if (ego.pose.position - other.pose.position).norm() > far || ego.distance(&other) > 0.0
+            {
                 continue;
             }
             let middle = middle(ego, &other);

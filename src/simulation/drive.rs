@@ -3,8 +3,10 @@
 use std::time::{Duration, Instant};
 
 use super::{Collision, Outcome};
-use crate::planner::{self, Forecast, Forecaster, Guide, GuideError, Limits, Plan, Planner, Road, VehicleState};
 use crate::geometry::Pose;
+use crate::planner::{
+    self, Forecast, Forecaster, Guide, GuideError, Limits, Plan, Planner, Road, VehicleState,
+};
 use crate::scenario::{Motion, PlanningProblem, Sample, Scenario, StateField, Track};
 
 /// How to drive.
@@ -72,7 +74,11 @@ pub enum DriveError {
 ///
 /// # Errors
 /// The problem has no start or no goal, or no way leads to it.
-pub fn drive(scenario: &Scenario, problem: &PlanningProblem, settings: &Settings) -> Result<Drive, DriveError> {
+pub fn drive(
+    scenario: &Scenario,
+    problem: &PlanningProblem,
+    settings: &Settings,
+) -> Result<Drive, DriveError> {
     drive_watched(scenario, problem, settings, &mut |_, _| true)
 }
 
@@ -90,10 +96,15 @@ pub fn drive_watched(
     let guide = Guide::of(scenario, &graph, problem)?;
     let whole = Limits::of(settings.planner.vehicle);
     let dt = scenario.dt();
-    let missing = |what| DriveError::NoStart { problem: problem.id, what };
+    let missing = |what| DriveError::NoStart {
+        problem: problem.id,
+        what,
+    };
     let start = start(problem, &guide, &whole).ok_or(missing("position, heading and velocity"))?;
-    let road = Road::new(&scenario.network, &whole).ok_or(missing("a body"))?;
-    let last = problem.deadline().ok_or(DriveError::NoGoal { problem: problem.id })?;
+    let road = Road::new(&scenario.network, &whole);
+    let last = problem.deadline().ok_or(DriveError::NoGoal {
+        problem: problem.id,
+    })?;
     let forecaster = Forecaster::new(scenario, settings.forecast, settings.without);
     let mut planner = Planner::new(settings.planner, &guide, &road, dt);
     let first = problem.initial.time.from;
@@ -115,7 +126,9 @@ pub fn drive_watched(
             return Some(Outcome::OffRoad);
         }
         *was_on |= on;
-        problem.reached(step, &motion, &scenario.network).map(Outcome::Goal)
+        problem
+            .reached(step, &motion, &scenario.network)
+            .map(Outcome::Goal)
     };
     let mut on = false;
     if let Some(outcome) = look(first, &start, &mut on) {
@@ -127,9 +140,20 @@ pub fn drive_watched(
         let traffic = forecaster.traffic(step, planner.steps());
         let began = Instant::now();
         let plan = planner.plan(&state, step, &traffic);
-        let cycle = Cycle { step, plan, took: began.elapsed() };
+        let cycle = Cycle {
+            step,
+            plan,
+            took: began.elapsed(),
+        };
         let more = watch(&planner, &cycle);
-        let ahead: Vec<VehicleState> = cycle.plan.states.iter().skip(1).take(settings.replan.max(1)).copied().collect();
+        let ahead: Vec<VehicleState> = cycle
+            .plan
+            .states
+            .iter()
+            .skip(1)
+            .take(settings.replan.max(1))
+            .copied()
+            .collect();
         run.cycles.push(cycle);
         if ahead.is_empty() {
             run.outcome = Outcome::Infeasible;
@@ -163,19 +187,27 @@ fn start(problem: &PlanningProblem, guide: &Guide, limits: &Limits) -> Option<Ve
     let position = initial.point()?;
     let velocity = initial.velocity?.middle();
     let motion = Motion {
-        pose: Pose { position, heading: initial.orientation?.middle() },
+        pose: Pose {
+            position,
+            heading: initial.orientation?.middle(),
+        },
         velocity,
         acceleration: initial.acceleration.map_or(0.0, |q| q.middle()),
     };
     let state = VehicleState::of_centre(&motion, 0.0, limits);
-    let said = initial.quantity(StateField::YawRate).map_or(0.0, |q| q.middle());
+    let said = initial
+        .quantity(StateField::YawRate)
+        .map_or(0.0, |q| q.middle());
     let curvature = if said != 0.0 && velocity.abs() > SLOW {
         said / velocity
     } else {
         guide.curvature_at(&state).unwrap_or(0.0)
     };
     let most = limits.curvature();
-    Some(VehicleState { curvature: curvature.clamp(-most, most), ..state })
+    Some(VehicleState {
+        curvature: curvature.clamp(-most, most),
+        ..state
+    })
 }
 
 /// Below this speed a yaw rate does not tell how the wheels stand, m/s.

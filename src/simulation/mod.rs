@@ -2,6 +2,7 @@
 
 mod collision;
 mod drive;
+mod ego;
 mod outcome;
 
 pub use collision::{Collision, Face};

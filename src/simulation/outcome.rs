@@ -30,3 +30,15 @@ impl Outcome {
         }
     }
 }
+
+impl std::fmt::Display for Outcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Goal(_) => f.write_str("goal reached"),
+            Self::Collision(collision) => write!(f, "collision with {collision}"),
+            Self::Timeout => f.write_str("goal not reached in time"),
+            Self::OffRoad => f.write_str("off the road"),
+            Self::Infeasible => f.write_str("nothing that the vehicle can drive"),
+        }
+    }
+}

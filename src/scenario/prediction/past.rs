@@ -91,9 +91,7 @@ impl<'a> Past<'a> {
         };
         let ego = scene.ego.track.during(&steps);
         let others = scene.participants();
-        let others = others.filter_map(|p| {
-            observed(p.obstacle, p.footprint_at(now), &steps, dt)
-        });
+        let others = others.filter_map(|p| observed(p.obstacle, p.footprint_at(now), &steps, dt));
         Self {
             network: &scene.scenario.network,
             now,

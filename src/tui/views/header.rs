@@ -132,6 +132,7 @@ fn ego(opened: &Opened) -> String {
         Some(EgoSource::Log(_)) => "ego of a log".to_string(),
         Some(EgoSource::Solution { vehicle, .. }) => format!("ego of a solution, {vehicle}"),
         Some(EgoSource::Obstacle(id)) => format!("{id} as ego"),
+        Some(EgoSource::Planned { .. }) => "ego planned".to_string(),
         None => "no ego".to_string(),
     }
 }
