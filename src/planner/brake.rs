@@ -13,12 +13,14 @@ const BY_HEADING: f64 = 0.4;
 /// The share of the friction circle that braking may take where no steering is needed.
 const SHARE: f64 = 0.98;
 
-/// The states of an emergency stop from `now`, one a step of `dt` seconds; inputs are constant within a step.
+/// The states of an emergency stop from `now`, one a step of `dt` seconds, with `share` (0 to 1)
+/// of what friction leaves for braking; inputs are constant within a step.
 pub(super) fn brake(
     now: &VehicleState,
     guide: &Guide,
     hint: Option<f64>,
     limits: &Limits,
+    share: f64,
     dt: f64,
     steps: usize,
 ) -> Vec<VehicleState> {
@@ -27,7 +29,7 @@ pub(super) fn brake(
     let mut hint = hint;
     for _ in 0..steps {
         let wanted = wanted_curvature(&at, guide, &mut hint);
-        at = step(&at, wanted, limits, dt);
+        at = step(&at, wanted, limits, share, dt);
         states.push(at);
     }
     states
@@ -46,7 +48,7 @@ fn wanted_curvature(at: &VehicleState, guide: &Guide, hint: &mut Option<f64>) ->
     point.curvature - BY_OFFSET * on.d - BY_HEADING * turn
 }
 
-fn step(at: &VehicleState, wanted: f64, limits: &Limits, dt: f64) -> VehicleState {
+fn step(at: &VehicleState, wanted: f64, limits: &Limits, share: f64, dt: f64) -> VehicleState {
     let v = at.velocity.max(0.0);
     // The curvature that friction allows at this speed, with a share left for braking.
     let most = (0.8 * limits.acceleration / (v * v).max(1.0)).min(limits.curvature());
@@ -58,7 +60,7 @@ fn step(at: &VehicleState, wanted: f64, limits: &Limits, dt: f64) -> VehicleStat
     let end = (angle + rate * dt).tan() / limits.wheelbase;
     let across = v * v * at.curvature.abs().max(end.abs());
     let room = (SHARE * limits.acceleration).powi(2) - across * across;
-    let braking = room.max(0.0).sqrt().min(v / dt);
+    let braking = (room.max(0.0).sqrt() * share).min(v / dt);
     let part = dt / PARTS as f64;
     let (mut x, mut y, mut heading) = (at.rear.position.x, at.rear.position.y, at.rear.heading);
     for i in 0..PARTS {

@@ -5,7 +5,7 @@ use super::lateral::Lateral;
 use super::motion::{Moved, Station, state};
 use super::profile::Profile;
 use super::traffic::{Occupied, Own, Traffic};
-use super::{Limit, Limits, Settings};
+use super::{Bends, Limit, Limits, Settings};
 
 /// What all candidates of a plan are held against.
 #[derive(Debug, Clone, Copy)]
@@ -13,15 +13,16 @@ pub(super) struct Judge<'a> {
     pub settings: &'a Settings,
     pub limits: Limits,
     pub traffic: &'a Traffic,
-    /// m/s.
+    /// m/s, where no bend is.
     pub wanted: f64,
+    pub bends: &'a Bends,
     /// Seconds between two steps.
     pub dt: f64,
     pub steps: usize,
 }
 
 /// Bodies farther than this cost nothing, metres.
-const CLEAR: f64 = 2.0;
+pub(super) const CLEAR: f64 = 2.0;
 
 /// The margin around bodies grows to its whole within this time, so that whoever starts closer can get away, seconds.
 const EASING: f64 = 1.0;
@@ -69,7 +70,8 @@ impl Judge<'_> {
             }
             let across = moved.velocity * moved.velocity * moved.curvature;
             sums.acceleration += moved.acceleration * moved.acceleration + across * across;
-            sums.speed += (moved.velocity - self.wanted).powi(2);
+            let wanted = self.wanted.min(self.bends.speed(at.s[0]));
+            sums.speed += (moved.velocity - wanted).powi(2);
             sums.offset += offset[0] * offset[0];
             before = moved;
         }
@@ -152,7 +154,7 @@ impl Judge<'_> {
     }
 
     fn stopping(&self, velocity: f64) -> f64 {
-        velocity * (self.settings.reaction + velocity / (2.0 * self.settings.braking))
+        self.settings.stopping(velocity)
     }
 
     /// The share of the wanted gap that is missing behind somebody `forward` and `left` metres away, squared.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::smooth::smooth;
-use super::{Arrival, VehicleState};
+use super::{Arrival, Bends, VehicleState};
 use crate::geometry::{LateralProfile, Pose, ReferencePath, ReferencePathError, angle_between};
 use crate::scenario::{LaneGraph, PlanningProblem, Route, RouteError, Scenario};
 
@@ -20,6 +20,8 @@ pub struct Guide {
     pub arrival: Option<Arrival>,
     /// The speed that is driven where nothing else decides, m/s.
     pub cruise: f64,
+    /// How fast the bends ahead let one be.
+    pub bends: Bends,
 }
 
 /// Why there is nothing to follow.
@@ -96,6 +98,7 @@ impl Guide {
         let velocity = problem.initial.velocity.map_or(0.0, |q| q.middle());
         Ok(Self {
             arrival: Arrival::of(scenario, problem, &route, &path),
+            bends: Bends::of(&path),
             path: Arc::new(path),
             start,
             route: Arc::new(route),
@@ -119,7 +122,7 @@ impl Guide {
         Some(path.heading_and_curvature(at.s, &profile).ok()?.1)
     }
 
-    /// The speed to arrive in time with, m/s, from arc length `s` (m) at `step` with speed `now` (m/s).
+    /// The speed to arrive in time with, m/s, of a body whose centre is at arc length `s` (m) at `step`, with speed `now` (m/s).
     ///
     /// It is as near to cruising as the goal's place and time let it be; it is slowed down to as gently as there is room
     /// for.

@@ -5,6 +5,7 @@
 //! single-track vehicle cannot drive, that leave the road or that touch somebody's predicted body are dropped, and
 //! the cheapest of the others is driven. Nothing in it is random: the same input gives the same plan.
 
+mod bends;
 mod brake;
 mod candidate;
 mod evaluate;
@@ -25,6 +26,7 @@ mod smooth;
 mod state;
 mod traffic;
 
+pub use bends::Bends;
 pub use candidate::{Candidate, Cost, Rejection};
 pub use feasibility::{Broken, FeasibilityError, Feasible};
 pub use forecast::{Forecast, Forecaster};

@@ -2,11 +2,11 @@
 
 use super::brake::brake;
 use super::candidate::{Candidate, Cost, Rejection};
-use super::evaluate::Judge;
+use super::evaluate::{CLEAR, Judge};
 use super::lateral::{Lateral, Start};
 use super::motion::{Moved, Station, state};
 use super::profile::Profile;
-use super::samples::{Level, Sampler, start};
+use super::samples::{FASTER, Level, Sampler, start};
 use super::{Guide, Limits, Road, Settings, Traffic, VehicleState};
 use crate::geometry::Frenet;
 
@@ -55,6 +55,8 @@ pub struct Planner<'a> {
     stations: Vec<Station>,
     candidates: Vec<Candidate>,
     order: Vec<usize>,
+    /// Those of the traffic that any candidate could get near to.
+    near: Traffic,
     now: Option<VehicleState>,
 }
 
@@ -77,6 +79,7 @@ impl<'a> Planner<'a> {
             stations: Vec::new(),
             candidates: Vec::new(),
             order: Vec::new(),
+            near: Traffic::default(),
             now: None,
         }
     }
@@ -96,10 +99,19 @@ impl<'a> Planner<'a> {
         let Some((along, lateral)) = self.place(now) else {
             return self.stop(now, traffic, 0.0, 0);
         };
-        let wanted = self.guide.wanted(along[0], now.velocity, step, self.dt);
+        // The goal asks for the centre of the body.
+        let centre = along[0] + self.limits.rear_to_centre;
+        let wanted = self.guide.wanted(centre, now.velocity, step, self.dt);
+        let wanted = wanted.min(self.guide.bends.speed(along[0] + now.velocity));
         let moved = Moved::of(now);
         let settings = self.settings;
         let (limits, guide) = (self.limits, self.guide);
+        let mut near = std::mem::take(&mut self.near);
+        near.keep_near(traffic, moved.x, moved.y, |step| {
+            let fastest = now.velocity.max(wanted) + FASTER;
+            let body = limits.rear_to_centre + limits.length.hypot(limits.width) / 2.0;
+            fastest * step as f64 * self.dt + settings.stopping(fastest) + body + CLEAR
+        });
         let sampler = Sampler {
             settings: &settings,
             limits: &limits,
@@ -111,27 +123,34 @@ impl<'a> Planner<'a> {
         let judge = Judge {
             settings: &settings,
             limits,
-            traffic,
+            traffic: &near,
             wanted,
+            bends: &guide.bends,
             dt: self.dt,
             steps: self.steps(),
         };
+        let mut found = None;
         for refinement in 0..=settings.sampling.refinements {
             let level = Level::new(&settings.sampling, refinement);
             if refinement == 0 {
                 self.go_on(&judge, &moved, step);
             }
             self.sample(level, &sampler, &judge, &moved, along, &lateral);
-            if let Some(chosen) = self.choose() {
-                let candidate = self.candidates[chosen];
-                let profile = self.profiles[candidate.profile];
-                self.last = Some((step, profile, candidate.lateral));
-                return Plan {
-                    states: self.states_of(&candidate),
-                    cost: candidate.cost,
-                    ..self.summary(wanted, refinement, None)
-                };
+            found = self.choose().map(|chosen| (refinement, chosen));
+            if found.is_some() {
+                break;
             }
+        }
+        self.near = near;
+        if let Some((refinement, chosen)) = found {
+            let candidate = self.candidates[chosen];
+            let profile = self.profiles[candidate.profile];
+            self.last = Some((step, profile, candidate.lateral));
+            return Plan {
+                states: self.states_of(&candidate),
+                cost: candidate.cost,
+                ..self.summary(wanted, refinement, None)
+            };
         }
         self.stop(now, traffic, wanted, settings.sampling.refinements)
     }
@@ -292,37 +311,42 @@ impl<'a> Planner<'a> {
         refinements: usize,
     ) -> Plan {
         self.last = None;
-        let braking = brake(
-            now,
-            self.guide,
-            self.hint,
-            &self.limits,
-            self.dt,
-            self.steps(),
-        );
-        let touches = first_contact(&braking, traffic, &self.limits);
         let latest = self.candidates.iter().filter_map(|c| match c.rejected {
             Some((step, Rejection::Contact(_))) => Some((step, c)),
             _ => None,
         });
         let latest = latest.max_by(|a, b| {
-            a.0.cmp(&b.0)
-                .then(b.1.cost.total().total_cmp(&a.1.cost.total()))
+            let dearer = b.1.cost.total().total_cmp(&a.1.cost.total());
+            a.0.cmp(&b.0).then(dearer)
         });
-        let latest = latest.filter(|(step, c)| {
-            touches.is_some_and(|braked| braked < *step) && self.leaves_road(c).is_none()
-        });
-        match latest {
-            Some((_, candidate)) => {
-                let candidate = *candidate;
-                let profile = self.profiles[candidate.profile];
-                let _ = profile;
-                Plan {
-                    states: self.states_of(&candidate),
-                    cost: candidate.cost,
-                    ..self.summary(wanted, refinements, Some(Emergency::LatestContact))
-                }
+        let latest = latest.map(|(step, candidate)| (step, *candidate));
+        // The mildest braking that touches nobody; if all do, the one that does so last.
+        let mut braked: Option<(usize, Vec<VehicleState>)> = None;
+        for share in BRAKING {
+            let states = brake(
+                now,
+                self.guide,
+                self.hint,
+                &self.limits,
+                share,
+                self.dt,
+                self.steps(),
+            );
+            let touched = first_contact(&states, traffic, &self.limits).unwrap_or(usize::MAX);
+            if braked.as_ref().is_none_or(|(before, _)| touched > *before) {
+                braked = Some((touched, states));
             }
+            if touched == usize::MAX {
+                break;
+            }
+        }
+        let (touched, braking) = braked.unwrap_or_default();
+        match latest.filter(|(step, c)| touched < *step && self.leaves_road(c).is_none()) {
+            Some((_, candidate)) => Plan {
+                states: self.states_of(&candidate),
+                cost: candidate.cost,
+                ..self.summary(wanted, refinements, Some(Emergency::LatestContact))
+            },
             None => Plan {
                 states: braking,
                 ..self.summary(wanted, refinements, Some(Emergency::Braking))
@@ -352,6 +376,9 @@ impl<'a> Planner<'a> {
         }
     }
 }
+
+/// Shares of the full braking that are tried in an emergency.
+const BRAKING: [f64; 3] = [0.4, 0.7, 1.0];
 
 /// The start may lie this far from where the route has it, metres.
 const FIRST: f64 = 20.0;

@@ -23,7 +23,7 @@ const SHORTEST_CHANGE: f64 = 1.5;
 const MEAN: f64 = 0.65;
 
 /// Speeds further above both the present and the wanted one are not sampled, m/s.
-const FASTER: f64 = 6.0;
+pub(super) const FASTER: f64 = 6.0;
 
 /// Distance that is kept behind whoever is followed, at standstill (m) and by speed (s).
 const STANDING_GAP: f64 = 3.0;

@@ -103,6 +103,12 @@ impl Settings {
         Limits::of(self.vehicle).scaled(self.share)
     }
 
+    /// The way (m) in which one stops from `velocity` (m/s).
+    #[must_use]
+    pub fn stopping(&self, velocity: f64) -> f64 {
+        velocity * (self.reaction + velocity / (2.0 * self.braking))
+    }
+
     /// Steps of `dt` seconds in the horizon, at least one.
     #[must_use]
     pub fn steps(&self, dt: f64) -> usize {

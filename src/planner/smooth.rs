@@ -62,8 +62,36 @@ pub(super) fn smooth(
             }
         }
     }
-    ReferencePath::new(moved.into_iter().map(|p| Point::from(p + origin)))
+    ReferencePath::new(finer(&moved).into_iter().map(|p| Point::from(p + origin)))
 }
+
+/// Points between those of a curve, so that what is drawn through them does not follow the chords: cubic interpolation.
+fn finer(points: &[Vector]) -> Vec<Vector> {
+    let last = points.len() - 1;
+    let at = |i: i64| -> Vector {
+        match usize::try_from(i) {
+            Err(_) => points[0] * 2.0 - points[1.min(last)],
+            Ok(i) if i > last => points[last] * 2.0 - points[last.saturating_sub(1)],
+            Ok(i) => points[i],
+        }
+    };
+    let mut all = Vec::with_capacity(points.len() * BETWEEN);
+    for i in 0..last as i64 {
+        let [a, b, c, d] = [at(i - 1), at(i), at(i + 1), at(i + 2)];
+        for part in 0..BETWEEN {
+            let t = part as f64 / BETWEEN as f64;
+            let slope = (c - a) * t;
+            let square = (a * 2.0 - b * 5.0 + c * 4.0 - d) * (t * t);
+            let cube = (b * 3.0 - a - c * 3.0 + d) * (t * t * t);
+            all.push(b + (slope + square + cube) / 2.0);
+        }
+    }
+    all.push(points[last]);
+    all
+}
+
+/// Points for each that is moved.
+const BETWEEN: usize = 8;
 
 /// Third differences.
 const DIFFERENCE: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];

@@ -88,6 +88,23 @@ impl Traffic {
         self.steps.get(step.min(last)).map_or(&[], Vec::as_slice)
     }
 
+    /// Becomes those of `all` that are within `reach(step)` metres of (`x`, `y`) at each step; what it held is forgotten, its
+    /// memory is used again.
+    pub(super) fn keep_near(&mut self, all: &Self, x: f64, y: f64, reach: impl Fn(usize) -> f64) {
+        self.bodies.clear();
+        self.bodies.extend_from_slice(&all.bodies);
+        self.steps.resize_with(all.steps.len(), Vec::new);
+        for (step, (kept, there)) in self.steps.iter_mut().zip(&all.steps).enumerate() {
+            let most = reach(step);
+            kept.clear();
+            kept.extend(
+                there
+                    .iter()
+                    .filter(|o| (o.x - x).hypot(o.y - y) <= most + o.reach),
+            );
+        }
+    }
+
     /// Adds a hypothesis; its boxes follow by [`Self::occupy`].
     pub fn add(&mut self, body: Body) -> usize {
         self.bodies.push(body);
