@@ -1,14 +1,13 @@
 //! One cycle of planning: sample, follow, choose; and what is done when nothing is left.
 
-use super::brake::brake;
 use super::candidate::{Candidate, Cost, Rejection};
 use super::evaluate::{CLEAR, Judge};
 use super::lateral::{Lateral, Start};
 use super::motion::{Moved, Station, state};
+use super::place::place;
 use super::profile::Profile;
-use super::samples::{FASTER, Level, Sampler, start};
-use super::{Guide, Limits, Road, Settings, Traffic, VehicleState};
-use crate::geometry::Frenet;
+use super::samples::{FASTER, Level, Sampler};
+use super::{Emergency, Guide, Limits, Road, Settings, Traffic, VehicleState};
 
 /// What a cycle decided.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,37 +30,25 @@ pub struct Plan {
     pub emergency: Option<Emergency>,
 }
 
-/// What is done when no candidate can be driven.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Emergency {
-    /// The candidate that touches somebody's prediction last.
-    LatestContact,
-    /// As hard a braking as the friction circle allows, along the path.
-    Braking,
-}
-
 /// Plans cycle by cycle along one guide.
 #[derive(Debug)]
 pub struct Planner<'a> {
-    settings: Settings,
-    limits: Limits,
-    guide: &'a Guide,
+    pub(super) settings: Settings,
+    pub(super) limits: Limits,
+    pub(super) guide: &'a Guide,
     road: &'a Road,
-    dt: f64,
+    pub(super) dt: f64,
     /// What was chosen last, and at which step.
-    last: Option<(i64, Profile, Lateral)>,
-    hint: Option<f64>,
+    pub(super) last: Option<(i64, Profile, Lateral)>,
+    pub(super) hint: Option<f64>,
     profiles: Vec<Profile>,
     stations: Vec<Station>,
-    candidates: Vec<Candidate>,
+    pub(super) candidates: Vec<Candidate>,
     order: Vec<usize>,
     /// Those of the traffic that any candidate could get near to.
     near: Traffic,
     now: Option<VehicleState>,
 }
-
-/// From one cycle to the next the place on the path moves less than this, metres.
-const HINT: f64 = 15.0;
 
 impl<'a> Planner<'a> {
     /// A planner along `guide` on `road`, for steps of `dt` seconds.
@@ -96,9 +83,10 @@ impl<'a> Planner<'a> {
         self.profiles.clear();
         self.stations.clear();
         self.now = Some(*now);
-        let Some((along, lateral)) = self.place(now) else {
+        let Some((along, lateral)) = place(self.guide, now, self.hint) else {
             return self.stop(now, traffic, 0.0, 0);
         };
+        self.hint = Some(along[0]);
         // The goal asks for the centre of the body.
         let centre = along[0] + self.limits.rear_to_centre;
         let wanted = self.guide.wanted(centre, now.velocity, step, self.dt);
@@ -153,36 +141,6 @@ impl<'a> Planner<'a> {
             };
         }
         self.stop(now, traffic, wanted, settings.sampling.refinements)
-    }
-
-    /// Where the state is along the path and across it.
-    fn place(&mut self, now: &VehicleState) -> Option<([f64; 3], Start)> {
-        let path = &self.guide.path;
-        let near = self
-            .hint
-            .and_then(|hint| path.project_near(&now.rear.position, hint, HINT).ok());
-        let at: Frenet = match near {
-            Some(at) => at,
-            None => path
-                .project_near(&now.rear.position, self.guide.start, FIRST)
-                .ok()
-                .or_else(|| path.project(&now.rear.position).ok())?,
-        };
-        self.hint = Some(at.s);
-        let profile = path.profile_at(at, now.rear.heading, now.curvature).ok()?;
-        let point = path.at(at.s);
-        let stretch = point.stretch(at).ok()?;
-        let (sin, cos) = (now.rear.heading - point.heading).sin_cos();
-        if cos <= 0.1 {
-            return None;
-        }
-        let tan = sin / cos;
-        let s1 = now.velocity * cos / stretch;
-        let drift = point.curvature_rate * at.d + point.curvature * profile.d_s;
-        let turn = now.curvature * stretch / cos - point.curvature;
-        let s2 = (now.acceleration * cos - s1 * s1 * (stretch * tan * turn - drift)) / stretch;
-        let along = [at.s, s1, s2];
-        Some((along, start([profile.d, profile.d_s, profile.d_ss], along)))
     }
 
     /// What was chosen before, from here on.
@@ -267,7 +225,7 @@ impl<'a> Planner<'a> {
     }
 
     /// The step at which a candidate leaves the road. Whoever starts off the road may first get onto it.
-    fn leaves_road(&self, candidate: &Candidate) -> Option<usize> {
+    pub(super) fn leaves_road(&self, candidate: &Candidate) -> Option<usize> {
         let states = self.moments(candidate).map(|m| m.whole());
         self.road.left_at(states, &self.limits)
     }
@@ -303,58 +261,12 @@ impl<'a> Planner<'a> {
         &self.candidates
     }
 
-    fn stop(
-        &mut self,
-        now: &VehicleState,
-        traffic: &Traffic,
+    pub(super) fn summary(
+        &self,
         wanted: f64,
         refinements: usize,
+        emergency: Option<Emergency>,
     ) -> Plan {
-        self.last = None;
-        let latest = self.candidates.iter().filter_map(|c| match c.rejected {
-            Some((step, Rejection::Contact(_))) => Some((step, c)),
-            _ => None,
-        });
-        let latest = latest.max_by(|a, b| {
-            let dearer = b.1.cost.total().total_cmp(&a.1.cost.total());
-            a.0.cmp(&b.0).then(dearer)
-        });
-        let latest = latest.map(|(step, candidate)| (step, *candidate));
-        // The mildest braking that touches nobody; if all do, the one that does so last.
-        let mut braked: Option<(usize, Vec<VehicleState>)> = None;
-        for share in BRAKING {
-            let states = brake(
-                now,
-                self.guide,
-                self.hint,
-                &self.limits,
-                share,
-                self.dt,
-                self.steps(),
-            );
-            let touched = first_contact(&states, traffic, &self.limits).unwrap_or(usize::MAX);
-            if braked.as_ref().is_none_or(|(before, _)| touched > *before) {
-                braked = Some((touched, states));
-            }
-            if touched == usize::MAX {
-                break;
-            }
-        }
-        let (touched, braking) = braked.unwrap_or_default();
-        match latest.filter(|(step, c)| touched < *step && self.leaves_road(c).is_none()) {
-            Some((_, candidate)) => Plan {
-                states: self.states_of(&candidate),
-                cost: candidate.cost,
-                ..self.summary(wanted, refinements, Some(Emergency::LatestContact))
-            },
-            None => Plan {
-                states: braking,
-                ..self.summary(wanted, refinements, Some(Emergency::Braking))
-            },
-        }
-    }
-
-    fn summary(&self, wanted: f64, refinements: usize, emergency: Option<Emergency>) -> Plan {
         let mut rejected: Vec<(&'static str, usize)> = Vec::new();
         for (_, why) in self.candidates.iter().filter_map(|c| c.rejected) {
             let name = why.name();
@@ -375,29 +287,4 @@ impl<'a> Planner<'a> {
             emergency,
         }
     }
-}
-
-/// Shares of the full braking that are tried in an emergency.
-const BRAKING: [f64; 3] = [0.4, 0.7, 1.0];
-
-/// The start may lie this far from where the route has it, metres.
-const FIRST: f64 = 20.0;
-
-/// The first step at which somebody's predicted body is touched.
-fn first_contact(states: &[VehicleState], traffic: &Traffic, limits: &Limits) -> Option<usize> {
-    states.iter().enumerate().skip(1).find_map(|(step, state)| {
-        let centre = state.centre(limits).pose;
-        let (sin, cos) = centre.heading.sin_cos();
-        let own = super::traffic::Own {
-            x: centre.position.x,
-            y: centre.position.y,
-            cos,
-            sin,
-            half_length: limits.length / 2.0,
-            half_width: limits.width / 2.0,
-        };
-        let others = traffic.at(step).iter();
-        let mut avoided = others.filter(|o| traffic.bodies[o.body].avoided);
-        avoided.any(|o| o.separation(&own) < 0.0).then_some(step)
-    })
 }
