@@ -17,7 +17,8 @@ pub struct Arrival {
 /// The distance between places along the path that are asked whether they are in the goal, metres.
 const SPACING: f64 = 0.5;
 
-/// What is kept from the ends of the stretch where it is long enough, metres.
+/// How far inside the goal is aimed at, where it is long enough, and what is kept from its end, metres.
+const INSIDE: f64 = 8.0;
 const MARGIN: f64 = 3.0;
 
 impl Arrival {
@@ -62,10 +63,10 @@ impl Arrival {
         while from - SPACING > start && inside(from - SPACING) {
             from -= SPACING;
         }
-        let margin = MARGIN.min((to - from) / 3.0);
+        let third = (to - from) / 3.0;
         Some(Self {
-            from: from + margin,
-            to: to - margin,
+            from: from + INSIDE.min(third),
+            to: to - MARGIN.min(third),
             step: goal.time.to,
         })
     }

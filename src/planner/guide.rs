@@ -20,6 +20,8 @@ pub struct Guide {
     pub arrival: Option<Arrival>,
     /// The speed that is driven where nothing else decides, m/s.
     pub cruise: f64,
+    /// The fastest that is driven to arrive in time, m/s: whoever is late may stay late.
+    pub fastest: f64,
     /// How fast the bends ahead let one be.
     pub bends: Bends,
 }
@@ -53,6 +55,9 @@ pub enum GuideError {
 
 /// Nobody is taken to want to drive slower than this where nothing says how fast, m/s.
 const SLOWEST_CRUISE: f64 = 8.0;
+
+/// How much faster than cruising, or than the mean speed to the goal, is driven to arrive in time.
+const HASTE: f64 = 1.3;
 
 /// The start may lie this far from where the route has it, metres.
 const NEAR: f64 = 20.0;
@@ -96,13 +101,20 @@ impl Guide {
         let start = path.project_near(&position, BEHIND, NEAR);
         let start = start.map_or(BEHIND, |at| at.s);
         let velocity = problem.initial.velocity.map_or(0.0, |q| q.middle());
+        let cruise = velocity.max(SLOWEST_CRUISE);
+        let arrival = Arrival::of(scenario, problem, &route, &path);
+        let mean = arrival.map_or(0.0, |arrival| {
+            let time = (arrival.step - problem.initial.time.from) as f64 * scenario.dt();
+            (arrival.from - start) / time.max(scenario.dt())
+        });
         Ok(Self {
-            arrival: Arrival::of(scenario, problem, &route, &path),
+            arrival,
+            fastest: HASTE * cruise.max(mean),
+            cruise,
             bends: Bends::of(&path),
             path: Arc::new(path),
             start,
             route: Arc::new(route),
-            cruise: velocity.max(SLOWEST_CRUISE),
         })
     }
 
@@ -133,7 +145,7 @@ impl Guide {
         };
         let left = (arrival.step - step) as f64 * dt;
         let room = (arrival.to - s).max(0.0);
-        let least = ((arrival.from - s) / left.max(dt)).max(0.0);
+        let least = ((arrival.from - s) / left.max(dt)).clamp(0.0, self.fastest);
         let most = (room / left.max(LAST)).max(now - GENTLY);
         let stopping = (2.0 * GENTLY * room).sqrt();
         self.cruise.min(most).min(stopping).max(least)
