@@ -26,7 +26,7 @@ mod state;
 mod traffic;
 
 pub use candidate::{Candidate, Cost, Rejection};
-pub use feasibility::{Broken, FeasibilityError, Feasible};
+pub use feasibility::{Bound, Broken, Feasibility, FeasibilityError, Feasible, Tolerance};
 pub use forecast::{Forecast, Forecaster};
 pub use goal::Arrival;
 pub use guide::{Guide, GuideError};
