@@ -217,6 +217,7 @@ impl Feasibility {
                     needed_rate: rate.abs(),
                     angle_slack: 0.0,
                     rate_slack: 0.0,
+                    across: None,
                 }
             })
             .collect();
@@ -365,9 +366,21 @@ impl Found<'_> {
         self.limit(step, Bound::YawRate, turned / dt, most);
 
         let reached = simulate(from, acceleration, turn, limits.wheelbase, *dt);
-        self.limit(step, Bound::Friction, reached.friction, limits.acceleration);
+        let (friction, most) = match turn.across {
+            Some(across) => (
+                acceleration.hypot(across),
+                limits.acceleration * (1.0 + steering::ESTIMATE),
+            ),
+            None => (reached.friction, limits.acceleration),
+        };
+        self.limit(step, Bound::Friction, friction, most);
         let off = to.rear.position - reached.rear.position;
-        let worst = off.x.abs().max(off.y.abs());
+        // `max` would pass over what is no number.
+        let worst = if off.y.abs() <= off.x.abs() || off.x.is_nan() {
+            off.x.abs()
+        } else {
+            off.y.abs()
+        };
         let forward = reached.rear.forward();
         let (along, across) = (off.dot(&forward), forward.perp(&off));
         let bound = if along.abs() >= across.abs() {
@@ -378,7 +391,7 @@ impl Found<'_> {
         self.ask(step, bound, worst, tolerance.position);
         let turned = angle_between(reached.rear.heading, to.rear.heading).abs();
         self.ask(step, Bound::Heading, turned, tolerance.heading);
-        reached.friction / limits.acceleration
+        friction / limits.acceleration
     }
 }
 

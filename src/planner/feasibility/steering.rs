@@ -7,8 +7,8 @@ use crate::planner::Limits;
 /// A shorter step says nothing about the steering angle, metres.
 const STANDING: f64 = 0.01;
 
-/// The mean of a tangent is not the tangent of the mean: estimated rates may exceed the limit by this share.
-const ESTIMATE: f64 = 0.02;
+/// The mean of a tangent is not the tangent of the mean: what is estimated from means may exceed a limit by this share.
+pub(super) const ESTIMATE: f64 = 0.02;
 
 /// The mean steering angle of a step.
 #[derive(Debug, Clone, Copy)]
@@ -58,6 +58,9 @@ pub(super) fn estimate(moments: &[Moment], limits: &Limits, dt: f64, rounding: f
             let sum: f64 = around.iter().sum();
             let rate = (sum / around.len().max(1) as f64).clamp(-most, most);
             let (needed_rate, rate_slack) = rates[k].map_or((0.0, 0.0), |(r, s)| (r.abs(), s));
+            let (from, to) = (&moments[k], &moments[k + 1]);
+            let turned = angle_between(from.rear.heading, to.rear.heading);
+            let across = f64::midpoint(from.velocity, to.velocity) * turned / dt;
             let Some(mean) = means[k] else {
                 return Turn {
                     angle: held,
@@ -66,6 +69,7 @@ pub(super) fn estimate(moments: &[Moment], limits: &Limits, dt: f64, rounding: f
                     needed_rate,
                     angle_slack: 0.0,
                     rate_slack,
+                    across: Some(across),
                 };
             };
             held = mean.angle;
@@ -76,6 +80,7 @@ pub(super) fn estimate(moments: &[Moment], limits: &Limits, dt: f64, rounding: f
                 needed_rate,
                 angle_slack: mean.slack,
                 rate_slack,
+                across: Some(across),
             }
         })
         .collect()

@@ -25,6 +25,8 @@ pub(super) struct Turn {
     /// How much of that may be rounding, rad and rad/s.
     pub angle_slack: f64,
     pub rate_slack: f64,
+    /// The mean acceleration across (m/s²) where the steering angle on the way is not known, only its mean.
+    pub across: Option<f64>,
 }
 
 /// Where the inputs lead.
