@@ -23,6 +23,8 @@ mod samples;
 mod settings;
 mod smooth;
 mod state;
+#[cfg(test)]
+mod tests;
 mod traffic;
 
 pub use candidate::{Candidate, Cost, Rejection};
