@@ -126,7 +126,7 @@ fn what_cannot_be_avoided_is_hit_braking() {
 
 #[test]
 fn whoever_points_off_the_road_at_speed_leaves_it() {
-    let mut start = problem(Pose::new(20.0, -0.5, -0.9), vec![to_lanelet(21)]);
+    let mut start = problem(Pose::new(20.0, 3.5, -0.9), vec![to_lanelet(21)]);
     start.initial.velocity = Some(Quantity::Exact(25.0));
     let drive = driven(&scenario(vec![]), &start, None).unwrap();
     assert_eq!(drive.outcome, Outcome::OffRoad);
