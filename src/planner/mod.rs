@@ -26,12 +26,14 @@ mod samples;
 mod settings;
 mod smooth;
 mod state;
+#[cfg(test)]
+mod tests;
 mod traffic;
 
 pub use bends::Bends;
 pub use candidate::{Candidate, Cost, Rejection};
 pub use emergency::Emergency;
-pub use feasibility::{Broken, FeasibilityError, Feasible};
+pub use feasibility::{Bound, Broken, Feasibility, FeasibilityError, Feasible, Tolerance};
 pub use forecast::{Forecast, Forecaster};
 pub use goal::Arrival;
 pub use guide::{Guide, GuideError};

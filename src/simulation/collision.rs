@@ -86,19 +86,43 @@ impl Collision {
     }
 }
 
-/// The middle of the corners of either body that are in the other; without such corners, the point between them.
+/// The middle of what two bodies share: of the corners of either that are in the other, and of where their outlines
+/// cross; the point between them where they only just touch.
 fn middle(a: &Placed<'_>, b: &Placed<'_>) -> Point {
-    let corners = |body: &Placed<'_>, other: &Placed<'_>| -> Vec<Point> {
-        let corners = body.footprint.corners().iter();
-        let placed = corners.map(|p| body.pose.to_world(p));
-        placed.filter(|p| other.holds(p)).collect()
+    let edges = |body: &Placed<'_>| -> Vec<(Point, Point)> {
+        let rings = body.outlines();
+        let ring = |ring: &Vec<Point>| -> Vec<(Point, Point)> {
+            let ends = ring.iter().cycle().skip(1);
+            ring.iter().copied().zip(ends.copied()).collect()
+        };
+        rings.iter().flat_map(ring).collect()
     };
-    let shared = [corners(a, b), corners(b, a)].concat();
+    let (of_a, of_b) = (edges(a), edges(b));
+    let inside = |edges: &[(Point, Point)], other: &Placed<'_>| -> Vec<Point> {
+        let corners = edges.iter().map(|(from, _)| *from);
+        corners.filter(|p| other.holds(p)).collect()
+    };
+    let mut shared = [inside(&of_a, b), inside(&of_b, a)].concat();
+    for one in &of_a {
+        shared.extend(of_b.iter().filter_map(|other| crossing(*one, *other)));
+    }
     if shared.is_empty() {
         return nalgebra::center(&a.pose.position, &b.pose.position);
     }
     let sum = shared.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
     Point::from(sum / shared.len() as f64)
+}
+
+/// Where two stretches of line cross; nothing for parallel ones.
+fn crossing((a, b): (Point, Point), (c, d): (Point, Point)) -> Option<Point> {
+    let (along, other, between) = (b - a, d - c, c - a);
+    let cross = along.perp(&other);
+    if cross == 0.0 {
+        return None;
+    }
+    let (t, u) = (between.perp(&other) / cross, between.perp(&along) / cross);
+    let within = (0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u);
+    within.then(|| a + along * t)
 }
 
 /// The side of a body that is nearest to a point on or in it.
