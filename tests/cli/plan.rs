@@ -231,6 +231,9 @@ fn what_cannot_be_planned_is_named_and_counted() {
     let none = home.run(&["plan", "all/none.xml", "--json"]).status(1);
     assert!(none.says(&["no planning problem"]).stdout.is_empty());
     home.run(&["plan", "all/broken.xml"]).status(2);
+    // The ego starts at 34 m/s.
+    let slow = home.run(&["plan", CUT_IN, "--vehicle", "4"]).status(1);
+    slow.says(&["a truck goes 22.22 m/s at most", "--vehicle"]);
     let wrong = home.run(&["plan", "all/turn.xml", "--planning-problem", "77"]);
     wrong
         .status(2)

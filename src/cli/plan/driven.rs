@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::cli::output;
-use crate::planner::Emergency;
+use crate::planner::{Emergency, Limits};
 use crate::scenario::{Entry, PlanningProblem, Scenario};
 use crate::simulation::{self, Collision, Drive, Outcome, Settings};
 
@@ -46,6 +46,16 @@ pub fn drive(
 ) -> Result<Driven, Missed> {
     let scenario = entry.read().map_err(|e| Missed::Unread(e.to_string()))?;
     let problem = chosen(entry, &scenario, problem)?;
+    let vehicle = settings.planner.vehicle;
+    let (start, most) = (problem.initial.velocity, Limits::of(vehicle).speed);
+    if let Some(start) = start.map(|v| v.middle()).filter(|v| *v > most) {
+        return Err(Missed::Nothing(format!(
+            "{}: planning problem {} starts at {start} m/s, and a {} goes {most} m/s at most; --vehicle names another",
+            entry.display(),
+            problem.id,
+            vehicle.name()
+        )));
+    }
     let driven = simulation::drive_watched(&scenario, problem, settings, &mut |_, _| {
         !stop.load(Ordering::Relaxed)
     });

@@ -24,6 +24,10 @@ use table::Table;
 
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Outcomes: goal, collision (with whom, and which side of either body), timeout, off_road, infeasible.
+Exit status: 0 all drives end at the goal or out of time; 1 some end otherwise, or some scenarios could not be planned;
+2 usage or input error; 130 interrupted, with the part of the table that was done.")]
 pub struct PlanArguments {
     /// CommonRoad files or folders, or names of bundled scenarios.
     #[arg(required = true)]
