@@ -35,7 +35,8 @@ fn timeless(mut line: Value) -> Value {
 #[test]
 fn one_scenario_as_json_and_its_ego_as_csv() {
     let home = Home::new();
-    let arguments = ["plan", CUT_IN, "--prediction", "recorded", "--json", "-o"];
+    let told = ["plan", CUT_IN, "--prediction", "recorded", "--replan", "3"];
+    let arguments = [&told[..], &["--json", "-o"]].concat();
     let ended = home.run(&[&arguments[..], &["ego.csv"]].concat()).status(0);
     assert_eq!(ended.stderr, "");
     let said = ended.json();
@@ -62,12 +63,14 @@ fn one_scenario_as_json_and_its_ego_as_csv() {
         (&said["prediction"], &said["vehicle"], &said["scenario"]),
         (&"recorded".into(), &2.into(), &CUT_IN.into())
     );
-    assert_eq!(said["cycles"], said["steps"], "each step is planned anew");
+    let count = |key: &str| said[key].as_u64().unwrap();
+    assert_eq!(count("cycles"), count("steps").div_ceil(3));
 
     // What was written is what the library drives.
     let scenario = Entry::of_argument(CUT_IN.as_ref()).read().unwrap();
     let settings = simulation::Settings {
         forecast: planner::Forecast::Recorded,
+        replan: 3,
         ..evaluation::usual_planning()
     };
     let problem = &scenario.planning_problems[0];
@@ -99,9 +102,7 @@ fn one_scenario_as_json_and_its_ego_as_csv() {
     let again = std::fs::read_to_string(home.files().join("again.csv")).unwrap();
     assert_eq!(again, text);
     // `-` is standard output, where then nothing else is.
-    let out = home
-        .run(&["plan", CUT_IN, "--prediction", "recorded", "-o", "-"])
-        .status(0);
+    let out = home.run(&[&told[..], &["-o", "-"]].concat()).status(0);
     assert_eq!(out.stdout, text);
     home.run(&["plan", CUT_IN, "--json", "-o", "-"]).status(2);
 }
@@ -372,7 +373,7 @@ fn an_interrupt_ends_with_the_part_that_is_done() {
         home.write(format!("all/s{i:02}.xml"), bundled_xml(TURN));
     }
     std::fs::create_dir(home.files().join("out")).unwrap();
-    let mut child = home.start(&["plan", "all", "-o", "out"]);
+    let mut child = home.start(&["plan", "all", "-o", "out", "--replan", "4"]);
     // The first line is there: something was driven.
     let mut first = [0; 8];
     std::io::Read::read_exact(child.stdout.as_mut().unwrap(), &mut first).unwrap();
@@ -407,7 +408,20 @@ fn an_interrupt_ends_with_the_part_that_is_done() {
 fn every_bundled_scenario_can_be_planned() {
     let home = Home::new();
     let names: Vec<&str> = BUNDLED.iter().map(|(name, _)| *name).collect();
-    let ended = home.run(&[&["plan", "--json", "--prediction", "recorded"], &names[..]].concat());
+    let ended = home.run(
+        &[
+            &[
+                "plan",
+                "--json",
+                "--prediction",
+                "recorded",
+                "--replan",
+                "4",
+            ],
+            &names[..],
+        ]
+        .concat(),
+    );
     let said = lines(&ended.status(0));
     assert_eq!(said.len(), names.len());
     for (line, name) in said.iter().zip(names) {
