@@ -82,7 +82,7 @@ pub enum Missing {
 }
 
 /// How the reason begins where nothing was sent, for people and in the store.
-const NOT_SENT: &str = "nothing was sent: ";
+pub(super) const NOT_SENT: &str = "nothing was sent: ";
 
 impl std::fmt::Display for Missing {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

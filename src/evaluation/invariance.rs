@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::share::Share;
+use super::share::{Share, Tally};
 use super::{Said, Scored, Way};
 use crate::scenario::Transform;
 use crate::verdict::Verdict;
@@ -37,6 +37,9 @@ pub struct Invariance {
     pub scores: u32,
     /// Pairs in which one answer or both hold no verdict.
     pub without_verdict: u32,
+    /// Pairs of one and the same answer, as the change leaves the words the same: nothing was asked that could flip, and
+    /// none of the other counts has them.
+    pub same_words: u32,
 }
 
 impl Scored {
@@ -101,16 +104,21 @@ pub fn invariance<'a>(pairs: impl IntoIterator<Item = Pair<'a>>) -> Vec<Invarian
 /// Of pairs of one way and change.
 fn of(pairs: &[Pair<'_>]) -> Option<Invariance> {
     let first = pairs.first()?;
-    let (mut flipped, mut renamed) = (Share::default(), Share::default());
+    let (mut flipped, mut renamed) = (Tally::default(), Tally::default());
     let mut changes: Vec<f64> = Vec::new();
-    let mut without_verdict = 0;
+    let (mut without_verdict, mut same_words) = (0, 0);
     for pair in pairs {
         let Some((a, b)) = pair.original.verdict().zip(pair.changed.verdict()) else {
             without_verdict += 1;
             continue;
         };
-        flipped.count(a.dangerous != b.dangerous);
-        renamed.count(grave(a) != grave(b));
+        if pair.original.run.is_some() && pair.original.run == pair.changed.run {
+            same_words += 1;
+            continue;
+        }
+        let scenario = pair.original.scenario.as_str();
+        flipped.count(scenario, a.dangerous != b.dangerous);
+        renamed.count(scenario, grave(a) != grave(b));
         let scores = scores(a);
         changes.extend(b.obstacles.iter().filter_map(|o| {
             let before = scores.get(&o.id)?;
@@ -123,12 +131,13 @@ fn of(pairs: &[Pair<'_>]) -> Option<Invariance> {
     Some(Invariance {
         way: first.original.way.clone(),
         transform: first.transform,
-        flipped,
-        renamed,
+        flipped: flipped.share(),
+        renamed: renamed.share(),
         risk_change: mean(&mut changes.iter().copied()),
         risk_distance: mean(&mut changes.iter().map(|c| c.abs())),
         scores: changes.len() as u32,
         without_verdict,
+        same_words,
     })
 }
 
@@ -153,6 +162,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::evaluation::tests_scored::{answer, failed};
+    use crate::store::RunId;
 
     #[test]
     fn flips_names_and_scores_are_counted_by_way_and_change() {
@@ -178,14 +188,47 @@ mod tests {
             (mirror.transform, mirror.way.model.as_str()),
             (Transform::Mirror, "m/x")
         );
-        assert_eq!(mirror.flipped, Share { hits: 1, of: 3 });
-        assert_eq!(mirror.renamed, Share { hits: 2, of: 3 });
+        let share = |hits, of| Share {
+            hits,
+            of,
+            scenarios: of,
+        };
+        assert_eq!(mirror.flipped, share(1, 3));
+        assert_eq!(mirror.renamed, share(2, 3));
         assert_eq!((mirror.scores, mirror.without_verdict), (3, 1));
         // 0 → 0, 4 → 5 and 1 → 4.
         assert!((mirror.risk_change.unwrap() - 4.0 / 3.0).abs() < 1e-12);
         assert!((mirror.risk_distance.unwrap() - 4.0 / 3.0).abs() < 1e-12);
-        assert_eq!(found[1].flipped, Share { hits: 0, of: 1 });
+        assert_eq!(found[1].flipped, share(0, 1));
         assert_eq!(found[1].risk_change, Some(0.0));
+    }
+
+    #[test]
+    fn the_same_answer_to_the_same_words_is_no_stable_answer() {
+        let of_run = |name: &str, run| Scored {
+            run: Some(RunId(run)),
+            ..answer(name, "m/x", true, &[(1, 0)])
+        };
+        let turned = |name: &str| Transform::Mirror.name(name);
+        let answers = [
+            of_run("a", 1),
+            of_run("b", 2),
+            of_run(&turned("a"), 1),
+            of_run(&turned("b"), 3),
+        ];
+        let found = invariance(pairs(&answers));
+        let [mirror] = &found[..] else {
+            panic!("{found:?}")
+        };
+        assert_eq!(
+            (mirror.same_words, mirror.flipped.of, mirror.scores),
+            (1, 1, 1)
+        );
+        let found = invariance(pairs(&answers[..3]));
+        assert_eq!(
+            (found[0].same_words, found[0].flipped.interval()),
+            (1, None)
+        );
     }
 
     #[test]

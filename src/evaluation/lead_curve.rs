@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::share::Share;
+use super::share::{Share, Tally};
 use super::{Label, Said, Scored, Way, recorded};
 
 /// An answer, with how long before the collision its window ended.
@@ -14,16 +14,19 @@ pub struct Timed<'a> {
     pub lead: f64,
 }
 
-/// The answers of one way at one lead, about scenarios that are collisions in truth.
+/// The answers of one way at one lead; all but the false alarms are about scenarios that are collisions in truth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LeadPoint {
     /// Seconds before the collision.
     pub lead: f64,
     /// Those that say yes, of those with a verdict, whomever they name.
     pub yes: Share,
-    /// Those that name the obstacle of the truth as colliding or of extreme risk, of those with a verdict about a scenario
-    /// whose truth has an obstacle.
+    /// Those that say yes and name the obstacle of the truth as colliding or of extreme risk, of those with a verdict about
+    /// a scenario whose truth has an obstacle: the rule of the table of a batch, see [`Scored::positive`].
     pub named: Share,
+    /// Those that say yes, of those with a verdict about scenarios that are no collision in truth. These have the same
+    /// window at every lead and are asked once: with the first lead, or where the batch was begun without one, apart.
+    pub false_alarms: Share,
     /// Answers in which no verdict could be read.
     pub unparsed: u32,
     /// Questions without a whole answer.
@@ -71,42 +74,71 @@ impl LeadCurve {
     }
 }
 
-/// The curves of answers, by way. Answers about scenarios that are no collision in truth have no lead and are left out.
+/// The curves of answers, by way. Answers about scenarios that are no collision in truth are false alarms of a lead, or
+/// none, and are never seen; those without a truth are left out.
 #[must_use]
 pub fn lead_curves<'a>(answers: impl IntoIterator<Item = Timed<'a>>) -> Vec<LeadCurve> {
     let mut ways: BTreeMap<&Way, Vec<Timed<'a>>> = BTreeMap::new();
     for timed in answers {
-        if timed.scored.is_collision() == Some(true) && timed.lead.is_finite() {
+        if timed.scored.truth.is_some() && timed.lead.is_finite() {
             ways.entry(&timed.scored.way).or_default().push(timed);
         }
     }
     let curve = |(way, answers): (&Way, Vec<Timed<'a>>)| LeadCurve {
         way: way.clone(),
         points: points(&answers),
-        seen: seen(answers),
+        seen: seen(collisions(answers)),
     };
     ways.into_iter().map(curve).collect()
 }
 
+fn collisions(mut answers: Vec<Timed<'_>>) -> Vec<Timed<'_>> {
+    answers.retain(|timed| timed.scored.is_collision() == Some(true));
+    answers
+}
+
+/// What is counted at one lead.
+#[derive(Default)]
+struct Counts<'a> {
+    point: LeadPoint,
+    yes: Tally<'a>,
+    named: Tally<'a>,
+    false_alarms: Tally<'a>,
+}
+
 fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
-    let mut points: BTreeMap<i64, LeadPoint> = BTreeMap::new();
+    let mut points: BTreeMap<i64, Counts<'_>> = BTreeMap::new();
     for timed in answers {
         let milliseconds = (timed.lead * 1000.0).round();
-        let point = points.entry(milliseconds as i64).or_default();
+        let counts = points.entry(milliseconds as i64).or_default();
+        let (scenario, point) = (timed.scored.scenario.as_str(), &mut counts.point);
         point.lead = milliseconds / 1000.0;
+        if timed.scored.is_collision() != Some(true) {
+            if let Some(yes) = timed.scored.positive() {
+                counts.false_alarms.count(scenario, yes);
+            }
+            continue;
+        }
         match &timed.scored.said {
             Said::Unparsed(_) => point.unparsed += 1,
             Said::Failed(_) => point.failed += 1,
             Said::Unasked(_) => point.unasked += 1,
             Said::Verdict(verdict) => {
-                point.yes.count(verdict.dangerous);
+                counts.yes.count(scenario, verdict.dangerous);
                 if let Some(Label::Collision(Some(obstacle))) = timed.scored.truth {
-                    point.named.count(recorded::names(verdict, obstacle));
+                    let named = verdict.dangerous && recorded::names(verdict, obstacle);
+                    counts.named.count(scenario, named);
                 }
             }
         }
     }
-    points.into_values().rev().collect()
+    let point = |counts: Counts<'_>| LeadPoint {
+        yes: counts.yes.share(),
+        named: counts.named.share(),
+        false_alarms: counts.false_alarms.share(),
+        ..counts.point
+    };
+    points.into_values().rev().map(point).collect()
 }
 
 fn seen(mut answers: Vec<Timed<'_>>) -> Vec<Seen> {
@@ -168,6 +200,9 @@ mod tests {
             (about("c", false, &[], truth), 0.5),
             // No collision.
             (about("d", true, &[], Label::Safe), 1.0),
+            (about("e", false, &[(4, 1)], Label::Safe), 1.0),
+            // Nobody says what is true.
+            (answer("f", "m/x", true, &[]), 1.0),
         ];
         let timed = answers.iter().map(|(scored, lead)| Timed {
             scored,
@@ -190,6 +225,9 @@ mod tests {
             .map(|p| (p.named.hits, p.named.of))
             .collect();
         assert_eq!(named, [(1, 1), (0, 1), (1, 1), (0, 2)]);
+        let alarms: Vec<_> = curve.points.iter().map(|p| p.false_alarms).collect();
+        let alarms: Vec<_> = alarms.iter().map(|s| (s.hits, s.of)).collect();
+        assert_eq!(alarms, [(0, 0), (0, 0), (1, 2), (0, 0)]);
         assert_eq!((curve.points[2].failed, curve.points[2].unparsed), (1, 0));
         let earliest: Vec<_> = curve.seen.iter().map(|s| s.earliest).collect();
         assert_eq!(earliest, [Some(1.0), Some(2.0), None]);

@@ -1,5 +1,6 @@
 //! The store: every run in SQLite, piece by piece as it arrives; nothing is lost, nothing is asked for twice.
 
+mod asides;
 mod batches;
 mod bound;
 mod claim;
@@ -25,6 +26,7 @@ mod truths;
 mod verdicts;
 mod write;
 
+pub use asides::Asides;
 pub use batches::{Batch, BatchId, Progress};
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};

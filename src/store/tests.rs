@@ -6,6 +6,7 @@ mod verdicts;
 use super::*;
 use crate::verdict::{Said, Task, Verdict};
 
+mod asides;
 mod pages;
 mod truths;
 

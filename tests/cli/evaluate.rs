@@ -306,6 +306,25 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
         report.contains("2 questions") && report.contains("3 more"),
         "{report}"
     );
+    // Of the store as a whole the same questions are counted as of the batch.
+    let whole = tokio::task::block_in_place(|| home.run(&["report", "--json"])).status(0);
+    let cells = &whole.json()["cells"];
+    let all = cells
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|c| c["label"] == "all");
+    assert_eq!(
+        (&all.unwrap()["n"], &all.unwrap()["unlabelled"]),
+        (&2.into(), &0.into())
+    );
+    for words in [
+        "left out: 1 at other leads",
+        "left out: 2 about changed scenes",
+    ] {
+        assert!(whole.stderr.contains(words), "{words}: {}", whole.stderr);
+    }
+    assert!(!whole.stderr.contains("nobody says"), "{}", whole.stderr);
     let list = tokio::task::block_in_place(|| home.run(&["evaluate", "--list"])).status(0);
     assert!(
         list.stdout.contains("lead 0.5,1 · mirror"),

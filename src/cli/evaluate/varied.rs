@@ -71,45 +71,89 @@ impl Varied {
         let mut text = String::new();
         if !self.invariance.is_empty() {
             text.push_str(&format!(
-                "\nthe same scenes changed, which changes nothing about them; flips: yes became no, or no yes\n{} {:<20} {:>5} {:>5} {:>6} {:>13} {:>7} {:>6}\n",
-                heads(width), "change", "n", "flips", "rate", "95 %", "renamed", "none"
+                "\nthe same scenes changed, which changes nothing about them; flips: yes became no, or no yes\n{} {:<20} {:>5} {:>5} {:>6} {:>13} {:>7} {:>6} {:>10}\n",
+                heads(width), "change", "n", "flips", "rate", "95 %", "renamed", "none", "same words"
             ));
         }
         for row in &self.invariance {
             text.push_str(&format!(
-                "{} {:<20} {:>5} {:>5} {:>6} {:>13} {:>7} {:>6}\n",
+                "{} {:<20} {:>5} {:>5} {:>6} {:>13} {:>7} {:>6} {:>10}\n",
                 cells(&row.way, width),
                 row.transform.to_string(),
                 row.flipped.of,
                 row.flipped.hits,
                 share(row.flipped.value()),
-                interval(&row.flipped),
+                match row.flipped.of == 0 && row.same_words > 0 {
+                    true => "same words".into(),
+                    false => interval(&row.flipped),
+                },
                 row.renamed.hits,
                 row.without_verdict,
+                row.same_words,
             ));
+        }
+        if self.invariance.iter().any(|row| row.same_words > 0) {
+            text.push_str(
+                "same words: the change leaves the question as it is, so that it was not asked again; not in n\n",
+            );
         }
         if !self.leads.is_empty() {
             text.push_str(&format!(
-                "\nscenarios that collide, by seconds from the end of the window to the collision\n{} {:>6} {:>5} {:>5} {:>6} {:>13} {:>9} {:>8} {:>6} {:>9}\n",
-                heads(width), "lead", "n", "yes", "rate", "95 %", "named", "unparsed", "failed", "not asked"
+                "\nscenarios that collide, by seconds from the end of the window to the collision\n{} {:>6} {:>5} {:>8} {:>6} {:>13} {:>9} {:>6} {:>13} {:>12} {:>8} {:>6} {:>9}\n",
+                heads(width), "lead", "n", "said yes", "rate", "95 %", "named", "rate", "95 %", "false alarms", "unparsed", "failed", "not asked"
             ));
         }
         for (lead, way, point) in &self.leads {
             text.push_str(&format!(
-                "{} {:>6} {:>5} {:>5} {:>6} {:>13} {:>9} {:>8} {:>6} {:>9}\n",
+                "{} {:>6} {:>5} {:>8} {:>6} {:>13} {:>9} {:>6} {:>13} {:>12} {:>8} {:>6} {:>9}\n",
                 cells(way, width),
                 lead.to_string(),
                 point.yes.of,
                 point.yes.hits,
                 share(point.yes.value()),
                 interval(&point.yes),
-                format!("{} of {}", point.named.hits, point.named.of),
+                of(&point.named),
+                share(point.named.value()),
+                interval(&point.named),
+                of(&point.false_alarms),
                 point.unparsed,
                 point.failed,
                 point.unasked,
             ));
         }
+        if !self.leads.is_empty() {
+            text.push_str(&self.about_leads());
+        }
         output::visible(&text)
+    }
+
+    /// What the columns of leads mean, and where false alarms are.
+    fn about_leads(&self) -> String {
+        let alarms = match self
+            .leads
+            .iter()
+            .any(|(.., point)| point.false_alarms.of > 0)
+        {
+            true => {
+                "windows of scenarios without a collision are the same at every lead and are asked once: their false \
+                 alarms hold for all leads"
+            }
+            false => {
+                "no scenario without a collision was asked with these leads, so that there are no false alarms to set \
+                 beside; the table above has those of the batch"
+            }
+        };
+        format!(
+            "said yes: whomever it names; named: also names the obstacle of the truth with a score of 0 or 1, as the table \
+             above counts it\n{alarms}\n"
+        )
+    }
+}
+
+fn of(share: &Share) -> String {
+    match share.of {
+        0 => "–".into(),
+        all => format!("{} of {all}", share.hits),
     }
 }
 
@@ -143,6 +187,7 @@ fn invariance_row(row: &Invariance) -> Value {
         "model": row.way.model,
         "transform": row.transform.to_string(),
         "n": row.flipped.of,
+        "scenarios": row.flipped.scenarios,
         "flips": row.flipped.hits,
         "flip_rate": row.flipped.value(),
         "ci": row.flipped.interval(),
@@ -150,6 +195,7 @@ fn invariance_row(row: &Invariance) -> Value {
         "risk_change": row.risk_change,
         "risk_distance": row.risk_distance,
         "without_verdict": row.without_verdict,
+        "same_words": row.same_words,
     })
 }
 
@@ -164,11 +210,18 @@ fn lead_row((lead, way, point): &(Lead, Way, LeadPoint)) -> Value {
             Lead::Paper => json!("paper"),
         },
         "n": point.yes.of,
+        "scenarios": point.yes.scenarios,
         "yes": point.yes.hits,
-        "rate": point.yes.value(),
-        "ci": point.yes.interval(),
+        "yes_rate": point.yes.value(),
+        "yes_ci": point.yes.interval(),
         "named": point.named.hits,
         "named_of": point.named.of,
+        "named_rate": point.named.value(),
+        "named_ci": point.named.interval(),
+        "false_alarms": point.false_alarms.hits,
+        "false_alarms_of": point.false_alarms.of,
+        "false_alarm_rate": point.false_alarms.value(),
+        "false_alarm_ci": point.false_alarms.interval(),
         "unparsed": point.unparsed,
         "failed": point.failed,
         "unasked": point.unasked,

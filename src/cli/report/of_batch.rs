@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Made;
 use crate::cli::{Failure, open, output};
-use crate::evaluation::batch::{self, Answers, Desk, Spec, Unjudged, beside_the_judge};
+use crate::evaluation::batch::{self, Answers, Described, Desk, Spec, Unjudged, beside_the_judge};
 use crate::evaluation::report::{About, Report};
 use crate::evaluation::{Said, usable};
 use crate::prompts::Library;
@@ -27,7 +27,8 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
         "Batch {id}: {} questions. Truth: {truth}.",
         scored.len()
     )];
-    notes.push(output::visible(&spec.asked_words()));
+    let described = described(&spec);
+    notes.push(output::visible(&spec.asked_words(described.as_ref())));
     if answers.others > 0 {
         notes.push(format!(
             "{} more, about changed scenes or at other leads, are not counted here; `nearmiss evaluate --resume {id}` \
@@ -50,12 +51,18 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
     notes.extend(judged.map(|words| output::visible(&words)));
     let about = About {
         batch: Some(id.to_string()),
-        asked: Some(spec.asked()),
+        asked: Some(spec.asked(described.as_ref())),
         truth,
         sources: spec.truth.sources(),
         notes,
     };
     Ok(Made::Report(Report::of(scored).about(about)))
+}
+
+/// What the templates say where the batch does not; nothing where they cannot be read or are no longer the same.
+fn described(spec: &Spec) -> Option<Described> {
+    let (folders, _) = open::configuration().ok()?;
+    spec.described(&usable(Library::load(Some(&folders.prompts()))))
 }
 
 /// Asks the built-in judge about the scenarios, where it has said nothing yet; says what came of it, if anything did.

@@ -48,7 +48,8 @@ pub fn made(arguments: &ReportArguments) -> Result<Made, Failure> {
     if arguments.reread {
         reread(&store, &mut runs)?;
     }
-    let stored = report::stored(&runs, &truth);
+    let asides = store.asides().map_err(Failure::input)?;
+    let stored = report::stored(&runs, &truth, &asides);
     let notices = notices(&stored);
     for notice in &notices {
         output::say(&format!("nearmiss: {notice}"));
@@ -91,11 +92,27 @@ fn notices(stored: &Stored) -> Vec<String> {
             stored.unknown_ways,
             "asked with a frame or techniques that this version does not know",
         ),
+        (
+            stored.other_leads,
+            "at other leads than the first one of their batch, which are other questions; `nearmiss evaluate --resume \
+             ID` tells about them",
+        ),
+        (
+            stored.changed,
+            "about changed scenes, which are other questions; `nearmiss evaluate --resume ID` tells about them",
+        ),
     ];
     let left_out = left_out.into_iter().filter(|(count, _)| *count > 0);
     let mut notices: Vec<String> = left_out
         .map(|(count, what)| format!("left out: {count} {what}"))
         .collect();
+    if stored.several_windows > 0 {
+        notices.push(format!(
+            "about {} scenarios the safety task was asked with several windows, and the answers to all are counted \
+             together; --batch ID reports those of one",
+            stored.several_windows
+        ));
+    }
     if !stored.unlabelled.is_empty() {
         let some: Vec<&str> = stored
             .unlabelled

@@ -1,19 +1,78 @@
 //! How a batch was asked, in words for a report.
 
-use serde_json::Value;
+use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::spec::Spec;
+use crate::evaluation::{template, usual_frame};
+use crate::prompts::{Library, Techniques};
+
+/// What the ways of a batch describe, once its templates have said what the batch does not: each number once, in order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Described {
+    /// Steps in a window.
+    pub history: Vec<usize>,
+    /// Obstacles farther from the ego are left out, metres.
+    pub radius: Vec<f64>,
+}
 
 impl Spec {
-    /// The same as JSON, as the store has it: paths, ways of asking, window, sampling, templates and thresholds. The address
-    /// of the server is left out, which may hold a key.
+    /// What its ways describe; nothing where the library no longer has the templates that the batch was begun with.
     #[must_use]
-    pub fn asked(&self) -> Value {
+    pub fn described(&self, library: &Library) -> Option<Described> {
+        if Self::templates_of(&self.matrix, library) != self.templates {
+            return None;
+        }
+        let mut described = Described::default();
+        for way in self.matrix.ways() {
+            let frame = way.frame.unwrap_or_else(|| usual_frame(library, way.task));
+            let techniques = way.techniques.unwrap_or(Techniques::ALL);
+            let (_, chosen) = template(library, way.task, frame).ok()?;
+            let settings = self.matrix.manner.settings(Some(techniques));
+            let decided = settings.with(&chosen.front.defaults);
+            described.history.push(decided.history);
+            described.radius.push(decided.options.radius);
+        }
+        described.history.sort_unstable();
+        described.history.dedup();
+        described.radius.sort_by(f64::total_cmp);
+        described.radius.dedup();
+        Some(described)
+    }
+
+    /// The same as JSON, as the store has it: paths, ways of asking, window, sampling, templates and thresholds. The address
+    /// of the server is left out, which may hold a key. `history` and `radius` are numbers also where the templates decide
+    /// them, as far as they are known: a list where they differ, and `of_templates` names those that are not the batch's.
+    #[must_use]
+    pub fn asked(&self, described: Option<&Described>) -> Value {
         // What was written is an object.
         let mut asked: Value = serde_json::from_str(&self.to_json()).unwrap_or_default();
         if let Some(asked) = asked.as_object_mut() {
             for elsewhere in ["base_url", "truth", "truth_files"] {
                 asked.shift_remove(elsewhere);
+            }
+            if let Some(described) = described {
+                let manner = &self.matrix.manner;
+                let found = [
+                    (
+                        "history",
+                        manner.history.is_none(),
+                        one_or_all(&described.history),
+                    ),
+                    (
+                        "radius",
+                        manner.radius.is_none(),
+                        one_or_all(&described.radius),
+                    ),
+                ];
+                let mut of_templates = Vec::new();
+                for (name, of_template, value) in found {
+                    if of_template {
+                        asked.insert(name.into(), value);
+                        of_templates.push(name);
+                    }
+                }
+                asked.insert("of_templates".into(), json!(of_templates));
             }
         }
         asked
@@ -21,21 +80,28 @@ impl Spec {
 
     /// What a reader of the table has to know to repeat it: window, sampling, templates.
     #[must_use]
-    pub fn asked_words(&self) -> String {
+    pub fn asked_words(&self, described: Option<&Described>) -> String {
         let manner = &self.matrix.manner;
         let usual = |value: Option<String>, else_: &str| value.unwrap_or_else(|| else_.into());
+        let (history, radius) = match described {
+            Some(described) => (
+                joined(&described.history, manner.history.is_none()),
+                joined(&described.radius, manner.radius.is_none()),
+            ),
+            None => (
+                manner.history.map(|n| n.to_string()),
+                manner.radius.map(|m| m.to_string()),
+            ),
+        };
         let lead = manner.lead.map(|lead| lead.to_string());
         let parts = [
             format!(
-                "window of {} steps",
-                usual(
-                    manner.history.map(|n| n.to_string()),
-                    "the templates' number of"
-                )
+                "steps in a window {}",
+                usual(history, "as the templates had it, which are others now")
             ),
             format!(
-                "radius {}",
-                usual(manner.radius.map(|m| format!("{m} m")), "of the templates")
+                "radius in metres {}",
+                usual(radius, "as the templates had it, which are others now")
             ),
             format!("lead {}", usual(lead, "as in the paper")),
             format!(
@@ -73,4 +139,22 @@ impl Spec {
             env!("CARGO_PKG_VERSION")
         )
     }
+}
+
+/// A number, or a list of several.
+fn one_or_all<T: Serialize>(values: &[T]) -> Value {
+    match values {
+        [one] => json!(one),
+        all => json!(all),
+    }
+}
+
+/// `10 (of the templates)`, with a word between several.
+fn joined<T: ToString>(values: &[T], of_templates: bool) -> Option<String> {
+    let all: Vec<String> = values.iter().map(T::to_string).collect();
+    let words = all.join(" or ");
+    (!all.is_empty()).then(|| match of_templates {
+        true => format!("{words} (of the templates)"),
+        false => words,
+    })
 }

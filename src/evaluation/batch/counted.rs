@@ -7,6 +7,7 @@ use super::scored::read;
 use super::spec::Spec;
 use super::variant::Variant;
 use crate::evaluation::{Counted, Lead, Outcome, Results, Scored, Way};
+use crate::judge::Criterion;
 use crate::scenario::Transform;
 use crate::store::{BatchId, ItemState, Progress, Store, StoreError};
 
@@ -78,12 +79,15 @@ impl Part {
 }
 
 impl Offer {
-    /// Everything, judged by geometry.
+    /// Everything, held against the built-in judge: exact geometry, and in the safety task a prediction.
     #[must_use]
     pub fn everything() -> Self {
         Self {
             counting: Counting::Everything,
-            truth: "the built-in judge (exact geometry)".into(),
+            truth: format!(
+                "the built-in judge (exact geometry; safety: its prediction, p from {:.2} on)",
+                Criterion::REFERENCE.threshold
+            ),
             created_ms: None,
             progress: Progress::default(),
         }

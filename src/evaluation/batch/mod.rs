@@ -17,6 +17,7 @@ mod truth;
 mod variant;
 
 pub use agreement::{Unjudged, beside_the_judge};
+pub use asked_words::Described;
 pub use asking::{Asking, Ended, Judges, Selection};
 pub use counted::{BatchResults, Counting, Offer, Part, counted, offers};
 pub use desk::{Ask, Desk, Looked, Reading};

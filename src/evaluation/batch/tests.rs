@@ -207,6 +207,53 @@ fn a_changed_template_is_noticed() {
 }
 
 #[test]
+fn what_templates_decide_is_told_in_numbers() {
+    let library = crate::prompts::Library::load(None);
+    let mut spec = Spec {
+        paths: Vec::new(),
+        matrix: matrix(),
+        truth: TruthSource::Geometry,
+        templates: Spec::templates_of(&matrix(), &library),
+        thresholds: Vec::new(),
+        base_url: None,
+    };
+    let described = spec.described(&library).unwrap();
+    assert_eq!(described.history, [10], "as the paper");
+    let radius = described.radius[0];
+    assert!(described.radius.len() == 1 && radius > 0.0, "{described:?}");
+    let asked = spec.asked(Some(&described));
+    assert_eq!(
+        (&asked["history"], &asked["radius"]),
+        (&10.into(), &radius.into())
+    );
+    assert_eq!(
+        asked["of_templates"],
+        serde_json::json!(["history", "radius"])
+    );
+    let words = spec.asked_words(Some(&described));
+    assert!(
+        words.contains("steps in a window 10 (of the templates)"),
+        "{words}"
+    );
+    // What the batch says itself is no matter of the templates.
+    spec.matrix.manner.history = Some(5);
+    let described = spec.described(&library).unwrap();
+    let asked = spec.asked(Some(&described));
+    assert_eq!(
+        (&asked["history"], &asked["of_templates"]),
+        (&5.into(), &serde_json::json!(["radius"]))
+    );
+    let words = spec.asked_words(Some(&described));
+    assert!(words.contains("steps in a window 5, radius"), "{words}");
+    // Other templates would tell other numbers.
+    spec.templates
+        .insert("collision-ego.md".into(), "0".repeat(64));
+    assert_eq!(spec.described(&library), None);
+    assert!(spec.asked(None)["radius"].is_null());
+    assert!(spec.asked_words(None).contains("as the templates had it"));
+}
+
+#[test]
 fn folders_say_which_half_and_annotations_whom() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("Results/LLM/Scenario_Collision/ego");

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::super::answer::NOT_SENT;
 use super::super::recorded::names;
 use super::super::statistics::{
     Calibration, Interval, Kappa, Spread, f1_interval, majority, wilson,
@@ -9,6 +10,7 @@ use super::super::statistics::{
 use super::super::{Confusion, Label, Said, Scored, Way};
 use super::consumption::{Consumption, count};
 use crate::judge;
+use crate::store::Consumed;
 
 /// Which answers a cell counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,9 +113,26 @@ struct Votes {
     counts: Confusion,
 }
 
+/// What a question took; nothing where it was not asked. The built-in judge, and what was not sent, cost nothing, which
+/// is known.
+fn taken(one: &Scored) -> Option<Consumed> {
+    let free = match &one.said {
+        Said::Unasked(_) => return None,
+        Said::Failed(why) => why.starts_with(NOT_SENT),
+        Said::Verdict(_) | Said::Unparsed(_) => false,
+    };
+    let free = free || one.way.model == judge::MODEL;
+    let cost_usd = one.consumed.cost_usd.or(free.then_some(0.0));
+    Some(Consumed {
+        cost_usd,
+        ..one.consumed
+    })
+}
+
 impl Cell {
     /// Counts the answers of one way.
     pub(super) fn of(way: &Way, half: Half, scored: &[&Scored]) -> Self {
+        let taken: Vec<Consumed> = scored.iter().copied().filter_map(taken).collect();
         let mut cell = Self {
             way: way.clone(),
             half,
@@ -132,7 +151,7 @@ impl Cell {
             spread: Spread::default(),
             majority: Confusion::default(),
             undecided: 0,
-            consumption: Consumption::of(scored.iter().map(|one| &one.consumed)),
+            consumption: Consumption::of(taken.iter()),
         };
         let mut votes: BTreeMap<&str, Votes> = BTreeMap::new();
         let mut both = [0; 4];

@@ -34,7 +34,8 @@ impl Report {
 }
 
 /// Objects as CSV: the columns are those of the first object and then of the others; what has parts of its own is
-/// flattened, `a.b` being `b` in `a`, and lists are written `1 2 3`.
+/// flattened, `a.b` being `b` in `a`, intervals `x_ci` are `x_ci_low` and `x_ci_high`, and other lists are written
+/// `1 2 3`.
 pub(super) fn csv(objects: &[Value]) -> Result<String, String> {
     let rows: Vec<Vec<(String, String)>> = objects.iter().map(flat).collect();
     let mut columns: Vec<&String> = Vec::new();
@@ -76,6 +77,13 @@ fn flatten(name: &str, value: &Value, into: &mut Vec<(String, String)>) {
                     _ => format!("{name}.{key}"),
                 };
                 flatten(&name, value, into);
+            }
+        }
+        // Where there is no interval, its columns are empty.
+        Value::Array(_) | Value::Null if name.ends_with("_ci") => {
+            for (i, end) in ["low", "high"].into_iter().enumerate() {
+                let value = value.get(i).unwrap_or(&Value::Null);
+                flatten(&format!("{name}_{end}"), value, into);
             }
         }
         Value::Array(items) if items.iter().any(Value::is_object) => {

@@ -46,5 +46,6 @@ pub(super) fn samples() -> String {
 }
 
 pub(super) fn consumption() -> String {
-    "Unknown costs and times are counted, never taken as 0.".into()
+    "Unknown costs and times are counted, never taken as 0. The built-in judge and questions that were not sent cost \
+     nothing; questions that were not asked are not in that table.".into()
 }

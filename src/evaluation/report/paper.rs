@@ -66,6 +66,8 @@ pub struct Comparison {
     pub reference: Option<Cell>,
     /// Both halves.
     pub parts: [Part; 2],
+    /// The table in which the same row stands before: its counts are published once.
+    pub repeats: Option<String>,
 }
 
 /// The paper's tables beside the recorded answers.
@@ -170,12 +172,24 @@ impl Paper {
             let counts = recorded.as_ref().map(|cell| cell.confusion);
             Comparison {
                 parts: [true, false].map(|half| Part::of(half, &row.counts, counts.as_ref())),
+                repeats: None,
                 reference: find(&judge),
                 recorded,
                 published: row,
             }
         };
-        let comparisons = published()?.into_iter().map(compare).collect();
+        let mut comparisons: Vec<Comparison> = Vec::new();
+        for row in published()? {
+            let same = |one: &&Comparison| {
+                one.published.way == row.way && one.published.counts == row.counts
+            };
+            let before = comparisons.iter().find(same);
+            let repeats = before.map(|one| one.published.table.clone());
+            comparisons.push(Comparison {
+                repeats,
+                ..compare(row)
+            });
+        }
         Ok(Self {
             report,
             comparisons,

@@ -6,7 +6,7 @@ use super::contents::with_interval;
 use super::document::{Block, Document, Table};
 use super::json::{counts, way};
 use super::names::{NONE, number, p_value};
-use super::paper::{Comparison, Finding, Paper, Part};
+use super::paper::{Comparison, Finding, Paper, Part, Published};
 use super::{Cell, Half};
 use crate::evaluation::Confusion;
 use crate::evaluation::statistics::Interval;
@@ -65,7 +65,21 @@ impl Paper {
                 .filter(move |c: &&Cell| c.half == half)
         };
         let most = |half| cells(half).map(|c| c.scenarios).max().unwrap_or(0);
-        let parts: Vec<&Part> = self.comparisons.iter().flat_map(|c| &c.parts).collect();
+        let once = self.comparisons.iter().filter(|c| c.repeats.is_none());
+        let parts: Vec<&Part> = once.flat_map(|c| &c.parts).collect();
+        let again = self.comparisons.iter().filter_map(|c| {
+            let table = c.repeats.as_ref()?;
+            let row = &c.published;
+            Some(format!("{} in {} as in {table}", name(row), row.table))
+        });
+        let again: Vec<String> = again.collect();
+        let again = match again.is_empty() {
+            true => String::new(),
+            false => format!(
+                " Rows that stand in two tables are counted once: {}.",
+                again.join("; ")
+            ),
+        };
         let count = |finding| parts.iter().filter(|p| p.finding == finding).count();
         [
             format!(
@@ -79,7 +93,7 @@ impl Paper {
                 most(Half::Normal)
             ),
             format!(
-                "Of {} published counts {} agree, {} differ, {} are impossible, and of {} nothing was recorded.",
+                "Of {} published counts {} agree, {} differ, {} are impossible, and of {} nothing was recorded.{again}",
                 parts.len(),
                 count(Finding::Agrees),
                 count(Finding::Differs),
@@ -160,21 +174,28 @@ impl Paper {
             ],
         );
         table.notes = self.words().collect();
-        for c in &self.comparisons {
+        for c in self.comparisons.iter().filter(|c| c.repeats.is_none()) {
+            let same = |one: &&Comparison| {
+                one.repeats.as_ref() == Some(&c.published.table)
+                    && one.published.way == c.published.way
+            };
+            let others = self.comparisons.iter().filter(same);
+            let tables: Vec<&str> = std::iter::once(c)
+                .chain(others)
+                .map(|one| one.published.table.as_str())
+                .collect();
             for part in c.parts.iter().filter(|p| p.finding != Finding::Agrees) {
                 let of = |(hits, all), (share, interval)| {
                     format!("{hits}/{all} = {}", with_interval(share, interval))
                 };
-                let row = &c.published;
                 let what = if part.collision {
                     "collisions found"
                 } else {
                     "false alarms"
                 };
-                let frame = row.way.frame.map_or(NONE, |f| f.name());
                 table.rows.push(vec![
-                    row.table.clone(),
-                    format!("{frame} {} {}", row.method, row.model),
+                    tables.join(", "),
+                    name(&c.published),
                     what.into(),
                     of(part.published, part.published_share()),
                     match part.recorded.1 {
@@ -197,13 +218,17 @@ impl Paper {
         );
         for row in self.comparisons.iter().map(|c| &c.published) {
             for words in row.contradictions() {
-                let frame = row.way.frame.map_or(NONE, |f| f.name());
-                let name = format!("{frame} {} {}", row.method, row.model);
-                table.rows.push(vec![row.table.clone(), name, words]);
+                table.rows.push(vec![row.table.clone(), name(row), words]);
             }
         }
         (!table.rows.is_empty()).then_some(table)
     }
+}
+
+/// A row in short: `ego All Gemini-1.5Pro`.
+fn name(row: &Published) -> String {
+    let frame = row.way.frame.map_or(NONE, |f| f.name());
+    format!("{frame} {} {}", row.method, row.model)
 }
 
 fn four(c: Option<&Confusion>) -> String {
@@ -254,6 +279,7 @@ impl Comparison {
         let rest = json!({
             "table": row.table,
             "method": row.method,
+            "repeats": self.repeats,
             "published": printed,
             "contradictions": row.contradictions(),
             "recorded": self.recorded.as_ref().map(cell),

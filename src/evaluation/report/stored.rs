@@ -1,14 +1,16 @@
 //! Runs of the store beside the truth.
 
 use std::collections::hash_map::Entry;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
 use super::super::{Label, Labels, Said, Scored, Way};
+use super::consumption::count;
 use crate::judge;
 use crate::prompts::Techniques;
-use crate::store::{Key, Outcome, RunId, RunState};
+use crate::scenario::Transform;
+use crate::store::{Asides, Key, Outcome, RunId, RunState};
 use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
@@ -39,6 +41,12 @@ pub struct Stored {
     pub other_tasks: u32,
     /// Runs that were asked in a way that this version does not know.
     pub unknown_ways: u32,
+    /// Runs at other leads than the first one of their batch.
+    pub other_leads: u32,
+    /// Runs about changed scenes.
+    pub changed: u32,
+    /// Scenarios that one way of asking was asked about with several windows in the safety task.
+    pub several_windows: u32,
     /// Answers beside the truth of their batch, by batch.
     pub of_batches: BTreeMap<String, u32>,
     /// Scenarios without a truth.
@@ -51,9 +59,10 @@ type Question<'a> = (&'a str, &'a str, Task, Option<(i64, i64)>);
 /// Sets runs beside the truth, in the order of the runs. The verdicts are those that were stored.
 ///
 /// Where the same question was asked again, for the same sample, the newest whole answer counts, and without one the
-/// newest failure. The built-in judge's verdict on a question is that of its run on the same file, task and, for safety, window.
+/// newest failure. Other leads and changed scenes of batches are other questions, and are left out as in the report of
+/// a batch. The built-in judge's verdict on a question is that of its run on the same file, task and, for safety, window.
 #[must_use]
-pub fn stored(outcomes: &[Outcome], truth: &Truth) -> Stored {
+pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &Asides) -> Stored {
     let mut counted: Vec<(&Outcome, Way)> = Vec::with_capacity(outcomes.len());
     let mut stored = Stored::default();
     let mut places: HashMap<Identity<'_>, usize> = HashMap::with_capacity(outcomes.len());
@@ -62,6 +71,10 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth) -> Stored {
             stored.other_tasks += 1;
         } else if !is_over(outcome.state) {
             stored.unfinished += 1;
+        } else if is_changed(outcome, asides) {
+            stored.changed += 1;
+        } else if asides.leads.contains(&outcome.run) {
+            stored.other_leads += 1;
         } else if let Some(way) = way(outcome) {
             match places.entry(identity(outcome)) {
                 Entry::Vacant(place) => {
@@ -80,6 +93,7 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth) -> Stored {
             stored.unknown_ways += 1;
         }
     }
+    stored.several_windows = several_windows(&counted);
     let said: Vec<Said> = counted
         .par_iter()
         .map(|(outcome, _)| said(outcome))
@@ -144,6 +158,25 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth) -> Stored {
         })
         .collect();
     stored
+}
+
+/// Whether a run is about a changed scene, of a batch or by the name that such scenes have.
+fn is_changed(outcome: &Outcome, asides: &Asides) -> bool {
+    asides.changed.contains(&outcome.run) || Transform::of_name(&outcome.scenario).1.is_some()
+}
+
+/// Of how many scenarios one way of asking has answers to the safety task about several windows: each is a question of
+/// its own, and all are counted.
+fn several_windows(counted: &[(&Outcome, Way)]) -> u32 {
+    let mut windows: BTreeMap<(&Way, &str), BTreeSet<(i64, i64)>> = BTreeMap::new();
+    let safety = counted.iter().filter(|(_, way)| way.task == Task::Safety);
+    for (outcome, way) in safety {
+        let of_scenario = windows.entry((way, &outcome.scenario)).or_default();
+        of_scenario.extend(outcome.window);
+    }
+    let several = windows.iter().filter(|(_, windows)| windows.len() > 1);
+    let names: BTreeSet<&str> = several.map(|((_, name), _)| *name).collect();
+    count(names.len())
 }
 
 /// Whether a run has come to an end that says something about its model.
@@ -259,7 +292,7 @@ mod tests {
             judged: true,
             ..Truth::default()
         };
-        let stored = stored(&runs, &truth);
+        let stored = stored(&runs, &truth, &Asides::default());
         let counted: Vec<_> = stored.scored.iter().map(|s| s.run.map(|r| r.0)).collect();
         assert_eq!(counted, [Some(3), Some(6), Some(7)]);
         assert_eq!((stored.asked_again, stored.unfinished), (3, 1));
@@ -281,19 +314,43 @@ mod tests {
             |run, batch: &str, label| truth.of_batches.insert(RunId(run), (batch.into(), label));
         tell(1, "b1", Label::Safe);
         tell(2, "b2", Label::Collision(Some(7)));
-        let found = stored(&runs, &truth);
+        let found = stored(&runs, &truth, &Asides::default());
         let truths: Vec<_> = found.scored.iter().map(|s| s.truth).collect();
         let collision = Some(Label::Collision(Some(7)));
         assert_eq!(truths, [Some(Label::Safe), collision, None]);
         let counts = [("b1".to_string(), 1), ("b2".to_string(), 1)];
         assert_eq!(found.of_batches, BTreeMap::from(counts));
         truth.found.insert("a".into(), Label::Safe);
-        let found = stored(&runs, &truth);
+        let found = stored(&runs, &truth, &Asides::default());
         assert_eq!(
             found.scored[1].truth, collision,
             "the batch's own counts first"
         );
         assert_eq!(found.scored[2].truth, Some(Label::Safe));
+    }
+
+    #[test]
+    fn other_leads_and_changed_scenes_are_other_questions() {
+        let mut runs: Vec<Outcome> = (1..=6)
+            .map(|run| Outcome {
+                task: Task::Safety,
+                window: Some((run, run + 9)),
+                ..outcome(run, "lab/x", RunState::Answered, Some(true))
+            })
+            .collect();
+        // Asked in the workbench, without a batch.
+        runs[3].scenario = Transform::Mirror.name("a");
+        runs[5].scenario = "b".into();
+        let asides = Asides {
+            leads: [RunId(2)].into(),
+            changed: [RunId(3)].into(),
+        };
+        let found = stored(&runs, &Truth::default(), &asides);
+        let counted: Vec<_> = found.scored.iter().map(|s| s.run.map(|r| r.0)).collect();
+        assert_eq!(counted, [Some(1), Some(5), Some(6)]);
+        assert_eq!((found.other_leads, found.changed), (1, 2));
+        assert_eq!(found.unlabelled, ["a", "b"]);
+        assert_eq!(found.several_windows, 1, "of a, with runs 1 and 5");
     }
 
     #[test]
@@ -307,8 +364,11 @@ mod tests {
             ..Truth::default()
         };
         truth.found.insert("a".into(), Label::Safe);
-        assert_eq!(stored(&runs, &truth).scored[0].truth, Some(Label::Safe));
-        let nobody = stored(&runs, &Truth::default());
+        assert_eq!(
+            stored(&runs, &truth, &Asides::default()).scored[0].truth,
+            Some(Label::Safe)
+        );
+        let nobody = stored(&runs, &Truth::default(), &Asides::default());
         assert_eq!(nobody.unlabelled, ["a"]);
     }
 }

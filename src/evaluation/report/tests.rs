@@ -106,7 +106,7 @@ fn every_question_is_in_one_place() {
     let brier = all["calibration"]["brier"].as_f64().unwrap();
     assert!((brier - 0.1).abs() < 1e-12, "{brier}");
     assert_eq!(all["agreement_with_reference"], 0.5);
-    assert_eq!((number("cost_unknown"), number("timed")), (7, 1));
+    assert_eq!((number("cost_unknown"), number("timed")), (6, 1));
     assert_eq!(
         (&all["cost_usd"], &all["seconds_median"]),
         (&0.5.into(), &2.0.into())
@@ -247,6 +247,116 @@ fn nothing_from_outside_is_obeyed() {
     assert!(
         csv.starts_with("label,task,frame,technique,model,n,tp,fp,fn,tn,unparsed,failed,"),
         "{csv}"
+    );
+}
+
+#[test]
+fn a_row_that_stands_in_two_tables_is_counted_once() {
+    // An answer that no published count of its row can hold: nothing was taken for a collision there.
+    let way = Way {
+        frame: Some(Frame::Cartesian),
+        techniques: Some(Techniques::ALL),
+        ..way(Task::Collision, "all", "recorded/gemini-1.5-pro")
+    };
+    let alarm = one("c", &way, Some(Label::Safe), says(true, &[]));
+    let paper = Paper::of(&[alarm]).unwrap();
+    let repeats: Vec<_> = paper
+        .comparisons
+        .iter()
+        .filter_map(|c| {
+            c.repeats
+                .as_deref()
+                .map(|of| (c.published.table.as_str(), of))
+        })
+        .collect();
+    assert_eq!(
+        repeats,
+        [("II", "I"), ("II", "I"), ("IV", "III"), ("IV", "III")]
+    );
+    let text = paper.document().markdown();
+    let said = "Of 48 published counts 0 agree, 0 differ, 1 are impossible, and of 47 nothing was recorded";
+    assert!(text.contains(said), "{text}");
+    assert!(
+        text.contains("cartesian All Gemini-1.5Pro in II as in I"),
+        "{text}"
+    );
+    let rows = text
+        .lines()
+        .filter(|line| line.contains("impossible") && line.starts_with("| I, II "));
+    assert_eq!(rows.count(), 1, "{text}");
+}
+
+#[test]
+fn ends_of_intervals_have_columns_of_their_own() {
+    let csv = Report::of(&answers(&way(Task::Safety, "cp", "lab/x")))
+        .csv()
+        .unwrap();
+    let mut reader = ::csv::Reader::from_reader(csv.as_bytes());
+    let heads = reader.headers().unwrap().clone();
+    let rows: Vec<_> = reader.records().map(Result::unwrap).collect();
+    let value = |row: &::csv::StringRecord, name: &str| {
+        let at = heads.iter().position(|head| head == name);
+        row[at.unwrap_or_else(|| panic!("no {name} in {heads:?}"))].to_string()
+    };
+    let ends = [
+        "precision",
+        "recall",
+        "specificity",
+        "accuracy",
+        "f1",
+        "kappa",
+    ];
+    for row in &rows {
+        for name in ends {
+            let end = |which: &str| value(row, &format!("{name}_ci_{which}"));
+            let (low, high) = (end("low"), end("high"));
+            assert_eq!(low.is_empty(), high.is_empty(), "{name}");
+            if !low.is_empty() {
+                let (low, high): (f64, f64) = (low.parse().unwrap(), high.parse().unwrap());
+                assert!(low <= high, "{name}: {low} {high}");
+            }
+        }
+    }
+    let all = rows
+        .iter()
+        .find(|row| value(row, "label") == "all")
+        .unwrap();
+    assert!(!value(all, "recall_ci_low").is_empty() && value(all, "kappa_ci_low").is_empty());
+    assert!(!heads.iter().any(|head| head.ends_with("_ci")), "{heads:?}");
+    // The rows of the labels are parts of that of all.
+    let sum = |name: &str| -> u32 {
+        let parts = rows.iter().filter(|row| value(row, "label") != "all");
+        parts
+            .map(|row| value(row, name).parse::<u32>().unwrap())
+            .sum()
+    };
+    assert_eq!(sum("n").to_string(), value(all, "n"));
+}
+
+#[test]
+fn what_is_known_to_cost_nothing_is_no_unknown_cost() {
+    let models = way(Task::Safety, "cp", "lab/x");
+    let judges = Way {
+        frame: None,
+        techniques: None,
+        ..way(Task::Safety, "cp", crate::judge::MODEL)
+    };
+    let safe = Some(Label::Safe);
+    let unsent = "nothing was sent: it may cost $0.10, and of the budget there is $0.01 left";
+    let scored = [
+        one("a", &models, safe, says(true, &[])),
+        one("b", &models, safe, Said::Failed(unsent.into())),
+        one("c", &models, safe, Said::Unasked("no ego".into())),
+        one("d", &models, safe, Said::Failed("cut".into())),
+        one("a", &judges, safe, says(true, &[])),
+    ];
+    let report = Report::of(&scored);
+    let of = |way: &Way| report.whole().find(|c| c.way == *way).unwrap().json();
+    let (model, judge) = (of(&models), of(&judges));
+    assert_eq!(model["cost_unknown"], 2, "an answer and one that was cut");
+    assert_eq!(
+        (&judge["cost_unknown"], &judge["cost_usd"]),
+        (&0.into(), &0.0.into())
     );
 }
 

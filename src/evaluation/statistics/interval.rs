@@ -24,14 +24,25 @@ pub fn wilson(hits: u32, all: u32) -> Option<Interval> {
     if all == 0 || hits > all {
         return None;
     }
-    let (n, p) = (f64::from(all), f64::from(hits) / f64::from(all));
+    wilson_of_share(f64::from(hits) / f64::from(all), all)
+}
+
+/// The same of a share from 0 to 1 that `independent` observations stand behind: of several answers about each of so
+/// many scenarios, which are not independent, the scenarios count. The effective sample size is then the number of
+/// clusters, its least (L. Kish, "Survey Sampling", 1965, sections 5.4 and 8.2, with an intraclass correlation of 1).
+#[must_use]
+pub fn wilson_of_share(p: f64, independent: u32) -> Option<Interval> {
+    if independent == 0 || !(0.0..=1.0).contains(&p) {
+        return None;
+    }
+    let n = f64::from(independent);
     let shrink = 1.0 + Z * Z / n;
     let centre = (p + Z * Z / (2.0 * n)) / shrink;
     let half = Z / shrink * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
     // At both ends the interval ends there exactly; rounding would miss it by a hair.
     Some(Interval {
-        low: if hits == 0 { 0.0 } else { centre - half },
-        high: if hits == all { 1.0 } else { centre + half },
+        low: if p <= 0.0 { 0.0 } else { centre - half },
+        high: if p >= 1.0 { 1.0 } else { centre + half },
     })
 }
 

@@ -1,0 +1,57 @@
+//! Which runs answer questions that a batch asks beside its first ones: at other leads, or about changed scenes.
+
+use std::collections::BTreeSet;
+
+use super::{RunId, Store, StoreError};
+
+/// Runs that no table of what is right or wrong counts among the others, as they ask something else.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Asides {
+    /// About the scenes as they are, at a lead that is not the first one of their batch.
+    pub leads: BTreeSet<RunId>,
+    /// About changed scenes.
+    pub changed: BTreeSet<RunId>,
+}
+
+impl Store {
+    /// The runs that were made for other leads and changed scenes of batches, and those that answer the same request. A
+    /// run that is also the answer to a first question of a batch is none of them.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn asides(&self) -> Result<Asides, StoreError> {
+        let connection = self.lock();
+        // What a batch was begun with comes first: questions without a lead, else the lead that stands first.
+        let mut statement = connection.prepare_cached(
+            "WITH firsts AS MATERIALIZED (
+                 SELECT batch, CASE
+                     WHEN max(task = 'safety' AND lead IS NULL AND transform IS NULL) THEN NULL
+                     ELSE (SELECT lead FROM items AS one WHERE one.batch = items.batch AND lead IS NOT NULL
+                           ORDER BY place LIMIT 1) END AS lead
+                 FROM items GROUP BY batch),
+             sorted AS MATERIALIZED (
+                 SELECT items.run, items.key, items.sample, CASE
+                     WHEN items.transform IS NOT NULL THEN 2
+                     WHEN items.lead IS NULL OR items.lead IS firsts.lead THEN 0
+                     ELSE 1 END AS kind
+                 FROM items JOIN firsts ON firsts.batch = items.batch)
+             SELECT run, min(kind) FROM (
+                 SELECT run, kind FROM sorted WHERE run IS NOT NULL
+                 UNION ALL
+                 SELECT runs.id, kind FROM sorted JOIN runs ON runs.key = sorted.key AND runs.sample = sorted.sample)
+             GROUP BY run HAVING min(kind) > 0",
+        )?;
+        let rows =
+            statement.query_map([], |row| Ok((RunId(row.get(0)?), row.get::<_, i64>(1)?)))?;
+        let mut asides = Asides::default();
+        for row in rows {
+            let (run, kind) = row?;
+            let runs = match kind {
+                1 => &mut asides.leads,
+                _ => &mut asides.changed,
+            };
+            runs.insert(run);
+        }
+        Ok(asides)
+    }
+}
