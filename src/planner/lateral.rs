@@ -110,11 +110,4 @@ impl Lateral {
             }
         }
     }
-
-    /// Where it leads, metres.
-    pub fn target(&self) -> f64 {
-        match self {
-            Self::Time { target, .. } | Self::Length { target, .. } => *target,
-        }
-    }
 }

@@ -107,7 +107,9 @@ impl Sampler<'_> {
         let most = fastest
             .min(now.max(self.wanted) + FASTER)
             .min(self.limits.speed);
-        ((now - gain * self.limits.acceleration).max(0.0), most)
+        let least = (now - gain * self.limits.acceleration).max(0.0);
+        // Whoever starts faster than the vehicle can go has to slow down, as far as it can.
+        (least.min(most), most)
     }
 
     /// Ending behind whoever is next on the path then, as fast as he is.

@@ -47,7 +47,7 @@ proptest! {
         let limits = settings.limits();
         let now = state(&guide, velocity, d, turn, steer, &limits);
         let hint = (!lost).then_some(guide.start);
-        let states = brake(&now, &guide, hint, &limits, dt, 70);
+        let states = brake(&now, &guide, hint, &limits, 1.0, dt, 70);
         prop_assert_eq!(states.len(), 71);
         prop_assert_eq!(states[0], now);
         prop_assert_eq!(states[70].velocity, 0.0);
@@ -63,7 +63,7 @@ fn braking_straight_on_is_as_hard_as_it_may_be() {
     let (guide, dt) = guide("HardBraking");
     let limits = Settings::default().limits();
     let now = state(&guide, 20.0, 0.0, 0.0, 0.0, &limits);
-    let states = brake(&now, &guide, None, &limits, dt, 40);
+    let states = brake(&now, &guide, None, &limits, 1.0, dt, 40);
     let way = (states[40].rear.position - now.rear.position).norm();
     let shortest = 20.0 * 20.0 / (2.0 * limits.acceleration);
     assert!(
