@@ -8,6 +8,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::judge;
 use crate::scenario::EgoSource;
+use crate::simulation::Outcome;
 use crate::tui::action::Action;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
@@ -33,7 +34,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     if let Some(opened) = &model.opened {
         // An ego that was chosen changes every number on the screen: it comes before the name.
         let mut room = room;
-        if model.taken.is_some() {
+        let own = model.taken.is_some() || opened.planned.is_some();
+        if own {
             let taken = fit(&format!("{} · ", ego(opened)), room);
             room = room.saturating_sub(taken.width());
             let style = Style::new().fg(theme.ego).add_modifier(Modifier::BOLD);
@@ -42,7 +44,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         let name = fit(&opened.name, room);
         let rest = room.saturating_sub(name.width());
         let mut facts = format!(" · {} obstacles", opened.scenario.obstacles.len());
-        if model.taken.is_none() {
+        if !own {
             facts.push_str(&format!(" · {}", ego(opened)));
         }
         line.push_span(Span::styled(
@@ -113,6 +115,12 @@ fn running(model: &Model) -> String {
             });
         }
     }
+    if let Some(drive) = &model.driver.under_way {
+        parts.push(match drive.of {
+            0 => "planning".into(),
+            of => format!("planning {}/{of}", drive.done),
+        });
+    }
     let (usd, unknown) = model.jobs.cost();
     if usd > 0.0 {
         let more = if unknown > 0 { "+" } else { "" };
@@ -132,7 +140,21 @@ fn ego(opened: &Opened) -> String {
         Some(EgoSource::Log(_)) => "ego of a log".to_string(),
         Some(EgoSource::Solution { vehicle, .. }) => format!("ego of a solution, {vehicle}"),
         Some(EgoSource::Obstacle(id)) => format!("{id} as ego"),
-        Some(EgoSource::Planned { .. }) => "ego planned".to_string(),
+        Some(EgoSource::Planned { .. }) => match opened.planned.as_ref().map(|p| p.outcome) {
+            Some(outcome) => format!("ego planned, {}", in_short(&outcome)),
+            None => "ego planned".to_string(),
+        },
         None => "no ego".to_string(),
+    }
+}
+
+/// How a planned drive ended, in two or three words.
+fn in_short(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Goal(_) => "goal reached".into(),
+        Outcome::Collision(collision) => format!("collision with {}", collision.with),
+        Outcome::Timeout => "goal not reached".into(),
+        Outcome::OffRoad => "off the road".into(),
+        Outcome::Infeasible => "cannot be driven".into(),
     }
 }
