@@ -7,7 +7,7 @@ use crate::planner::{Candidate, Cost, Emergency, Limits, Planner, Traffic, Vehic
 use crate::simulation::Cycle;
 
 /// Lines of the fan at most: of candidates that can be driven, and of those that cannot.
-const LINES: (usize, usize) = (110, 90);
+const LINES: (usize, usize) = (90, 80);
 
 /// Points of a line at most.
 const POINTS: usize = 14;
@@ -105,6 +105,18 @@ impl CycleShown {
             foreseen: foreseen(traffic, &origin, second),
             chosen,
         }
+    }
+}
+
+#[cfg(test)]
+impl CycleShown {
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let lists = size_of_val(&self.fan.points[..])
+            + size_of_val(&self.fan.ends[..])
+            + size_of_val(&self.chosen[..])
+            + size_of_val(&self.foreseen[..]);
+        size_of::<Self>() + lists
     }
 }
 

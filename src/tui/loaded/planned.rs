@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{CycleShown, Opened, changed_scene};
 use crate::metrics::Thresholds;
-use crate::planner::{self, Forecast, Forecaster, Limits};
+use crate::planner::{Forecast, Forecaster, Limits};
 use crate::scenario::{Entry, PlanningProblem, Scene, Transform, WantedEgo};
 use crate::simulation::{Outcome, Settings, drive_watched};
 
@@ -22,6 +22,16 @@ pub struct Planned {
 }
 
 impl Planned {
+    /// The width of a map with the ego in its middle that shows all that was chosen, metres.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        let ends = self.cycles.iter().filter_map(|cycle| {
+            let (first, last) = (cycle.chosen.first()?, cycle.chosen.last()?);
+            Some((last - first).norm())
+        });
+        2.0 * ends.fold(0.0, f64::max)
+    }
+
     /// The cycle that decided what is driven at a step: the last one until then.
     #[must_use]
     pub fn cycle_at(&self, step: i64) -> Option<&CycleShown> {
@@ -31,7 +41,7 @@ impl Planned {
 }
 
 impl Opened {
-    /// Plans the ego of a scenario under a forecast and opens it with that; `watch` hears the number of steps that are
+    /// Plans the ego of a scenario, after a change of its scene if there is one, and opens it with that; `watch` hears the number of steps that are
     /// planned and of all, and says whether to go on. Nothing where it said no.
     ///
     /// # Errors
@@ -40,7 +50,7 @@ impl Opened {
         entry: &Entry,
         wanted: &WantedEgo,
         thresholds: &Thresholds,
-        (change, forecast): (Option<Transform>, Forecast),
+        (change, settings): (Option<Transform>, &Settings),
         watch: &mut dyn FnMut(usize, usize) -> bool,
     ) -> Result<Option<Self>, String> {
         let (scenario, recorded) = changed_scene(entry, wanted, change)?;
@@ -48,22 +58,16 @@ impl Opened {
         let problem = problem(&scenario.planning_problems, recorded.as_deref()).ok_or(
             "the scenario has no planning problem: there is no start and no goal to plan for",
         )?;
-        let settings = Settings {
-            planner: planner::Settings::default(),
-            forecast,
-            replan: 1,
-            without: None,
-        };
         let first = problem.initial.time.from;
         let steps = |step: i64| usize::try_from(step.saturating_sub(first)).unwrap_or(0);
         let of = problem.deadline().map_or(0, steps);
         // What the planner was told is made a second time, from the same past: it does not keep it.
-        let forecaster = Forecaster::new(&scenario, forecast, None);
+        let forecaster = Forecaster::new(&scenario, settings.forecast, settings.without);
         let limits = Limits::of(settings.planner.vehicle);
         let dt = scenario.dt();
         let mut cycles = Vec::new();
         let mut stopped = false;
-        let drive = drive_watched(&scenario, problem, &settings, &mut |planner, cycle| {
+        let drive = drive_watched(&scenario, problem, settings, &mut |planner, cycle| {
             let traffic = forecaster.traffic(cycle.step, planner.steps());
             cycles.push(CycleShown::of((planner, &limits), cycle, &traffic, dt));
             stopped = !watch(steps(cycle.step) + 1, of);
@@ -73,11 +77,11 @@ impl Opened {
         if stopped {
             return Ok(None);
         }
-        let ego = drive.ego(problem, &settings);
+        let ego = drive.ego(problem, settings);
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
         let mut opened = Self::with(entry, change, scenario.clone(), Ok(scene), thresholds);
         opened.planned = Some(Arc::new(Planned {
-            forecast,
+            forecast: settings.forecast,
             outcome: drive.outcome,
             cycles,
             recorded,

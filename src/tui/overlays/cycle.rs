@@ -15,7 +15,10 @@ use crate::tui::widgets::words::{duration, hundredths, pad};
 const COLUMNS: u16 = 54;
 
 /// Columns before what is said about a word.
-const INDENT: usize = 15;
+const INDENT: usize = 11;
+
+/// Columns before a number with a bar.
+const NUMBERS: usize = 18;
 
 /// Columns of the longest bar.
 const BAR: usize = 12;
@@ -85,10 +88,10 @@ impl Lines {
     /// A number, and a bar for its share of the largest one.
     fn bar(&mut self, name: &str, number: &str, share: f64) {
         let cells = (share * BAR as f64).round().clamp(0.0, BAR as f64) as usize;
-        let room = self.width.saturating_sub(INDENT + 9);
+        let room = self.width.saturating_sub(NUMBERS + 9);
         let bar = "▪".repeat(cells.min(room));
         self.text.push_line(Line::from(vec![
-            Span::styled(pad(&format!("  {name}"), INDENT), self.word),
+            Span::styled(pad(&format!("  {name}"), NUMBERS), self.word),
             Span::raw(format!("{number:>8} ")),
             Span::styled(bar, self.word),
         ]));

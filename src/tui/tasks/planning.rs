@@ -8,6 +8,8 @@ use super::super::loaded::Opened;
 use super::super::message::Msg;
 use super::super::message::planning::{PlanAsk, PlanId, PlanNews};
 use super::Tasks;
+use crate::planner;
+use crate::simulation::Settings;
 
 /// Drives of the planner that are under way.
 #[derive(Debug, Default)]
@@ -39,7 +41,13 @@ impl Tasks {
                         let heard = news.send(Msg::Plan(PlanNews::Planned(id, done, of)));
                         heard.is_ok() && !stop.load(Ordering::Relaxed)
                     };
-                    let how = (change, forecast);
+                    let settings = Settings {
+                        planner: planner::Settings::default(),
+                        forecast,
+                        replan: 1,
+                        without: None,
+                    };
+                    let how = (change, &settings);
                     let planned = Opened::planned(&entry, &ego, &thresholds, how, &mut watch);
                     if let Some(planned) = planned.transpose() {
                         let ended = PlanNews::Ended(id, planned.map(Box::new));

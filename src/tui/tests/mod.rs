@@ -21,6 +21,7 @@ mod map;
 mod opening;
 mod panes;
 mod pictures;
+mod planning;
 mod plotting;
 mod prompt;
 mod random;

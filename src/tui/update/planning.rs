@@ -13,6 +13,9 @@ use crate::planner::Forecast;
 /// does not want one for each.
 const STAYS: f64 = 0.6;
 
+/// Metres that the map shows at most so that what was chosen is on it: beyond, bodies are too small.
+const WIDEST: f64 = 160.0;
+
 /// Lets the planner drive, or stops it.
 pub fn drive(model: &mut Model) -> Vec<Effect> {
     if model.driver.under_way.is_some() {
@@ -189,7 +192,13 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
     let without = model.opened.as_ref().is_some_and(|o| o.scene.is_none());
     let id = OpenId(model.new_id());
     model.opening = Some((id, None));
+    let reach = opened
+        .planned
+        .as_ref()
+        .map_or(0.0, |planned| planned.reach());
     let effects = opening::opened(model, id, Ok(opened));
+    let (columns, _) = model.drawn.map_size();
+    model.camera.show_at_least(reach.min(WIDEST), columns);
     if without {
         // The window was nobody's until now.
         super::clock::to_window(model);
