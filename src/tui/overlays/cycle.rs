@@ -89,7 +89,7 @@ impl Lines {
     fn bar(&mut self, name: &str, number: &str, share: f64) {
         let cells = (share * BAR as f64).round().clamp(0.0, BAR as f64) as usize;
         let room = self.width.saturating_sub(NUMBERS + 9);
-        let bar = "▪".repeat(cells.min(room));
+        let bar = "━".repeat(cells.min(room));
         self.text.push_line(Line::from(vec![
             Span::styled(pad(&format!("  {name}"), NUMBERS), self.word),
             Span::raw(format!("{number:>8} ")),

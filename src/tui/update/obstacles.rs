@@ -49,7 +49,7 @@ pub fn take_as_ego(model: &mut Model) -> Vec<Effect> {
 
 pub fn recorded_ego(model: &mut Model) -> Vec<Effect> {
     if model.taken.is_some() || model.opening.is_some() || model.planned().is_some() {
-        planning::decline(model);
+        planning::take_back(model);
         return reopen(model, None);
     }
     let changed = model.opened.as_ref().is_some_and(|o| o.change.is_some());

@@ -5,7 +5,9 @@ use super::super::keymap::Key;
 use super::super::loaded::{NONE_BESIDE, Opened};
 use super::super::message::planning::{PlanAsk, PlanId, PlanNews};
 use super::super::message::{Effect, OpenId};
-use super::super::model::{Drives, JobKind, JobState, Model, Overlay, UnderWay, forecast_words};
+use super::super::model::{
+    Camera, Drives, JobKind, JobState, Model, Overlay, UnderWay, forecast_words,
+};
 use super::{actions, opening, values};
 use crate::planner::Forecast;
 
@@ -101,8 +103,19 @@ fn stop(model: &mut Model) -> Vec<Effect> {
     under_way.map(stop).into_iter().collect()
 }
 
+/// A planned ego gives its place back.
+pub fn take_back(model: &mut Model) {
+    let recorded = model.planned().map(|planned| planned.recorded.is_some());
+    match recorded {
+        Some(true) => model.say("the recorded ego again"),
+        Some(false) => model.say("no ego any more: none was recorded"),
+        None => {}
+    }
+    decline(model);
+}
+
 /// The scenario that is open shall not get a planned ego by itself.
-pub fn decline(model: &mut Model) {
+fn decline(model: &mut Model) {
     model.driver.declined = model.opened.as_ref().map(|o| o.scenario.hash);
     model.driver.waits = None;
 }
@@ -197,8 +210,13 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
         .as_ref()
         .map_or(0.0, |planned| planned.reach());
     let effects = opening::opened(model, id, Ok(opened));
+    if without {
+        // The map showed everyone, from far away.
+        model.camera.cell = Camera::default().cell;
+    }
     let (columns, _) = model.drawn.map_size();
-    model.camera.show_at_least(reach.min(WIDEST), columns);
+    let shown = reach.clamp(opening::NEIGHBOURHOOD, WIDEST);
+    model.camera.show_at_least(shown, columns);
     if without {
         // The window was nobody's until now.
         super::clock::to_window(model);

@@ -36,7 +36,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         let mut room = room;
         let own = model.taken.is_some() || opened.planned.is_some();
         if own {
-            let taken = fit(&format!("{} · ", ego(opened)), room);
+            let taken = fit(&format!("{} · ", ego(opened, area.width)), room);
             room = room.saturating_sub(taken.width());
             let style = Style::new().fg(theme.ego).add_modifier(Modifier::BOLD);
             line.push_span(Span::styled(taken, style));
@@ -45,7 +45,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         let rest = room.saturating_sub(name.width());
         let mut facts = format!(" · {} obstacles", opened.scenario.obstacles.len());
         if !own {
-            facts.push_str(&format!(" · {}", ego(opened)));
+            facts.push_str(&format!(" · {}", ego(opened, area.width)));
         }
         line.push_span(Span::styled(
             name,
@@ -133,7 +133,7 @@ fn running(model: &Model) -> String {
 }
 
 /// The ego in a few words.
-fn ego(opened: &Opened) -> String {
+fn ego(opened: &Opened, width: u16) -> String {
     match opened.scene.as_ref().map(|s| &s.ego.source) {
         Some(source) if opened.chosen => format!("ego {}", source.short()),
         Some(EgoSource::Recording(_)) => "ego recorded".to_string(),
@@ -141,8 +141,8 @@ fn ego(opened: &Opened) -> String {
         Some(EgoSource::Solution { vehicle, .. }) => format!("ego of a solution, {vehicle}"),
         Some(EgoSource::Obstacle(id)) => format!("{id} as ego"),
         Some(EgoSource::Planned { .. }) => match opened.planned.as_ref().map(|p| p.outcome) {
-            Some(outcome) => format!("ego planned, {}", in_short(&outcome)),
-            None => "ego planned".to_string(),
+            Some(outcome) if width >= NARROW => format!("ego planned, {}", in_short(&outcome)),
+            _ => "ego planned".to_string(),
         },
         None => "no ego".to_string(),
     }
