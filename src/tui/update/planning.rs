@@ -15,8 +15,8 @@ use crate::planner::Forecast;
 /// does not want one for each.
 const STAYS: f64 = 0.6;
 
-/// Metres that the map shows at most so that what was chosen is on it: beyond, bodies are too small.
-const WIDEST: f64 = 160.0;
+/// Metres of a column at most, so that what was chosen is on the map: beyond, bodies are too small.
+const COARSEST: f64 = 1.2;
 
 /// Lets the planner drive, or stops it.
 pub fn drive(model: &mut Model) -> Vec<Effect> {
@@ -215,7 +215,8 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
         model.camera.cell = Camera::default().cell;
     }
     let (columns, _) = model.drawn.map_size();
-    let shown = reach.clamp(opening::NEIGHBOURHOOD, WIDEST);
+    let most = COARSEST * f64::from(columns);
+    let shown = reach.min(most).max(opening::NEIGHBOURHOOD);
     model.camera.show_at_least(shown, columns);
     if without {
         // The window was nobody's until now.

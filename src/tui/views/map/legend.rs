@@ -39,6 +39,7 @@ fn entries(model: &Model, shown: Placed) -> Vec<String> {
         entries.push("━ chosen, 1 2 3 s ahead".into());
         entries.push("── drivable".into());
         entries.push("·· rejected".into());
+        entries.push("[] predicted bodies".into());
         if planned.recorded.is_some() {
             entries.push("-- recorded ego".into());
         }
