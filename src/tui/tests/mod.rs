@@ -7,6 +7,7 @@ mod bench;
 mod comparing;
 mod counted;
 mod defaults;
+mod driven;
 mod editing;
 mod everywhere;
 mod frames;

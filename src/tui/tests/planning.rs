@@ -1,64 +1,16 @@
 //! The planner drives: by a key, by itself, stopped, and seen cycle by cycle.
 
-use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use super::bench::Bench;
-use crate::metrics::Thresholds;
-use crate::planner::{self, Forecast, Sampling};
-use crate::scenario::{EgoSource, Entry, WantedEgo, bundled};
+use super::driven::{coarse, planned};
+use crate::planner::{self, Forecast};
+use crate::scenario::{EgoSource, Entry, bundled};
 use crate::simulation::{Outcome, Settings};
-use crate::tui::loaded::{NONE_BESIDE, Opened};
+use crate::tui::loaded::NONE_BESIDE;
 use crate::tui::message::planning::{PlanAsk, PlanId, PlanNews};
 use crate::tui::message::{Effect, Msg, OpenId};
 use crate::tui::model::{Drives, JobState, Model, Overlay};
-
-/// Few samples over a short horizon: a test waits for it.
-fn coarse(forecast: Forecast) -> Settings {
-    let usual = planner::Settings::default();
-    Settings {
-        planner: planner::Settings {
-            horizon: 3.0,
-            sampling: Sampling {
-                durations: 2,
-                speeds: 4,
-                offsets: 5,
-                changes: 1,
-                refinements: 0,
-                ..usual.sampling
-            },
-            ..usual
-        },
-        forecast,
-        replan: 1,
-        without: None,
-    }
-}
-
-/// A bundled scenario with its ego planned, each driven once for all tests; planning takes 12 ms in all of them.
-pub fn planned(entry: &Entry, forecast: Forecast) -> Result<Opened, String> {
-    type Driven = HashMap<(String, &'static str), Result<Opened, String>>;
-    static DRIVEN: Mutex<Option<Driven>> = Mutex::new(None);
-    let mut driven = DRIVEN.lock().unwrap_or_else(PoisonError::into_inner);
-    let drive = || {
-        let settings = coarse(forecast);
-        let thresholds = Thresholds::shipped();
-        let how = (None, &settings);
-        let mut go_on = |_, _| true;
-        let opened = Opened::planned(entry, &WantedEgo::Beside, thresholds, how, &mut go_on);
-        let mut opened = opened?.expect("nobody stopped it");
-        let planned = opened.planned.as_mut().unwrap();
-        let planned = std::sync::Arc::get_mut(planned).unwrap();
-        for cycle in &mut planned.cycles {
-            cycle.took = Duration::from_millis(12);
-        }
-        Ok(opened)
-    };
-    let key = (entry.name.clone(), forecast.name());
-    let driven = driven.get_or_insert_default();
-    driven.entry(key).or_insert_with(drive).clone()
-}
 
 /// The drive that was asked for last.
 fn asked(bench: &Bench) -> (PlanId, Entry, Forecast) {

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
 
 use super::super::bench::answer;
+use super::super::driven::planned;
 use super::super::kept::FIRST;
-use super::super::planning::planned;
 use super::world::{CLAIMS, HOSTILE};
 use crate::evaluation::Answer;
 use crate::metrics::Thresholds;
@@ -108,7 +108,7 @@ pub fn plan(ask: PlanAsk, n: usize) -> Vec<Msg> {
         PlanNews::Ended(id, ended.map(Box::new)),
     ];
     news.into_iter()
-        .take(1 + usize::from(n % 5 > 0))
+        .take(1 + usize::from(!n.is_multiple_of(5)))
         .map(Msg::Plan)
         .collect()
 }
