@@ -11,7 +11,7 @@ use super::{Bends, Limit, Limits, Settings};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Judge<'a> {
     pub settings: &'a Settings,
-    pub limits: Limits,
+    pub allowed: Allowed,
     pub traffic: &'a Traffic,
     /// m/s, where no bend is.
     pub wanted: f64,
@@ -60,7 +60,7 @@ impl Judge<'_> {
                 rejected = Some((step, Rejection::InsideCurve));
                 break;
             };
-            if let Some(limit) = broken(&self.limits, &before, &moved, self.dt) {
+            if let Some(limit) = self.allowed.broken(&before, &moved) {
                 rejected = Some((step, Rejection::Limit(limit)));
                 break;
             }
@@ -114,6 +114,9 @@ impl Judge<'_> {
             let (dx, dy) = (other.x - own.x, other.y - own.y);
             let squared = dx * dx + dy * dy;
             let near = reach + other.reach + CLEAR;
+            if squared >= (stopping + near) * (stopping + near) {
+                continue;
+            }
             if squared < near * near {
                 let body = &self.traffic.bodies[other.body];
                 let gap = other.separation(&own);
@@ -142,7 +145,7 @@ impl Judge<'_> {
     }
 
     fn own(&self, moved: &Moved) -> Own {
-        let limits = &self.limits;
+        let limits = &self.allowed.limits;
         Own {
             x: moved.x + moved.cos * limits.rear_to_centre,
             y: moved.y + moved.sin * limits.rear_to_centre,
@@ -178,37 +181,62 @@ impl Judge<'_> {
     }
 }
 
-/// The limit that is broken at `after`, `dt` seconds after `before`.
-#[inline]
-pub(super) fn broken(limits: &Limits, before: &Moved, after: &Moved, dt: f64) -> Option<Limit> {
-    let (v, a, k) = (after.velocity, after.acceleration, after.curvature);
-    if v < -ROUNDING || v > limits.speed {
-        return Some(Limit::Speed);
+/// The limits with what follows from them, worked out once for all candidates.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Allowed {
+    pub limits: Limits,
+    /// The tightest curvature, 1/m.
+    tightest: f64,
+    /// Tangent of what the steering angle may change within a step.
+    turned: f64,
+    /// Seconds between two steps, and its inverse.
+    dt: f64,
+    rate: f64,
+}
+
+impl Allowed {
+    pub fn new(limits: Limits, dt: f64) -> Self {
+        Self {
+            limits,
+            tightest: limits.curvature(),
+            turned: (limits.steering_rate * dt).tan(),
+            dt,
+            rate: dt.recip(),
+        }
     }
-    // Between the two steps the mean acceleration is what the inputs have to give.
-    let mean = (v - before.velocity) / dt;
-    if a < -limits.acceleration || a.max(mean) > limits.forward(v) || mean < -limits.acceleration {
-        return Some(Limit::Acceleration);
+
+    /// The limit that is broken at `after`, a step after `before`.
+    #[inline]
+    fn broken(&self, before: &Moved, after: &Moved) -> Option<Limit> {
+        let limits = &self.limits;
+        let (v, a, k) = (after.velocity, after.acceleration, after.curvature);
+        if v < -ROUNDING || v > limits.speed {
+            return Some(Limit::Speed);
+        }
+        // Between the two steps the mean acceleration is what the inputs have to give.
+        let mean = (v - before.velocity) * self.rate;
+        let forward = a.max(mean);
+        if a.min(mean) < -limits.acceleration || forward > 0.0 && forward > limits.forward(v) {
+            return Some(Limit::Acceleration);
+        }
+        if k.abs() > self.tightest {
+            return Some(Limit::Curvature);
+        }
+        // tan(b − a) of the steering angles, so that no arc tangent is needed.
+        let (tan0, tan1) = (before.curvature * limits.wheelbase, k * limits.wheelbase);
+        if (tan1 - tan0).abs() > self.turned * (1.0 + tan0 * tan1).max(0.0) {
+            return Some(Limit::CurvatureRate);
+        }
+        let turn = (before.cos * after.sin - before.sin * after.cos).abs();
+        let fastest = v.max(before.velocity).max(0.0);
+        if turn > fastest * self.tightest * self.dt + ROUNDING {
+            return Some(Limit::YawRate);
+        }
+        let across = (v * v * k).abs().max(fastest * turn * self.rate);
+        let along = a.abs().max(mean.abs());
+        if across * across + along * along > limits.acceleration * limits.acceleration {
+            return Some(Limit::Friction);
+        }
+        None
     }
-    let tightest = limits.curvature();
-    if k.abs() > tightest {
-        return Some(Limit::Curvature);
-    }
-    // tan(b − a) of the steering angles, so that no arc tangent is needed.
-    let (tan0, tan1) = (before.curvature * limits.wheelbase, k * limits.wheelbase);
-    let turned = (tan1 - tan0).abs();
-    if turned > (limits.steering_rate * dt).tan() * (1.0 + tan0 * tan1).max(0.0) {
-        return Some(Limit::CurvatureRate);
-    }
-    let turn = before.cos * after.sin - before.sin * after.cos;
-    let fastest = v.max(before.velocity).max(0.0);
-    if turn.abs() > fastest * tightest * dt + ROUNDING {
-        return Some(Limit::YawRate);
-    }
-    let across = (v * v * k).abs().max(fastest * turn.abs() / dt);
-    let along = a.abs().max(mean.abs());
-    if across * across + along * along > limits.acceleration * limits.acceleration {
-        return Some(Limit::Friction);
-    }
-    None
 }

@@ -1,7 +1,7 @@
 //! One cycle of planning: sample, follow, choose; and what is done when nothing is left.
 
 use super::candidate::{Candidate, Cost, Rejection};
-use super::evaluate::{CLEAR, Judge};
+use super::evaluate::{Allowed, CLEAR, Judge};
 use super::lateral::{Lateral, Start};
 use super::motion::{Moved, Station, state};
 use super::place::place;
@@ -110,7 +110,7 @@ impl<'a> Planner<'a> {
         };
         let judge = Judge {
             settings: &settings,
-            limits,
+            allowed: Allowed::new(limits, self.dt),
             traffic: &near,
             wanted,
             bends: &guide.bends,

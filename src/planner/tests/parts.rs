@@ -58,7 +58,7 @@ fn offsets_go_on_from_the_present_and_end_at_the_target() {
     near(over_time.at(0.0, along), by_length);
     near(over_length.at(0.0, along), by_length);
     for lateral in [over_time, over_length] {
-        assert_eq!(lateral.target(), -1.5);
+        assert_eq!(lateral.at(1e3, [1e5, 5.0, 0.0])[0], -1.5);
         near(lateral.at(2.0, [120.0, 10.0, 0.0]), [-1.5, 0.0, 0.0]);
         near(lateral.at(9.0, [300.0, 10.0, 0.0]), [-1.5, 0.0, 0.0]);
     }
