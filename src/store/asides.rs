@@ -4,13 +4,16 @@ use std::collections::BTreeSet;
 
 use super::{RunId, Store, StoreError};
 
-/// Runs that no table of what is right or wrong counts among the others, as they ask something else.
+/// Runs of batches, sorted: no table of what is right or wrong counts those of other leads and changed scenes among the
+/// others, as they ask something else.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Asides {
     /// About the scenes as they are, at a lead that is not the first one of their batch.
     pub leads: BTreeSet<RunId>,
     /// About changed scenes.
     pub changed: BTreeSet<RunId>,
+    /// The others of batches: answers to first questions, whatever else they answer.
+    pub first: BTreeSet<RunId>,
 }
 
 impl Store {
@@ -39,7 +42,7 @@ impl Store {
                  SELECT run, kind FROM sorted WHERE run IS NOT NULL
                  UNION ALL
                  SELECT runs.id, kind FROM sorted JOIN runs ON runs.key = sorted.key AND runs.sample = sorted.sample)
-             GROUP BY run HAVING min(kind) > 0",
+             GROUP BY run",
         )?;
         let rows =
             statement.query_map([], |row| Ok((RunId(row.get(0)?), row.get::<_, i64>(1)?)))?;
@@ -47,6 +50,7 @@ impl Store {
         for row in rows {
             let (run, kind) = row?;
             let runs = match kind {
+                0 => &mut asides.first,
                 1 => &mut asides.leads,
                 _ => &mut asides.changed,
             };

@@ -306,6 +306,13 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
         report.contains("2 questions") && report.contains("3 more"),
         "{report}"
     );
+    for words in ["Changed scenes and leads", "| mirror ", "Said yes"] {
+        assert!(report.contains(words), "{words}: {report}");
+    }
+    let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last", "--json"]));
+    let report = report.status(0).json();
+    assert_eq!(report["lead"], document["lead"]);
+    assert_eq!(report["invariance"], document["invariance"]);
     // Of the store as a whole the same questions are counted as of the batch.
     let whole = tokio::task::block_in_place(|| home.run(&["report", "--json"])).status(0);
     let cells = &whole.json()["cells"];

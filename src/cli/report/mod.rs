@@ -154,6 +154,11 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         }
         Ok(()) => target.finish()?,
     }
+    if format == Format::Csv && !made.report().varied.is_empty() {
+        output::say(
+            "nearmiss: the tables of changed scenes and leads are not in this table; the other formats have them",
+        );
+    }
     match pairs {
         None => made.hint_at_pairs(format),
         Some((file, mut target)) => {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Made;
 use crate::cli::{Failure, open, output};
 use crate::evaluation::batch::{self, Answers, Described, Desk, Spec, Unjudged, beside_the_judge};
-use crate::evaluation::report::{About, Report};
+use crate::evaluation::report::{About, Report, Varied};
 use crate::evaluation::{Said, usable};
 use crate::prompts::Library;
 use crate::store::{BatchId, Item, Store};
@@ -31,8 +31,8 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
     notes.push(output::visible(&spec.asked_words(described.as_ref())));
     if answers.others > 0 {
         notes.push(format!(
-            "{} more, about changed scenes or at other leads, are not counted here; `nearmiss evaluate --resume {id}` \
-             tells about them.",
+            "{} more, about changed scenes or at other leads, are not counted among these; they have tables of their own."
+            ,
             answers.others
         ));
     }
@@ -56,7 +56,9 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
         sources: spec.truth.sources(),
         notes,
     };
-    Ok(Made::Report(Report::of(scored).about(about)))
+    Ok(Made::Report(
+        Report::of(scored).about(about).varied(Varied::of(&answers)),
+    ))
 }
 
 /// What the templates say where the batch does not; nothing where they cannot be read or are no longer the same.

@@ -49,6 +49,7 @@ impl Report {
             blocks.extend(consumption(task, &cells).map(Block::Table));
             blocks.extend(self.pairs(task).map(Block::Table));
         }
+        blocks.extend(self.varied.blocks());
         blocks.retain(|block| !matches!(block, Block::Figures(_, all) if all.is_empty()));
         blocks.push(Block::Heading("How it is counted".into()));
         blocks.extend(methods::all().map(Block::Text));

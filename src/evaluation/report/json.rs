@@ -25,6 +25,9 @@ impl Report {
         for (name, value) in self.about.fields() {
             report[name] = value;
         }
+        for (name, rows) in self.varied.fields() {
+            report[name] = rows;
+        }
         report
     }
 }

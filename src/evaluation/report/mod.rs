@@ -18,6 +18,7 @@ mod paper_contents;
 mod plot;
 mod recorded;
 mod stored;
+mod varied;
 
 pub use about::About;
 pub use cell::{Cell, Half, Named};
@@ -28,6 +29,7 @@ pub use pairs::Pair;
 pub use paper::{Comparison, Finding, Paper, Published, published};
 pub use recorded::scored as recorded;
 pub use stored::{Stored, Truth, stored};
+pub use varied::{SAME_WORDS, Varied};
 
 use std::collections::BTreeMap;
 
@@ -44,6 +46,8 @@ pub struct Report {
     pub pairs: Vec<Pair>,
     /// Which answers these are, and beside which truth.
     pub about: About,
+    /// Of batches: changed scenes and other leads.
+    pub varied: Varied,
 }
 
 impl Report {
@@ -70,6 +74,7 @@ impl Report {
             cells: cells.flatten().collect(),
             pairs: pairs::of(&ways),
             about: About::default(),
+            varied: Varied::default(),
         }
     }
 
@@ -77,6 +82,12 @@ impl Report {
     #[must_use]
     pub fn about(self, about: About) -> Self {
         Self { about, ..self }
+    }
+
+    /// The same report, with the changed scenes and leads of its batch.
+    #[must_use]
+    pub fn varied(self, varied: Varied) -> Self {
+        Self { varied, ..self }
     }
 
     /// The cells of whole ways.

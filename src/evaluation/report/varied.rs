@@ -1,0 +1,256 @@
+//! What a batch tells beside its cells: whether changed scenes change the answers, and what is said at each lead.
+
+use serde_json::{Value, json};
+
+use super::super::batch::Answers;
+use super::super::statistics::Interval;
+use super::super::{
+    Invariance, Lead, LeadPoint, Share, Timed, Way, invariance, lead_curves, pairs,
+};
+use super::contents::with_interval;
+use super::document::{Block, Table};
+use super::names::{self, NONE, technique};
+
+/// What a batch with changed scenes or several leads tells beside its cells.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Varied {
+    /// By way and change.
+    pub invariance: Vec<Invariance>,
+    /// By way, in the order of the leads.
+    pub leads: Vec<(Lead, Way, LeadPoint)>,
+}
+
+/// What `same words` means in tables of changed scenes.
+pub const SAME_WORDS: &str =
+    "same words: the change leaves the question as it is, so that it was not asked again; not in n";
+
+impl Varied {
+    /// Counts the answers of a batch.
+    #[must_use]
+    pub fn of(answers: &Answers) -> Self {
+        let mut paired = answers.plain.clone();
+        paired.extend(answers.changed.iter().cloned());
+        let mut order: Vec<Lead> = Vec::new();
+        for (lead, _) in &answers.leads {
+            if !order.contains(lead) {
+                order.push(*lead);
+            }
+        }
+        let mut leads = Vec::new();
+        for lead in order {
+            let of_lead = answers.leads.iter().filter(|(one, _)| *one == lead);
+            // They are all of one lead, so that it does not matter how many seconds `paper` is.
+            let seconds = match lead {
+                Lead::Seconds(seconds) => seconds,
+                Lead::Paper => 0.0,
+            };
+            let timed = of_lead.map(|(_, scored)| Timed {
+                scored,
+                lead: seconds,
+            });
+            for curve in lead_curves(timed) {
+                let points = curve.points.into_iter();
+                leads.extend(points.map(|point| (lead, curve.way.clone(), point)));
+            }
+        }
+        leads.sort_by(|(_, a, _), (_, b, _)| a.cmp(b));
+        Self {
+            invariance: invariance(pairs(&paired)),
+            leads,
+        }
+    }
+
+    /// Whether there is nothing of the kind.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.invariance.is_empty() && self.leads.is_empty()
+    }
+
+    /// `invariance` and `lead`, each where there is something, as rows of JSON.
+    #[must_use]
+    pub fn fields(&self) -> Vec<(&'static str, Value)> {
+        let invariance: Vec<Value> = self.invariance.iter().map(invariance_row).collect();
+        let leads: Vec<Value> = self.leads.iter().map(lead_row).collect();
+        let all = [("invariance", invariance), ("lead", leads)];
+        let some = all.into_iter().filter(|(_, rows)| !rows.is_empty());
+        some.map(|(name, rows)| (name, json!(rows))).collect()
+    }
+
+    /// What the columns of leads mean, and where false alarms are.
+    #[must_use]
+    pub fn about_leads(&self) -> [String; 2] {
+        let alarms = match self
+            .leads
+            .iter()
+            .any(|(.., point)| point.false_alarms.of > 0)
+        {
+            true => {
+                "windows of scenarios without a collision are the same at every lead and are asked once: their false \
+                 alarms hold for all leads"
+            }
+            false => {
+                "no scenario without a collision was asked with these leads, so that there are no false alarms to set \
+                 beside; the table above has those of the batch"
+            }
+        };
+        let columns = "said yes: whomever it names; named: also names the obstacle of the truth with a score of 0 or 1, \
+                       as the table above counts it";
+        [columns.into(), alarms.into()]
+    }
+
+    /// The tables for people and papers.
+    pub(super) fn blocks(&self) -> Vec<Block> {
+        if self.is_empty() {
+            return Vec::new();
+        }
+        let heading = Block::Heading("Changed scenes and leads".into());
+        let tables = [self.changes(), self.by_lead()];
+        let tables = tables.into_iter().filter(|table| !table.rows.is_empty());
+        std::iter::once(heading)
+            .chain(tables.map(Block::Table))
+            .collect()
+    }
+
+    fn changes(&self) -> Table {
+        let mut table = Table::new(
+            "The same scenes changed, which changes nothing about them: yes became no, or no yes",
+            "nearmiss-changes",
+            &[
+                "<Task",
+                "<Frame",
+                "<Techniques",
+                "<Model",
+                "<Change",
+                "n",
+                "Flips",
+                "Rate",
+                "Renamed",
+                "No verdict",
+                "Same words",
+            ],
+        );
+        table.notes = vec![SAME_WORDS.into()];
+        for row in &self.invariance {
+            let mut cells = way(&row.way);
+            cells.push(row.transform.to_string());
+            cells.push(row.flipped.of.to_string());
+            cells.push(row.flipped.hits.to_string());
+            cells.push(match row.flipped.of == 0 && row.same_words > 0 {
+                true => "same words".into(),
+                false => share(&row.flipped),
+            });
+            let counts = [row.renamed.hits, row.without_verdict, row.same_words];
+            cells.extend(counts.map(|n| n.to_string()));
+            table.rows.push(cells);
+        }
+        table
+    }
+
+    fn by_lead(&self) -> Table {
+        let mut table = Table::new(
+            "Scenarios that collide, by seconds from the end of the window to the collision",
+            "nearmiss-leads",
+            &[
+                "<Task",
+                "<Frame",
+                "<Techniques",
+                "<Model",
+                "Lead",
+                "n",
+                "Said yes",
+                "Rate",
+                "Named",
+                "Rate",
+                "False alarms",
+                "Unparsed",
+                "Failed",
+                "Not asked",
+            ],
+        );
+        table.notes = self.about_leads().into();
+        for (lead, of, point) in &self.leads {
+            let mut cells = way(of);
+            cells.push(lead.to_string());
+            cells.push(point.yes.of.to_string());
+            cells.push(point.yes.hits.to_string());
+            cells.push(share(&point.yes));
+            cells.push(of_all(&point.named));
+            cells.push(share(&point.named));
+            cells.push(of_all(&point.false_alarms));
+            let counts = [point.unparsed, point.failed, point.unasked];
+            cells.extend(counts.map(|n| n.to_string()));
+            table.rows.push(cells);
+        }
+        table
+    }
+}
+
+fn way(way: &Way) -> Vec<String> {
+    vec![
+        way.task.name().into(),
+        names::frame(way),
+        names::techniques(way),
+        way.model.clone(),
+    ]
+}
+
+fn share(share: &Share) -> String {
+    let interval = share.interval().map(|(low, high)| Interval { low, high });
+    with_interval(share.value(), interval)
+}
+
+fn of_all(share: &Share) -> String {
+    match share.of {
+        0 => NONE.into(),
+        all => format!("{} of {all}", share.hits),
+    }
+}
+
+fn invariance_row(row: &Invariance) -> Value {
+    json!({
+        "task": row.way.task.name(),
+        "frame": row.way.frame.map(|frame| frame.name()),
+        "technique": row.way.techniques.map(technique),
+        "model": row.way.model,
+        "transform": row.transform.to_string(),
+        "n": row.flipped.of,
+        "scenarios": row.flipped.scenarios,
+        "flips": row.flipped.hits,
+        "flip_rate": row.flipped.value(),
+        "ci": row.flipped.interval(),
+        "renamed": row.renamed.hits,
+        "risk_change": row.risk_change,
+        "risk_distance": row.risk_distance,
+        "without_verdict": row.without_verdict,
+        "same_words": row.same_words,
+    })
+}
+
+fn lead_row((lead, way, point): &(Lead, Way, LeadPoint)) -> Value {
+    json!({
+        "task": way.task.name(),
+        "frame": way.frame.map(|frame| frame.name()),
+        "technique": way.techniques.map(technique),
+        "model": way.model,
+        "lead": match lead {
+            Lead::Seconds(seconds) => json!(seconds),
+            Lead::Paper => json!("paper"),
+        },
+        "n": point.yes.of,
+        "scenarios": point.yes.scenarios,
+        "yes": point.yes.hits,
+        "yes_rate": point.yes.value(),
+        "yes_ci": point.yes.interval(),
+        "named": point.named.hits,
+        "named_of": point.named.of,
+        "named_rate": point.named.value(),
+        "named_ci": point.named.interval(),
+        "false_alarms": point.false_alarms.hits,
+        "false_alarms_of": point.false_alarms.of,
+        "false_alarm_rate": point.false_alarms.value(),
+        "false_alarm_ci": point.false_alarms.interval(),
+        "unparsed": point.unparsed,
+        "failed": point.failed,
+        "unasked": point.unasked,
+    })
+}
