@@ -16,10 +16,14 @@ pub mod llm;
 pub mod metrics;
 /// Figures of scenes, plots and screens: SVG, PNG, GIF.
 pub mod picture;
+/// A sampling-based motion planner.
+pub mod planner;
 /// Prompt templates and how they are filled.
 pub mod prompts;
 /// Scenarios and scenes, and the files they come from.
 pub mod scenario;
+/// The closed loop: the planner drives the ego through a scenario.
+pub mod simulation;
 /// Every run, in SQLite.
 pub mod store;
 /// The operating system: what it says, in plain words, and files that somebody names.

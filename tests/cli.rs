@@ -39,6 +39,8 @@ mod metrics;
 mod models;
 #[path = "cli/paused.rs"]
 mod paused;
+#[path = "cli/plan.rs"]
+mod plan;
 #[path = "cli/planted.rs"]
 mod planted;
 #[path = "cli/prompts.rs"]

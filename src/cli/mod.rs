@@ -20,6 +20,7 @@ mod models;
 mod open;
 mod output;
 mod parted;
+mod plan;
 mod print_config;
 mod progress;
 mod prompt;
@@ -89,6 +90,8 @@ pub enum Command {
     Runs(runs::Runs),
     /// What people made of answers side by side: wins and strengths of models and prompts.
     Ratings(ratings::Ratings),
+    /// Plans the ego's motion and drives it through the recorded traffic, which does not react; how it ends.
+    Plan(plan::PlanArguments),
     /// Runs of the store as a file.
     Export(export::Export),
     /// Figures for papers: the map, measures over time, or the workbench, as SVG, PNG or GIF.
@@ -177,6 +180,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Report(arguments) => report::run(arguments),
         Command::Runs(arguments) => runs::run(arguments),
         Command::Ratings(arguments) => ratings::run(arguments),
+        Command::Plan(arguments) => plan::run(arguments),
         Command::Export(arguments) => export::run(arguments),
         Command::Render(arguments) => render::run(arguments, workbench.screen),
         Command::Import(arguments) => import::run(arguments),

@@ -6,9 +6,12 @@ use std::path::Path;
 use toml::Value;
 
 use super::open::unusable;
+use super::plan::with;
 use super::{Failure, Outcome, output};
-use crate::config::{Config, Folders, Lines, TextFile};
+use crate::config::{Config, Folders, Lines, PlannerKey, TextFile};
+use crate::evaluation::planning_value;
 use crate::llm::{Address, Environment, Registry};
+use crate::simulation::Settings;
 
 /// Prints the configuration. Keys are never in it, only the variables they are looked for in.
 ///
@@ -37,6 +40,7 @@ pub fn print_config() -> Outcome {
     }
     out += "\n";
     out += &page.settings(&config);
+    out += &page.planner(&with(&config)?);
     out += &page.providers(&config, &registry.addresses(&environment));
     output::text(&output::visible(&out))
 }
@@ -67,6 +71,23 @@ impl Page<'_> {
             }
         };
         config.settings().into_iter().map(line).collect()
+    }
+
+    fn planner(&self, settings: &Settings) -> String {
+        let (mut out, mut table) = (String::from("\n[planner]\n"), None);
+        for key in PlannerKey::ALL {
+            let mut path = key.path();
+            if path.len() > 1 && table != Some(path[0]) {
+                table = Some(path[0]);
+                out += &format!("\n[planner.{}]\n", path[0]);
+            }
+            path.insert(0, "planner");
+            let name = path.last().copied().unwrap_or_default();
+            if let Some(value) = planning_value(settings, key.id) {
+                out += &format!("{name} = {value}  # {}\n", self.source(&path));
+            }
+        }
+        out
     }
 
     fn providers(&self, config: &Config, addresses: &[Address]) -> String {

@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::Keys;
 use super::mistakes::{Mistake, mistakes};
+use super::planner::{self, PlannerKey};
 use super::text_file::text_if_there;
 
 /// The configuration.
@@ -45,6 +46,8 @@ pub struct Config {
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]
     pub providers: toml::Table,
+    /// How motions are planned, as the file says it; see [`Config::planner_values`].
+    pub planner: toml::Table,
 }
 
 impl Default for Config {
@@ -66,6 +69,7 @@ impl Default for Config {
             person: None,
             pictures: None,
             providers: toml::Table::new(),
+            planner: toml::Table::new(),
         }
     }
 }
@@ -135,6 +139,12 @@ impl Config {
             let words = error.message().trim().replace('\n', " ");
             ConfigError::one(file, None, words)
         })
+    }
+
+    /// What the file says of the planner, every value one that its key allows.
+    pub fn planner_values(&self) -> impl Iterator<Item = (&'static PlannerKey, &toml::Value)> {
+        let keys = PlannerKey::ALL.iter();
+        keys.filter_map(|key| Some((key, planner::said(&self.planner, key)?)))
     }
 
     /// Who rates answers: as configured, else the user's name of the system, else `unknown`.

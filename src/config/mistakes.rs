@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use toml::{Table, Value};
 
-use super::{Config, Lines};
+use super::{Config, Lines, planner};
 
 /// Something in the file that is not known or cannot be meant.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub struct Mistake {
 }
 
 /// Every key, and what is needed behind it.
-const NEEDED: [(&str, &str); 16] = [
+const NEEDED: [(&str, &str); 17] = [
     (
         "theme",
         "a text is needed, the name of a theme such as \"dark\"",
@@ -47,6 +47,7 @@ const NEEDED: [(&str, &str); 16] = [
     ("person", "a text is needed, a name"),
     ("pictures", "a text is needed, a folder"),
     ("provider", "a table for each is needed: [provider.NAME]"),
+    ("planner", "a table is needed: [planner]"),
 ];
 
 /// Everything that is wrong with a text, in its order; of a text that is no TOML, where it stops being one.
@@ -56,12 +57,19 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
         Err(error) => return vec![no_toml(text, &error)],
     };
     let lines = Lines::of(text);
-    let wrong = table.into_iter().filter_map(|(key, value)| {
+    let section = table.get("planner").and_then(Value::as_table);
+    let inner = section.map_or_else(Vec::new, planner::wrong).into_iter();
+    let inner = inner.map(|(path, words)| {
+        let path = std::iter::once("planner").chain(path.iter().map(String::as_str));
+        let line = lines.line(&path.collect::<Vec<_>>());
+        Mistake { line, words }
+    });
+    let mut found: Vec<Mistake> = inner.collect();
+    found.extend(table.into_iter().filter_map(|(key, value)| {
         let words = wrong(&key, value)?;
         let line = lines.line(&[&key]);
         Some(Mistake { line, words })
-    });
-    let mut found: Vec<Mistake> = wrong.collect();
+    }));
     found.sort_by_key(|mistake| mistake.line);
     found
 }
@@ -69,7 +77,8 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 /// What is wrong with a key and its value, if anything is.
 fn wrong(key: &str, value: Value) -> Option<String> {
     let Some((_, needed)) = NEEDED.iter().find(|(known, _)| *known == key) else {
-        return Some(format!("{key} is not known{}", near(key)));
+        let all = NEEDED.map(|(known, _)| known);
+        return Some(format!("{key} is not known{}", near(key, &all)));
     };
     let shown = shown(&value);
     let alone = Table::from_iter([(key.to_string(), value)]);
@@ -100,19 +109,18 @@ fn can_be_meant(config: &Config) -> bool {
         && config.model.as_deref().is_none_or(model)
 }
 
-/// The key that was probably meant, or all of them.
-fn near(key: &str) -> String {
+/// The one of all keys that was probably meant, or all of them.
+pub(super) fn near(key: &str, all: &[&str]) -> String {
     let like = |other: &str| strsim::jaro(key, other);
-    let all = || NEEDED.iter().map(|(known, _)| *known);
-    let best = all().max_by(|a, b| like(a).total_cmp(&like(b)));
+    let best = all.iter().max_by(|a, b| like(a).total_cmp(&like(b)));
     match best.filter(|known| like(known) > 0.75) {
         Some(known) => format!("; did you mean {known}?"),
-        None => format!("; there are {}", all().collect::<Vec<_>>().join(", ")),
+        None => format!("; there are {}", all.join(", ")),
     }
 }
 
 /// A value as the file has it.
-fn shown(value: &Value) -> String {
+pub(super) fn shown(value: &Value) -> String {
     match value {
         Value::Array(_) => "a list".into(),
         Value::Table(_) => "a table".into(),
@@ -184,7 +192,7 @@ mod tests {
         let mut known: Vec<&str> = NEEDED.iter().map(|(key, _)| *key).collect();
         let settings = Config::default().settings();
         let mut keys: Vec<&str> = settings.iter().map(|s| s.key).collect();
-        keys.push("provider");
+        keys.extend(["provider", "planner"]);
         known.sort_unstable();
         keys.sort_unstable();
         assert_eq!(known, keys);

@@ -17,7 +17,7 @@ pub struct Setting {
 }
 
 impl Config {
-    /// Every setting but the providers, in the order of the documentation.
+    /// Every setting but the providers and those of the planner, in the order of the documentation.
     #[must_use]
     pub fn settings(&self) -> Vec<Setting> {
         let text = |text: &Option<String>| text.clone().map(Value::String);
@@ -114,7 +114,7 @@ mod tests {
         // The message lists all that there are, each in backticks.
         let (_, expected) = error.split_once("expected one of ").unwrap();
         let mut known: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
-        known.retain(|key| *key != "provider");
+        known.retain(|key| !["provider", "planner"].contains(key));
         let settings = Config::default().settings();
         let mut listed: Vec<&str> = settings.iter().map(|s| s.key).collect();
         known.sort_unstable();

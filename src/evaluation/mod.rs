@@ -18,6 +18,7 @@ mod labels;
 mod lead;
 mod lead_curve;
 mod plan;
+mod planning;
 mod price_words;
 /// Recorded answers as runs for the store.
 pub mod published;
@@ -55,6 +56,7 @@ pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, Yes, any_yes, confusion};
 pub use lead_curve::{LeadCurve, LeadPoint, Seen, Timed, lead_curves};
 pub use plan::{Plan, PlanError};
+pub use planning::{planning_value, set_planning, usual_planning};
 pub use question::{Case, CaseError, Question, prepare, template};
 pub use results::{Counted, Known, Outcome, Results, results, with_intervals};
 pub use scored::{Said, Scored, Way};

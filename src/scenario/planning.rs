@@ -1,6 +1,7 @@
 //! Planning problems: where the ego starts and what counts as having arrived.
 
-use super::{Position, Quantity, State, Steps};
+use super::{LaneletNetwork, Motion, Position, Quantity, State, Steps};
+use crate::geometry::{Footprint, Pose, angle_between};
 
 /// What an ego vehicle shall do.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,3 +38,57 @@ impl Goal {
         ids.flatten().copied().collect()
     }
 }
+
+impl PlanningProblem {
+    /// The place of the goal that a vehicle has reached whose centre moves like this at `step`, if any: all that the
+    /// goal says holds, as CommonRoad defines it.
+    #[must_use]
+    pub fn reached(&self, step: i64, motion: &Motion, network: &LaneletNetwork) -> Option<usize> {
+        let mut goals = self.goals.iter();
+        goals.position(|goal| goal.is_reached(step, motion, network))
+    }
+
+    /// The last time step at which a goal can be reached; nothing without goals.
+    #[must_use]
+    pub fn deadline(&self) -> Option<i64> {
+        self.goals.iter().map(|goal| goal.time.to).max()
+    }
+}
+
+impl Goal {
+    fn is_reached(&self, step: i64, motion: &Motion, network: &LaneletNetwork) -> bool {
+        let within = |wanted: Option<Quantity>, value: f64| match wanted {
+            None => true,
+            Some(Quantity::Exact(exact)) => (value - exact).abs() <= ROUNDING,
+            Some(Quantity::Interval(from, to)) => (from..=to).contains(&value),
+        };
+        let turned = |wanted: Quantity| match wanted {
+            Quantity::Exact(exact) => angle_between(exact, motion.pose.heading).abs() <= ROUNDING,
+            Quantity::Interval(from, to) => {
+                let off = angle_between(f64::midpoint(from, to), motion.pose.heading);
+                off.abs() <= (to - from) / 2.0
+            }
+        };
+        (self.time.from..=self.time.to).contains(&step)
+            && within(self.velocity, motion.velocity)
+            && self.orientation.is_none_or(turned)
+            && self.holds(motion, network)
+    }
+
+    /// Whether its position, where it has one, holds a vehicle's centre.
+    fn holds(&self, motion: &Motion, network: &LaneletNetwork) -> bool {
+        let at = &motion.pose.position;
+        self.positions.is_empty()
+            || self.positions.iter().any(|position| match position {
+                Position::Point(p) => (p - at).norm() <= ROUNDING,
+                Position::Region(shape) => Footprint::new(shape.clone())
+                    .is_ok_and(|region| region.at(Pose::new(0.0, 0.0, 0.0)).holds(at)),
+                Position::Lanelets(ids) => {
+                    network.lanelets_at(at).iter().any(|id| ids.contains(id))
+                }
+            })
+    }
+}
+
+/// Exact values are met within this.
+const ROUNDING: f64 = 1e-6;

@@ -1,15 +1,19 @@
 //! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
 
+mod cycle;
 mod facts;
 mod picture;
+mod planned;
 mod scene;
 mod source;
 
 use std::sync::Arc;
 
+pub use cycle::CycleShown;
 pub use facts::{Facts, Tally, Verdicts, country_of};
 pub use picture::{PictureJob, PictureKind};
-pub use scene::changed_scene;
+pub use planned::Planned;
+pub use scene::{NONE_BESIDE, changed_scene};
 pub use source::Source;
 
 use crate::judge::{Judgement, judge_under};
@@ -51,6 +55,8 @@ pub struct Opened {
     pub collision: Option<Judgement>,
     /// Obstacles, the most dangerous first.
     pub ranking: Vec<i64>,
+    /// How the ego was planned, where it was.
+    pub planned: Option<Arc<Planned>>,
 }
 
 /// The measures that the workbench shows.
@@ -81,6 +87,19 @@ impl Opened {
         change: Option<Transform>,
     ) -> Result<Self, String> {
         let (scenario, scene) = changed_scene(entry, wanted, change)?;
+        let mut opened = Self::with(entry, change, scenario, scene, thresholds);
+        opened.chosen = matches!(wanted, WantedEgo::File { .. });
+        Ok(opened)
+    }
+
+    /// A scenario with this scene, or why there is none: everything that is shown of it is worked out.
+    fn with(
+        entry: &Entry,
+        change: Option<Transform>,
+        scenario: Arc<Scenario>,
+        scene: Result<Arc<Scene>, String>,
+        thresholds: &Thresholds,
+    ) -> Self {
         let (scene, no_ego) = match scene {
             Ok(scene) => (Some(scene), None),
             Err(why) => (None, Some(why)),
@@ -91,7 +110,7 @@ impl Opened {
             let whole = Window::ending_at(scene, i64::MAX, 1);
             judge_under(scene, Task::Collision, &whole, thresholds)
         });
-        Ok(Self {
+        Self {
             name: change.map_or_else(|| entry.name.clone(), |c| c.name(&entry.name)),
             change,
             file: entry.display(),
@@ -99,11 +118,12 @@ impl Opened {
             scenario,
             scene,
             no_ego,
-            chosen: matches!(wanted, WantedEgo::File { .. }),
+            chosen: false,
             series,
             headline,
             collision,
-        })
+            planned: None,
+        }
     }
 
     /// How many warnings there are about the scenario and its ego.

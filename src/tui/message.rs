@@ -1,5 +1,6 @@
 //! What reaches `update`, and what it asks for in return: both are data.
 
+pub mod planning;
 pub mod runs;
 pub mod session;
 
@@ -68,6 +69,8 @@ pub enum Msg {
     Results(runs::ResultsNews),
     /// Of a batch of questions.
     Batch(runs::BatchNews),
+    /// Of planning the ego.
+    Plan(planning::PlanNews),
     /// A rating of the answers of a round of the comparison was kept, under this number, or why not.
     Rated(u64, Result<i64, String>),
     /// Every rating, or why they cannot be read.
@@ -218,6 +221,8 @@ pub enum Effect {
     Results(runs::ResultsAsk),
     /// Something for a batch of questions.
     Batch(runs::BatchAsk),
+    /// Something for planning the ego.
+    Plan(planning::PlanAsk),
     /// Stop working out facts of scenarios.
     StopSurvey,
     /// Stop working out a measure of scenarios.

@@ -18,6 +18,7 @@ mod overlay;
 mod pane;
 mod picker;
 mod picture;
+mod planner;
 mod plot;
 mod prices;
 mod prompt;
@@ -54,7 +55,8 @@ pub use picker::{
     Picker, measures_shown, models_shown, orders_shown, palette_shown, templates_shown,
 };
 pub use picture::pictures_shown;
-pub use plot::Plot;
+pub use planner::{Driver, UnderWay, forecast_words};
+pub use plot::{Drives, Plot};
 pub use prices::Prices;
 pub use prompt::{EntryLine, PromptPane, PromptView};
 pub use recall::Recall;
@@ -108,6 +110,8 @@ pub enum Overlay {
     Batch,
     /// Everything about the picked obstacle; scrolled by so many lines.
     Details(usize),
+    /// What the planner saw and chose at the current step; scrolled by so many lines.
+    Cycle(usize),
     /// The layers of the map; the row that is switched.
     Layers(usize),
     /// Actions by name.
@@ -178,6 +182,8 @@ pub struct Model {
     pub camera: Camera,
     /// Layers, paths and tape of the map.
     pub map: Tools,
+    /// The planner, and its drive that is under way.
+    pub driver: Driver,
     /// The picked obstacle.
     pub picked: Option<i64>,
     /// What is plotted over time.
@@ -279,6 +285,7 @@ impl Model {
             zoomed: false,
             camera: Camera::default(),
             map: Tools::default(),
+            driver: Driver::default(),
             picked: None,
             plot: Plot::default(),
             heat: Heat::default(),
@@ -371,6 +378,7 @@ impl Model {
             || self.jobs.has_batch()
             || (self.overlays.contains(&Overlay::Jobs) && self.jobs.all.iter().any(Job::is_running))
             || self.prompt.waits()
+            || self.driver.waits.is_some()
             || self.quit_within > 0.0
     }
 

@@ -3,6 +3,7 @@
 mod batch;
 pub mod history;
 mod pictures;
+mod planning;
 mod queue;
 pub mod results;
 mod scenarios;
@@ -50,6 +51,7 @@ pub struct Tasks {
     ego: WantedEgo,
     asking: HashMap<AskId, AbortHandle>,
     pictures: pictures::Drawing,
+    driving: planning::Driving,
     /// Cancelled, and not yet written down.
     ending: Vec<AbortHandle>,
     /// Reads for the history, while that is open.
@@ -115,6 +117,7 @@ impl Tasks {
             ego,
             asking: HashMap::new(),
             pictures: pictures::Drawing::default(),
+            driving: planning::Driving::default(),
             ending: Vec::new(),
             history: None,
             results: std::sync::Arc::default(),
@@ -184,6 +187,7 @@ impl Tasks {
             Effect::History(ask) => self.history(ask),
             Effect::Results(ask) => self.results(ask),
             Effect::Batch(ask) => self.batch(ask),
+            Effect::Plan(ask) => self.plan(ask),
             Effect::StopSurvey => self.survey.stop(),
             Effect::StopRanking => self.ranking.stop(),
             Effect::Abort(id) => {
@@ -301,6 +305,7 @@ impl Tasks {
     pub async fn finish(&mut self) {
         self.ending.extend(self.batches.abort());
         self.pictures.stop();
+        self.driving.stop();
         for (_, handle) in self.asking.drain() {
             handle.abort();
             self.ending.push(handle);

@@ -46,7 +46,7 @@ fn an_interrupt_ends_a_table_that_nobody_reads_on() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
 }
 
-fn interrupt(child: &std::process::Child) {
+pub fn interrupt(child: &std::process::Child) {
     let id = child.id().to_string();
     let sent = std::process::Command::new("kill")
         .args(["-INT", &id])

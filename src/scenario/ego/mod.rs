@@ -39,6 +39,15 @@ pub enum EgoSource {
     },
     /// An obstacle of the scenario took the ego's place.
     Obstacle(i64),
+    /// Nobody drove it: nearmiss' planner did.
+    Planned {
+        /// The vehicle, e.g. `BMW 320i`.
+        vehicle: String,
+        /// What the planner was told of the others' future, e.g. `lane`.
+        forecast: String,
+        /// The planning problem that it solves.
+        planning_problem: i64,
+    },
 }
 
 impl EgoSource {
@@ -71,6 +80,14 @@ impl std::fmt::Display for EgoSource {
                 "solution {vehicle} of planning problem {planning_problem} in {file}"
             ),
             Self::Obstacle(id) => write!(f, "obstacle {id} taken as ego"),
+            Self::Planned {
+                vehicle,
+                forecast,
+                planning_problem,
+            } => write!(
+                f,
+                "planned by nearmiss for problem {planning_problem} ({vehicle}, forecast {forecast})"
+            ),
         }
     }
 }

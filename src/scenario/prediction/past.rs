@@ -1,7 +1,12 @@
 //! A scene as it was known at the end of a window: nobody's later motion can be reached from here.
 
+use std::ops::RangeInclusive;
+
 use crate::geometry::{Footprint, Placed};
-use crate::scenario::{LaneletNetwork, Motion, ObstacleRole, ObstacleType, Scene, Window};
+
+use crate::scenario::{
+    LaneletNetwork, Motion, Obstacle, ObstacleRole, ObstacleType, Scenario, Scene, Window,
+};
 
 /// The road, and what everyone did during a window.
 ///
@@ -85,27 +90,38 @@ impl<'a> Past<'a> {
             parked: false,
         };
         let ego = scene.ego.track.during(&steps);
-        let others = scene.participants().filter_map(|p| {
-            let parked = p.obstacle.role == ObstacleRole::Static;
-            let who = Who {
-                id: p.obstacle.id,
-                kind: Some(p.obstacle.kind),
-                parked,
-            };
-            let track = p.obstacle.track();
-            // Whoever stands for ever has one state, which holds at all times.
-            let (motions, end) = if parked {
-                (track.during(&(i64::MIN..=i64::MAX)), None)
-            } else {
-                (track.during(&steps), Some(now))
-            };
-            Observed::at_end(who, p.footprint_at(now), motions, end, dt)
-        });
+        let others = scene.participants();
+        let others = others.filter_map(|p| observed(p.obstacle, p.footprint_at(now), &steps, dt));
         Self {
             network: &scene.scenario.network,
             now,
             dt,
             ego: Observed::at_end(who, scene.ego_footprint_at(now), ego, Some(now), dt),
+            others: others.collect(),
+        }
+    }
+
+    /// What was known of everyone in `scenario` but `without` during `steps`, the last of which is now; nobody is the
+    /// ego.
+    #[must_use]
+    pub fn of_traffic(
+        scenario: &'a Scenario,
+        steps: RangeInclusive<i64>,
+        without: Option<i64>,
+    ) -> Self {
+        let (now, dt) = (*steps.end(), scenario.dt());
+        let obstacles = scenario.obstacles.iter();
+        let others = obstacles.filter_map(|obstacle| {
+            let bodily = matches!(obstacle.role, ObstacleRole::Static | ObstacleRole::Dynamic);
+            let footprint = obstacle.footprint_at(now)?;
+            let there = bodily && Some(obstacle.id) != without;
+            there.then(|| observed(obstacle, footprint, &steps, dt))?
+        });
+        Self {
+            network: &scenario.network,
+            now,
+            dt,
+            ego: None,
             others: others.collect(),
         }
     }
@@ -139,4 +155,27 @@ impl<'a> Past<'a> {
     pub fn others(&self) -> &[Observed<'a>] {
         &self.others
     }
+}
+
+/// Somebody during `steps`; nothing where nobody is there at the last of them.
+fn observed<'a>(
+    obstacle: &'a Obstacle,
+    footprint: &'a Footprint,
+    steps: &RangeInclusive<i64>,
+    dt: f64,
+) -> Option<Observed<'a>> {
+    let parked = obstacle.role == ObstacleRole::Static;
+    let who = Who {
+        id: obstacle.id,
+        kind: Some(obstacle.kind),
+        parked,
+    };
+    let track = obstacle.track();
+    // Whoever stands for ever has one state, which holds at all times.
+    let (motions, end) = if parked {
+        (track.during(&(i64::MIN..=i64::MAX)), None)
+    } else {
+        (track.during(steps), Some(*steps.end()))
+    };
+    Observed::at_end(who, footprint, motions, end, dt)
 }

@@ -7,6 +7,9 @@ use crate::scenario::{Entry, Scenario, Scene, Transform, WantedEgo};
 /// A scenario, and its scene or why there is none.
 pub type Read = (Arc<Scenario>, Result<Arc<Scene>, String>);
 
+/// Why there is no ego where nobody asked for one: none was recorded.
+pub const NONE_BESIDE: &str = "no recorded ego beside it";
+
 /// Reads a scenario and its scene; why there is no scene, where it has no ego. An ego that lies beside it is looked for,
 /// and where it is missing or broken, there is none. An obstacle as the ego is called as it is after the change.
 ///
@@ -28,7 +31,7 @@ pub fn changed_scene(
     };
     let scene = match wanted.of(entry, &scenario) {
         Ok(Some(ego)) => Ok(Arc::new(Scene::new(scenario.clone(), ego))),
-        Ok(None) => Err("no recorded ego beside it".to_string()),
+        Ok(None) => Err(NONE_BESIDE.to_string()),
         Err(error) if *wanted == WantedEgo::Beside => Err(error.to_string()),
         Err(error) => return Err(error.to_string()),
     };

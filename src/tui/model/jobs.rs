@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::store::Consumed;
 use crate::tui::message::AskId;
+use crate::tui::message::planning::PlanId;
 use crate::tui::message::runs::BatchId;
 
 /// Work outside the model.
@@ -50,6 +51,8 @@ pub enum JobKind {
     Survey,
     /// A measure of all scenarios.
     Ranking(&'static str),
+    /// The ego of a scenario is planned.
+    Plan(PlanId),
 }
 
 /// Where a job stands.

@@ -131,11 +131,13 @@ impl Model {
         let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
         match why {
             None => "no scenario is open".into(),
+            Some(_) if self.driver.under_way.is_some() => "the ego is being planned".into(),
             Some(why) => format!(
-                "{}: {} picks an obstacle, {} makes it the ego",
+                "{}: {} picks an obstacle, {} makes it the ego, {} lets the planner drive one",
                 why.unwrap_or("there is no ego"),
                 self.look.key(Action::NextObstacle),
-                self.look.key(Action::TakeAsEgo)
+                self.look.key(Action::TakeAsEgo),
+                self.look.key(Action::DrivePlanner)
             ),
         }
     }

@@ -10,6 +10,7 @@ impl Overlay {
             | Self::About { scroll }
             | Self::Values { scroll }
             | Self::Details(scroll)
+            | Self::Cycle(scroll)
             | Self::Source { scroll } => Some(scroll),
             Self::Palette(_)
             | Self::Layers(_)

@@ -12,6 +12,17 @@ pub struct Plot {
     pub marked: Vec<i64>,
     /// The measure's values over the opened scene.
     pub series: Option<Series>,
+    /// What of the planned and the recorded ego is plotted in the measure's place, where the ego was planned.
+    pub drives: Option<Drives>,
+}
+
+/// What of the planned and the recorded ego is plotted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drives {
+    /// The speeds of both.
+    Speed,
+    /// The distance between both, centre to centre.
+    Distance,
 }
 
 /// More lines than this cannot be told apart.
@@ -23,6 +34,7 @@ impl Default for Plot {
             measure: measure("risk"),
             marked: Vec::new(),
             series: None,
+            drives: None,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod about;
 mod batch;
+mod cycle;
 mod details;
 mod help;
 mod history;
@@ -37,6 +38,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Batch => batch::draw(frame, screen, model),
             Overlay::Themes(typed) => picker::themes(frame, screen, model, typed),
             Overlay::Details(scroll) => details::draw(frame, screen, model, *scroll),
+            Overlay::Cycle(scroll) => cycle::draw(frame, screen, model, *scroll),
             Overlay::Layers(selected) => layers::draw(frame, screen, model, *selected),
             Overlay::Source { scroll } => source::draw(frame, screen, model, *scroll),
             Overlay::Templates { picker: typed } => picker::templates(frame, screen, model, typed),

@@ -6,7 +6,7 @@ use super::super::message::{Effect, StoredOf};
 use super::super::model::{Column, Model, Notice, Overlay, Pane, Picker, PromptView, Shown, Toast};
 use super::{
     answers, batch, claims, clock, compare, editing, history, jobs, list, look, map, obstacles,
-    open_current, panes, picture, plot, rating, results, session, source, task, timeline,
+    open_current, panes, picture, planning, plot, rating, results, session, source, task, timeline,
 };
 use crate::scenario::EgoSource;
 
@@ -73,6 +73,10 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         PreviousObstacle => obstacles::pick(model, -1),
         TakeAsEgo => return obstacles::take_as_ego(model),
         RecordedEgo => return obstacles::recorded_ego(model),
+        DrivePlanner => return planning::drive(model),
+        NextForecast => return planning::next_forecast(model),
+        PlannerCycle => planning::open_cycle(model),
+        PlotDrives => planning::plot_drives(model),
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl => {
             return toggle(model, action);
         }

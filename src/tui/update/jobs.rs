@@ -2,10 +2,11 @@
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
+use super::super::message::planning::PlanAsk;
 use super::super::message::runs::{BatchAsk, BatchId, BatchNews, Ended};
 use super::super::message::{AskId, Effect, Msg};
 use super::super::model::{Column, Job, JobKind, JobState, Model, Overlay};
-use super::{actions, answers, batch, history, keys};
+use super::{actions, answers, batch, history, keys, planning};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::prompts::estimate_tokens;
 
@@ -61,6 +62,16 @@ pub fn follow(model: &mut Model, effects: &[Effect]) {
                     now,
                 ))
             }
+            Effect::Plan(PlanAsk::Begin(id, entry, _, forecast)) => {
+                let title = format!("the ego of {} planned, {}", entry.name, forecast.name());
+                Job::new(JobKind::Plan(*id), title, 1, now)
+            }
+            Effect::Plan(PlanAsk::Stop(id)) => {
+                if let Some(job) = model.jobs.running_mut(JobKind::Plan(*id)) {
+                    job.end(JobState::Cancelled(String::new()), now);
+                }
+                continue;
+            }
             Effect::Abort(id) => {
                 if let Some(job) = model.jobs.running_mut(JobKind::Question(*id)) {
                     let words = "what had arrived is kept".to_string();
@@ -114,6 +125,7 @@ pub fn hear(model: &mut Model, msg: &Msg) {
         Msg::Surveyed(place, _) => part(model, JobKind::Survey, *place),
         Msg::Ranked(measure, place, _) => part(model, JobKind::Ranking(measure), *place),
         Msg::Batch(news) => of_batch(model, news),
+        Msg::Plan(news) => planning::note(model, news),
         _ => {}
     }
 }
@@ -277,6 +289,7 @@ fn cancel(model: &mut Model, kind: JobKind) -> Vec<Effect> {
     match kind {
         JobKind::Question(id) => abort(model, id),
         JobKind::Batch(id) => stop(model, id),
+        JobKind::Plan(_) => planning::cancel(model),
         JobKind::Survey | JobKind::Ranking(_) => {
             if let Some(job) = model.jobs.running_mut(kind) {
                 job.end(JobState::Cancelled(String::new()), now);

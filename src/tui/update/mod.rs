@@ -19,6 +19,7 @@ mod opening;
 mod overlays;
 mod panes;
 mod picture;
+mod planning;
 mod plot;
 mod pointer;
 mod rating;
@@ -56,6 +57,7 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     compare::follow(model);
     claims::follow(model);
     effects.extend(values::follow(model));
+    effects.extend(planning::follow(model));
     map::follow(model);
     overlays::settle(model);
     jobs::follow(model, &effects);
@@ -121,6 +123,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         Msg::History(news) => history::heard(model, news),
         Msg::Results(news) => results::heard(model, news),
         Msg::Batch(news) => batch::heard(model, news),
+        Msg::Plan(news) => planning::heard(model, news),
         Msg::Rated(round, result) => rating::kept(model, round, result),
         Msg::Ratings(result) => {
             rating::read(model, result);
@@ -227,5 +230,7 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
     if model.clock.pass(elapsed) {
         clock::stepped(model);
     }
-    editing::pass(model, seconds)
+    let mut effects = planning::pass(model, seconds);
+    effects.extend(editing::pass(model, seconds));
+    effects
 }

@@ -3,7 +3,7 @@
 use super::super::action::Action;
 use super::super::message::Effect;
 use super::super::model::Model;
-use super::{map, open, open_again};
+use super::{map, open, open_again, planning};
 use crate::text::Frame;
 
 pub fn pick(model: &mut Model, by: isize) {
@@ -48,7 +48,8 @@ pub fn take_as_ego(model: &mut Model) -> Vec<Effect> {
 }
 
 pub fn recorded_ego(model: &mut Model) -> Vec<Effect> {
-    if model.taken.is_some() || model.opening.is_some() {
+    if model.taken.is_some() || model.opening.is_some() || model.planned().is_some() {
+        planning::take_back(model);
         return reopen(model, None);
     }
     let changed = model.opened.as_ref().is_some_and(|o| o.change.is_some());

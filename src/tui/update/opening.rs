@@ -159,7 +159,7 @@ fn leave(model: &mut Model) {
 }
 
 /// Metres that the map shows at first, so that a vehicle is seen before it is near.
-const NEIGHBOURHOOD: f64 = 45.0;
+pub const NEIGHBOURHOOD: f64 = 45.0;
 
 /// Points the map at the ego, or at everything where there is none.
 fn frame_map(model: &mut Model, opened: &Opened) {

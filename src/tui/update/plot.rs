@@ -15,6 +15,7 @@ pub fn choose(model: &mut Model, sort: bool) {
 /// Plots a measure.
 pub fn plot(model: &mut Model, measure: &'static Measure) {
     model.plot.measure = measure;
+    model.plot.drives = None;
     refresh(model);
 }
 

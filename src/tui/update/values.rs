@@ -7,7 +7,7 @@ use super::super::keymap::Key;
 use super::super::loaded::Measured;
 use super::super::message::{Effect, MeasureId};
 use super::super::model::{Model, Overlay, Values};
-use super::{actions, list, open_again};
+use super::{actions, list, open_again, planning};
 use crate::metrics::Thresholds;
 
 /// A key that moves what is shown: the step, or the obstacle.
@@ -72,7 +72,10 @@ pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> V
     model.list.forget_values();
     effects.extend(list::rank(model));
     if let Some(place) = model.list.opened {
-        effects.extend(open_again(model, place, model.taken));
+        effects.extend(match model.planned().is_some() {
+            true => planning::again(model, place),
+            false => open_again(model, place, model.taken),
+        });
     }
     effects
 }

@@ -184,6 +184,12 @@ fn hints(model: &Model) -> Vec<(String, String)> {
                 ("PgUp PgDn", "a page"),
             ]);
         }
+        Some(Overlay::Cycle(_)) => {
+            let mut hints = fixed(&[("←→", "cycle"), ("↑↓", "scroll"), ("Esc", "close")]);
+            hints.extend(hint_of(model, Action::NextForecast));
+            hints.extend(hint_of(model, Action::PlotDrives));
+            return hints;
+        }
         Some(Overlay::Layers(_)) => {
             return fixed(&[("↑↓", "select"), ("Enter", "switch"), ("Esc", "close")]);
         }

@@ -8,6 +8,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::judge;
 use crate::scenario::EgoSource;
+use crate::simulation::Outcome;
 use crate::tui::action::Action;
 use crate::tui::loaded::Opened;
 use crate::tui::model::Model;
@@ -33,8 +34,9 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     if let Some(opened) = &model.opened {
         // An ego that was chosen changes every number on the screen: it comes before the name.
         let mut room = room;
-        if model.taken.is_some() {
-            let taken = fit(&format!("{} · ", ego(opened)), room);
+        let own = model.taken.is_some() || opened.planned.is_some();
+        if own {
+            let taken = fit(&format!("{} · ", ego(opened, area.width)), room);
             room = room.saturating_sub(taken.width());
             let style = Style::new().fg(theme.ego).add_modifier(Modifier::BOLD);
             line.push_span(Span::styled(taken, style));
@@ -42,8 +44,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         let name = fit(&opened.name, room);
         let rest = room.saturating_sub(name.width());
         let mut facts = format!(" · {} obstacles", opened.scenario.obstacles.len());
-        if model.taken.is_none() {
-            facts.push_str(&format!(" · {}", ego(opened)));
+        if !own {
+            facts.push_str(&format!(" · {}", ego(opened, area.width)));
         }
         line.push_span(Span::styled(
             name,
@@ -113,6 +115,12 @@ fn running(model: &Model) -> String {
             });
         }
     }
+    if let Some(drive) = &model.driver.under_way {
+        parts.push(match drive.of {
+            0 => "planning".into(),
+            of => format!("planning {}/{of}", drive.done),
+        });
+    }
     let (usd, unknown) = model.jobs.cost();
     if usd > 0.0 {
         let more = if unknown > 0 { "+" } else { "" };
@@ -125,13 +133,28 @@ fn running(model: &Model) -> String {
 }
 
 /// The ego in a few words.
-fn ego(opened: &Opened) -> String {
+fn ego(opened: &Opened, width: u16) -> String {
     match opened.scene.as_ref().map(|s| &s.ego.source) {
         Some(source) if opened.chosen => format!("ego {}", source.short()),
         Some(EgoSource::Recording(_)) => "ego recorded".to_string(),
         Some(EgoSource::Log(_)) => "ego of a log".to_string(),
         Some(EgoSource::Solution { vehicle, .. }) => format!("ego of a solution, {vehicle}"),
         Some(EgoSource::Obstacle(id)) => format!("{id} as ego"),
+        Some(EgoSource::Planned { .. }) => match opened.planned.as_ref().map(|p| p.outcome) {
+            Some(outcome) if width >= NARROW => format!("ego planned, {}", in_short(&outcome)),
+            _ => "ego planned".to_string(),
+        },
         None => "no ego".to_string(),
+    }
+}
+
+/// How a planned drive ended, in two or three words.
+fn in_short(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Goal(_) => "goal reached".into(),
+        Outcome::Collision(collision) => format!("collision with {}", collision.with),
+        Outcome::Timeout => "goal not reached".into(),
+        Outcome::OffRoad => "off the road".into(),
+        Outcome::Infeasible => "cannot be driven".into(),
     }
 }

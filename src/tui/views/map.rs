@@ -4,6 +4,7 @@ mod board;
 mod labels;
 mod legend;
 mod paths;
+mod planner;
 mod regions;
 mod road;
 mod signs;
@@ -149,10 +150,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 fn paint(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projection, step: i64) {
     road::draw(ctx, model, opened, view);
     regions::fixed(ctx, model, opened, view);
+    planner::fan(ctx, model, view);
     ctx.layer();
     regions::occupancies(ctx, model, opened, view, step);
     paths::trails(ctx, model, opened, view, step);
     paths::futures(ctx, model, view);
+    planner::recorded(ctx, model, view, step);
+    planner::chosen(ctx, model, view);
     ctx.layer();
     vehicles::obstacles(ctx, model, opened, view, step);
     ctx.layer();
@@ -175,6 +179,8 @@ fn write(
     tape::ends(&mut board, model, view);
     labels::draw(&mut board, model, opened, view, step);
     tape::label(&mut board, model, view);
+    planner::name(&mut board, model, view, step);
+    planner::seconds(&mut board, model, view);
     vehicles::keep_clear(&mut board, model, opened, view, step);
     paths::ends(&mut board, model, view);
     regions::goal_labels(&mut board, model, opened, view);

@@ -1,6 +1,7 @@
 //! A measure over time: the most dangerous of all obstacles, the picked one, the marked ones, and thresholds.
 
 mod axes;
+mod drives;
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -29,6 +30,9 @@ struct Curve {
 }
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    if let (Some(what), Some(_)) = (model.plot.drives, model.planned()) {
+        return drives::draw(f, area, model, what);
+    }
     let theme = &model.theme;
     let opened = model.opened.as_ref();
     let (Some(opened), Some(series)) = (opened, &model.plot.series) else {

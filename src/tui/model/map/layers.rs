@@ -57,6 +57,8 @@ pub struct Layers {
     pub labels: bool,
     /// Goals of the planning problems.
     pub goal: bool,
+    /// What the planner saw and chose, and the recorded ego beside the planned one.
+    pub planner: bool,
 }
 
 impl Default for Layers {
@@ -70,13 +72,14 @@ impl Default for Layers {
             occupancy: true,
             labels: true,
             goal: true,
+            planner: true,
         }
     }
 }
 
 impl Layers {
     /// How many layers there are.
-    pub const COUNT: usize = 8;
+    pub const COUNT: usize = 9;
 
     /// Every layer: what it is, and how it is switched.
     #[must_use]
@@ -91,6 +94,7 @@ impl Layers {
             ("occupancy sets", on(self.occupancy)),
             ("labels", on(self.labels)),
             ("goals", on(self.goal)),
+            ("planner's candidates and choice", on(self.planner)),
         ]
     }
 
@@ -108,6 +112,7 @@ impl Layers {
             5 => &mut self.occupancy,
             6 => &mut self.labels,
             7 => &mut self.goal,
+            8 => &mut self.planner,
             _ => return,
         };
         *layer = !*layer;

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
 
 use super::super::bench::answer;
+use super::super::driven::planned;
 use super::super::kept::FIRST;
 use super::world::{CLAIMS, HOSTILE};
 use crate::evaluation::Answer;
@@ -12,6 +13,7 @@ use crate::scenario::{Entry, WantedEgo};
 use crate::store::{Choice, RatedAnswer, Rating, RunId};
 use crate::tui::loaded::{Facts, Verdicts};
 use crate::tui::message::Msg;
+use crate::tui::message::planning::{PlanAsk, PlanNews};
 use crate::tui::message::runs::{BatchAsk, BatchNews, Counts, Ended, Priced};
 use crate::verdict::Task;
 
@@ -88,6 +90,27 @@ pub fn batch(ask: BatchAsk, n: usize) -> Vec<Msg> {
         BatchAsk::Stop(id) => vec![batch(BatchNews::Over(id))],
         BatchAsk::StopCounting => Vec::new(),
     }
+}
+
+/// The planner drives to the end, fails, or is never heard of again.
+pub fn plan(ask: PlanAsk, n: usize) -> Vec<Msg> {
+    let PlanAsk::Begin(id, entry, change, forecast) = ask else {
+        return Vec::new();
+    };
+    let ended = match n % 4 {
+        0 => Err(format!("no way leads there {HOSTILE}")),
+        // A changed scene is driven in by nobody here.
+        _ if change.is_some() => return Vec::new(),
+        _ => planned(&entry, forecast),
+    };
+    let news = [
+        PlanNews::Planned(id, 1, 100),
+        PlanNews::Ended(id, ended.map(Box::new)),
+    ];
+    news.into_iter()
+        .take(1 + usize::from(!n.is_multiple_of(5)))
+        .map(Msg::Plan)
+        .collect()
 }
 
 pub fn facts(entry: &Entry) -> Result<Facts, String> {

@@ -24,7 +24,10 @@ pub fn draw(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projec
     let mut labels = Vec::new();
     if let Some(body) = opened.body_of(On::Ego, step).and_then(|b| around(view, &b)) {
         labels.push(Label {
-            text: "ego".into(),
+            text: match model.planned() {
+                Some(_) => "ego planned".into(),
+                None => "ego".into(),
+            },
             style: bold(theme.ego),
             body: board.cells(&body),
         });

@@ -35,6 +35,15 @@ fn entries(model: &Model, shown: Placed) -> Vec<String> {
             "xx constant velocity".into(),
         ]
     };
+    if let Some(planned) = model.planned().filter(|_| model.map.layers.planner) {
+        entries.push("━ chosen, 1 2 3 s ahead".into());
+        entries.push("── drivable".into());
+        entries.push("·· rejected".into());
+        entries.push("[] predicted bodies".into());
+        if planned.recorded.is_some() {
+            entries.push("-- recorded ego".into());
+        }
+    }
     match model.map.layers.paths {
         Foreseen::Off => {}
         _ if model.scene().is_none() => entries.push("no predictions without an ego".into()),

@@ -14,7 +14,7 @@ use crate::tui::model::{Foreseen, Model, On};
 /// Seconds of the past, and of the recorded future, that obstacles have beside them.
 const TRAIL: f64 = 2.0;
 /// Dots of a dash and of the gap behind it.
-const DASH: (f64, f64) = (5.0, 4.0);
+pub const DASH: (f64, f64) = (5.0, 4.0);
 /// Dots from one cross to the next where somebody goes straight on.
 const APART: f64 = 9.0;
 /// What marks the end of the way straight on.
@@ -160,7 +160,7 @@ fn color(model: &Model, who: On) -> Color {
 }
 
 /// Walks along a line on the canvas: `on` metres that are handed over, `off` metres that are not, and so on.
-fn walk(
+pub fn walk(
     view: &Projection,
     line: &[Point],
     on: f64,

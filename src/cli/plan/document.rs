@@ -1,0 +1,90 @@
+//! A drive as JSON: its end, and every cycle of it.
+
+use serde_json::{Map, Value, json};
+
+use super::driven::Driven;
+use crate::planner::{Emergency, VehicleState};
+use crate::simulation::{Cycle, Face, Outcome};
+
+/// How a drive ended and what it took, on one line.
+pub fn document(driven: &Driven) -> Value {
+    let collision = driven.collision();
+    let ms = driven.milliseconds();
+    let goal = match driven.outcome() {
+        Outcome::Goal(place) => Some(place),
+        _ => None,
+    };
+    let states = &driven.drive.states;
+    json!({
+        "outcome": driven.outcome().name(),
+        "collided_with": collision.map(|c| c.with),
+        "steps": driven.steps(),
+        "cycles": driven.drive.cycles.len(),
+        "median_cycle_ms": ms.map(|(median, _)| thousandths(median)),
+        "longest_cycle_ms": ms.map(|(_, longest)| thousandths(longest)),
+        "emergency_cycles": driven.emergencies().count(),
+        "refined_cycles": driven.refined(),
+        "scenario": driven.name,
+        "planning_problem": driven.problem,
+        "prediction": driven.settings.forecast.name(),
+        "vehicle": driven.settings.planner.vehicle.number(),
+        "horizon": driven.settings.planner.horizon,
+        "replan": driven.settings.replan,
+        "first_step": states.first().map(|(step, _)| step),
+        "last_step": states.last().map(|(step, _)| step),
+        "goal": goal,
+        "collision_step": collision.map(|c| c.step),
+        "ego_side": collision.map(|c| Face::name(c.ego)),
+        "other_side": collision.map(|c| Face::name(c.other)),
+        "largest_deceleration": thousandths(driven.largest_deceleration()),
+    })
+}
+
+/// One planning cycle.
+pub fn cycle(driven: &Driven, cycle: &Cycle) -> Value {
+    let plan = &cycle.plan;
+    let object = |pairs: &mut dyn Iterator<Item = (&str, Value)>| -> Value {
+        let pairs = pairs.map(|(name, value)| (name.to_string(), value));
+        Value::Object(pairs.collect::<Map<_, _>>())
+    };
+    let rejected = &mut plan.rejected.iter().map(|(why, n)| (*why, json!(n)));
+    let cost = plan.emergency != Some(Emergency::Braking);
+    let terms = plan.cost.terms();
+    json!({
+        "scenario": driven.name,
+        "planning_problem": driven.problem,
+        "step": cycle.step,
+        "candidates": plan.candidates,
+        "feasible": plan.feasible,
+        "rejected": object(rejected),
+        "refinements": plan.refinements,
+        "wanted_speed": plan.wanted,
+        // Braking is not weighed.
+        "cost": cost.then(|| object(&mut terms.iter().map(|(name, x)| (*name, json!(x))))),
+        "emergency": plan.emergency.map(|what| match what {
+            Emergency::LatestContact => "latest contact",
+            Emergency::Braking => "braking",
+        }),
+        "ms": thousandths(cycle.took.as_secs_f64() * 1e3),
+        "states": plan.states.iter().map(|s| state(driven, s)).collect::<Vec<_>>(),
+    })
+}
+
+/// Of the vehicle's centre, as in the table of the ego; and the curvature of the rear axle's way, 1/m.
+fn state(driven: &Driven, state: &VehicleState) -> Value {
+    let motion = state.centre(&driven.drive.limits);
+    let at = motion.pose.position;
+    json!({
+        "x": at.x,
+        "y": at.y,
+        "orientation": motion.pose.heading,
+        "velocity": motion.velocity,
+        "acceleration": motion.acceleration,
+        "curvature": state.curvature,
+    })
+}
+
+/// Microseconds are enough.
+fn thousandths(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
+}

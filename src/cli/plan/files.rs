@@ -1,0 +1,280 @@
+//! What planning writes: the ego's motion, a CommonRoad solution, the scenario beside them, the log of all cycles.
+
+use std::collections::{HashMap, HashSet};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::document;
+use super::driven::Driven;
+use crate::cli::metrics::{Target, file_of};
+use crate::cli::{Failure, output};
+use crate::scenario::commonroad::{self, ProblemSolution, SaveError, Solution, save};
+use crate::scenario::{Entry, Place, VehicleModel, write_recording};
+
+/// What to write.
+#[derive(Debug, clap::Args)]
+pub struct Files {
+    /// The ego's motion as CSV, the columns of `ego_trajectory.csv`: a file, - for standard output, or a folder that
+    /// exists, in which NAME/ego_trajectory.csv is made; several scenarios need a folder. Positions are the centre of
+    /// the vehicle.
+    #[arg(short, long, value_name = "FILE|FOLDER")]
+    output: Option<PathBuf>,
+    /// Write each scenario into the folder of -o, too, as NAME/NAME.xml: `nearmiss FOLDER` then opens it with this ego.
+    #[arg(long, requires = "output")]
+    with_scenario: bool,
+    /// The ego's motion as a CommonRoad solution: a file, or a folder that exists, in which
+    /// solution_KS2_SM1_NAME_2020a.xml is made. As in other solutions, positions are the centre of the vehicle, which is
+    /// what CommonRoad's collision check takes them for; the KS model's own reference point is the rear axle.
+    #[arg(long, value_name = "FILE|FOLDER")]
+    solution: Option<PathBuf>,
+    /// The states in the solution: of the kinematic single-track model, or of a point mass.
+    #[arg(long, value_name = "MODEL", value_parser = ["KS", "PM"], default_value = "KS", ignore_case = true)]
+    solution_model: String,
+    /// Every planning cycle as a line of JSON: candidates, why they were rejected, cost, the chosen states.
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
+    /// Replace files that are there already.
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Where things go, checked before anything is planned.
+pub struct Targets<'a> {
+    files: &'a Files,
+    log: Option<Target>,
+}
+
+impl Files {
+    /// Whether anything is written beside standard output.
+    pub fn any(&self) -> bool {
+        file_of(self.output.as_deref()).is_some() || self.solution.is_some() || self.log.is_some()
+    }
+
+    /// Whether the ego goes to standard output.
+    pub fn to_stdout(&self) -> bool {
+        self.output.is_some() && file_of(self.output.as_deref()).is_none()
+    }
+
+    /// Whether the ego is written as CSV.
+    pub fn has_ego(&self) -> bool {
+        self.output.is_some()
+    }
+
+    /// Begins the log, after a look at where everything would go.
+    ///
+    /// # Errors
+    /// Something is in the way: a file that is there, an input, two scenarios of the same name; or there is no folder for
+    /// several scenarios.
+    pub fn begin(&self, entries: &[Entry]) -> Result<Targets<'_>, Failure> {
+        for (flag, path) in [("--solution", &self.solution), ("--log", &self.log)] {
+            if path.as_deref() == Some(Path::new("-")) {
+                return Err(Failure::input(format!(
+                    "{flag} -: name a file; standard output is taken"
+                )));
+            }
+        }
+        let several = entries.len() > 1;
+        for (flag, path) in [("-o", &self.output), ("--solution", &self.solution)] {
+            if several && path.as_ref().is_some_and(|path| !path.is_dir()) {
+                return Err(Failure::input(format!(
+                    "{} scenarios go into a folder that exists: {flag} FOLDER",
+                    entries.len()
+                )));
+            }
+        }
+        if self.with_scenario && !self.output.as_ref().is_some_and(|path| path.is_dir()) {
+            return Err(Failure::input(
+                "--with-scenario needs a folder that exists: -o FOLDER",
+            ));
+        }
+        if (self.output.is_some() || self.solution.is_some())
+            && let Some((a, b)) = clash(entries)
+        {
+            return Err(Failure::input(format!(
+                "{} and {} are both called {} and would be written to the same file; plan them into folders of their own",
+                a.display(),
+                b.display(),
+                a.name
+            )));
+        }
+        self.refuse_inputs(entries)?;
+        for entry in entries {
+            let target = self.ego_of(entry).filter(|path| path.exists());
+            if let Some(path) = target.filter(|_| !self.overwrite) {
+                return Err(refused(&SaveError::Exists(path)));
+            }
+        }
+        let log = self.log.as_deref();
+        let log = log.map(|path| Target::begin(Some(path), self.overwrite));
+        Ok(Targets {
+            files: self,
+            log: log.transpose()?,
+        })
+    }
+
+    /// The file that a scenario's ego goes to.
+    fn ego_of(&self, entry: &Entry) -> Option<PathBuf> {
+        let path = file_of(self.output.as_deref())?;
+        Some(match path.is_dir() {
+            true => path.join(&entry.name).join("ego_trajectory.csv"),
+            false => path.to_path_buf(),
+        })
+    }
+
+    /// The file that a scenario is written to, where that is wanted; nothing where it lies there already.
+    fn scenario_of(&self, entry: &Entry) -> Option<PathBuf> {
+        let folder = self.output.as_deref().filter(|_| self.with_scenario)?;
+        let path = folder.join(&entry.name).join(format!("{}.xml", entry.name));
+        let own = matches!(&entry.place, Place::File(own) if same(own, &path));
+        (!own).then_some(path)
+    }
+
+    /// No scenario that is read is ever written over, and no file twice.
+    fn refuse_inputs(&self, entries: &[Entry]) -> Result<(), Failure> {
+        let inputs = entries.iter().filter_map(|entry| match &entry.place {
+            Place::File(path) => path.canonicalize().ok(),
+            Place::Bundled(_) => None,
+        });
+        let inputs: HashSet<PathBuf> = inputs.collect();
+        let named = [
+            file_of(self.output.as_deref()),
+            self.solution.as_deref(),
+            self.log.as_deref(),
+        ];
+        let named: Vec<&Path> = named
+            .into_iter()
+            .flatten()
+            .filter(|p| !p.is_dir())
+            .collect();
+        for (place, path) in named.iter().enumerate() {
+            if named[..place].contains(path) {
+                return Err(Failure::input(format!(
+                    "{}: two things would be written to it; name another file for one of them",
+                    path.display()
+                )));
+            }
+        }
+        let copies = entries.iter().filter_map(|entry| self.scenario_of(entry));
+        let mut all = named.into_iter().map(Path::to_path_buf).chain(copies);
+        match all.find(|path| path.canonicalize().is_ok_and(|p| inputs.contains(&p))) {
+            Some(path) => Err(Failure::input(format!(
+                "{}: this is a scenario that is to be planned in, and is not written over; name another file",
+                path.display()
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Targets<'_> {
+    /// Writes all that is wanted of a drive.
+    pub fn write(&mut self, entry: &Entry, driven: &Driven) -> Result<(), Failure> {
+        if let Some(log) = &mut self.log {
+            for cycle in &driven.drive.cycles {
+                let line = output::escaped(&document::cycle(driven, cycle).to_string());
+                writeln!(log, "{line}").map_err(|e| Failure::system("--log", &e))?;
+            }
+        }
+        let files = self.files;
+        if files.to_stdout() {
+            let bytes = write_recording(driven.problem, &driven.drive.track());
+            output::text(&String::from_utf8_lossy(&bytes.map_err(Failure::input)?))?;
+        }
+        if let Some(path) = files.ego_of(entry) {
+            let bytes = write_recording(driven.problem, &driven.drive.track());
+            files.save(&path, &bytes.map_err(Failure::input)?)?;
+        }
+        if let Some(path) = files.scenario_of(entry) {
+            let bytes = match entry.source() {
+                Ok(xml) => xml.into_bytes(),
+                // Protobuf has no text; it is written as `convert` writes it.
+                Err(_) => commonroad::write(&driven.scenario).map_err(Failure::input)?,
+            };
+            files.save(&path, &bytes)?;
+        }
+        match &files.solution {
+            Some(path) => files.write_solution(path, entry, driven),
+            None => Ok(()),
+        }
+    }
+
+    /// Puts the log in its place.
+    pub fn finish(self) -> Result<(), Failure> {
+        let Some(mut log) = self.log else {
+            return Ok(());
+        };
+        log.flush().map_err(|e| Failure::system("--log", &e))?;
+        log.finish()
+    }
+}
+
+impl Files {
+    fn write_solution(&self, path: &Path, entry: &Entry, driven: &Driven) -> Result<(), Failure> {
+        let model = VehicleModel::parse(&self.solution_model.to_uppercase());
+        let solved = ProblemSolution::of_track(
+            &driven.drive.track(),
+            driven.drive.dt,
+            driven.problem,
+            model.unwrap_or(VehicleModel::Ks),
+            driven.settings.planner.vehicle,
+        );
+        let wrong = |e| Failure::input(format!("{}: {e}", entry.display()));
+        let solved = solved.map_err(wrong)?;
+        let header = &driven.scenario.header;
+        let path = match path.is_dir() {
+            true => path.join(format!(
+                "solution_{}_{}_{}_{}.xml",
+                solved.vehicle_id(),
+                solved.cost,
+                entry.name,
+                header.version
+            )),
+            false => path.to_path_buf(),
+        };
+        let solution = Solution {
+            scenario_id: header.benchmark_id.clone(),
+            version: header.version.clone(),
+            // The same drive gives the same file.
+            date: None,
+            computation_time: None,
+            processor: None,
+            problems: vec![solved],
+            diagnostics: Vec::new(),
+        };
+        let bytes = commonroad::write_solution(&solution).map_err(wrong)?;
+        self.save(&path, &bytes)
+    }
+
+    /// Saves a file; below a folder that was named, the scenario's own folder is made.
+    fn save(&self, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+        if let Some(folder) = path.parent()
+            && folder
+                .parent()
+                .is_some_and(|p| self.output.as_deref() == Some(p))
+            && !folder.is_dir()
+        {
+            std::fs::create_dir(folder).map_err(|e| Failure::system(folder.display(), &e))?;
+        }
+        save(path, bytes, self.overwrite).map_err(|e| refused(&e))
+    }
+}
+
+fn refused(error: &SaveError) -> Failure {
+    let hint = match error {
+        SaveError::Exists(_) => " (--overwrite)",
+        _ => "",
+    };
+    Failure::input(format!("{error}{hint}"))
+}
+
+fn same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Two scenarios of the same name.
+fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
+    let mut seen = HashMap::new();
+    entries
+        .iter()
+        .find_map(|entry| Some((seen.insert(&entry.name, entry)?, entry)))
+}

@@ -1,0 +1,96 @@
+//! How motions are planned: what the arguments say, else the configuration, else what is usual.
+
+use toml::Value;
+
+use crate::cli::Failure;
+use crate::config::{Config, PlannerKey};
+use crate::evaluation::{set_planning, usual_planning};
+use crate::simulation::Settings;
+
+/// How to plan.
+#[derive(Debug, clap::Args)]
+pub struct How {
+    /// What the planner is told of the others' future: their recorded one (an oracle), straight on, or along their
+    /// lanes [default: `prediction` in config.toml, else lane].
+    #[arg(long, value_name = "KIND", value_parser = ["recorded", "constant-velocity", "lane"])]
+    prediction: Option<String>,
+    /// The planning problem that is solved [default: the first of each scenario].
+    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
+    pub planning_problem: Option<i64>,
+    /// Steps that are driven of a plan before the next one is made [default: `replan` in config.toml, else 1].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = |word: &str| value("replan", word))]
+    replan: Option<Value>,
+    /// How far ahead is planned, seconds [default: `horizon` in config.toml, else 4].
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = |word: &str| value("horizon", word))]
+    horizon: Option<Value>,
+    /// The vehicle: 1 Ford Escort, 2 BMW 320i, 3 VW Vanagon, 4 truck [default: `vehicle` in config.toml, else 2].
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, value_parser = |word: &str| value("vehicle", word))]
+    vehicle: Option<Value>,
+}
+
+/// A word of the command line as the value of a key of the configuration, in the same bounds.
+fn value(id: &str, word: &str) -> Result<Value, String> {
+    let key = PlannerKey::named(id).ok_or("no such key")?;
+    let whole = word.parse().map(Value::Integer);
+    let number = whole.or_else(|_| word.parse().map(Value::Float)).ok();
+    number.filter(|n| key.allows(n)).ok_or_else(|| key.needed())
+}
+
+impl How {
+    /// What is planned with.
+    pub fn settings(&self, config: &Config) -> Result<Settings, Failure> {
+        let mut settings = with(config)?;
+        let prediction = self.prediction.clone().map(Value::String);
+        for (id, said) in [
+            ("prediction", &prediction),
+            ("replan", &self.replan),
+            ("horizon", &self.horizon),
+            ("vehicle", &self.vehicle),
+        ] {
+            if let Some(value) = said {
+                set_planning(&mut settings, id, value).map_err(Failure::input)?;
+            }
+        }
+        Ok(settings)
+    }
+}
+
+/// What is planned with under a configuration.
+pub fn with(config: &Config) -> Result<Settings, Failure> {
+    let mut settings = usual_planning();
+    for (key, value) in config.planner_values() {
+        set_planning(&mut settings, key.id, value).map_err(Failure::input)?;
+    }
+    Ok(settings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::planning_value;
+
+    #[test]
+    fn every_key_has_a_setting_whose_usual_value_it_allows() {
+        let usual = usual_planning();
+        for key in PlannerKey::ALL {
+            let value = planning_value(&usual, key.id);
+            assert!(value.is_some_and(|v| key.allows(&v)), "{}", key.id);
+        }
+    }
+
+    #[test]
+    fn words_are_held_to_the_bounds_of_the_configuration() {
+        assert_eq!(value("horizon", "3"), Ok(Value::Integer(3)));
+        assert_eq!(value("horizon", "2.5"), Ok(Value::Float(2.5)));
+        for (id, word) in [
+            ("horizon", "0"),
+            ("horizon", "inf"),
+            ("horizon", "long"),
+            ("replan", "0"),
+            ("replan", "1.5"),
+            ("vehicle", "5"),
+        ] {
+            assert!(value(id, word).is_err(), "{id} {word}");
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! `nearmiss plan`: the planner drives the ego through scenarios, and how that ends.
+
+mod document;
+mod driven;
+mod files;
+mod how;
+mod table;
+
+use std::io::{self, Write};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use super::in_order::in_order;
+use super::interrupt::{INTERRUPTED, interrupted};
+use super::open::{configuration, found};
+use super::progress::Progress;
+use super::{Failure, Outcome, output};
+use crate::scenario::{Entry, VehicleType};
+use driven::{Driven, Missed};
+use files::{Files, Targets};
+pub use how::with;
+use table::Table;
+
+/// Arguments of `plan`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Outcomes: goal, collision (with whom, and which side of either body), timeout, off_road, infeasible.
+Exit status: 0 all drives end at the goal or out of time; 1 some end otherwise, or some scenarios could not be planned;
+2 usage or input error; 130 interrupted, with the part of the table that was done.")]
+pub struct PlanArguments {
+    /// CommonRoad files or folders, or names of bundled scenarios.
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    #[command(flatten)]
+    how: how::How,
+    /// One JSON object a scenario, each on a line of its own, instead of the table.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    files: Files,
+}
+
+/// Runs `plan`.
+pub fn run(arguments: &PlanArguments) -> Outcome {
+    if arguments.files.to_stdout() && arguments.json {
+        return Err(Failure::input(
+            "-o - and --json would both write to standard output; name a file for one of them",
+        ));
+    }
+    let (_, config) = configuration()?;
+    let settings = arguments.how.settings(&config)?;
+    let entries = found(&arguments.paths)?;
+    let targets = arguments.files.begin(&entries)?;
+    if arguments.files.has_ego() && settings.planner.vehicle != VehicleType::Bmw320i {
+        output::say(&format!(
+            "nearmiss: the CSV does not carry the vehicle's size; who reads it takes it for a {}, and this is a {}. \
+             --solution carries it",
+            VehicleType::Bmw320i.name(),
+            settings.planner.vehicle.name()
+        ));
+    }
+    let stop = interrupted(true).map_err(|e| Failure::system("Ctrl-C", &e))?;
+    let names = entries
+        .iter()
+        .map(|entry| output::visible(&entry.name).chars().count());
+    let mut job = Job {
+        arguments,
+        entries: &entries,
+        targets,
+        table: Table::new(names.max().unwrap_or(0)),
+        begun: false,
+        gone: false,
+        next: 0,
+        harmed: 0,
+        missed: Missing::default(),
+    };
+    let progress = Progress::new(entries.len(), "scenarios", true);
+    let problem = arguments.how.planning_problem;
+    let mut failure = None;
+    in_order(
+        entries.len(),
+        &stop,
+        |i| driven::drive(&entries[i], problem, &settings, &stop),
+        |driven| {
+            let mut taken = Ok(ControlFlow::Continue(()));
+            progress.suspend(|| taken = job.take(driven));
+            progress.step();
+            taken.unwrap_or_else(|error| {
+                failure = Some(error);
+                ControlFlow::Break(())
+            })
+        },
+    );
+    drop(progress);
+    job.end(failure, stop.load(Ordering::Relaxed))
+}
+
+/// How many scenarios were not driven.
+#[derive(Debug, Default)]
+struct Missing {
+    /// They cannot be read, or have no such planning problem.
+    input: usize,
+    /// There is nothing to drive in them.
+    finding: usize,
+}
+
+/// The work so far.
+struct Job<'a> {
+    arguments: &'a PlanArguments,
+    entries: &'a [Entry],
+    targets: Targets<'a>,
+    table: Table,
+    /// The table has a header.
+    begun: bool,
+    /// Nobody reads the table any more.
+    gone: bool,
+    /// Place of the next scenario.
+    next: usize,
+    harmed: usize,
+    missed: Missing,
+}
+
+impl Job<'_> {
+    /// Shows and writes the next scenario.
+    fn take(&mut self, driven: Result<Driven, Missed>) -> Result<ControlFlow<()>, Failure> {
+        let entry = &self.entries[self.next];
+        self.next += 1;
+        let driven = match driven {
+            Ok(driven) => driven,
+            Err(missed) => {
+                match missed {
+                    Missed::Nothing(_) => self.missed.finding += 1,
+                    _ => self.missed.input += 1,
+                }
+                output::say(&format!("nearmiss: {}", missed.words()));
+                return Ok(ControlFlow::Continue(()));
+            }
+        };
+        self.harmed += usize::from(!driven.unharmed());
+        // Files first: who reads a line finds them.
+        self.targets.write(entry, &driven)?;
+        if self.arguments.json {
+            let line = output::escaped(&document::document(&driven).to_string());
+            self.show(&format!("{line}\n"))?;
+        } else {
+            if !std::mem::replace(&mut self.begun, true) {
+                let header = self.table.header();
+                self.show(&header)?;
+            }
+            let row = self.table.row(&driven);
+            self.show(&row)?;
+        }
+        // Files are wanted even where the table is not.
+        let idle = self.gone && !self.arguments.files.any();
+        Ok(if idle {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        })
+    }
+
+    /// Writes to standard output at once; where that is taken by the ego, to standard error.
+    fn show(&mut self, text: &str) -> Result<(), Failure> {
+        if self.arguments.files.to_stdout() {
+            output::lines(text);
+            return Ok(());
+        }
+        if self.gone {
+            return Ok(());
+        }
+        let mut out = io::stdout().lock();
+        match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => self.gone = true,
+            Err(error) => return Err(Failure::system("standard output", &error)),
+            Ok(()) => {}
+        }
+        Ok(())
+    }
+
+    /// The sum, and the exit status.
+    fn end(mut self, failure: Option<Failure>, interrupted: bool) -> Outcome {
+        let (missed, all) = (self.missed.input + self.missed.finding, self.entries.len());
+        if !self.arguments.json && self.next > 0 && (all > 1 || self.begun) {
+            let sum = std::mem::replace(&mut self.table, Table::new(0)).sum(missed);
+            self.show(&sum)?;
+        }
+        let (done, harmed) = (self.next, self.harmed);
+        self.targets.finish()?;
+        if let Some(failure) = failure {
+            return Err(failure);
+        }
+        if interrupted {
+            return Err(Failure {
+                message: format!(
+                    "interrupted after {done} of {all} scenarios; what was written of these stays"
+                ),
+                status: INTERRUPTED,
+            });
+        }
+        let finding = |message| Err(Failure { message, status: 1 });
+        match (harmed, missed) {
+            (0, 0) => Ok(()),
+            _ if self.missed.input == all => Err(Failure::input(match all {
+                1 => "the scenario could not be planned".into(),
+                _ => format!("none of the {all} scenarios could be planned"),
+            })),
+            (0, n) => finding(format!("{n} of {all} scenarios could not be planned")),
+            (n, 0) => finding(format!(
+                "{n} of {all} drives ended in a collision, off the road or infeasible"
+            )),
+            (n, m) => finding(format!(
+                "{n} of {all} drives ended in a collision, off the road or infeasible, and {m} scenarios could not be planned"
+            )),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! The table of outcomes, a line a scenario as soon as it is driven, and their sum.
+
+use super::driven::{Driven, median};
+use crate::planner::Emergency;
+use crate::simulation::Face;
+
+/// The outcomes, in the order in which they are listed.
+const OUTCOMES: [&str; 5] = ["goal", "collision", "timeout", "off_road", "infeasible"];
+
+/// What the columns behind the scenario's name are called.
+const HEADER: [&str; 7] = [
+    "outcome",
+    "with",
+    "sides",
+    "steps",
+    "cycles",
+    "ms/cycle",
+    "emergency",
+];
+
+/// Longer names push the columns behind them.
+const WIDEST: usize = 48;
+
+/// The table in the making.
+pub struct Table {
+    /// Columns of the scenarios' names.
+    width: usize,
+    counts: [usize; OUTCOMES.len()],
+    /// Collisions in which the ego's front is the side that is touched.
+    by_front: usize,
+    /// Milliseconds of every scenario's middle cycle.
+    ms: Vec<f64>,
+}
+
+impl Table {
+    /// A table of scenarios with names at most `longest` characters long.
+    pub fn new(longest: usize) -> Self {
+        Self {
+            width: longest.clamp("scenario".len(), WIDEST),
+            counts: [0; OUTCOMES.len()],
+            by_front: 0,
+            ms: Vec::new(),
+        }
+    }
+
+    pub fn header(&self) -> String {
+        self.line("scenario", &HEADER)
+    }
+
+    /// Counts a drive, and shows it as a line.
+    pub fn row(&mut self, driven: &Driven) -> String {
+        let name = driven.outcome().name();
+        if let Some(place) = OUTCOMES.iter().position(|outcome| *outcome == name) {
+            self.counts[place] += 1;
+        }
+        let ms = driven.milliseconds().map(|(median, _)| median);
+        self.ms.extend(ms);
+        let (mut with, mut sides) = ("-".into(), "-".into());
+        if let Some(c) = driven.collision() {
+            self.by_front += usize::from(c.ego == Face::Front);
+            with = c.with.to_string();
+            sides = format!("ego's {}, its {}", c.ego.name(), c.other.name());
+        }
+        let braking = driven
+            .emergencies()
+            .filter(|e| *e == Emergency::Braking)
+            .count();
+        let emergencies = driven.emergencies().count();
+        let emergency = match emergencies {
+            0 => "-".into(),
+            n if braking == 0 => n.to_string(),
+            n => format!("{n} ({braking} braking)"),
+        };
+        let cells = [
+            name,
+            &with,
+            &sides,
+            &driven.steps().to_string(),
+            &driven.drive.cycles.len().to_string(),
+            &ms.map_or("-".into(), |ms| format!("{ms:.1}")),
+            &emergency,
+        ];
+        self.line(&driven.name, &cells)
+    }
+
+    fn line(&self, scenario: &str, cells: &[&str; 7]) -> String {
+        let [outcome, with, sides, steps, cycles, ms, emergency] = cells;
+        let width = self.width;
+        let line = format!(
+            "{scenario:<width$}  {outcome:<10}  {with:>8}  {sides:<22}  {steps:>5}  {cycles:>6}  {ms:>8}  {emergency}"
+        );
+        format!("{}\n", line.trim_end())
+    }
+
+    /// How many ended how, on one line; `missed` were not driven.
+    pub fn sum(mut self, missed: usize) -> String {
+        let driven: usize = self.counts.iter().sum();
+        let mut parts = Vec::new();
+        for (outcome, count) in OUTCOMES.iter().zip(self.counts) {
+            match (count, *outcome) {
+                (0, _) => {}
+                (n, "collision") => parts.push(format!(
+                    "{n} collision ({} with the ego's front)",
+                    self.by_front
+                )),
+                (n, outcome) => parts.push(format!("{n} {outcome}")),
+            }
+        }
+        if missed > 0 {
+            parts.push(format!("{missed} not planned"));
+        }
+        self.ms.sort_by(f64::total_cmp);
+        let ms = median(&self.ms).map_or(String::new(), |ms| format!("; median cycle {ms:.1} ms"));
+        let all = driven + missed;
+        let scenarios = if all == 1 { "scenario" } else { "scenarios" };
+        format!("{all} {scenarios}: {}{ms}\n", parts.join(", "))
+    }
+}

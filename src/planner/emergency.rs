@@ -1,0 +1,91 @@
+//! What is done when no candidate can be driven: the latest contact, or braking.
+
+use super::brake::brake;
+use super::candidate::Rejection;
+use super::traffic::Own;
+use super::{Limits, Plan, Planner, Traffic, VehicleState};
+
+/// What is done when no candidate can be driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Emergency {
+    /// The candidate that touches somebody's prediction last.
+    LatestContact,
+    /// As hard a braking as the friction circle allows, along the path.
+    Braking,
+}
+
+/// Shares of the full braking that are tried in an emergency.
+const BRAKING: [f64; 3] = [0.4, 0.7, 1.0];
+
+impl Planner<'_> {
+    /// The mildest braking that touches nobody's prediction; where there is none, what touches somebody last.
+    pub(super) fn stop(
+        &mut self,
+        now: &VehicleState,
+        traffic: &Traffic,
+        wanted: f64,
+        refinements: usize,
+    ) -> Plan {
+        self.last = None;
+        let latest = self.candidates.iter().filter_map(|c| match c.rejected {
+            Some((step, Rejection::Contact(_))) => Some((step, c)),
+            _ => None,
+        });
+        let latest = latest.max_by(|a, b| {
+            let dearer = b.1.cost.total().total_cmp(&a.1.cost.total());
+            a.0.cmp(&b.0).then(dearer)
+        });
+        let latest = latest.map(|(step, candidate)| (step, *candidate));
+        // The mildest braking that touches nobody; if all do, the one that does so last.
+        let mut braked: Option<(usize, Vec<VehicleState>)> = None;
+        for share in BRAKING {
+            let states = brake(
+                now,
+                self.guide,
+                self.hint,
+                &self.limits,
+                share,
+                self.dt,
+                self.steps(),
+            );
+            let touched = first_contact(&states, traffic, &self.limits).unwrap_or(usize::MAX);
+            if braked.as_ref().is_none_or(|(before, _)| touched > *before) {
+                braked = Some((touched, states));
+            }
+            if touched == usize::MAX {
+                break;
+            }
+        }
+        let (touched, braking) = braked.unwrap_or_default();
+        match latest.filter(|(step, c)| touched < *step && self.leaves_road(c).is_none()) {
+            Some((_, candidate)) => Plan {
+                states: self.states_of(&candidate),
+                cost: candidate.cost,
+                ..self.summary(wanted, refinements, Some(Emergency::LatestContact))
+            },
+            None => Plan {
+                states: braking,
+                ..self.summary(wanted, refinements, Some(Emergency::Braking))
+            },
+        }
+    }
+}
+
+/// The first step at which somebody's predicted body is touched.
+fn first_contact(states: &[VehicleState], traffic: &Traffic, limits: &Limits) -> Option<usize> {
+    states.iter().enumerate().skip(1).find_map(|(step, state)| {
+        let centre = state.centre(limits).pose;
+        let (sin, cos) = centre.heading.sin_cos();
+        let own = Own {
+            x: centre.position.x,
+            y: centre.position.y,
+            cos,
+            sin,
+            half_length: limits.length / 2.0,
+            half_width: limits.width / 2.0,
+        };
+        let others = traffic.at(step).iter();
+        let mut avoided = others.filter(|o| traffic.bodies[o.body].avoided);
+        avoided.any(|o| o.separation(&own) < 0.0).then_some(step)
+    })
+}

@@ -1,0 +1,242 @@
+//! Following one candidate step by step: can it be driven, whom would it touch, what does it cost.
+
+use super::candidate::{Candidate, Cost, Rejection};
+use super::lateral::Lateral;
+use super::motion::{Moved, Station, state};
+use super::profile::Profile;
+use super::traffic::{Occupied, Own, Traffic};
+use super::{Bends, Limit, Limits, Settings};
+
+/// What all candidates of a plan are held against.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Judge<'a> {
+    pub settings: &'a Settings,
+    pub allowed: Allowed,
+    pub traffic: &'a Traffic,
+    /// m/s, where no bend is.
+    pub wanted: f64,
+    pub bends: &'a Bends,
+    /// Seconds between two steps.
+    pub dt: f64,
+    pub steps: usize,
+}
+
+/// Bodies farther than this cost nothing, metres.
+pub(super) const CLEAR: f64 = 2.0;
+
+/// The margin around bodies grows to its whole within this time, so that whoever starts closer can get away, seconds.
+const EASING: f64 = 1.0;
+
+/// Differences below this are rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// Terms that are summed up over the steps.
+#[derive(Debug, Default)]
+struct Sums {
+    acceleration: f64,
+    speed: f64,
+    offset: f64,
+    clearance: f64,
+    following: f64,
+    risk: f64,
+}
+
+impl Judge<'_> {
+    /// Follows a candidate from `now`, the state it starts from.
+    pub fn follow(
+        &self,
+        now: &Moved,
+        place: usize,
+        profile: &Profile,
+        stations: &[Station],
+        lateral: Lateral,
+    ) -> Candidate {
+        let mut sums = Sums::default();
+        let mut before = *now;
+        let mut rejected = None;
+        for (step, at) in stations.iter().enumerate().skip(1) {
+            let offset = lateral.at(step as f64 * self.dt, at.s);
+            let Some(moved) = state(at, offset) else {
+                rejected = Some((step, Rejection::InsideCurve));
+                break;
+            };
+            if let Some(limit) = self.allowed.broken(&before, &moved) {
+                rejected = Some((step, Rejection::Limit(limit)));
+                break;
+            }
+            if let Some(id) = self.meet(step, &moved, &mut sums) {
+                rejected = Some((step, Rejection::Contact(id)));
+                break;
+            }
+            let across = moved.velocity * moved.velocity * moved.curvature;
+            sums.acceleration += moved.acceleration * moved.acceleration + across * across;
+            let wanted = self.wanted.min(self.bends.speed(at.s[0]));
+            sums.speed += (moved.velocity - wanted).powi(2);
+            sums.offset += offset[0] * offset[0];
+            before = moved;
+        }
+        Candidate {
+            profile: place,
+            lateral,
+            cost: self.cost(&sums, profile, &lateral, now.velocity),
+            rejected,
+        }
+    }
+
+    fn cost(&self, sums: &Sums, profile: &Profile, lateral: &Lateral, speed: f64) -> Cost {
+        let weights = &self.settings.weights;
+        let mean = 1.0 / self.steps as f64;
+        let horizon = self.steps as f64 * self.dt;
+        let end = profile.duration.min(horizon + profile.elapsed);
+        let along =
+            profile.along.squared_jerk(end) - profile.along.squared_jerk(profile.elapsed.min(end));
+        Cost {
+            jerk: weights.longitudinal_jerk * along / horizon
+                + weights.lateral_jerk * lateral.squared_jerk(horizon, speed),
+            acceleration: weights.acceleration * sums.acceleration * mean,
+            speed: weights.speed * sums.speed * mean,
+            offset: weights.offset * sums.offset * mean,
+            clearance: weights.clearance * sums.clearance * mean,
+            following: weights.following * sums.following * mean,
+            risk: weights.risk * sums.risk * mean,
+        }
+    }
+
+    /// Adds what everyone's closeness costs at a step; says whom it would touch.
+    #[inline]
+    fn meet(&self, step: usize, moved: &Moved, sums: &mut Sums) -> Option<i64> {
+        let own = self.own(moved);
+        let reach = own.half_length.hypot(own.half_width);
+        let time = step as f64 * self.dt;
+        let margin = self.settings.margin * (time / EASING).min(1.0);
+        let stopping = self.stopping(moved.velocity);
+        for other in self.traffic.at(step) {
+            let (dx, dy) = (other.x - own.x, other.y - own.y);
+            let squared = dx * dx + dy * dy;
+            let near = reach + other.reach + CLEAR;
+            if squared >= (stopping + near) * (stopping + near) {
+                continue;
+            }
+            if squared < near * near {
+                let body = &self.traffic.bodies[other.body];
+                let gap = other.separation(&own);
+                if gap < margin && body.avoided {
+                    return Some(body.id);
+                }
+                if gap < 0.0 {
+                    sums.risk += body.likelihood * moved.velocity * moved.velocity;
+                }
+                let close = 1.0 - (gap / CLEAR).clamp(0.0, 1.0);
+                sums.clearance += body.likelihood * close * close;
+            }
+            // Whoever is in front by less than it takes to stop, should he stop as well.
+            let forward = dx * own.cos + dy * own.sin;
+            if forward > 0.0 && forward < stopping + near {
+                sums.following += self.missing(
+                    &own,
+                    other,
+                    forward,
+                    dy * own.cos - dx * own.sin,
+                    moved.velocity,
+                );
+            }
+        }
+        None
+    }
+
+    fn own(&self, moved: &Moved) -> Own {
+        let limits = &self.allowed.limits;
+        Own {
+            x: moved.x + moved.cos * limits.rear_to_centre,
+            y: moved.y + moved.sin * limits.rear_to_centre,
+            cos: moved.cos,
+            sin: moved.sin,
+            half_length: limits.length / 2.0,
+            half_width: limits.width / 2.0,
+        }
+    }
+
+    fn stopping(&self, velocity: f64) -> f64 {
+        self.settings.stopping(velocity)
+    }
+
+    /// The share of the wanted gap that is missing behind somebody `forward` and `left` metres away, squared.
+    #[inline]
+    fn missing(&self, own: &Own, other: &Occupied, forward: f64, left: f64, velocity: f64) -> f64 {
+        let cos = own.cos * other.cos + own.sin * other.sin;
+        let sin = (own.cos * other.sin - own.sin * other.cos).abs();
+        let wide = other.half_width * cos.abs() + other.half_length * sin + own.half_width;
+        if left.abs() >= wide {
+            return 0.0;
+        }
+        let gap =
+            forward - own.half_length - other.half_length * cos.abs() - other.half_width * sin;
+        let ahead = (other.velocity * cos).max(0.0);
+        let wanted = self.stopping(velocity) - ahead * ahead / (2.0 * self.settings.braking);
+        if wanted <= gap || wanted <= 0.0 {
+            return 0.0;
+        }
+        let share = ((wanted - gap) / wanted).min(1.0);
+        self.traffic.bodies[other.body].likelihood * share * share
+    }
+}
+
+/// The limits with what follows from them, worked out once for all candidates.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Allowed {
+    pub limits: Limits,
+    /// The tightest curvature, 1/m.
+    tightest: f64,
+    /// Tangent of what the steering angle may change within a step.
+    turned: f64,
+    /// Seconds between two steps, and its inverse.
+    dt: f64,
+    rate: f64,
+}
+
+impl Allowed {
+    pub fn new(limits: Limits, dt: f64) -> Self {
+        Self {
+            limits,
+            tightest: limits.curvature(),
+            turned: (limits.steering_rate * dt).tan(),
+            dt,
+            rate: dt.recip(),
+        }
+    }
+
+    /// The limit that is broken at `after`, a step after `before`.
+    #[inline]
+    fn broken(&self, before: &Moved, after: &Moved) -> Option<Limit> {
+        let limits = &self.limits;
+        let (v, a, k) = (after.velocity, after.acceleration, after.curvature);
+        if v < -ROUNDING || v > limits.speed {
+            return Some(Limit::Speed);
+        }
+        // Between the two steps the mean acceleration is what the inputs have to give.
+        let mean = (v - before.velocity) * self.rate;
+        let forward = a.max(mean);
+        if a.min(mean) < -limits.acceleration || forward > 0.0 && forward > limits.forward(v) {
+            return Some(Limit::Acceleration);
+        }
+        if k.abs() > self.tightest {
+            return Some(Limit::Curvature);
+        }
+        // tan(b − a) of the steering angles, so that no arc tangent is needed.
+        let (tan0, tan1) = (before.curvature * limits.wheelbase, k * limits.wheelbase);
+        if (tan1 - tan0).abs() > self.turned * (1.0 + tan0 * tan1).max(0.0) {
+            return Some(Limit::CurvatureRate);
+        }
+        let turn = (before.cos * after.sin - before.sin * after.cos).abs();
+        let fastest = v.max(before.velocity).max(0.0);
+        if turn > fastest * self.tightest * self.dt + ROUNDING {
+            return Some(Limit::YawRate);
+        }
+        let across = (v * v * k).abs().max(fastest * turn * self.rate);
+        let along = a.abs().max(mean.abs());
+        if across * across + along * along > limits.acceleration * limits.acceleration {
+            return Some(Limit::Friction);
+        }
+        None
+    }
+}

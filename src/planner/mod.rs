@@ -1,0 +1,46 @@
+//! A sampling-based motion planner along a reference path.
+//!
+//! Source: Werling, Ziegler, Kammel and Thrun, Optimal Trajectory Generation for Dynamic Street Scenarios in a
+//! Frenet Frame, ICRA 2010. Candidates are polynomials along and across the path; those that a kinematic
+//! single-track vehicle cannot drive, that leave the road or that touch somebody's predicted body are dropped, and
+//! the cheapest of the others is driven. Nothing in it is random: the same input gives the same plan.
+
+mod bends;
+mod brake;
+mod candidate;
+mod emergency;
+mod evaluate;
+mod feasibility;
+mod forecast;
+mod goal;
+mod guide;
+mod lateral;
+mod limits;
+mod motion;
+mod place;
+mod plan;
+mod polynomial;
+mod profile;
+mod road;
+mod samples;
+mod settings;
+mod smooth;
+mod state;
+#[cfg(test)]
+mod tests;
+mod traffic;
+
+pub use bends::Bends;
+pub use candidate::{Candidate, Cost, Rejection};
+pub use emergency::Emergency;
+pub use feasibility::{Bound, Broken, Feasibility, FeasibilityError, Feasible, Tolerance};
+pub use forecast::{Forecast, Forecaster};
+pub use goal::Arrival;
+pub use guide::{Guide, GuideError};
+pub use limits::{Limit, Limits};
+pub use plan::{Plan, Planner};
+pub use polynomial::Polynomial;
+pub use road::Road;
+pub use settings::{Sampling, Settings, Weights};
+pub use state::VehicleState;
+pub use traffic::{Body, Traffic};

@@ -1,0 +1,290 @@
+//! One cycle of planning: sample, follow, choose; and what is done when nothing is left.
+
+use super::candidate::{Candidate, Cost, Rejection};
+use super::evaluate::{Allowed, CLEAR, Judge};
+use super::lateral::{Lateral, Start};
+use super::motion::{Moved, Station, state};
+use super::place::place;
+use super::profile::Profile;
+use super::samples::{FASTER, Level, Sampler};
+use super::{Emergency, Guide, Limits, Road, Settings, Traffic, VehicleState};
+
+/// What a cycle decided.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The states from now to the horizon, one a step.
+    pub states: Vec<VehicleState>,
+    /// Candidates that were followed, those of all refinements together.
+    pub candidates: usize,
+    /// How many of them could be driven (the road is asked only of those that are cheaper than the chosen one).
+    pub feasible: usize,
+    /// Why the others could not, by name.
+    pub rejected: Vec<(&'static str, usize)>,
+    /// Times that the samples were refined.
+    pub refinements: usize,
+    /// The speed that was wanted, m/s.
+    pub wanted: f64,
+    /// What the chosen one costs.
+    pub cost: Cost,
+    /// Nothing could be driven, and this was done about it.
+    pub emergency: Option<Emergency>,
+}
+
+/// Plans cycle by cycle along one guide.
+#[derive(Debug)]
+pub struct Planner<'a> {
+    pub(super) settings: Settings,
+    pub(super) limits: Limits,
+    pub(super) guide: &'a Guide,
+    road: &'a Road,
+    pub(super) dt: f64,
+    /// What was chosen last, and at which step.
+    pub(super) last: Option<(i64, Profile, Lateral)>,
+    pub(super) hint: Option<f64>,
+    profiles: Vec<Profile>,
+    stations: Vec<Station>,
+    pub(super) candidates: Vec<Candidate>,
+    order: Vec<usize>,
+    /// Those of the traffic that any candidate could get near to.
+    near: Traffic,
+    now: Option<VehicleState>,
+}
+
+impl<'a> Planner<'a> {
+    /// A planner along `guide` on `road`, for steps of `dt` seconds.
+    #[must_use]
+    pub fn new(settings: Settings, guide: &'a Guide, road: &'a Road, dt: f64) -> Self {
+        Self {
+            settings,
+            limits: settings.limits(),
+            guide,
+            road,
+            dt,
+            last: None,
+            hint: None,
+            profiles: Vec::new(),
+            stations: Vec::new(),
+            candidates: Vec::new(),
+            order: Vec::new(),
+            near: Traffic::default(),
+            now: None,
+        }
+    }
+
+    /// Steps of the horizon.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.settings.steps(self.dt)
+    }
+
+    /// What to do from `now` at `step`, while the others do as `traffic` says.
+    pub fn plan(&mut self, now: &VehicleState, step: i64, traffic: &Traffic) -> Plan {
+        self.candidates.clear();
+        self.profiles.clear();
+        self.stations.clear();
+        self.now = Some(*now);
+        let Some((along, lateral)) = place(self.guide, now, self.hint) else {
+            return self.stop(now, traffic, 0.0, 0);
+        };
+        self.hint = Some(along[0]);
+        // The goal asks for the centre of the body.
+        let centre = along[0] + self.limits.rear_to_centre;
+        let wanted = self.guide.wanted(centre, now.velocity, step, self.dt);
+        let wanted = wanted.min(self.guide.bends.speed(along[0] + now.velocity));
+        let moved = Moved::of(now);
+        let settings = self.settings;
+        let (limits, guide) = (self.limits, self.guide);
+        let mut near = std::mem::take(&mut self.near);
+        near.keep_near(traffic, moved.x, moved.y, |step| {
+            let fastest = now.velocity.max(wanted) + FASTER;
+            let body = limits.rear_to_centre + limits.length.hypot(limits.width) / 2.0;
+            fastest * step as f64 * self.dt + settings.stopping(fastest) + body + CLEAR
+        });
+        let sampler = Sampler {
+            settings: &settings,
+            limits: &limits,
+            guide,
+            traffic,
+            wanted,
+            dt: self.dt,
+        };
+        let judge = Judge {
+            settings: &settings,
+            allowed: Allowed::new(limits, self.dt),
+            traffic: &near,
+            wanted,
+            bends: &guide.bends,
+            dt: self.dt,
+            steps: self.steps(),
+        };
+        let mut found = None;
+        for refinement in 0..=settings.sampling.refinements {
+            let level = Level::new(&settings.sampling, refinement);
+            if refinement == 0 {
+                self.go_on(&judge, &moved, step);
+            }
+            self.sample(level, &sampler, &judge, &moved, along, &lateral);
+            found = self.choose().map(|chosen| (refinement, chosen));
+            if found.is_some() {
+                break;
+            }
+        }
+        self.near = near;
+        if let Some((refinement, chosen)) = found {
+            let candidate = self.candidates[chosen];
+            let profile = self.profiles[candidate.profile];
+            self.last = Some((step, profile, candidate.lateral));
+            return Plan {
+                states: self.states_of(&candidate),
+                cost: candidate.cost,
+                ..self.summary(wanted, refinement, None)
+            };
+        }
+        self.stop(now, traffic, wanted, settings.sampling.refinements)
+    }
+
+    /// What was chosen before, from here on.
+    fn go_on(&mut self, judge: &Judge<'_>, now: &Moved, step: i64) {
+        let Some((before, profile, lateral)) = self.last.take() else {
+            return;
+        };
+        let later = (step - before) as f64 * self.dt;
+        let profile = Profile {
+            elapsed: profile.elapsed + later,
+            ..profile
+        };
+        let first = self.stations.len();
+        let laid = profile.lay(&self.guide.path, judge.steps, self.dt, &mut self.stations);
+        let Some(profile) = laid else { return };
+        let place = self.profiles.len();
+        self.profiles.push(profile);
+        let lateral = lateral.later(later);
+        self.candidates
+            .push(judge.follow(now, place, &profile, &self.stations[first..], lateral));
+    }
+
+    fn sample(
+        &mut self,
+        level: Level,
+        sampler: &Sampler<'_>,
+        judge: &Judge<'_>,
+        now: &Moved,
+        along: [f64; 3],
+        start: &Start,
+    ) {
+        let first = self.profiles.len();
+        sampler.profiles(level, along, &mut self.profiles);
+        let steps = judge.steps;
+        // Those that cannot be laid out make room for those that can.
+        let mut kept = first;
+        for place in first..self.profiles.len() {
+            let profile = self.profiles[place];
+            let laid = profile.lay(&self.guide.path, steps, self.dt, &mut self.stations);
+            if let Some(profile) = laid {
+                self.profiles[kept] = profile;
+                kept += 1;
+            }
+        }
+        self.profiles.truncate(kept);
+        for place in first..kept {
+            let profile = self.profiles[place];
+            let stations = &self.stations[place * (steps + 1)..][..=steps];
+            for target in level.offsets(self.settings.sampling.widest, start.by_length[0]) {
+                for change in level.changes(self.settings.horizon) {
+                    let lateral = if profile.slowest < self.settings.low_speed {
+                        // As long as it would be at the present speed: whoever brakes does not turn sharper.
+                        Lateral::over_length(start, target, along[0], along[1] * change)
+                    } else {
+                        Lateral::over_time(start, target, change)
+                    };
+                    self.candidates
+                        .push(judge.follow(now, place, &profile, stations, lateral));
+                }
+            }
+        }
+    }
+
+    /// The cheapest candidate that stays on the road.
+    fn choose(&mut self) -> Option<usize> {
+        let candidates = &self.candidates;
+        self.order.clear();
+        self.order
+            .extend((0..candidates.len()).filter(|&i| candidates[i].rejected.is_none()));
+        let cost = |i: usize| candidates[i].cost.total();
+        // Of equal ones the first, so that nothing depends on the order of sorting.
+        self.order
+            .sort_unstable_by(|&a, &b| cost(a).total_cmp(&cost(b)).then(a.cmp(&b)));
+        for n in 0..self.order.len() {
+            let place = self.order[n];
+            match self.leaves_road(&self.candidates[place]) {
+                None => return Some(place),
+                Some(step) => self.candidates[place].rejected = Some((step, Rejection::OffRoad)),
+            }
+        }
+        None
+    }
+
+    /// The step at which a candidate leaves the road. Whoever starts off the road may first get onto it.
+    pub(super) fn leaves_road(&self, candidate: &Candidate) -> Option<usize> {
+        let states = self.moments(candidate).map(|m| m.whole());
+        self.road.left_at(states, &self.limits)
+    }
+
+    fn moments<'b>(&'b self, candidate: &'b Candidate) -> impl Iterator<Item = Moved> + 'b {
+        let steps = self.steps();
+        let stations = &self.stations[candidate.profile * (steps + 1)..][..=steps];
+        let (now, dt) = (self.now, self.dt);
+        let now = now.as_ref().map(Moved::of);
+        stations
+            .iter()
+            .enumerate()
+            .map_while(move |(i, at)| match now {
+                // The present is given, and not to be rounded.
+                Some(now) if i == 0 => Some(now),
+                _ => state(at, candidate.lateral.at(i as f64 * dt, at.s)),
+            })
+    }
+
+    /// The states of one of [`Self::candidates`], one a step, up to where the path's coordinates end.
+    #[must_use]
+    pub fn states_of(&self, candidate: &Candidate) -> Vec<VehicleState> {
+        let mut states: Vec<VehicleState> = self.moments(candidate).map(|m| m.whole()).collect();
+        if let (Some(first), Some(now)) = (states.first_mut(), self.now) {
+            *first = now;
+        }
+        states
+    }
+
+    /// The candidates of the last cycle.
+    #[must_use]
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+
+    pub(super) fn summary(
+        &self,
+        wanted: f64,
+        refinements: usize,
+        emergency: Option<Emergency>,
+    ) -> Plan {
+        let mut rejected: Vec<(&'static str, usize)> = Vec::new();
+        for (_, why) in self.candidates.iter().filter_map(|c| c.rejected) {
+            let name = why.name();
+            match rejected.iter_mut().find(|(n, _)| *n == name) {
+                Some((_, count)) => *count += 1,
+                None => rejected.push((name, 1)),
+            }
+        }
+        let out: usize = rejected.iter().map(|(_, n)| n).sum();
+        Plan {
+            states: Vec::new(),
+            candidates: self.candidates.len(),
+            feasible: self.candidates.len() - out,
+            rejected,
+            refinements,
+            wanted,
+            cost: Cost::default(),
+            emergency,
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Polynomials of fifth degree and below that join two states with the least jerk.
+//!
+//! Source: Takahashi et al., Local path planning and motion control for AGV in positioning, IROS 1989; Werling et
+//! al. 2010, sections III and IV.
+
+/// c₀ + c₁t + … + c₅t⁵ over time (s), or over length (m).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Polynomial([f64; 6]);
+
+impl Polynomial {
+    /// From position, velocity and acceleration `from` to those of `to` after `duration` (above 0).
+    #[must_use]
+    pub fn quintic(from: [f64; 3], to: [f64; 3], duration: f64) -> Self {
+        let t = duration;
+        let (c0, c1, c2) = (from[0], from[1], from[2] / 2.0);
+        let gap = to[0] - (c0 + (c1 + c2 * t) * t);
+        let speed = to[1] - (c1 + 2.0 * c2 * t);
+        let acceleration = to[2] - 2.0 * c2;
+        let (t2, t3) = (t * t, t * t * t);
+        let c3 = (10.0 * gap - 4.0 * speed * t + 0.5 * acceleration * t2) / t3;
+        let c4 = (-15.0 * gap + 7.0 * speed * t - acceleration * t2) / (t3 * t);
+        let c5 = (6.0 * gap - 3.0 * speed * t + 0.5 * acceleration * t2) / (t3 * t2);
+        Self([c0, c1, c2, c3, c4, c5])
+    }
+
+    /// From position, velocity and acceleration `from` to velocity and acceleration `to` after `duration` (above 0),
+    /// wherever that is.
+    #[must_use]
+    pub fn quartic(from: [f64; 3], to: [f64; 2], duration: f64) -> Self {
+        let t = duration;
+        let (c0, c1, c2) = (from[0], from[1], from[2] / 2.0);
+        let speed = to[0] - (c1 + 2.0 * c2 * t);
+        let acceleration = to[1] - 2.0 * c2;
+        let c3 = (speed - acceleration * t / 3.0) / (t * t);
+        let c4 = (acceleration * t - 2.0 * speed) / (4.0 * t * t * t);
+        Self([c0, c1, c2, c3, c4, 0.0])
+    }
+
+    /// Value, first and second derivative at `t`.
+    #[must_use]
+    pub fn at(&self, t: f64) -> [f64; 3] {
+        let [c0, c1, c2, c3, c4, c5] = self.0;
+        [
+            c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))),
+            c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))),
+            2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5)),
+        ]
+    }
+
+    /// The integral of the squared third derivative from 0 to `t`.
+    #[must_use]
+    pub fn squared_jerk(&self, t: f64) -> f64 {
+        let [.., c3, c4, c5] = self.0;
+        let (a, b, c) = (6.0 * c3, 24.0 * c4, 60.0 * c5);
+        t * (a * a
+            + t * (a * b + t * ((b * b + 2.0 * a * c) / 3.0 + t * (b * c / 2.0 + t * c * c / 5.0))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-9 * (1.0 + a.abs() + b.abs())
+    }
+
+    #[test]
+    fn both_ends_are_met() {
+        let (from, to) = ([3.0, 12.0, -1.5], [40.0, 7.0, 0.5]);
+        let quintic = Polynomial::quintic(from, to, 3.5);
+        let quartic = Polynomial::quartic(from, [to[1], to[2]], 3.5);
+        for (k, (a, b)) in quintic.at(3.5).into_iter().zip(to).enumerate() {
+            assert!(near(a, b), "derivative {k}: {a} for {b}");
+        }
+        for (a, b) in quintic.at(0.0).into_iter().zip(from) {
+            assert!(near(a, b));
+        }
+        let [_, velocity, acceleration] = quartic.at(3.5);
+        assert!(near(velocity, 7.0) && near(acceleration, 0.5));
+        assert_eq!(quartic.at(0.0), from);
+    }
+
+    #[test]
+    fn the_jerk_is_what_a_sum_gives() {
+        let p = Polynomial::quintic([0.0, 10.0, 1.0], [25.0, 4.0, -0.5], 2.0);
+        let (n, dt) = (200_000, 2.0 / 200_000.0);
+        let jerk = |t: f64| (p.at(t + 1e-5)[2] - p.at(t - 1e-5)[2]) / 2e-5;
+        let sum: f64 = (0..n)
+            .map(|i| jerk((f64::from(i) + 0.5) * dt).powi(2) * dt)
+            .sum();
+        assert!((p.squared_jerk(2.0) - sum).abs() < 1e-4 * sum, "{sum}");
+    }
+}

@@ -1,0 +1,117 @@
+//! What a planner is told: horizon, samples, weights of the costs.
+
+use super::Limits;
+use crate::scenario::VehicleType;
+
+/// How a planner plans.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The vehicle that is planned for.
+    pub vehicle: VehicleType,
+    /// How far ahead, seconds.
+    pub horizon: f64,
+    /// What is sampled.
+    pub sampling: Sampling,
+    /// What the costs weigh.
+    pub weights: Weights,
+    /// Share of the vehicle's forces and steering that plans use, 0 to 1.
+    pub share: f64,
+    /// Below this speed (m/s) the offset is planned over the length of the way instead of time.
+    pub low_speed: f64,
+    /// What is kept free around predicted bodies, metres.
+    pub margin: f64,
+    /// Deceleration that stopping distances are worked out with, m/s².
+    pub braking: f64,
+    /// Reaction time that stopping distances are worked out with, seconds.
+    pub reaction: f64,
+}
+
+/// How densely the samples lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sampling {
+    /// Durations of manoeuvres, evenly spread up to the horizon.
+    pub durations: usize,
+    /// Final speeds for each duration.
+    pub speeds: usize,
+    /// Final offsets, an odd number: the path itself is one of them.
+    pub offsets: usize,
+    /// Times in which the offset is changed, evenly spread up to the horizon.
+    pub changes: usize,
+    /// The largest offset to either side, metres.
+    pub widest: f64,
+    /// Times that all are refined where nothing is left.
+    pub refinements: usize,
+}
+
+/// Weights of the terms of the cost; each term is a mean over the horizon.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights {
+    /// Squared jerk along the path, (m/s³)².
+    pub longitudinal_jerk: f64,
+    /// Squared jerk across the path, (m/s³)².
+    pub lateral_jerk: f64,
+    /// Squared acceleration, along and across, (m/s²)².
+    pub acceleration: f64,
+    /// Squared difference from the wanted speed, (m/s)².
+    pub speed: f64,
+    /// Squared offset from the path, m².
+    pub offset: f64,
+    /// Closeness to predicted bodies, 0 to 1 squared.
+    pub clearance: f64,
+    /// What is missing to a stopping distance behind whoever is in front, 0 to 1 squared.
+    pub following: f64,
+    /// Likelihood of contact times the squared speed at it, (m/s)².
+    pub risk: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            vehicle: VehicleType::Bmw320i,
+            horizon: 4.0,
+            sampling: Sampling {
+                durations: 4,
+                speeds: 9,
+                offsets: 9,
+                changes: 2,
+                widest: 3.5,
+                refinements: 2,
+            },
+            weights: Weights {
+                longitudinal_jerk: 0.02,
+                lateral_jerk: 0.05,
+                acceleration: 0.1,
+                speed: 1.0,
+                offset: 2.0,
+                clearance: 40.0,
+                following: 60.0,
+                risk: 1.0,
+            },
+            share: 0.95,
+            low_speed: 4.0,
+            margin: 0.1,
+            braking: 6.0,
+            reaction: 0.5,
+        }
+    }
+}
+
+impl Settings {
+    /// The limits that plans keep.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        Limits::of(self.vehicle).scaled(self.share)
+    }
+
+    /// The way (m) in which one stops from `velocity` (m/s).
+    #[must_use]
+    pub fn stopping(&self, velocity: f64) -> f64 {
+        velocity * (self.reaction + velocity / (2.0 * self.braking))
+    }
+
+    /// Steps of `dt` seconds in the horizon, at least one.
+    #[must_use]
+    pub fn steps(&self, dt: f64) -> usize {
+        ((self.horizon / dt).round() as usize).max(1)
+    }
+}

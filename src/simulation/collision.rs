@@ -1,0 +1,142 @@
+//! Who touches whom, and with which side of the body.
+
+use crate::geometry::{Placed, Point, Vector};
+use crate::scenario::{ObstacleRole, Scenario};
+
+/// A side of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Face {
+    /// Front.
+    Front,
+    /// Rear.
+    Rear,
+    /// Left side.
+    Left,
+    /// Right side.
+    Right,
+}
+
+impl Face {
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Front => "front",
+            Self::Rear => "rear",
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+}
+
+/// The first contact of the ego.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Collision {
+    /// The obstacle.
+    pub with: i64,
+    /// When, in time steps.
+    pub step: i64,
+    /// The side of the ego that is touched.
+    pub ego: Face,
+    /// The side of the obstacle that is touched.
+    pub other: Face,
+}
+
+impl std::fmt::Display for Collision {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (ego, other) = (self.ego.name(), self.other.name());
+        write!(
+            f,
+            "{} at step {}: its {other} and the ego's {ego}",
+            self.with, self.step
+        )
+    }
+}
+
+impl Collision {
+    /// The collision of a body with anyone of `scenario` but `without` at a step: exact distance 0.
+    #[must_use]
+    pub fn at(
+        scenario: &Scenario,
+        ego: &Placed<'_>,
+        step: i64,
+        without: Option<i64>,
+    ) -> Option<Self> {
+        let others = scenario.obstacles.iter().filter(|o| {
+            matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && Some(o.id) != without
+        });
+        for obstacle in others {
+            let Some(other) = obstacle.placed_at(step) else {
+                continue;
+            };
+            let far = ego.footprint.reach() + other.footprint.reach();
+            if (ego.pose.position - other.pose.position).norm() > far || ego.distance(&other) > 0.0
+            {
+                continue;
+            }
+            let middle = middle(ego, &other);
+            return Some(Self {
+                with: obstacle.id,
+                step,
+                ego: face(ego, &middle),
+                other: face(&other, &middle),
+            });
+        }
+        None
+    }
+}
+
+/// The middle of what two bodies share: of the corners of either that are in the other, and of where their outlines
+/// cross; the point between them where they only just touch.
+fn middle(a: &Placed<'_>, b: &Placed<'_>) -> Point {
+    let edges = |body: &Placed<'_>| -> Vec<(Point, Point)> {
+        let rings = body.outlines();
+        let ring = |ring: &Vec<Point>| -> Vec<(Point, Point)> {
+            let ends = ring.iter().cycle().skip(1);
+            ring.iter().copied().zip(ends.copied()).collect()
+        };
+        rings.iter().flat_map(ring).collect()
+    };
+    let (of_a, of_b) = (edges(a), edges(b));
+    let inside = |edges: &[(Point, Point)], other: &Placed<'_>| -> Vec<Point> {
+        let corners = edges.iter().map(|(from, _)| *from);
+        corners.filter(|p| other.holds(p)).collect()
+    };
+    let mut shared = [inside(&of_a, b), inside(&of_b, a)].concat();
+    for one in &of_a {
+        shared.extend(of_b.iter().filter_map(|other| crossing(*one, *other)));
+    }
+    if shared.is_empty() {
+        return nalgebra::center(&a.pose.position, &b.pose.position);
+    }
+    let sum = shared.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
+    Point::from(sum / shared.len() as f64)
+}
+
+/// Where two stretches of line cross; nothing for parallel ones.
+fn crossing((a, b): (Point, Point), (c, d): (Point, Point)) -> Option<Point> {
+    let (along, other, between) = (b - a, d - c, c - a);
+    let cross = along.perp(&other);
+    if cross == 0.0 {
+        return None;
+    }
+    let (t, u) = (between.perp(&other) / cross, between.perp(&along) / cross);
+    let within = (0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u);
+    within.then(|| a + along * t)
+}
+
+/// The side of a body that is nearest to a point on or in it.
+fn face(body: &Placed<'_>, at: &Point) -> Face {
+    let local = body.pose.to_local(at);
+    let (length, width) = body.footprint.shape().size();
+    let (x, y) = (local.x * 2.0 / length, local.y * 2.0 / width);
+    // Depth below each side, metres: the least one is that side.
+    let sides = [
+        ((1.0 - x) * length, Face::Front),
+        ((1.0 + x) * length, Face::Rear),
+        ((1.0 - y) * width, Face::Left),
+        ((1.0 + y) * width, Face::Right),
+    ];
+    let nearest = sides.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map_or(Face::Front, |(_, face)| face)
+}

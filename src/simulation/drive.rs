@@ -1,0 +1,232 @@
+//! Driving: plan, advance, look, until it ends.
+
+use std::time::{Duration, Instant};
+
+use super::{Collision, Outcome};
+use crate::geometry::Pose;
+use crate::planner::{
+    self, Forecast, Forecaster, Guide, GuideError, Limits, Plan, Planner, Road, VehicleState,
+};
+use crate::scenario::{Motion, PlanningProblem, Sample, Scenario, StateField, Track};
+
+/// How to drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The planner's.
+    pub planner: planner::Settings,
+    /// What it is told of the others' future.
+    pub forecast: Forecast,
+    /// Steps that are driven of a plan before the next one, at least 1.
+    pub replan: usize,
+    /// The obstacle whose place the ego takes.
+    pub without: Option<i64>,
+}
+
+/// One planning cycle of a drive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cycle {
+    /// The time step at which it was planned.
+    pub step: i64,
+    /// What was decided.
+    pub plan: Plan,
+    /// How long planning took, the forecast not counted.
+    pub took: Duration,
+}
+
+/// A drive from start to end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drive {
+    /// Time steps and states of the ego, one a step.
+    pub states: Vec<(i64, VehicleState)>,
+    /// Every cycle.
+    pub cycles: Vec<Cycle>,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Whole limits of the vehicle.
+    pub limits: Limits,
+    /// Seconds between two steps.
+    pub dt: f64,
+}
+
+/// Why nothing was driven.
+#[derive(Debug, thiserror::Error)]
+pub enum DriveError {
+    /// The planner has nothing to follow.
+    #[error(transparent)]
+    Guide(#[from] GuideError),
+    /// The goal does not say until when.
+    #[error("planning problem {problem} has no goal")]
+    NoGoal {
+        /// Its id.
+        problem: i64,
+    },
+    /// The start lacks something.
+    #[error("planning problem {problem} does not say {what} of the ego at its start")]
+    NoStart {
+        /// Its id.
+        problem: i64,
+        /// What is missing.
+        what: &'static str,
+    },
+}
+
+/// Drives the ego of a planning problem.
+///
+/// # Errors
+/// The problem has no start or no goal, or no way leads to it.
+pub fn drive(
+    scenario: &Scenario,
+    problem: &PlanningProblem,
+    settings: &Settings,
+) -> Result<Drive, DriveError> {
+    drive_watched(scenario, problem, settings, &mut |_, _| true)
+}
+
+/// Drives, and shows each cycle with its planner to `watch`; where that says no, the drive is a time-out there.
+///
+/// # Errors
+/// As [`drive`].
+pub fn drive_watched(
+    scenario: &Scenario,
+    problem: &PlanningProblem,
+    settings: &Settings,
+    watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+) -> Result<Drive, DriveError> {
+    let graph = scenario.network.lane_graph(None);
+    let guide = Guide::of(scenario, &graph, problem)?;
+    let whole = Limits::of(settings.planner.vehicle);
+    let dt = scenario.dt();
+    let missing = |what| DriveError::NoStart {
+        problem: problem.id,
+        what,
+    };
+    let start = start(problem, &guide, &whole).ok_or(missing("position, heading and velocity"))?;
+    let road = Road::new(&scenario.network, &whole);
+    let last = problem.deadline().ok_or(DriveError::NoGoal {
+        problem: problem.id,
+    })?;
+    let forecaster = Forecaster::new(scenario, settings.forecast, settings.without);
+    let mut planner = Planner::new(settings.planner, &guide, &road, dt);
+    let first = problem.initial.time.from;
+    let mut run = Drive {
+        states: vec![(first, start)],
+        cycles: Vec::new(),
+        outcome: Outcome::Timeout,
+        limits: whole,
+        dt,
+    };
+    let look = |step: i64, state: &VehicleState, was_on: &mut bool| -> Option<Outcome> {
+        let motion = state.centre(&whole);
+        let body = road.body().at(motion.pose);
+        if let Some(collision) = Collision::at(scenario, &body, step, settings.without) {
+            return Some(Outcome::Collision(collision));
+        }
+        let on = road.holds(state, &whole);
+        if *was_on && !on {
+            return Some(Outcome::OffRoad);
+        }
+        *was_on |= on;
+        problem
+            .reached(step, &motion, &scenario.network)
+            .map(Outcome::Goal)
+    };
+    let mut on = false;
+    if let Some(outcome) = look(first, &start, &mut on) {
+        run.outcome = outcome;
+        return Ok(run);
+    }
+    let (mut step, mut state) = (first, start);
+    while step < last {
+        let traffic = forecaster.traffic(step, planner.steps());
+        let began = Instant::now();
+        let plan = planner.plan(&state, step, &traffic);
+        let cycle = Cycle {
+            step,
+            plan,
+            took: began.elapsed(),
+        };
+        let more = watch(&planner, &cycle);
+        let ahead: Vec<VehicleState> = cycle
+            .plan
+            .states
+            .iter()
+            .skip(1)
+            .take(settings.replan.max(1))
+            .copied()
+            .collect();
+        run.cycles.push(cycle);
+        if ahead.is_empty() {
+            run.outcome = Outcome::Infeasible;
+            return Ok(run);
+        }
+        if !more {
+            return Ok(run);
+        }
+        for next in ahead {
+            step += 1;
+            state = next;
+            run.states.push((step, state));
+            if let Some(outcome) = look(step, &state, &mut on) {
+                run.outcome = outcome;
+                return Ok(run);
+            }
+            if step >= last {
+                break;
+            }
+        }
+    }
+    Ok(run)
+}
+
+/// The state a problem starts with.
+///
+/// Files made of SUMO's traffic say a yaw rate of exactly 0 in every curve; the wheels are then taken to stand as the
+/// path bends. A yaw rate that is not 0 is kept.
+fn start(problem: &PlanningProblem, guide: &Guide, limits: &Limits) -> Option<VehicleState> {
+    let initial = &problem.initial;
+    let position = initial.point()?;
+    let velocity = initial.velocity?.middle();
+    let motion = Motion {
+        pose: Pose {
+            position,
+            heading: initial.orientation?.middle(),
+        },
+        velocity,
+        acceleration: initial.acceleration.map_or(0.0, |q| q.middle()),
+    };
+    let state = VehicleState::of_centre(&motion, 0.0, limits);
+    let said = initial
+        .quantity(StateField::YawRate)
+        .map_or(0.0, |q| q.middle());
+    let curvature = if said != 0.0 && velocity.abs() > SLOW {
+        said / velocity
+    } else {
+        guide.curvature_at(&state).unwrap_or(0.0)
+    };
+    let most = limits.curvature();
+    Some(VehicleState {
+        curvature: curvature.clamp(-most, most),
+        ..state
+    })
+}
+
+/// Below this speed a yaw rate does not tell how the wheels stand, m/s.
+const SLOW: f64 = 0.1;
+
+impl Drive {
+    /// The motion of the body's centre.
+    #[must_use]
+    pub fn track(&self) -> Track {
+        let samples = self.states.iter().map(|(step, state)| {
+            let motion = state.centre(&self.limits);
+            Sample {
+                step: *step,
+                position: motion.pose.position,
+                heading: Some(motion.pose.heading),
+                velocity: Some(motion.velocity),
+                acceleration: Some(motion.acceleration),
+            }
+        });
+        Track::new(samples.collect(), self.dt, None)
+    }
+}

@@ -1,0 +1,27 @@
+//! Messages and effects of planning the ego of a scenario.
+
+use crate::planner::Forecast;
+use crate::scenario::{Entry, Transform};
+use crate::tui::loaded::Opened;
+
+/// Numbers the drives of the planner; a message of an old one is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct PlanId(pub u64);
+
+/// What planning is asked for.
+#[derive(Debug)]
+pub enum PlanAsk {
+    /// Plan the ego of a scenario, after a change of its scene if there is one, under a forecast.
+    Begin(PlanId, Entry, Option<Transform>, Forecast),
+    /// Stop that; nothing more is heard of it.
+    Stop(PlanId),
+}
+
+/// What is heard of planning.
+#[derive(Debug)]
+pub enum PlanNews {
+    /// So many steps are planned, of so many at most.
+    Planned(PlanId, usize, usize),
+    /// It has ended: the scenario with the planned ego, or why there is none.
+    Ended(PlanId, Result<Box<Opened>, String>),
+}

@@ -1,0 +1,75 @@
+//! The planner in the workbench: what it is told, and the drive that is under way.
+
+use super::Model;
+use crate::planner::Forecast;
+use crate::scenario::{ContentHash, Scene};
+use crate::tui::loaded::{CycleShown, Planned};
+use crate::tui::message::planning::PlanId;
+
+/// What is known of planning beside what is open.
+#[derive(Debug)]
+pub struct Driver {
+    /// What the planner is told of the others' future.
+    pub forecast: Forecast,
+    /// The drive that is under way.
+    pub under_way: Option<UnderWay>,
+    /// The place in the list of a scenario without an ego, and the seconds after which one is planned for it.
+    pub waits: Option<(usize, f64)>,
+    /// The scenario that shall stay without a planned ego, until another one is open.
+    pub declined: Option<ContentHash>,
+}
+
+/// A drive that is under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct UnderWay {
+    /// Its number.
+    pub id: PlanId,
+    /// The place of the scenario in the list.
+    pub place: usize,
+    /// Steps that are planned.
+    pub done: usize,
+    /// Steps at most; 0 while that is not known.
+    pub of: usize,
+}
+
+impl Default for Driver {
+    fn default() -> Self {
+        Self {
+            forecast: Forecast::Lane,
+            under_way: None,
+            waits: None,
+            declined: None,
+        }
+    }
+}
+
+/// What a forecast is called on the screen.
+#[must_use]
+pub fn forecast_words(forecast: Forecast) -> &'static str {
+    match forecast {
+        Forecast::Lane => "predictions along the lanes",
+        Forecast::ConstantVelocity => "predictions of constant velocity",
+        Forecast::Recorded => "the recorded future, which no vehicle knows",
+    }
+}
+
+impl Model {
+    /// How the ego of the opened scenario was planned, where it was.
+    #[must_use]
+    pub fn planned(&self) -> Option<&Planned> {
+        self.opened.as_ref()?.planned.as_deref()
+    }
+
+    /// The scene with the recorded ego that stands beside the planned one, where both are there and to be seen.
+    #[must_use]
+    pub fn recorded_beside(&self) -> Option<&Scene> {
+        let planned = self.planned().filter(|_| self.map.layers.planner)?;
+        planned.recorded.as_deref()
+    }
+
+    /// The planner's cycle at the cursor.
+    #[must_use]
+    pub fn cycle(&self) -> Option<&CycleShown> {
+        self.planned()?.cycle_at(self.clock.step())
+    }
+}

@@ -1,0 +1,57 @@
+//! Drives of the planner for tests: coarse ones, each made once.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use crate::metrics::Thresholds;
+use crate::planner::{self, Forecast, Sampling};
+use crate::scenario::{Entry, WantedEgo};
+use crate::simulation::Settings;
+use crate::tui::loaded::Opened;
+
+/// Few samples over a short horizon: a test waits for it.
+pub fn coarse(forecast: Forecast) -> Settings {
+    let usual = planner::Settings::default();
+    Settings {
+        planner: planner::Settings {
+            horizon: 3.0,
+            sampling: Sampling {
+                durations: 2,
+                speeds: 4,
+                offsets: 5,
+                changes: 1,
+                refinements: 0,
+                ..usual.sampling
+            },
+            ..usual
+        },
+        forecast,
+        replan: 1,
+        without: None,
+    }
+}
+
+/// A bundled scenario with its ego planned, each driven once for all tests; planning takes 12 ms in all of them.
+pub fn planned(entry: &Entry, forecast: Forecast) -> Result<Opened, String> {
+    type Driven = HashMap<(String, &'static str), Result<Opened, String>>;
+    static DRIVEN: Mutex<Option<Driven>> = Mutex::new(None);
+    let mut driven = DRIVEN.lock().unwrap_or_else(PoisonError::into_inner);
+    let drive = || {
+        let settings = coarse(forecast);
+        let thresholds = Thresholds::shipped();
+        let how = (None, &settings);
+        let mut go_on = |_, _| true;
+        let opened = Opened::planned(entry, &WantedEgo::Beside, thresholds, how, &mut go_on);
+        let mut opened = opened?.expect("nobody stopped it");
+        let planned = opened.planned.as_mut().unwrap();
+        let planned = Arc::get_mut(planned).unwrap();
+        for cycle in &mut planned.cycles {
+            cycle.took = Duration::from_millis(12);
+        }
+        Ok(opened)
+    };
+    let key = (entry.name.clone(), forecast.name());
+    let driven = driven.get_or_insert_default();
+    driven.entry(key).or_insert_with(drive).clone()
+}

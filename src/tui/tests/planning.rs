@@ -1,0 +1,371 @@
+//! The planner drives: by a key, by itself, stopped, and seen cycle by cycle.
+
+use std::time::Duration;
+
+use super::bench::Bench;
+use super::driven::{coarse, planned};
+use crate::planner::{self, Forecast};
+use crate::scenario::{EgoSource, Entry, bundled};
+use crate::simulation::{Outcome, Settings};
+use crate::tui::loaded::NONE_BESIDE;
+use crate::tui::message::planning::{PlanAsk, PlanId, PlanNews};
+use crate::tui::message::{Effect, Msg, OpenId};
+use crate::tui::model::{Drives, JobState, Model, Overlay};
+
+/// The drive that was asked for last.
+fn asked(bench: &Bench) -> (PlanId, Entry, Forecast) {
+    let asks = bench.effects.iter().rev();
+    let mut asks = asks.filter_map(|effect| match effect {
+        Effect::Plan(PlanAsk::Begin(id, entry, _, forecast)) => {
+            Some((*id, entry.clone(), *forecast))
+        }
+        _ => None,
+    });
+    asks.next().expect("planning was asked for")
+}
+
+fn count(bench: &Bench, wanted: impl Fn(&PlanAsk) -> bool) -> usize {
+    let asks = bench.effects.iter();
+    let asks = asks.filter(|e| matches!(e, Effect::Plan(ask) if wanted(ask)));
+    asks.count()
+}
+
+fn begun(bench: &Bench) -> usize {
+    count(bench, |ask| matches!(ask, PlanAsk::Begin(..)))
+}
+
+fn stopped(bench: &Bench) -> usize {
+    count(bench, |ask| matches!(ask, PlanAsk::Stop(_)))
+}
+
+/// What was asked for is driven to its end.
+fn arrive(bench: &mut Bench) {
+    let (id, entry, forecast) = asked(bench);
+    let opened = planned(&entry, forecast).map(Box::new);
+    bench.send(Msg::Plan(PlanNews::Planned(id, 3, 100)));
+    bench.send(Msg::Plan(PlanNews::Ended(id, opened)));
+}
+
+/// A bundled scenario whose ego the planner drove.
+fn driven(name: &str) -> Bench {
+    let mut bench = Bench::bundled();
+    bench.press("/");
+    bench.type_text(name);
+    bench.press("enter W");
+    arrive(&mut bench);
+    bench
+}
+
+/// As if nobody had recorded an ego for what is open.
+fn without_ego(bench: &mut Bench) {
+    let mut opened = (**bench.model.opened.as_ref().unwrap()).clone();
+    opened.scene = None;
+    opened.series = None;
+    opened.headline = None;
+    opened.collision = None;
+    opened.ranking = Vec::new();
+    opened.no_ego = Some(NONE_BESIDE.into());
+    let id = OpenId(bench.model.new_id());
+    bench.model.opening = Some((id, None));
+    bench.send(Msg::Opened(id, Ok(Box::new(opened))));
+}
+
+fn is_planned(model: &Model) -> bool {
+    model
+        .scene()
+        .is_some_and(|scene| matches!(scene.ego.source, EgoSource::Planned { .. }))
+}
+
+fn passes(bench: &mut Bench, ms: u64) {
+    bench.send(Msg::Passed(Duration::from_millis(ms)));
+}
+
+#[test]
+fn a_key_lets_the_planner_drive_and_another_goes_back() {
+    let mut bench = Bench::bundled();
+    let before = bench.model.scene().unwrap().ego.to_string();
+    bench.press("W");
+    let (id, _, forecast) = asked(&bench);
+    assert_eq!(forecast, Forecast::Lane);
+    bench.send(Msg::Plan(PlanNews::Planned(id, 7, 100)));
+    assert!(bench.frame(120, 40).contains("planning 7/100"));
+    assert!(
+        !is_planned(&bench.model),
+        "the recorded one stays until then"
+    );
+    arrive(&mut bench);
+    assert!(is_planned(&bench.model));
+    let planned = bench.model.planned().unwrap();
+    let recorded = planned.recorded.as_ref().unwrap();
+    assert_eq!(recorded.ego.to_string(), before);
+    assert_eq!(planned.cycles[0].step, bench.model.clock.range().0);
+    let frame = bench.frame(200, 60);
+    assert!(frame.contains("ego planned, "), "{frame}");
+    assert!(frame.contains("goes back to the recorded ego"), "{frame}");
+    let job = bench.model.jobs.all.last().unwrap();
+    assert_eq!(job.state, JobState::Done(planned.outcome.to_string()));
+    bench.press("backspace");
+    assert_eq!(bench.model.scene().unwrap().ego.to_string(), before);
+    assert!(bench.model.planned().is_none());
+    assert!(!bench.frame(200, 60).contains("ego planned"));
+}
+
+#[test]
+fn what_is_under_way_can_be_stopped_and_ends_when_something_else_opens() {
+    let mut bench = Bench::bundled();
+    bench.press("W W");
+    assert_eq!((begun(&bench), stopped(&bench)), (1, 1));
+    assert!(bench.model.driver.under_way.is_none());
+    bench.press("W J x esc");
+    assert_eq!((begun(&bench), stopped(&bench)), (2, 2));
+    assert!(matches!(
+        bench.model.jobs.all.last().unwrap().state,
+        JobState::Cancelled(_)
+    ));
+    bench.press("W down");
+    assert_eq!((begun(&bench), stopped(&bench)), (3, 3));
+    // What still arrives of it is dropped.
+    let name = bench.model.opened.as_ref().unwrap().name.clone();
+    arrive(&mut bench);
+    assert_eq!(bench.model.opened.as_ref().unwrap().name, name);
+    assert!(!is_planned(&bench.model));
+}
+
+#[test]
+fn another_forecast_drives_anew_and_the_same_one_does_not() {
+    let mut bench = driven("cutin");
+    bench.press("W");
+    assert_eq!(begun(&bench), 1, "it would be the same drive");
+    bench.press("F");
+    assert_eq!(asked(&bench).2, Forecast::ConstantVelocity);
+    arrive(&mut bench);
+    let planned = bench.model.planned().unwrap();
+    assert_eq!(planned.forecast, Forecast::ConstantVelocity);
+    assert!(
+        planned.recorded.is_some(),
+        "the recorded ego, not the planned one before"
+    );
+}
+
+#[test]
+fn a_scenario_without_an_ego_gets_one_when_it_stays_open() {
+    let mut bench = Bench::bundled();
+    passes(&mut bench, 900);
+    assert_eq!(begun(&bench), 0, "it has an ego");
+    without_ego(&mut bench);
+    assert!(bench.model.moves(), "time has to pass");
+    passes(&mut bench, 300);
+    bench.press("down");
+    passes(&mut bench, 900);
+    assert_eq!(begun(&bench), 0, "it was left before");
+    bench.press("up");
+    without_ego(&mut bench);
+    passes(&mut bench, 400);
+    passes(&mut bench, 400);
+    assert_eq!(begun(&bench), 1);
+    assert!(bench.frame(200, 60).contains("the ego is being planned"));
+    arrive(&mut bench);
+    assert!(is_planned(&bench.model));
+    let said = &bench.model.toasts.last().unwrap().text;
+    assert!(said.starts_with("ego planned: "), "{said}");
+    passes(&mut bench, 900);
+    assert_eq!(begun(&bench), 1);
+}
+
+#[test]
+fn who_does_not_want_a_planned_ego_gets_none_and_a_failure_is_told_once() {
+    let mut bench = Bench::bundled();
+    without_ego(&mut bench);
+    passes(&mut bench, 700);
+    bench.press("W");
+    passes(&mut bench, 900);
+    passes(&mut bench, 900);
+    assert_eq!((begun(&bench), stopped(&bench)), (1, 1));
+    bench.press("W");
+    let (id, ..) = asked(&bench);
+    let why = "no way leads from the start to the goal";
+    bench.send(Msg::Plan(PlanNews::Ended(id, Err(why.into()))));
+    passes(&mut bench, 900);
+    assert_eq!(begun(&bench), 2);
+    assert!(bench.model.toasts.iter().any(|t| t.text.contains(why)));
+    assert!(bench.model.scene().is_none());
+    // What cannot be read is not made up for.
+    let mut opened = (**bench.model.opened.as_ref().unwrap()).clone();
+    opened.no_ego = Some("ego.csv: line 1 has no column `timestep`".into());
+    bench.model.driver.declined = None;
+    bench.model.opened = Some(Box::new(opened));
+    passes(&mut bench, 900);
+    passes(&mut bench, 900);
+    assert_eq!(begun(&bench), 2);
+}
+
+#[test]
+fn without_a_planning_problem_it_says_so() {
+    let entry = bundled().remove(0);
+    let mut bench = Bench::bundled();
+    let mut opened = (**bench.model.opened.as_ref().unwrap()).clone();
+    let mut scenario = (*opened.scenario).clone();
+    scenario.planning_problems.clear();
+    opened.scenario = scenario.into();
+    bench.model.opened = Some(Box::new(opened));
+    bench.press("W");
+    assert_eq!(begun(&bench), 0, "{}", entry.name);
+    let said = &bench.model.toasts.last().unwrap().text;
+    assert!(said.contains("no planning problem"), "{said}");
+}
+
+#[test]
+fn stepping_goes_through_the_cycles() {
+    let mut bench = driven("cutin");
+    bench.model.toasts.clear();
+    let first = bench.model.clock.range().0;
+    let planned = bench.model.planned().unwrap();
+    assert!(planned.cycle_at(first - 1).is_none());
+    assert_eq!(planned.cycle_at(first + 5).unwrap().step, first + 5);
+    assert_eq!(
+        planned.cycle_at(i64::MAX).unwrap(),
+        planned.cycles.last().unwrap()
+    );
+    let begins = |step: i64| planned.cycle_at(step).unwrap().chosen[0];
+    let drives = |step: i64| {
+        bench
+            .model
+            .scene()
+            .unwrap()
+            .ego
+            .track
+            .at(step)
+            .unwrap()
+            .pose
+            .position
+    };
+    for step in [first, first + 5, first + 11] {
+        let off = (begins(step) - drives(step)).norm();
+        assert!(off < 1e-6, "the choice begins where the ego is: {off}");
+    }
+    bench.model.clock.go(first + 5);
+    bench.press("Y");
+    assert!(matches!(
+        bench.model.overlays.last(),
+        Some(Overlay::Cycle(_))
+    ));
+    let panel = bench.frame(200, 60);
+    assert!(panel.contains(&format!("step {}", first + 5)), "{panel}");
+    let cycle = bench.model.cycle().unwrap();
+    assert!(panel.contains(&format!("{} candidates", cycle.candidates)));
+    let out: usize = cycle.rejected.iter().map(|(_, n)| n).sum();
+    assert_eq!(cycle.feasible + out, cycle.candidates);
+    bench.press("right");
+    assert!(
+        bench
+            .frame(200, 60)
+            .contains(&format!("step {}", first + 6))
+    );
+    bench.press("Y");
+    assert!(bench.model.overlays.is_empty());
+}
+
+#[test]
+fn the_layer_can_be_switched_off() {
+    let mut bench = driven("cutin");
+    bench.model.toasts.clear();
+    let with = bench.frame(120, 40);
+    assert!(
+        with.contains("recorded") && with.contains("drivable"),
+        "{with}"
+    );
+    bench.model.map.layers.planner = false;
+    let without = bench.frame(120, 40);
+    assert!(!without.contains("drivable"), "{without}");
+    assert!(
+        without.contains("ego planned"),
+        "who drives is said in any case"
+    );
+}
+
+#[test]
+fn the_plot_compares_both_egos() {
+    let mut bench = driven("cutin");
+    bench.press("O");
+    assert_eq!(bench.model.plot.drives, Some(Drives::Speed));
+    let frame = bench.frame(200, 60);
+    assert!(
+        frame.contains("━planned ") && frame.contains("··recorded "),
+        "{frame}"
+    );
+    bench.press("O");
+    let frame = bench.frame(200, 60);
+    assert!(frame.contains("from planned to recorded ego"), "{frame}");
+    bench.press("O");
+    assert_eq!(bench.model.plot.drives, None);
+    bench.press("backspace O");
+    assert_eq!(bench.model.plot.drives, None, "nothing was planned");
+}
+
+#[test]
+fn a_cycle_is_small() {
+    let entry = bundled().remove(0);
+    let settings = Settings {
+        planner: planner::Settings::default(),
+        ..coarse(Forecast::Lane)
+    };
+    // A few cycles of a whole fan.
+    let mut kept = Vec::new();
+    let scenario = entry.read().unwrap();
+    let problem = &scenario.planning_problems[0];
+    let limits = planner::Limits::of(settings.planner.vehicle);
+    crate::simulation::drive_watched(&scenario, problem, &settings, &mut |planner, cycle| {
+        let forecaster = planner::Forecaster::new(&scenario, settings.forecast, None);
+        let traffic = forecaster.traffic(cycle.step, planner.steps());
+        kept.push(crate::tui::loaded::CycleShown::of(
+            (planner, &limits),
+            cycle,
+            &traffic,
+            scenario.dt(),
+        ));
+        kept.len() < 2
+    })
+    .unwrap();
+    for cycle in &kept {
+        assert!(cycle.fan.count() <= 200 && cycle.fan.count() > 20);
+        assert!(cycle.bytes() < 60_000, "{} bytes", cycle.bytes());
+    }
+}
+
+#[test]
+fn a_cycle_at_both_sizes() {
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let mut bench = Bench::bundled();
+        bench.send(Msg::Resize(columns, rows));
+        bench.frame(columns, rows);
+        bench.press("/");
+        bench.type_text("cutin");
+        bench.press("enter W");
+        arrive(&mut bench);
+        bench.model.toasts.clear();
+        bench.model.clock.go(12);
+        bench.press("O");
+        bench.model.toasts.clear();
+        bench.press("Y");
+        insta::assert_snapshot!(
+            format!("the_planner_at_{columns}_by_{rows}"),
+            bench.frame(columns, rows)
+        );
+    }
+}
+
+#[test]
+fn how_it_ended_is_said_in_short() {
+    let bench = driven("cutin");
+    let outcome = bench.model.planned().unwrap().outcome;
+    let words = match outcome {
+        Outcome::Goal(_) => "ego planned, goal reached".to_string(),
+        Outcome::Collision(c) => format!("ego planned, collision with {}", c.with),
+        Outcome::Timeout => "ego planned, goal not reached".to_string(),
+        Outcome::OffRoad => "ego planned, off the road".to_string(),
+        Outcome::Infeasible => "ego planned, cannot be driven".to_string(),
+    };
+    assert!(bench.frame(120, 40).contains(&words), "{words}");
+    let narrow = bench.frame(80, 24);
+    assert!(narrow.contains("ego planned · ZAM_CutIn"), "{narrow}");
+}

@@ -1,0 +1,298 @@
+//! Letting the planner drive the ego, and showing what it saw and chose.
+
+use super::super::action::{Action, Scope};
+use super::super::keymap::Key;
+use super::super::loaded::{NONE_BESIDE, Opened};
+use super::super::message::planning::{PlanAsk, PlanId, PlanNews};
+use super::super::message::{Effect, OpenId};
+use super::super::model::{
+    Camera, Drives, JobKind, JobState, Model, Overlay, UnderWay, forecast_words,
+};
+use super::{actions, opening, values};
+use crate::planner::Forecast;
+
+/// Seconds for which a scenario without an ego stays open before one is planned for it: whoever moves through the list
+/// does not want one for each.
+const STAYS: f64 = 0.6;
+
+/// Metres of a column at most, so that what was chosen is on the map: beyond, bodies are too small.
+const COARSEST: f64 = 1.2;
+
+/// Lets the planner drive, or stops it.
+pub fn drive(model: &mut Model) -> Vec<Effect> {
+    if model.driver.under_way.is_some() {
+        model.say("planning is cancelled");
+        return cancel(model);
+    }
+    let planned = model.planned().map(|planned| planned.forecast);
+    if planned == Some(model.driver.forecast) {
+        let key = model.look.key(Action::NextForecast);
+        model.say(format!(
+            "this is what the planner drives, the same each time; {key} tells it something else"
+        ));
+        return Vec::new();
+    }
+    begin(model)
+}
+
+/// Tells the planner something else; where a planned ego is shown or on its way, it drives anew.
+pub fn next_forecast(model: &mut Model) -> Vec<Effect> {
+    model.driver.forecast = match model.driver.forecast {
+        Forecast::Lane => Forecast::ConstantVelocity,
+        Forecast::ConstantVelocity => Forecast::Recorded,
+        Forecast::Recorded => Forecast::Lane,
+    };
+    let words = forecast_words(model.driver.forecast);
+    if model.planned().is_some() || model.driver.under_way.is_some() {
+        let mut effects = stop(model);
+        effects.extend(begin(model));
+        return effects;
+    }
+    let key = model.look.key(Action::DrivePlanner);
+    model.say(format!("{key} drives with {words}"));
+    Vec::new()
+}
+
+fn begin(model: &mut Model) -> Vec<Effect> {
+    let problems = model
+        .opened
+        .as_deref()
+        .map(|o| o.scenario.planning_problems.len());
+    match (problems, model.list.opened) {
+        _ if model.opening.is_some() => model.say("the scenario is not open yet"),
+        (None, _) | (_, None) => model.say("no scenario is open"),
+        (Some(0), _) => model.say("the scenario has no planning problem: nothing to plan for"),
+        (Some(_), Some(place)) => {
+            let words = forecast_words(model.driver.forecast);
+            let key = model.look.key(Action::DrivePlanner);
+            model.say(format!("the planner drives with {words}; {key} stops it"));
+            return again(model, place);
+        }
+    }
+    Vec::new()
+}
+
+/// Plans the ego of what is open.
+pub fn again(model: &mut Model, place: usize) -> Vec<Effect> {
+    let mut effects = stop(model);
+    let change = model.opened.as_deref().and_then(|opened| opened.change);
+    let id = PlanId(model.new_id());
+    model.driver.waits = None;
+    model.driver.under_way = Some(UnderWay {
+        id,
+        place,
+        done: 0,
+        of: 0,
+    });
+    let entry = model.list.rows[place].entry.clone();
+    let begin = PlanAsk::Begin(id, entry, change, model.driver.forecast);
+    effects.push(Effect::Plan(begin));
+    effects
+}
+
+/// Somebody does not want what is under way: it is not begun again by itself.
+pub fn cancel(model: &mut Model) -> Vec<Effect> {
+    decline(model);
+    stop(model)
+}
+
+/// Stops what is under way.
+fn stop(model: &mut Model) -> Vec<Effect> {
+    let under_way = model.driver.under_way.take();
+    let stop = |drive: UnderWay| Effect::Plan(PlanAsk::Stop(drive.id));
+    under_way.map(stop).into_iter().collect()
+}
+
+/// A planned ego gives its place back.
+pub fn take_back(model: &mut Model) {
+    let recorded = model.planned().map(|planned| planned.recorded.is_some());
+    match recorded {
+        Some(true) => model.say("the recorded ego again"),
+        Some(false) => model.say("no ego any more: none was recorded"),
+        None => {}
+    }
+    decline(model);
+}
+
+/// The scenario that is open shall not get a planned ego by itself.
+fn decline(model: &mut Model) {
+    model.driver.declined = model.opened.as_ref().map(|o| o.scenario.hash);
+    model.driver.waits = None;
+}
+
+/// What is planned belongs to what is open: where something else is opened, planning stops. A scenario without an ego
+/// that stays open gets one.
+pub fn follow(model: &mut Model) -> Vec<Effect> {
+    let leaves = |drive: &UnderWay| {
+        model.opening.is_some() || model.opened.is_none() || model.list.opened != Some(drive.place)
+    };
+    let effects = match model.driver.under_way.as_ref().is_some_and(leaves) {
+        true => stop(model),
+        false => Vec::new(),
+    };
+    let open = model.opened.as_ref().map(|o| o.scenario.hash);
+    if model.opening.is_none() && model.driver.declined != open {
+        model.driver.declined = None;
+    }
+    let lacking = model.list.opened.filter(|_| lacks_ego(model));
+    let same = |waits: &(usize, f64)| Some(waits.0) == lacking;
+    let waits = model.driver.waits.filter(same);
+    model.driver.waits = waits.or(lacking.map(|place| (place, STAYS)));
+    effects
+}
+
+/// Whether an ego is to be planned because there is none.
+fn lacks_ego(model: &Model) -> bool {
+    let Some(opened) = &model.opened else {
+        return false;
+    };
+    let none = opened.scene.is_none() && opened.no_ego.as_deref() == Some(NONE_BESIDE);
+    let busy = model.opening.is_some() || model.driver.under_way.is_some();
+    let declined = model.driver.declined == Some(opened.scenario.hash);
+    none && !busy && !declined && !opened.scenario.planning_problems.is_empty()
+}
+
+/// Time passes: a scenario that has stayed open long enough gets its ego.
+pub fn pass(model: &mut Model, seconds: f64) -> Vec<Effect> {
+    match &mut model.driver.waits {
+        Some((place, left)) => {
+            *left -= seconds;
+            let (place, left) = (*place, *left);
+            if left > 0.0 {
+                return Vec::new();
+            }
+            again(model, place)
+        }
+        None => Vec::new(),
+    }
+}
+
+/// News of the drive that is under way; that of others is dropped.
+pub fn heard(model: &mut Model, news: PlanNews) -> Vec<Effect> {
+    let (PlanNews::Planned(id, ..) | PlanNews::Ended(id, _)) = &news;
+    let Some(drive) = model.driver.under_way.as_mut().filter(|d| d.id == *id) else {
+        return Vec::new();
+    };
+    match news {
+        PlanNews::Planned(_, done, of) => {
+            (drive.done, drive.of) = (done.min(of), of);
+            Vec::new()
+        }
+        PlanNews::Ended(_, Ok(opened)) => {
+            model.driver.under_way = None;
+            model.driver.declined = None;
+            take(model, opened)
+        }
+        PlanNews::Ended(_, Err(why)) => {
+            model.driver.under_way = None;
+            decline(model);
+            model.complain(format!("no ego was planned: {why}"));
+            Vec::new()
+        }
+    }
+}
+
+/// The planned ego is the ego from now on.
+fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
+    let back = model.look.key(Action::RecordedEgo);
+    let words = opened.planned.as_ref().map(|planned| {
+        let way = match planned.recorded {
+            Some(_) => format!("{back} goes back to the recorded ego"),
+            None => "no ego was recorded".to_string(),
+        };
+        format!("ego planned: {}; {way}", planned.outcome)
+    });
+    let without = model.opened.as_ref().is_some_and(|o| o.scene.is_none());
+    let id = OpenId(model.new_id());
+    model.opening = Some((id, None));
+    let reach = opened
+        .planned
+        .as_ref()
+        .map_or(0.0, |planned| planned.reach());
+    let effects = opening::opened(model, id, Ok(opened));
+    if without {
+        // The map showed everyone, from far away.
+        model.camera.cell = Camera::default().cell;
+    }
+    let (columns, _) = model.drawn.map_size();
+    let most = COARSEST * f64::from(columns);
+    let shown = reach.min(most).max(opening::NEIGHBOURHOOD);
+    model.camera.show_at_least(shown, columns);
+    if without {
+        // The window was nobody's until now.
+        super::clock::to_window(model);
+        model.refresh();
+    }
+    if let Some(words) = words {
+        model.tell(words);
+    }
+    effects
+}
+
+/// Notes in the list of tasks how far it is.
+pub fn note(model: &mut Model, news: &PlanNews) {
+    let now = model.uptime;
+    let (PlanNews::Planned(id, ..) | PlanNews::Ended(id, _)) = news;
+    let Some(job) = model.jobs.running_mut(JobKind::Plan(*id)) else {
+        return;
+    };
+    match news {
+        PlanNews::Planned(_, done, of) => {
+            (job.done, job.of) = (*done.min(of), *of);
+        }
+        PlanNews::Ended(_, Ok(opened)) => {
+            let planned = opened.planned.as_ref();
+            let words = planned.map_or(String::new(), |p| p.outcome.to_string());
+            job.end(JobState::Done(words), now);
+        }
+        PlanNews::Ended(_, Err(why)) => job.end(JobState::Failed(why.clone()), now),
+    }
+}
+
+/// Shows what the planner saw and chose.
+pub fn open_cycle(model: &mut Model) {
+    if model.planned().is_none() {
+        let key = model.look.key(Action::DrivePlanner);
+        return model.say(format!(
+            "the ego was not planned; {key} lets the planner drive"
+        ));
+    }
+    model.overlays.push(Overlay::Cycle(0));
+}
+
+/// A key while the planner's cycle is shown: what moves the clock or changes the drive goes through.
+pub fn cycle_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
+    match model.look.keymap.action(key, Scope::Global)? {
+        Action::PlannerCycle => {
+            model.overlays.pop();
+            Some(Vec::new())
+        }
+        action @ (Action::Play | Action::PlotDrives | Action::NextForecast) => {
+            Some(actions::perform(model, action))
+        }
+        _ => values::on_key(model, key),
+    }
+}
+
+/// Plots the next thing about both egos, or the measure again.
+pub fn plot_drives(model: &mut Model) {
+    let Some(planned) = model.planned() else {
+        let key = model.look.key(Action::DrivePlanner);
+        return model.say(format!(
+            "the ego was not planned; {key} lets the planner drive"
+        ));
+    };
+    let both = planned.recorded.is_some();
+    model.plot.drives = match model.plot.drives {
+        None => Some(Drives::Speed),
+        Some(Drives::Speed) if both => Some(Drives::Distance),
+        Some(_) => None,
+    };
+    let words = match model.plot.drives {
+        Some(Drives::Speed) if both => "speeds of the planned and the recorded ego",
+        Some(Drives::Speed) => "speed of the planned ego",
+        Some(Drives::Distance) => "distance between the planned and the recorded ego",
+        None => "the measure again",
+    };
+    model.say(words);
+}

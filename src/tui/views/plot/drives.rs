@@ -1,0 +1,131 @@
+//! The planned and the recorded ego over time: their speeds, or the distance between them.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Color, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::canvas::{Canvas, Points};
+
+use super::{axes, stroke};
+use crate::picture::Ticks;
+use crate::scenario::Track;
+use crate::tui::loaded::{Opened, Planned};
+use crate::tui::model::{Drives, Model, Pane};
+use crate::tui::widgets::frame;
+use crate::tui::widgets::words::quantity;
+
+/// A line: whose, its sign in the legend, its points.
+struct Curve {
+    name: &'static str,
+    sign: &'static str,
+    color: Color,
+    /// Drawn as dots, so that colours are not needed.
+    dotted: bool,
+    points: Vec<(f64, f64)>,
+}
+
+pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
+    let Some((opened, planned)) = model.opened.as_deref().zip(model.planned()) else {
+        return;
+    };
+    let dt = opened.scenario.dt();
+    let curves = curves(model, opened, planned, what);
+    let now = model.clock.step() as f64 * dt;
+    let (name, unit) = match what {
+        Drives::Speed => ("speed", "m/s"),
+        Drives::Distance => ("from planned to recorded ego", "m"),
+    };
+    let mut title = Line::from(name);
+    for curve in &curves {
+        let at = curve
+            .points
+            .iter()
+            .find(|(t, _)| (t - now).abs() < dt / 2.0);
+        let value = at.map_or("–".to_string(), |(_, v)| quantity(*v, unit));
+        title.push_span(Span::raw(" · "));
+        let words = match what {
+            Drives::Speed => format!("{}{} {value}", curve.sign, curve.name),
+            Drives::Distance => format!("now {value}"),
+        };
+        title.push_span(Span::styled(words, Style::new().fg(curve.color)));
+    }
+    let inner = frame::pane(f, area, model, Pane::Plot, title);
+    let all = || curves.iter().flat_map(|c| c.points.iter());
+    let high = all().map(|p| p.1).fold(1.0, f64::max);
+    let low = all().map(|p| p.1).fold(0.0, f64::min);
+    let (first, last) = model.clock.range();
+    let (from, to) = (first as f64 * dt, last as f64 * dt);
+    let to = to.max(from + dt);
+    let upwards = Ticks::around(low, high, axes::most_upwards(inner));
+    let plot = axes::draw(f, inner, (from, to), &upwards, unit, model.theme.dim);
+    let (low, high) = upwards.bounds();
+    let canvas = Canvas::default()
+        .marker(Marker::Braille)
+        .x_bounds([from, to])
+        .y_bounds([low, high])
+        .paint(|ctx| {
+            stroke(ctx, &[(now, low), (now, high)], model.theme.accent);
+            for curve in &curves {
+                if curve.dotted {
+                    ctx.draw(&Points {
+                        coords: &curve.points,
+                        color: curve.color,
+                    });
+                } else {
+                    stroke(ctx, &curve.points, curve.color);
+                }
+            }
+        });
+    f.render_widget(canvas, plot);
+    model.drawn.time_scale(plot);
+}
+
+fn curves(model: &Model, opened: &Opened, planned: &Planned, what: Drives) -> Vec<Curve> {
+    let theme = &model.theme;
+    let dt = opened.scenario.dt();
+    let own = opened.scene.as_ref().map(|scene| &scene.ego.track);
+    let recorded = planned.recorded.as_ref().map(|scene| &scene.ego.track);
+    let speed = |track: &Track| -> Vec<(f64, f64)> {
+        let samples = track.iter();
+        samples
+            .map(|(step, m)| (step as f64 * dt, m.velocity))
+            .collect()
+    };
+    match what {
+        Drives::Speed => {
+            let planned = own.map(|track| Curve {
+                name: "planned",
+                sign: "━",
+                color: theme.ego,
+                dotted: false,
+                points: speed(track),
+            });
+            let recorded = recorded.map(|track| Curve {
+                name: "recorded",
+                sign: "··",
+                color: theme.text,
+                dotted: true,
+                points: speed(track),
+            });
+            planned.into_iter().chain(recorded).collect()
+        }
+        Drives::Distance => {
+            let both = own.zip(recorded);
+            let points = both.map_or_else(Vec::new, |(own, recorded)| {
+                let apart = own.iter().filter_map(|(step, m)| {
+                    let other = recorded.at(step)?.pose.position;
+                    Some((step as f64 * dt, (m.pose.position - other).norm()))
+                });
+                apart.collect()
+            });
+            vec![Curve {
+                name: "distance",
+                sign: "━",
+                color: theme.warning,
+                dotted: false,
+                points,
+            }]
+        }
+    }
+}

@@ -1,0 +1,431 @@
+//! `plan`: outcomes as table and JSON, what is written and never overwritten, and settings of the planner.
+
+use nearmiss::scenario::commonroad::{TrajectoryKind, read, read_solution};
+use nearmiss::scenario::{EgoSource, Entry, read_recording};
+use nearmiss::{evaluation, planner, simulation};
+use serde_json::Value;
+
+use super::support::program::{Ended, Home};
+use super::{BUNDLED, CUT_IN, bundled_xml};
+
+const TURN: &str = "ZAM_RightTurn-1_1_T-1";
+
+/// A road without anything to plan.
+const NO_PROBLEM: &str = r#"<commonRoad timeStepSize="0.1" commonRoadVersion="2020a" benchmarkID="ZAM_None-1_1_T-1" date="2026-01-31">
+  <lanelet id="1">
+    <leftBound><point><x>0</x><y>3</y></point><point><x>50</x><y>3</y></point></leftBound>
+    <rightBound><point><x>0</x><y>0</y></point><point><x>50</x><y>0</y></point></rightBound>
+  </lanelet>
+</commonRoad>"#;
+
+fn lines(ended: &Ended) -> Vec<Value> {
+    let lines = ended.stdout.lines();
+    lines.map(|l| serde_json::from_str(l).unwrap()).collect()
+}
+
+/// The same without what a clock measured.
+fn timeless(mut line: Value) -> Value {
+    let object = line.as_object_mut().unwrap();
+    for key in ["median_cycle_ms", "longest_cycle_ms", "ms"] {
+        object.remove(key);
+    }
+    line
+}
+
+#[test]
+fn one_scenario_as_json_and_its_ego_as_csv() {
+    let home = Home::new();
+    let told = ["plan", CUT_IN, "--prediction", "recorded", "--replan", "3"];
+    let arguments = [&told[..], &["--json", "-o"]].concat();
+    let ended = home.run(&[&arguments[..], &["ego.csv"]].concat()).status(0);
+    assert_eq!(ended.stderr, "");
+    let said = ended.json();
+    let keys: Vec<&str> = said
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect();
+    assert_eq!(
+        keys[..5],
+        [
+            "outcome",
+            "collided_with",
+            "steps",
+            "cycles",
+            "median_cycle_ms"
+        ]
+    );
+    assert_eq!(said["outcome"], "goal");
+    assert!(said["collided_with"].is_null() && said["goal"] == 0);
+    assert!(said["median_cycle_ms"].as_f64().unwrap() > 0.0);
+    assert_eq!(
+        (&said["prediction"], &said["vehicle"], &said["scenario"]),
+        (&"recorded".into(), &2.into(), &CUT_IN.into())
+    );
+    let count = |key: &str| said[key].as_u64().unwrap();
+    assert_eq!(count("cycles"), count("steps").div_ceil(3));
+
+    // What was written is what the library drives.
+    let scenario = Entry::of_argument(CUT_IN.as_ref()).read().unwrap();
+    let settings = simulation::Settings {
+        forecast: planner::Forecast::Recorded,
+        replan: 3,
+        ..evaluation::usual_planning()
+    };
+    let problem = &scenario.planning_problems[0];
+    let drive = simulation::drive(&scenario, problem, &settings).unwrap();
+    let text = std::fs::read_to_string(home.files().join("ego.csv")).unwrap();
+    assert!(
+        text.starts_with(
+            "ego_id,timestep,x_position,y_position,orientation,velocity,acceleration\n"
+        )
+    );
+    let ego = read_recording(text.as_bytes(), "ego.csv", &scenario).unwrap();
+    assert_eq!(ego.id, problem.id);
+    let track = drive.track();
+    let (driven, back): (Vec<_>, Vec<_>) = (track.iter().collect(), ego.track.iter().collect());
+    assert_eq!(driven.len(), back.len());
+    assert_eq!(said["steps"], driven.len() - 1);
+    for ((step, motion), (step_back, motion_back)) in driven.iter().zip(&back) {
+        assert_eq!(step, step_back);
+        assert_eq!(motion, motion_back, "step {step}");
+    }
+
+    // The same again gives the same, but never over a file that is there.
+    let refused = home.run(&[&arguments[..], &["ego.csv"]].concat()).status(2);
+    assert!(refused.says(&["ego.csv", "--overwrite"]).stdout.is_empty());
+    let again = home
+        .run(&[&arguments[..], &["again.csv"]].concat())
+        .status(0);
+    assert_eq!(timeless(again.json()), timeless(said));
+    let again = std::fs::read_to_string(home.files().join("again.csv")).unwrap();
+    assert_eq!(again, text);
+    // `-` is standard output, where then nothing else is.
+    let out = home.run(&[&told[..], &["-o", "-"]].concat()).status(0);
+    assert_eq!(out.stdout, text);
+    home.run(&["plan", CUT_IN, "--json", "-o", "-"]).status(2);
+}
+
+#[test]
+fn a_folder_is_written_so_that_it_is_found_again() {
+    let home = Home::new();
+    std::fs::create_dir(home.files().join("out")).unwrap();
+    let ended = home
+        .run(&[
+            "plan",
+            TURN,
+            CUT_IN,
+            "-o",
+            "out",
+            "--with-scenario",
+            "--solution",
+            "out",
+            "--log",
+            "log.jsonl",
+        ])
+        .status(0);
+    let table: Vec<&str> = ended.stdout.lines().collect();
+    assert_eq!(table.len(), 4, "{}", ended.stdout);
+    assert!(table[0].starts_with("scenario ") && table[0].contains(" outcome "));
+    assert!(table[1].starts_with(TURN) && table[2].starts_with(CUT_IN));
+    assert!(table[3].starts_with("2 scenarios: "), "{}", table[3]);
+
+    for name in [TURN, CUT_IN] {
+        let copy = home.files().join(format!("out/{name}/{name}.xml"));
+        assert_eq!(std::fs::read_to_string(&copy).unwrap(), bundled_xml(name));
+        // The scenario is opened with the planned ego.
+        let entry = Entry::of_file(&copy);
+        let scenario = entry.read().unwrap();
+        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+        assert!(
+            matches!(&ego.source, EgoSource::Recording(file) if file.ends_with("ego_trajectory.csv")),
+            "{}",
+            ego.source
+        );
+        // The solution says the same of the centre.
+        let file = format!("out/solution_KS2_SM1_{name}_2020a.xml");
+        let bytes = std::fs::read(home.files().join(&file)).unwrap();
+        let solution = read_solution(&bytes, &file).unwrap();
+        assert_eq!(solution.benchmark_id(), format!("KS2:SM1:{name}:2020a"));
+        let trajectory = &solution.problems[0].trajectory;
+        assert_eq!(trajectory.kind(), TrajectoryKind::Ks);
+        let states = trajectory.states();
+        assert_eq!(states.len(), ego.track.iter().count());
+        for (state, (step, motion)) in states.iter().zip(ego.track.iter()) {
+            assert_eq!(state.step, step);
+            let at = motion.pose.position;
+            assert!((state.values[0] - at.x).hypot(state.values[1] - at.y) < 1e-9);
+            assert!((state.values[3] - motion.velocity).abs() < 1e-9);
+        }
+    }
+    // A line a cycle: nothing is counted twice or forgotten.
+    let log = std::fs::read_to_string(home.files().join("log.jsonl")).unwrap();
+    let cycles: Vec<Value> = log
+        .lines()
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect();
+    let driven = cycles.iter().filter(|c| c["scenario"] == TURN).count();
+    let row: Vec<&str> = table[1].split_whitespace().collect();
+    assert_eq!(row[5], driven.to_string(), "{row:?}");
+    for cycle in &cycles {
+        let rejected = cycle["rejected"].as_object().unwrap().values();
+        let rejected: u64 = rejected.map(|n| n.as_u64().unwrap()).sum();
+        let count = |key: &str| cycle[key].as_u64().unwrap();
+        assert_eq!(count("candidates"), count("feasible") + rejected);
+        assert_eq!(cycle["cost"].is_null(), cycle["emergency"] == "braking");
+        let states = cycle["states"].as_array().unwrap();
+        assert!(states.len() > 1 && states.iter().all(|s| s["velocity"].is_number()));
+    }
+}
+
+#[test]
+fn nothing_is_written_over_a_scenario_or_twice() {
+    let home = Home::new();
+    let xml = bundled_xml(TURN);
+    home.write("a.xml", &xml);
+    home.write("b/a.xml", &xml);
+    for (arguments, said) in [
+        (
+            &["a.xml", "-o", "a.xml", "--overwrite"][..],
+            "not written over",
+        ),
+        (
+            &["a.xml", "--log", "a.xml", "--overwrite"],
+            "not written over",
+        ),
+        (&["a.xml", "-o", "x", "--solution", "x"], "two things"),
+        (&["a.xml", TURN, "-o", "x.csv"], "-o FOLDER"),
+        (&["a.xml", "b", "-o", "b"], "both called a"),
+        (
+            &["a.xml", "-o", "x.csv", "--with-scenario"],
+            "a folder that exists",
+        ),
+        (&["a.xml", "--log", "-"], "name a file"),
+    ] {
+        let ended = home.run(&[&["plan"], arguments].concat()).status(2);
+        assert!(ended.says(&[said]).stdout.is_empty(), "{arguments:?}");
+    }
+    assert_eq!(
+        std::fs::read_to_string(home.files().join("a.xml")).unwrap(),
+        xml
+    );
+    assert_eq!(super::metrics::names(&home.files()), ["a.xml", "b"]);
+}
+
+#[test]
+fn what_cannot_be_planned_is_named_and_counted() {
+    let home = Home::new();
+    home.write("all/none.xml", NO_PROBLEM);
+    home.write("all/turn.xml", bundled_xml(TURN));
+    home.write(
+        "all/broken.xml",
+        "<commonRoad timeStepSize=\"0.1\"><lanelet id=\"x\"",
+    );
+    let ended = home.run(&["plan", "all"]).status(1).says(&[
+        "none.xml: no planning problem",
+        "broken.xml",
+        "2 of 3 scenarios could not be planned",
+    ]);
+    assert!(ended.stdout.contains("3 scenarios: ") && ended.stdout.contains(", 2 not planned"));
+    // A scenario that has none is a finding, a file that is none a mistake.
+    let none = home.run(&["plan", "all/none.xml", "--json"]).status(1);
+    assert!(none.says(&["no planning problem"]).stdout.is_empty());
+    home.run(&["plan", "all/broken.xml"]).status(2);
+    // The ego starts at 34 m/s.
+    let slow = home.run(&["plan", CUT_IN, "--vehicle", "4"]).status(1);
+    slow.says(&["a truck goes 22.22 m/s at most", "--vehicle"]);
+    let wrong = home.run(&["plan", "all/turn.xml", "--planning-problem", "77"]);
+    wrong
+        .status(2)
+        .says(&["no planning problem 77; there are "]);
+    let problem = read(bundled_xml(TURN).as_bytes(), "turn")
+        .unwrap()
+        .planning_problems[0]
+        .id;
+    let right = [
+        "plan",
+        "all/turn.xml",
+        "--planning-problem",
+        &problem.to_string(),
+        "--json",
+    ];
+    assert_eq!(
+        home.run(&right).status(0).json()["planning_problem"],
+        problem
+    );
+}
+
+#[test]
+fn a_collision_is_a_finding() {
+    let home = Home::new();
+    // Somebody stands in the ego where it starts.
+    let xml = bundled_xml(TURN);
+    let scenario = read(xml.as_bytes(), "turn").unwrap();
+    let start = scenario.planning_problems[0].initial.point().unwrap();
+    let standing = format!(
+        "<staticObstacle id=\"9999\"><type>parkedVehicle</type><shape><rectangle><length>4</length><width>2</width>\
+         </rectangle></shape><initialState><position><point><x>{}</x><y>{}</y></point></position><orientation><exact>0\
+         </exact></orientation><time><exact>0</exact></time></initialState></staticObstacle>\n  <planningProblem",
+        start.x, start.y
+    );
+    home.write("stands.xml", xml.replacen("<planningProblem", &standing, 1));
+    let ended = home
+        .run(&["plan", "stands.xml", "--json"])
+        .status(1)
+        .says(&["1 of 1 drives"]);
+    let said = ended.json();
+    assert_eq!(said["outcome"], "collision");
+    assert_eq!(said["collided_with"], 9999);
+    assert_eq!(said["collision_step"], said["first_step"]);
+    assert!(said["ego_side"].is_string() && said["other_side"].is_string());
+    assert_eq!((&said["steps"], &said["cycles"]), (&0.into(), &0.into()));
+    assert!(said["median_cycle_ms"].is_null());
+}
+
+#[test]
+fn the_configuration_holds_unless_the_arguments_say_otherwise() {
+    let home = Home::new();
+    let config = home.config().join("config.toml");
+    home.write(
+        &config,
+        "[planner]\nhorizon = 2\nprediction = \"constant-velocity\"\n\n[planner.weights]\noffset = 7.5\n",
+    );
+    let of_file = home.run(&["plan", TURN, "--json"]).json();
+    assert_eq!(
+        (&of_file["horizon"], &of_file["prediction"]),
+        (&2.0.into(), &"constant-velocity".into())
+    );
+    let said = home.run(&[
+        "plan",
+        TURN,
+        "--json",
+        "--horizon",
+        "3.5",
+        "--replan",
+        "3",
+        "--vehicle",
+        "3",
+        "--prediction",
+        "lane",
+    ]);
+    let said = said.json();
+    assert_eq!(
+        (&said["horizon"], &said["prediction"]),
+        (&3.5.into(), &"lane".into())
+    );
+    assert_eq!((&said["replan"], &said["vehicle"]), (&3.into(), &3.into()));
+    assert!(said["cycles"].as_u64() < said["steps"].as_u64());
+
+    let printed = home.run(&["--print-config"]).status(0).stdout;
+    let line = |start: &str| {
+        let found = printed.lines().find(|line| line.starts_with(start));
+        found
+            .unwrap_or_else(|| panic!("no {start} in {printed}"))
+            .to_string()
+    };
+    assert!(line("horizon = 2").ends_with("config.toml:2"), "{printed}");
+    assert!(line("offset = 7.5").ends_with("config.toml:6"));
+    assert!(line("replan = 1").ends_with("default"));
+    let values: toml::Table = toml::from_str(&printed).unwrap();
+    assert_eq!(
+        values["planner"]["sampling"]["offsets"].as_integer(),
+        Some(9)
+    );
+
+    home.write(
+        &config,
+        "[planner]\nhorizon = 0\nhorizn = 2\nsampling = { offsets = 4 }\n",
+    );
+    home.run(&["plan", TURN]).status(2).says(&[
+        "config.toml:2: planner.horizon = 0: a number from 0.5 to 20 s is needed",
+        "config.toml:3: planner.horizn is not known; did you mean horizon?",
+        "config.toml:4: planner.sampling.offsets = 4: an odd number",
+    ]);
+}
+
+#[test]
+fn bad_values_are_refused_with_what_is_allowed() {
+    let home = Home::new();
+    for (flag, value, said) in [
+        ("--horizon", "0", "a number from 0.5 to 20 s"),
+        ("--horizon", "nan", "a number from 0.5 to 20 s"),
+        ("--replan", "0", "a whole number from 1 to 1000"),
+        ("--replan", "-3", "a whole number from 1 to 1000"),
+        ("--vehicle", "5", "a whole number from 1 to 4"),
+        ("--prediction", "oracle", "constant-velocity"),
+        ("--solution-model", "ST", "KS, PM"),
+    ] {
+        home.run(&["plan", TURN, flag, value])
+            .status(2)
+            .says(&[said]);
+    }
+    home.run(&["plan"]).status(2);
+    home.run(&["plan", "nobody.xml"])
+        .status(2)
+        .says(&["nobody.xml"]);
+}
+
+#[test]
+fn an_interrupt_ends_with_the_part_that_is_done() {
+    let home = Home::new();
+    for i in 0..40 {
+        home.write(format!("all/s{i:02}.xml"), bundled_xml(TURN));
+    }
+    std::fs::create_dir(home.files().join("out")).unwrap();
+    let mut child = home.start(&["plan", "all", "-o", "out", "--replan", "4"]);
+    // The first line is there: something was driven.
+    let mut first = [0; 8];
+    std::io::Read::read_exact(child.stdout.as_mut().unwrap(), &mut first).unwrap();
+    assert_eq!(&first, b"scenario");
+    super::long_jobs::interrupt(&child);
+    let ended = Ended::of(&child.wait_with_output().unwrap());
+    let ended = ended
+        .status(130)
+        .says(&["interrupted after ", " of 40 scenarios"]);
+    let rows = ended.stdout.lines().filter(|line| line.starts_with('s'));
+    let rows: Vec<&str> = rows.filter_map(|l| l.split_whitespace().next()).collect();
+    let rows: Vec<&str> = rows
+        .into_iter()
+        .filter(|name| *name != "scenario")
+        .collect();
+    assert!(rows.len() < 40, "{}", ended.stdout);
+    assert!(
+        ended
+            .stdout
+            .trim_end()
+            .lines()
+            .last()
+            .unwrap()
+            .contains(" scenario")
+    );
+    // Whole files of those in the table, and no others.
+    let written = super::metrics::names(&home.files().join("out"));
+    assert_eq!(written, rows);
+}
+
+#[test]
+fn every_bundled_scenario_can_be_planned() {
+    let home = Home::new();
+    let names: Vec<&str> = BUNDLED.iter().map(|(name, _)| *name).collect();
+    let ended = home.run(
+        &[
+            &[
+                "plan",
+                "--json",
+                "--prediction",
+                "recorded",
+                "--replan",
+                "4",
+            ],
+            &names[..],
+        ]
+        .concat(),
+    );
+    let said = lines(&ended.status(0));
+    assert_eq!(said.len(), names.len());
+    for (line, name) in said.iter().zip(names) {
+        assert_eq!(line["scenario"], name);
+        assert!(["goal", "timeout"].contains(&line["outcome"].as_str().unwrap()));
+    }
+}

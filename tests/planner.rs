@@ -1,0 +1,54 @@
+//! The planner on the published scenarios: how many drives end without a collision.
+//!
+//! They are not part of this repository, see `support::recorded`; without them this test says so and ends. Built
+//! without optimisation, every third scenario has to do.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod support;
+
+use nearmiss::evaluation::usual_planning;
+use nearmiss::planner::Forecast;
+use nearmiss::scenario::{Entry, find};
+use nearmiss::simulation::{Outcome, Settings, drive};
+use rayon::prelude::*;
+
+/// Every so many scenarios are driven.
+const EVERY: usize = if cfg!(debug_assertions) { 3 } else { 1 };
+
+/// How many were driven, and how many of them without a collision.
+fn driven(entries: &[Entry], forecast: Forecast) -> (usize, usize) {
+    let settings = Settings {
+        forecast,
+        ..usual_planning()
+    };
+    let some: Vec<&Entry> = entries.iter().step_by(EVERY).collect();
+    let free = some.par_iter().filter(|entry| {
+        let scenario = entry.read().unwrap();
+        let problem = &scenario.planning_problems[0];
+        let drive = drive(&scenario, problem, &settings).unwrap();
+        !matches!(drive.outcome, Outcome::Collision(_))
+    });
+    (some.len(), free.count())
+}
+
+#[test]
+fn published_scenarios_are_driven_without_a_collision() {
+    let Some(folder) = support::recorded::folder() else {
+        return;
+    };
+    let of = |kind: &str| {
+        let found = find(&[folder.join("Scenarios").join(kind)]).unwrap();
+        assert_eq!(found.entries.len(), 30, "{kind}");
+        found.entries
+    };
+    let (normal, critical) = (of("normal_scenarios"), of("collision_scenarios"));
+    let at_least = |entries: &[Entry], forecast: Forecast, of_30: usize| {
+        let (count, free) = driven(entries, forecast);
+        // Of fewer scenarios the same share.
+        let least = of_30 * count / 30;
+        assert!(free >= least, "{}: {free} of {count}", forecast.name());
+    };
+    at_least(&normal, Forecast::Recorded, 29);
+    at_least(&critical, Forecast::Recorded, 15);
+    at_least(&critical, Forecast::Lane, 8);
+}
