@@ -3,7 +3,7 @@
 mod batch;
 pub mod history;
 mod pictures;
-mod planning;
+pub mod planning;
 mod queue;
 pub mod results;
 mod scenarios;
@@ -117,7 +117,7 @@ impl Tasks {
             ego,
             asking: HashMap::new(),
             pictures: pictures::Drawing::default(),
-            driving: planning::Driving::default(),
+            driving: planning::Driving::new(config),
             ending: Vec::new(),
             history: None,
             results: std::sync::Arc::default(),
