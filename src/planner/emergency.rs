@@ -1,7 +1,7 @@
 //! What is done when no candidate can be driven: the latest contact, or braking.
 
 use super::brake::brake;
-use super::candidate::Rejection;
+use super::candidate::{Candidate, Rejection};
 use super::traffic::Own;
 use super::{Limits, Plan, Planner, Traffic, VehicleState};
 
@@ -58,8 +58,8 @@ impl Planner<'_> {
         }
         let (touched, braking) = braked.unwrap_or_default();
         match latest.filter(|(step, c)| touched < *step && self.leaves_road(c).is_none()) {
-            Some((_, candidate)) => Plan {
-                states: self.states_of(&candidate),
+            Some((step, candidate)) => Plan {
+                states: self.braked_from(&candidate, step),
                 cost: candidate.cost,
                 ..self.summary(wanted, refinements, Some(Emergency::LatestContact))
             },
@@ -68,6 +68,19 @@ impl Planner<'_> {
                 ..self.summary(wanted, refinements, Some(Emergency::Braking))
             },
         }
+    }
+
+    /// The states of a candidate up to `step`, where nobody looked further, and full braking from there on.
+    fn braked_from(&self, candidate: &Candidate, step: usize) -> Vec<VehicleState> {
+        let mut states = self.states_of(candidate);
+        states.truncate(step + 1);
+        let left = self.steps().saturating_sub(step);
+        if let Some(last) = states.last().copied() {
+            let hint = self.arc_length_at(candidate, step);
+            let stop = brake(&last, self.guide, hint, &self.limits, 1.0, self.dt, left);
+            states.extend(stop.into_iter().skip(1));
+        }
+        states
     }
 }
 

@@ -245,6 +245,12 @@ impl<'a> Planner<'a> {
             })
     }
 
+    /// Arc length of a candidate at a step from now, metres.
+    pub(super) fn arc_length_at(&self, candidate: &Candidate, step: usize) -> Option<f64> {
+        let place = candidate.profile * (self.steps() + 1) + step;
+        self.stations.get(place).map(|at| at.s[0])
+    }
+
     /// The states of one of [`Self::candidates`], one a step, up to where the path's coordinates end.
     #[must_use]
     pub fn states_of(&self, candidate: &Candidate) -> Vec<VehicleState> {
