@@ -47,7 +47,7 @@ impl std::fmt::Display for Collision {
         let (ego, other) = (self.ego.name(), self.other.name());
         write!(
             f,
-            "{} at step {}: its {other} and the ego's {ego}",
+            "{} at step {}: the ego's {ego}, the other's {other}",
             self.with, self.step
         )
     }

@@ -210,7 +210,8 @@ impl Job<'_> {
                 "{n} of {all} drives ended in a collision, off the road or infeasible"
             )),
             (n, m) => finding(format!(
-                "{n} of {all} drives ended in a collision, off the road or infeasible, and {m} scenarios could not be planned"
+                "{n} of {} drives ended in a collision, off the road or infeasible, and {m} scenarios could not be planned",
+                all - m
             )),
         }
     }

@@ -59,7 +59,7 @@ impl Table {
         if let Some(c) = driven.collision() {
             self.by_front += usize::from(c.ego == Face::Front);
             with = c.with.to_string();
-            sides = format!("ego's {}, its {}", c.ego.name(), c.other.name());
+            sides = format!("ego's {}, other's {}", c.ego.name(), c.other.name());
         }
         let braking = driven
             .emergencies()
@@ -87,7 +87,7 @@ impl Table {
         let [outcome, with, sides, steps, cycles, ms, emergency] = cells;
         let width = self.width;
         let line = format!(
-            "{scenario:<width$}  {outcome:<10}  {with:>8}  {sides:<22}  {steps:>5}  {cycles:>6}  {ms:>8}  {emergency}"
+            "{scenario:<width$}  {outcome:<10}  {with:>8}  {sides:<26}  {steps:>5}  {cycles:>6}  {ms:>8}  {emergency}"
         );
         format!("{}\n", line.trim_end())
     }
