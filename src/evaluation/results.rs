@@ -318,7 +318,10 @@ mod tests {
         };
         use Outcome::{FalseNegative, FalsePositive, TruePositive};
         assert_eq!(of(Task::Safety, &[(8, 1)], &truth), TruePositive);
-        assert_eq!(of(Task::Safety, &[(8, 2)], &truth), FalseNegative);
+        // Score 2 names somebody where nobody is graver.
+        assert_eq!(of(Task::Safety, &[(8, 2)], &truth), TruePositive);
+        assert_eq!(of(Task::Safety, &[(9, 1), (8, 2)], &truth), FalseNegative);
+        assert_eq!(of(Task::Safety, &[(8, 3)], &truth), FalseNegative);
         assert_eq!(of(Task::Safety, &[(9, 0)], &truth), FalseNegative);
         assert_eq!(of(Task::Safety, &[], &truth), FalseNegative);
         assert_eq!(of(Task::Collision, &[], &truth), TruePositive);
