@@ -111,8 +111,8 @@ fn table(setting: &Setting, truth: &Truth, batch: &Batch<Vec<Answers>>, rows: &[
     let mut text = format!(
         "safety task: {}, {}\ntruth: {}\nwindows: {}, obstacles within {} m; of a \
          collision, ending so many seconds before the bodies first\noverlap (end: two steps before the last recorded \
-         one); of a safe scenario, its first steps at every lead\na yes counts whomever it names; naming who collides: as language models are counted, a yes to a collision whose\n\
-         obstacle is known has to name it as the danger, else it is a no\n\
+         one); of a safe scenario, its first steps at every lead\na yes counts whomever it names; naming who collides: as language models are counted, a yes to a collision\n\
+         whose obstacle is known has to name it as the danger, else it is a no\n\
          s: horizon of the prediction, seconds; p ≥: probability \
          of contact within it from which on it is critical\n",
         number(batch.collisions(), "collision"),
