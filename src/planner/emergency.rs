@@ -10,7 +10,7 @@ use super::{Limits, Plan, Planner, Traffic, VehicleState};
 pub enum Emergency {
     /// The candidate that touches somebody's prediction last.
     LatestContact,
-    /// As hard a braking as the friction circle allows, along the path.
+    /// Braking along the path: the mildest that touches nobody's prediction, or that which does so last.
     Braking,
 }
 

@@ -106,14 +106,13 @@ impl Judge<'_> {
     #[inline]
     fn meet(&self, step: usize, moved: &Moved, sums: &mut Sums) -> Option<i64> {
         let own = self.own(moved);
-        let reach = own.half_length.hypot(own.half_width);
         let time = step as f64 * self.dt;
         let margin = self.settings.margin * (time / EASING).min(1.0);
-        let stopping = self.stopping(moved.velocity);
+        let stopping = self.settings.stopping(moved.velocity);
         for other in self.traffic.at(step) {
             let (dx, dy) = (other.x - own.x, other.y - own.y);
             let squared = dx * dx + dy * dy;
-            let near = reach + other.reach + CLEAR;
+            let near = self.allowed.reach + other.reach + CLEAR;
             if squared >= (stopping + near) * (stopping + near) {
                 continue;
             }
@@ -132,13 +131,8 @@ impl Judge<'_> {
             // Whoever is in front by less than it takes to stop, should he stop as well.
             let forward = dx * own.cos + dy * own.sin;
             if forward > 0.0 && forward < stopping + near {
-                sums.following += self.missing(
-                    &own,
-                    other,
-                    forward,
-                    dy * own.cos - dx * own.sin,
-                    moved.velocity,
-                );
+                sums.following +=
+                    self.missing(&own, other, forward, dy * own.cos - dx * own.sin, stopping);
             }
         }
         None
@@ -156,13 +150,10 @@ impl Judge<'_> {
         }
     }
 
-    fn stopping(&self, velocity: f64) -> f64 {
-        self.settings.stopping(velocity)
-    }
-
-    /// The share of the wanted gap that is missing behind somebody `forward` and `left` metres away, squared.
+    /// The share of the wanted gap that is missing behind somebody `forward` and `left` metres away, squared; one stops
+    /// within `stopping` metres.
     #[inline]
-    fn missing(&self, own: &Own, other: &Occupied, forward: f64, left: f64, velocity: f64) -> f64 {
+    fn missing(&self, own: &Own, other: &Occupied, forward: f64, left: f64, stopping: f64) -> f64 {
         let cos = own.cos * other.cos + own.sin * other.sin;
         let sin = (own.cos * other.sin - own.sin * other.cos).abs();
         let wide = other.half_width * cos.abs() + other.half_length * sin + own.half_width;
@@ -172,7 +163,7 @@ impl Judge<'_> {
         let gap =
             forward - own.half_length - other.half_length * cos.abs() - other.half_width * sin;
         let ahead = (other.velocity * cos).max(0.0);
-        let wanted = self.stopping(velocity) - ahead * ahead / (2.0 * self.settings.braking);
+        let wanted = stopping - ahead * ahead / (2.0 * self.settings.braking);
         if wanted <= gap || wanted <= 0.0 {
             return 0.0;
         }
@@ -185,6 +176,8 @@ impl Judge<'_> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Allowed {
     pub limits: Limits,
+    /// Half of the body's diagonal, metres.
+    reach: f64,
     /// The tightest curvature, 1/m.
     tightest: f64,
     /// Tangent of what the steering angle may change within a step.
@@ -198,6 +191,7 @@ impl Allowed {
     pub fn new(limits: Limits, dt: f64) -> Self {
         Self {
             limits,
+            reach: (limits.length / 2.0).hypot(limits.width / 2.0),
             tightest: limits.curvature(),
             turned: (limits.steering_rate * dt).tan(),
             dt,

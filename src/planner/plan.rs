@@ -44,7 +44,8 @@ pub struct Planner<'a> {
     profiles: Vec<Profile>,
     stations: Vec<Station>,
     pub(super) candidates: Vec<Candidate>,
-    order: Vec<usize>,
+    /// Costs and places of those that can be driven.
+    order: Vec<(f64, usize)>,
     /// Those of the traffic that any candidate could get near to.
     near: Traffic,
     now: Option<VehicleState>,
@@ -208,14 +209,15 @@ impl<'a> Planner<'a> {
     fn choose(&mut self) -> Option<usize> {
         let candidates = &self.candidates;
         self.order.clear();
+        let drivable = candidates.iter().enumerate();
+        let drivable = drivable.filter(|(_, c)| c.rejected.is_none());
         self.order
-            .extend((0..candidates.len()).filter(|&i| candidates[i].rejected.is_none()));
-        let cost = |i: usize| candidates[i].cost.total();
+            .extend(drivable.map(|(place, c)| (c.cost.total(), place)));
         // Of equal ones the first, so that nothing depends on the order of sorting.
         self.order
-            .sort_unstable_by(|&a, &b| cost(a).total_cmp(&cost(b)).then(a.cmp(&b)));
+            .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for n in 0..self.order.len() {
-            let place = self.order[n];
+            let (_, place) = self.order[n];
             match self.leaves_road(&self.candidates[place]) {
                 None => return Some(place),
                 Some(step) => self.candidates[place].rejected = Some((step, Rejection::OffRoad)),
