@@ -53,6 +53,7 @@ impl Lateral {
     }
 
     /// The offset after `t` seconds from now, at arc length, speed and acceleration `s`.
+    #[inline]
     pub fn at(&self, t: f64, s: [f64; 3]) -> Offset {
         match self {
             Self::Time {
@@ -67,8 +68,9 @@ impl Lateral {
                 }
                 let [d, d1, d2] = across.at(t);
                 // Planned over time only where the speed is far from 0.
-                let slope = d1 / s[1];
-                [d, slope, (d2 - slope * s[2]) / (s[1] * s[1])]
+                let slower = s[1].recip();
+                let slope = d1 * slower;
+                [d, slope, (d2 - slope * s[2]) * slower * slower]
             }
             Self::Length {
                 across,

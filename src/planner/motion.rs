@@ -61,20 +61,22 @@ pub(super) fn state(at: &Station, offset: Offset) -> Option<Moved> {
     if stretch < NEAREST {
         return None;
     }
-    let tan = d1 / stretch;
-    let cos = (1.0 + tan * tan).sqrt().recip();
+    let (closer, [_, s1, s2]) = (stretch.recip(), at.s);
+    let tan = d1 * closer;
+    // Divisions are what takes time here.
+    let over_cos = (1.0 + tan * tan).sqrt();
+    let cos = over_cos.recip();
     let sin = tan * cos;
     let drift = k1 * d + k * d1;
-    let curvature = ((d2 + drift * tan) * cos * cos / stretch + k) * cos / stretch;
-    let [_, s1, s2] = at.s;
-    let turn = curvature * stretch / cos - k;
+    let curvature = ((d2 + drift * tan) * cos * cos * closer + k) * cos * closer;
+    let turn = curvature * stretch * over_cos - k;
     Some(Moved {
         x: at.position.x - at.sin * d,
         y: at.position.y + at.cos * d,
         cos: at.cos * cos - at.sin * sin,
         sin: at.sin * cos + at.cos * sin,
-        velocity: s1 * stretch / cos,
-        acceleration: (s2 * stretch + s1 * s1 * (stretch * tan * turn - drift)) / cos,
+        velocity: s1 * stretch * over_cos,
+        acceleration: (s2 * stretch + s1 * s1 * (stretch * tan * turn - drift)) * over_cos,
         curvature,
     })
 }
