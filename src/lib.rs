@@ -6,6 +6,8 @@ pub mod cli;
 pub mod config;
 /// One case from end to end.
 pub mod evaluation;
+/// Making a safe scenario dangerous: attackers, the gate, avoidability.
+pub mod generation;
 /// Poses, footprints, polylines, polygons, with exact distances.
 pub mod geometry;
 /// The built-in reference judge.

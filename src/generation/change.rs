@@ -1,0 +1,99 @@
+//! Another motion for one obstacle, and the scenario with it.
+
+use crate::scenario::{
+    Motion, Obstacle, ObstacleParts, ObstacleRole, Prediction, Quantity, Scenario, State, Steps,
+};
+
+/// Another motion for one obstacle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Whose.
+    pub obstacle: i64,
+    /// Time steps and the motion of the body's centre, in order, one a step. The first one is the recorded state that
+    /// it departs from; what was recorded before stays, what was recorded after is gone.
+    pub motions: Vec<(i64, Motion)>,
+}
+
+/// Why a scenario cannot be changed so.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ChangeError {
+    /// No such obstacle.
+    #[error("no obstacle {0} in the scenario")]
+    NoSuchObstacle(i64),
+    /// What stands for ever cannot be given a motion, nor what is only feared.
+    #[error("obstacle {0} is none that moves")]
+    DoesNotMove(i64),
+    /// It has nothing to begin with, or is not there at its first step.
+    #[error("obstacle {0} is not there at the step from which its motion is to change")]
+    NotThere(i64),
+}
+
+impl Change {
+    /// The step of the recorded state that it departs from.
+    #[must_use]
+    pub fn from(&self) -> Option<i64> {
+        self.motions.first().map(|(step, _)| *step)
+    }
+
+    /// The last step with a motion.
+    #[must_use]
+    pub fn until(&self) -> Option<i64> {
+        self.motions.last().map(|(step, _)| *step)
+    }
+
+    /// The scenario with this motion in it, everything else as it is: its name and its hash, too.
+    ///
+    /// Changed states say position, orientation, velocity and acceleration; what else the recorded ones said (yaw rates,
+    /// steering angles, signals) would not be true of them and is left out.
+    ///
+    /// # Errors
+    /// There is no such obstacle, it does not move, or it is not there when the change begins.
+    pub fn apply(&self, scenario: &Scenario) -> Result<Scenario, ChangeError> {
+        let id = self.obstacle;
+        let place = scenario.obstacles.iter().position(|o| o.id == id);
+        let place = place.ok_or(ChangeError::NoSuchObstacle(id))?;
+        let mut changed = scenario.clone();
+        changed.obstacles[place] = self.changed(&scenario.obstacles[place], scenario.dt())?;
+        Ok(changed)
+    }
+
+    fn changed(&self, obstacle: &Obstacle, dt: f64) -> Result<Obstacle, ChangeError> {
+        let id = obstacle.id;
+        if obstacle.role != ObstacleRole::Dynamic {
+            return Err(ChangeError::DoesNotMove(id));
+        }
+        let from = self.from().ok_or(ChangeError::NotThere(id))?;
+        let initial = obstacle
+            .initial
+            .clone()
+            .ok_or(ChangeError::DoesNotMove(id))?;
+        if obstacle.track().at(from).is_none() {
+            return Err(ChangeError::NotThere(id));
+        }
+        let kept = obstacle.states().skip(1).filter(|s| s.time.from <= from);
+        let signals = obstacle.signals.iter().filter(|s| s.time.to <= from);
+        let new = self.motions.iter().skip(1).map(|(step, m)| state(*step, m));
+        Ok(Obstacle::new(
+            ObstacleParts {
+                id,
+                role: obstacle.role,
+                kind: obstacle.kind,
+                footprint: obstacle.footprint.clone(),
+                initial: Some(initial),
+                prediction: Prediction::Trajectory(kept.cloned().chain(new).collect()),
+                signals: signals.cloned().collect(),
+            },
+            dt,
+        ))
+    }
+}
+
+fn state(step: i64, motion: &Motion) -> State {
+    State {
+        position: Some(crate::scenario::Position::Point(motion.pose.position)),
+        orientation: Some(Quantity::Exact(motion.pose.heading)),
+        velocity: Some(Quantity::Exact(motion.velocity)),
+        acceleration: Some(Quantity::Exact(motion.acceleration)),
+        ..State::at(Steps::exact(step))
+    }
+}

@@ -1,0 +1,12 @@
+//! Making a safe scenario dangerous: one obstacle, the attacker, gets another motion.
+//!
+//! A changed motion is exported only if it has passed the gate, whoever thought of it: a search, a model or a
+//! file. The ego then plans anew against it, since a collision with a recorded ego proves nothing.
+
+mod capability;
+mod change;
+mod refusal;
+
+pub use capability::Capability;
+pub use change::{Change, ChangeError};
+pub use refusal::{Reason, Refusal};
