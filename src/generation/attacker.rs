@@ -1,0 +1,78 @@
+//! Who could reach the ego with the least change of its motion.
+
+use super::{Capability, Stage};
+use crate::scenario::{Obstacle, ObstacleRole};
+
+/// An obstacle that could attack, and how much it would have to change.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// Its id.
+    pub obstacle: i64,
+    /// The acceleration that it needs, in any direction, to be where the ego is, m/s²: constant for at most
+    /// [`LOOKAHEAD`] seconds, the least one over all steps.
+    pub acceleration: f64,
+    /// The step at which the ego is reached so.
+    pub step: i64,
+    /// How far it is from the ego there while nothing is changed, metres, between the bodies.
+    pub distance: f64,
+    /// Whether it is within [`NEAR`] metres in front of the ego or beside it there, as the paper asks.
+    pub near: bool,
+}
+
+/// Longer than this nobody is taken to prepare, seconds.
+pub const LOOKAHEAD: f64 = 3.0;
+
+/// An attacker is in front or to the side within this distance in the paper, metres.
+pub const NEAR: f64 = 30.0;
+
+/// Nobody attacks before it has been seen for so long, seconds.
+const SEEN: f64 = 0.5;
+
+/// Everyone who could attack, with the least change first; of equal ones in the file's order.
+///
+/// Left out is what does not move by itself, and whoever is only ever behind the ego: a collision from behind tests
+/// the other one.
+#[must_use]
+pub fn rank(stage: &Stage<'_>) -> Vec<Candidate> {
+    let mut found: Vec<Candidate> = stage
+        .scenario
+        .obstacles
+        .iter()
+        .filter(|o| o.role == ObstacleRole::Dynamic && Capability::of(o).is_some())
+        .filter_map(|obstacle| candidate(stage, obstacle))
+        .collect();
+    found.sort_by(|a, b| a.acceleration.total_cmp(&b.acceleration));
+    found
+}
+
+fn candidate(stage: &Stage<'_>, obstacle: &Obstacle) -> Option<Candidate> {
+    let first = obstacle.track().steps().start;
+    let mut best: Option<Candidate> = None;
+    for (step, ego) in stage.ego.iter() {
+        let Some(other) = obstacle.placed_at(step) else {
+            continue;
+        };
+        let time = (step - first.max(*stage.steps.start())) as f64 * stage.dt();
+        if time < SEEN {
+            continue;
+        }
+        let own = stage.footprint.at(ego.pose);
+        // Whoever has its middle behind the ego's rear is behind.
+        let behind = ego.pose.to_local(&other.pose.position).x;
+        if behind < -stage.footprint.shape().size().0 / 2.0 {
+            continue;
+        }
+        let distance = own.distance(&other);
+        let acceleration = 2.0 * distance / time.min(LOOKAHEAD).powi(2);
+        if best.is_none_or(|b| acceleration < b.acceleration) {
+            best = Some(Candidate {
+                obstacle: obstacle.id,
+                acceleration,
+                step,
+                distance,
+                near: distance <= NEAR,
+            });
+        }
+    }
+    best
+}
