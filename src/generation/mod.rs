@@ -3,16 +3,20 @@
 //! A changed motion is exported only if it has passed the gate, whoever thought of it: a search, a model or a
 //! file. The ego then plans anew against it, since a collision with a recorded ego proves nothing.
 
+mod arms;
 pub mod attacker;
 mod capability;
 mod change;
 pub mod manoeuvre;
+pub mod motion;
+mod open_loop;
 mod refusal;
 mod stage;
 mod tracking;
 
 pub use capability::Capability;
 pub use change::{Change, ChangeError};
+pub use open_loop::OpenLoop;
 pub use refusal::{Reason, Refusal};
 pub use stage::Stage;
 pub use tracking::{Wanted, track};

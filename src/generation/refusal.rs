@@ -79,6 +79,19 @@ impl Reason {
     }
 }
 
+impl Refusal {
+    /// What cannot be made into a motion, in words.
+    #[must_use]
+    pub fn answer(words: impl Into<String>) -> Self {
+        Self {
+            reason: Reason::Answer(words.into()),
+            step: None,
+            value: None,
+            limit: None,
+        }
+    }
+}
+
 impl From<Broken> for Refusal {
     fn from(broken: Broken) -> Self {
         Self {

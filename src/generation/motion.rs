@@ -1,0 +1,109 @@
+//! From what is wanted of an attacker to a motion that it can drive.
+
+use super::manoeuvre::{self, Plan};
+use super::{Capability, Change, Refusal, Stage, Wanted, track};
+use crate::planner::{Limits, VehicleState};
+use crate::scenario::{Motion, Obstacle};
+use crate::verdict::Manoeuvre;
+
+/// What attackers use of the road's grip, m/s²: a dry road gives little more.
+const GRIP: f64 = 8.0;
+
+/// How fast attackers change their acceleration, m/s³.
+const JERK: f64 = 15.0;
+
+/// Below this speed a change of heading does not tell how the wheels stand, m/s.
+const SLOW: f64 = 0.5;
+
+/// The motion of an obstacle that does a manoeuvre; `way` as in [`manoeuvre::plan`].
+///
+/// # Errors
+/// It cannot be done: the one reason.
+pub fn of_manoeuvre(
+    stage: &Stage<'_>,
+    obstacle: &Obstacle,
+    manoeuvre: &Manoeuvre,
+    way: usize,
+) -> Result<Change, Refusal> {
+    let plan = manoeuvre::plan(stage, obstacle, manoeuvre, way).map_err(Refusal::answer)?;
+    follow(stage, obstacle, plan.from, &plan)
+}
+
+/// The motion that comes as near to a plan as an attacker can drive.
+///
+/// # Errors
+/// The obstacle does not move by itself, is not there, or nothing is wanted of it.
+pub fn follow(
+    stage: &Stage<'_>,
+    obstacle: &Obstacle,
+    from: i64,
+    plan: &Plan,
+) -> Result<Change, Refusal> {
+    let id = obstacle.id;
+    let able = Capability::of(obstacle)
+        .ok_or_else(|| Refusal::answer(format!("obstacle {id} does not move by itself")))?;
+    let now = *obstacle.track().at(from).ok_or_else(|| {
+        Refusal::answer(format!("obstacle {id} is not there at step {from}"))
+    })?;
+    if plan.wanted.iter().all(Option::is_none) {
+        return Err(Refusal::answer(format!("obstacle {id}: nothing is left to drive")));
+    }
+    let able = moderate(able);
+    let start = start(stage, obstacle, from, &now, &able.limits);
+    let states = track(&start, &plan.wanted, &able, stage.dt());
+    let motions = (from + 1..).zip(states.iter().skip(1));
+    let motions = motions.map(|(step, state)| (step, state.centre(&able.limits)));
+    Ok(Change {
+        obstacle: id,
+        motions: std::iter::once((from, now)).chain(motions).collect(),
+    })
+}
+
+fn moderate(able: Capability) -> Capability {
+    Capability {
+        limits: Limits {
+            acceleration: able.limits.acceleration.min(GRIP),
+            ..able.limits
+        },
+        jerk: able.jerk.min(JERK),
+        ..able
+    }
+}
+
+/// The recorded state, as that of a vehicle: the wheels as it turns, the acceleration as its speed has changed.
+fn start(
+    stage: &Stage<'_>,
+    obstacle: &Obstacle,
+    step: i64,
+    now: &Motion,
+    limits: &Limits,
+) -> VehicleState {
+    let dt = stage.dt();
+    let turning = obstacle.yaw_rate_at(step, dt).map_or(0.0, |(rate, _)| rate);
+    let curvature = if now.velocity > SLOW {
+        turning / now.velocity
+    } else {
+        0.0
+    };
+    let before = obstacle.track().at(step - 1);
+    let acceleration = before.map_or(now.acceleration, |m| (now.velocity - m.velocity) / dt);
+    let most = limits.curvature();
+    VehicleState {
+        acceleration: acceleration.clamp(-limits.acceleration, limits.acceleration),
+        ..VehicleState::of_centre(now, curvature.clamp(-most, most), limits)
+    }
+}
+
+/// What is wanted of a motion that keeps to nothing but its own places: those of a given motion.
+#[must_use]
+pub fn as_given(motions: &[(i64, Motion)]) -> Vec<Option<Wanted>> {
+    let wanted = motions.iter().skip(1).map(|(_, motion)| {
+        Some(Wanted {
+            position: motion.pose.position,
+            velocity: Some(motion.velocity),
+            heading: Some(motion.pose.heading),
+            weight: 1.0,
+        })
+    });
+    wanted.collect()
+}
