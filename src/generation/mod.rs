@@ -5,8 +5,10 @@
 
 mod capability;
 mod change;
+mod gate;
 mod refusal;
 
 pub use capability::Capability;
 pub use change::{Change, ChangeError};
+pub use gate::{Comparison, Gate, Joint, Judged, Passed};
 pub use refusal::{Reason, Refusal};
