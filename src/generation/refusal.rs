@@ -1,5 +1,6 @@
 //! Why a changed motion is refused.
 
+use super::ChangeError;
 use crate::planner::{Bound, Broken};
 
 /// What is wrong with a changed motion, or with the answer that was to give one.
@@ -22,8 +23,14 @@ pub enum Reason {
     Start(&'static str),
     /// A single-track vehicle of its kind cannot drive it.
     Kinematics(Bound),
+    /// There is nobody whose motion could be changed so.
+    Obstacle(ChangeError),
+    /// This obstacle does not move by itself, or has no body of one size.
+    Unable(i64),
     /// The acceleration changes too fast, m/s³.
     Jerk,
+    /// The said acceleration is neither that of the step before nor that of the step after, m/s².
+    Acceleration,
     /// It moves across its heading: the angle between the displacement and what the heading allows, radians.
     Heading,
     /// The said velocity is not that of the displacement, m/s.
@@ -38,6 +45,18 @@ pub enum Reason {
     OverlapsEgo,
     /// A number that is none.
     NotANumber,
+    /// This obstacle of the original is not in the variant.
+    Missing(i64),
+    /// This obstacle of the variant is not in the original.
+    Added(i64),
+    /// This obstacle is of another type, role or shape in the variant, or has its id twice.
+    Reshaped(i64),
+    /// So many obstacles move in another way in the variant, where one may.
+    Several,
+    /// Nobody moves in another way in the variant.
+    Unchanged,
+    /// What else is not that of the original.
+    Differs(&'static str),
     /// What an answer says cannot be made into a motion: in words.
     Answer(String),
 }
@@ -49,7 +68,9 @@ impl Reason {
         match self {
             Self::Start(_) => "start",
             Self::Kinematics(bound) => bound.name(),
+            Self::Obstacle(_) | Self::Unable(_) => "obstacle",
             Self::Jerk => "jerk",
+            Self::Acceleration => "said acceleration",
             Self::Heading => "heading along motion",
             Self::Velocity => "velocity of the displacement",
             Self::Gap => "gap",
@@ -57,6 +78,12 @@ impl Reason {
             Self::Overlap(_) => "overlap",
             Self::OverlapsEgo => "overlap with the ego",
             Self::NotANumber => "not a number",
+            Self::Missing(_) => "missing obstacle",
+            Self::Added(_) => "added obstacle",
+            Self::Reshaped(_) => "changed obstacle",
+            Self::Several => "several changed obstacles",
+            Self::Unchanged => "nothing changed",
+            Self::Differs(_) => "changed scenario",
             Self::Answer(_) => "answer",
         }
     }
@@ -70,10 +97,19 @@ impl Reason {
             Self::Start(_) | Self::OffRoad => "m",
             Self::Kinematics(bound) => bound.unit(),
             Self::Jerk => "m/s³",
-            Self::Gap
+            Self::Acceleration => "m/s²",
+            Self::Gap => "steps",
+            Self::Several => "obstacles",
+            Self::Obstacle(_)
+            | Self::Unable(_)
             | Self::Overlap(_)
             | Self::OverlapsEgo
             | Self::NotANumber
+            | Self::Missing(_)
+            | Self::Added(_)
+            | Self::Reshaped(_)
+            | Self::Unchanged
+            | Self::Differs(_)
             | Self::Answer(_) => "",
         }
     }
@@ -83,11 +119,36 @@ impl Refusal {
     /// What cannot be made into a motion, in words.
     #[must_use]
     pub fn answer(words: impl Into<String>) -> Self {
+        Self::of(Reason::Answer(words.into()))
+    }
+
+    /// One that concerns no step.
+    #[must_use]
+    pub fn of(reason: Reason) -> Self {
         Self {
-            reason: Reason::Answer(words.into()),
+            reason,
             step: None,
             value: None,
             limit: None,
+        }
+    }
+
+    /// One at a step.
+    #[must_use]
+    pub fn at(step: i64, reason: Reason) -> Self {
+        Self {
+            step: Some(step),
+            ..Self::of(reason)
+        }
+    }
+
+    /// The same with what was found and the most that is allowed.
+    #[must_use]
+    pub fn with(self, value: f64, limit: f64) -> Self {
+        Self {
+            value: Some(value),
+            limit: Some(limit),
+            ..self
         }
     }
 }
@@ -111,6 +172,18 @@ impl std::fmt::Display for Refusal {
         match &self.reason {
             Reason::Start(what) => write!(f, "{what} at the start is not the recorded one")?,
             Reason::Overlap(id) => write!(f, "overlap with {id}")?,
+            Reason::Obstacle(why) => write!(f, "{why}")?,
+            Reason::Unable(id) => write!(
+                f,
+                "obstacle {id} does not move by itself, or has no body of one size"
+            )?,
+            Reason::Missing(id) => write!(f, "obstacle {id} of the original is missing")?,
+            Reason::Added(id) => write!(f, "obstacle {id} is not in the original")?,
+            Reason::Reshaped(id) => {
+                write!(f, "obstacle {id} has another type, role or shape")?;
+            }
+            Reason::Unchanged => f.write_str("nobody moves in another way than in the original")?,
+            Reason::Differs(what) => write!(f, "{what} is not that of the original")?,
             Reason::Answer(words) => f.write_str(words)?,
             other => f.write_str(other.name())?,
         }

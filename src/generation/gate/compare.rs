@@ -1,0 +1,122 @@
+//! A variant that somebody else made, held against its original.
+
+use std::collections::HashMap;
+
+use super::run::same;
+use super::{Gate, Passed};
+use crate::generation::{Change, Reason, Refusal};
+use crate::scenario::{Motion, Obstacle, Prediction, Scenario};
+
+/// What a variant changed, and what is wrong with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// What is wrong with the variant as a whole.
+    pub refusals: Vec<Refusal>,
+    /// Everyone who moves in another way, in the original's order.
+    pub changed: Vec<Judged>,
+}
+
+/// One changed motion, and how it got through the gate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judged {
+    /// The first step at which it is not the recorded one.
+    pub from: i64,
+    /// The motion, from the last recorded state before that, if there is one.
+    pub change: Change,
+    /// What the gate says.
+    pub verdict: Result<Passed, Vec<Refusal>>,
+}
+
+impl Comparison {
+    /// Whether the variant is one change that passes.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.refusals.is_empty() && self.changed.iter().all(|one| one.verdict.is_ok())
+    }
+}
+
+impl Gate<'_> {
+    /// Holds a variant of the gate's scenario against it: one obstacle may move in another way, everything else has to
+    /// be the same. Names, tags and what obstacles signal are not compared.
+    ///
+    /// A variant that was written with few digits is to be asked of a gate that knows ([`Gate::rounded_to`]).
+    #[must_use]
+    pub fn compare(&self, variant: &Scenario, contact: Option<i64>) -> Comparison {
+        let original = self.scenario;
+        let mut refusals = Vec::new();
+        let mut differs = |is: bool, what| {
+            if is {
+                refusals.push(Refusal::of(Reason::Differs(what)));
+            }
+        };
+        differs(original.dt() != variant.dt(), "the time step");
+        differs(original.network != variant.network, "the road");
+        differs(
+            original.planning_problems != variant.planning_problems,
+            "the planning problem",
+        );
+        let mut theirs: HashMap<i64, &Obstacle> =
+            variant.obstacles.iter().map(|o| (o.id, o)).collect();
+        if theirs.len() < variant.obstacles.len() {
+            let twice = variant.obstacles.iter();
+            let twice = twice.filter(|o| !theirs.get(&o.id).is_some_and(|t| std::ptr::eq(*t, *o)));
+            refusals.extend(twice.map(|o| Refusal::of(Reason::Reshaped(o.id))));
+        }
+        let mut changed = Vec::new();
+        for ours in &original.obstacles {
+            let Some(theirs) = theirs.remove(&ours.id) else {
+                refusals.push(Refusal::of(Reason::Missing(ours.id)));
+                continue;
+            };
+            if is_reshaped(ours, theirs) {
+                refusals.push(Refusal::of(Reason::Reshaped(ours.id)));
+            } else if let Some((from, change)) = change(ours, theirs) {
+                changed.push(Judged {
+                    from,
+                    verdict: self.check(&change, contact),
+                    change,
+                });
+            }
+        }
+        let added = variant.obstacles.iter();
+        let added = added.filter(|o| theirs.contains_key(&o.id));
+        refusals.extend(added.map(|o| Refusal::of(Reason::Added(o.id))));
+        match changed.len() {
+            0 => refusals.push(Refusal::of(Reason::Unchanged)),
+            1 => {}
+            n => refusals.push(Refusal::of(Reason::Several).with(n as f64, 1.0)),
+        }
+        Comparison { refusals, changed }
+    }
+}
+
+/// Whether more than the motion is another one.
+fn is_reshaped(ours: &Obstacle, theirs: &Obstacle) -> bool {
+    let regions = |o: &Obstacle| matches!(o.prediction, Prediction::Occupancies(_));
+    (ours.role, ours.kind) != (theirs.role, theirs.kind)
+        || ours.footprint != theirs.footprint
+        || ((regions(ours) || regions(theirs)) && ours.prediction != theirs.prediction)
+}
+
+/// The first step at which two motions are not the same, and the second one from the state before.
+fn change(ours: &Obstacle, theirs: &Obstacle) -> Option<(i64, Change)> {
+    let motions: Vec<(i64, Motion)> = theirs.track().iter().map(|(s, m)| (s, *m)).collect();
+    let alike = ours.track().iter().zip(&motions);
+    let alike = alike
+        .take_while(|((s, m), (t, n))| s == t && same(m, n))
+        .count();
+    let recorded = ours.track().iter().count();
+    if alike == recorded && alike == motions.len() {
+        return None;
+    }
+    let next = motions.get(alike).map(|(step, _)| *step);
+    let from = next.or_else(|| ours.track().iter().nth(alike).map(|(step, _)| step));
+    let change = Change {
+        obstacle: ours.id,
+        motions: motions
+            .get(alike.saturating_sub(1)..)
+            .unwrap_or_default()
+            .to_vec(),
+    };
+    Some((from?, change))
+}

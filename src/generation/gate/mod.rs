@@ -1,0 +1,134 @@
+//! The gate: what a changed motion has to pass before it may be exported, whoever made it.
+//!
+//! Every check gives the step, what was found and the most that is allowed. Limits are those of
+//! [`super::Capability`]; the single-track model is [`crate::planner::Feasibility`], and beside it the motion of the
+//! body's centre is held against its heading and speed with other formulas.
+//!
+//! **What is left as recorded is exempt.** Recordings break limits themselves. A state is left as recorded where place,
+//! heading, speed and acceleration are the recorded ones, a step where both of its ends are; what is broken there is
+//! reported as the recording's. The first changed step is not exempt.
+//!
+//! **The joint.** What a motion did before it departs from the recording is known as well as recordings know it: many
+//! round, or move the centre along the heading where a vehicle's rear axle would. See [`Joint`] for what is held
+//! against it.
+//!
+//! **Others.** Static and dynamic obstacles count with their bodies; one whose future is a set of regions counts with
+//! the regions, though it is only somewhere in them. A trailer is straight on the changed steps.
+
+mod compare;
+mod joint;
+mod kinematics;
+mod others;
+mod rolling;
+mod run;
+mod space;
+mod start;
+
+pub use compare::{Comparison, Judged};
+pub use joint::Joint;
+
+use self::others::Regions;
+use self::run::{Found, Run};
+use super::{Change, Refusal};
+use crate::scenario::{DrivableArea, Ego, Scenario};
+
+/// The gate of one scenario; built once, asked often.
+#[derive(Debug, Clone)]
+pub struct Gate<'a> {
+    scenario: &'a Scenario,
+    road: DrivableArea,
+    regions: Regions,
+    ego: Option<&'a Ego>,
+    rounding: f64,
+}
+
+/// What is known of a changed motion that passed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Passed {
+    /// Steps from one state to the next that were held against the limits.
+    pub steps: usize,
+    /// Steps that are left exactly as recorded, and therefore exempt.
+    pub exempt: usize,
+    /// The largest share of the friction circle that a changed step uses, 0 to 1.
+    pub friction: f64,
+    /// What the recording itself breaks at exempt steps.
+    pub recording: Vec<Refusal>,
+    /// How many steps before the recorded motion the changed one ends; the obstacle is gone from then on.
+    pub early: i64,
+}
+
+/// How exactly numbers are known that nobody rounded, metres and radians.
+const EXACT: f64 = 1e-6;
+
+impl<'a> Gate<'a> {
+    /// The gate for changes of `scenario`.
+    #[must_use]
+    pub fn new(scenario: &'a Scenario) -> Self {
+        Self {
+            scenario,
+            road: scenario.network.drivable_area(None),
+            regions: Regions::of(scenario),
+            ego: None,
+            rounding: EXACT,
+        }
+    }
+
+    /// With an ego, whose body nobody may overlap before the change begins: that would not be the change's doing.
+    #[must_use]
+    pub fn with_ego(self, ego: &'a Ego) -> Self {
+        Self {
+            ego: Some(ego),
+            ..self
+        }
+    }
+
+    /// For motions whose places (m), headings (rad) and speeds (m/s) are only known this well: half of what a file
+    /// rounds to.
+    #[must_use]
+    pub fn rounded_to(self, rounding: f64) -> Self {
+        Self { rounding, ..self }
+    }
+
+    /// Everything that is wrong with a change, in the order of the checks.
+    ///
+    /// `contact` is the step at which the ego is touched, if it is: who is overlapped after it does not count.
+    ///
+    /// # Errors
+    /// All refusals, never none.
+    pub fn check(&self, change: &Change, contact: Option<i64>) -> Result<Passed, Vec<Refusal>> {
+        self.run(change, contact, false)
+    }
+
+    /// The same, but only the first refusal that is found; cheap checks come first.
+    ///
+    /// # Errors
+    /// A refusal.
+    pub fn passes(&self, change: &Change, contact: Option<i64>) -> Result<Passed, Refusal> {
+        self.run(change, contact, true)
+            .map_err(|mut refusals| refusals.swap_remove(0))
+    }
+
+    fn run(
+        &self,
+        change: &Change,
+        contact: Option<i64>,
+        stop: bool,
+    ) -> Result<Passed, Vec<Refusal>> {
+        let mut found = Found::new(stop);
+        let mut passed = None;
+        if let Some(run) = Run::begin(self, change, contact, &mut found) {
+            let _ = run.all(&mut found);
+            passed = Some((run.steps(), run.friction(), run.early()));
+        }
+        let Some((steps, friction, early)) = passed.filter(|_| found.refusals.is_empty()) else {
+            return Err(found.refusals);
+        };
+        Ok(Passed {
+            steps: steps.0,
+            exempt: steps.1,
+            friction,
+            recording: found.recording,
+            early,
+        })
+    }
+}

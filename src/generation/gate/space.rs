@@ -1,0 +1,84 @@
+//! Where the body may be: on the road, and where nobody else is.
+
+use super::others::{overlapped, touch};
+use super::run::{Flow, Found, Run};
+use crate::generation::{Reason, Refusal};
+use crate::geometry::Placed;
+
+/// What sticks out this much farther than at the beginning is rounding, metres.
+const SLACK: f64 = 1e-3;
+
+impl Run<'_> {
+    /// Nobody else is where the body is, until it has touched the ego; and it touches the ego only where it moves in
+    /// its new way.
+    pub fn overlaps(&self, found: &mut Found) -> Flow {
+        self.ego_before(found)?;
+        for (place, (step, _)) in self.motions.iter().enumerate() {
+            if self.contact.is_some_and(|contact| *step > contact) {
+                break;
+            }
+            let body = self.body(place);
+            let (scenario, regions) = (self.gate.scenario, &self.gate.regions);
+            for id in overlapped(scenario, regions, &body, self.obstacle.id, *step) {
+                let refusal = Refusal::at(*step, Reason::Overlap(id));
+                found.say(self.is_kept(place), refusal)?;
+            }
+        }
+        Flow::Continue(())
+    }
+
+    /// The ego is not touched where the motion is the recorded one: before the first changed state.
+    fn ego_before(&self, found: &mut Found) -> Flow {
+        let Some(ego) = self.gate.ego else {
+            return Flow::Continue(());
+        };
+        let first = self.first_changed().map(|place| self.motions[place].0);
+        for (step, motion) in self.obstacle.track().iter() {
+            if first.is_some_and(|first| step >= first) {
+                break;
+            }
+            let Some(there) = ego.track.at(step) else {
+                continue;
+            };
+            let Some(body) = self.obstacle.footprint_at(step) else {
+                continue;
+            };
+            if touch(&body.at(motion.pose), &ego.footprint.at(there.pose)) {
+                found.say(false, Refusal::at(step, Reason::OverlapsEgo))?;
+            }
+        }
+        Flow::Continue(())
+    }
+
+    /// Who has to stay on the road does: nothing of the body is off it, or while it has not been wholly on it yet, no
+    /// more than at the beginning.
+    pub fn road(&self, found: &mut Found) -> Flow {
+        if !self.can.on_road {
+            return Flow::Continue(());
+        }
+        let road = &self.gate.road;
+        let mut most: Option<f64> = None;
+        for (place, (step, _)) in self.motions.iter().enumerate() {
+            let outside = road.outside(&self.body(place));
+            let metres = outside.map_or(0.0, |outside| outside.distance);
+            let limit = *most.get_or_insert(metres);
+            if metres <= 0.0 {
+                most = Some(0.0);
+            } else if metres > limit + SLACK {
+                let refusal = Refusal::at(*step, Reason::OffRoad).with(metres, limit);
+                found.say(self.is_kept(place), refusal)?;
+            }
+        }
+        Flow::Continue(())
+    }
+
+    /// The body at a place of the motion.
+    fn body(&self, place: usize) -> Placed<'_> {
+        let (step, motion) = &self.motions[place];
+        let recorded = self
+            .obstacle
+            .footprint_at(*step)
+            .filter(|_| self.is_kept(place));
+        recorded.unwrap_or(self.footprint).at(motion.pose)
+    }
+}
