@@ -5,8 +5,12 @@
 
 mod capability;
 mod change;
+mod closed_loop;
+mod manoeuvre;
 mod refusal;
 
 pub use capability::Capability;
 pub use change::{Change, ChangeError};
+pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
+pub use manoeuvre::Manoeuvre;
 pub use refusal::{Reason, Refusal};
