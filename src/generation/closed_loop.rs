@@ -54,6 +54,8 @@ impl Consequence {
 pub struct Effect {
     /// Whose motion was changed.
     pub attacker: i64,
+    /// The step of the last state before its motion is another one.
+    pub from: i64,
     /// The scenario with the changed motion.
     pub scenario: Arc<Scenario>,
     /// The ego's drive in it. Beside a collision it may end off the road, or with nothing that can be driven.
@@ -142,6 +144,7 @@ impl ClosedLoop {
         };
         Ok(Effect {
             attacker,
+            from: change.from().ok_or(ChangeError::NotThere(attacker))?,
             scenario: changed,
             consequence,
             before: self.baseline.risk_of(attacker),

@@ -266,7 +266,7 @@ impl Noted {
 }
 
 /// What ends a drive, state by state.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Look<'a> {
     driver: &'a Driver,
     scenario: &'a Scenario,
