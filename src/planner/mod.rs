@@ -38,7 +38,7 @@ pub use forecast::{Forecast, Forecaster};
 pub use goal::Arrival;
 pub use guide::{Guide, GuideError};
 pub use limits::{Limit, Limits};
-pub use plan::{Plan, Planner};
+pub use plan::{Memory, Plan, Planner};
 pub use polynomial::Polynomial;
 pub use road::Road;
 pub use settings::{Sampling, Settings, Weights};

@@ -30,6 +30,13 @@ pub struct Plan {
     pub emergency: Option<Emergency>,
 }
 
+/// What a planner carries from one cycle to the next: given it back, it plans on as if it had never stopped.
+#[derive(Debug, Clone, Copy)]
+pub struct Memory {
+    last: Option<(i64, Profile, Lateral)>,
+    hint: Option<f64>,
+}
+
 /// Plans cycle by cycle along one guide.
 #[derive(Debug)]
 pub struct Planner<'a> {
@@ -76,6 +83,20 @@ impl<'a> Planner<'a> {
     #[must_use]
     pub fn steps(&self) -> usize {
         self.settings.steps(self.dt)
+    }
+
+    /// What it carries to its next cycle.
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        Memory {
+            last: self.last,
+            hint: self.hint,
+        }
+    }
+
+    /// Plans on from where another planner, along the same guide and with the same settings, had this memory.
+    pub fn recall(&mut self, memory: &Memory) {
+        (self.last, self.hint) = (memory.last, memory.hint);
     }
 
     /// What to do from `now` at `step`, while the others do as `traffic` says.

@@ -1,12 +1,10 @@
-//! Driving: plan, advance, look, until it ends.
+//! A drive: what it is made of, and driving one planning problem once.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use super::{Collision, Outcome};
+use super::{Driver, Outcome};
 use crate::geometry::Pose;
-use crate::planner::{
-    self, Forecast, Forecaster, Guide, GuideError, Limits, Plan, Planner, Road, VehicleState,
-};
+use crate::planner::{self, Forecast, Guide, GuideError, Limits, Plan, Planner, VehicleState};
 use crate::scenario::{Motion, PlanningProblem, Sample, Scenario, StateField, Track};
 
 /// How to drive.
@@ -92,97 +90,19 @@ pub fn drive_watched(
     settings: &Settings,
     watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
 ) -> Result<Drive, DriveError> {
-    let graph = scenario.network.lane_graph(None);
-    let guide = Guide::of(scenario, &graph, problem)?;
-    let whole = Limits::of(settings.planner.vehicle);
-    let dt = scenario.dt();
-    let missing = |what| DriveError::NoStart {
-        problem: problem.id,
-        what,
-    };
-    let start = start(problem, &guide, &whole).ok_or(missing("position, heading and velocity"))?;
-    let road = Road::new(&scenario.network, &whole);
-    let last = problem.deadline().ok_or(DriveError::NoGoal {
-        problem: problem.id,
-    })?;
-    let forecaster = Forecaster::new(scenario, settings.forecast, settings.without);
-    let mut planner = Planner::new(settings.planner, &guide, &road, dt);
-    let first = problem.initial.time.from;
-    let mut run = Drive {
-        states: vec![(first, start)],
-        cycles: Vec::new(),
-        outcome: Outcome::Timeout,
-        limits: whole,
-        dt,
-    };
-    let look = |step: i64, state: &VehicleState, was_on: &mut bool| -> Option<Outcome> {
-        let motion = state.centre(&whole);
-        let body = road.body().at(motion.pose);
-        if let Some(collision) = Collision::at(scenario, &body, step, settings.without) {
-            return Some(Outcome::Collision(collision));
-        }
-        let on = road.holds(state, &whole);
-        if *was_on && !on {
-            return Some(Outcome::OffRoad);
-        }
-        *was_on |= on;
-        problem
-            .reached(step, &motion, &scenario.network)
-            .map(Outcome::Goal)
-    };
-    let mut on = false;
-    if let Some(outcome) = look(first, &start, &mut on) {
-        run.outcome = outcome;
-        return Ok(run);
-    }
-    let (mut step, mut state) = (first, start);
-    while step < last {
-        let traffic = forecaster.traffic(step, planner.steps());
-        let began = Instant::now();
-        let plan = planner.plan(&state, step, &traffic);
-        let cycle = Cycle {
-            step,
-            plan,
-            took: began.elapsed(),
-        };
-        let more = watch(&planner, &cycle);
-        let ahead: Vec<VehicleState> = cycle
-            .plan
-            .states
-            .iter()
-            .skip(1)
-            .take(settings.replan.max(1))
-            .copied()
-            .collect();
-        run.cycles.push(cycle);
-        if ahead.is_empty() {
-            run.outcome = Outcome::Infeasible;
-            return Ok(run);
-        }
-        if !more {
-            return Ok(run);
-        }
-        for next in ahead {
-            step += 1;
-            state = next;
-            run.states.push((step, state));
-            if let Some(outcome) = look(step, &state, &mut on) {
-                run.outcome = outcome;
-                return Ok(run);
-            }
-            if step >= last {
-                break;
-            }
-        }
-    }
-    Ok(run)
+    let driver = Driver::new(scenario, problem, settings)?;
+    Ok(driver.drive_watched(scenario, &driver.whole(), watch))
 }
 
 /// The state a problem starts with.
 ///
 /// Files made of SUMO's traffic say a yaw rate of exactly 0 in every curve; the wheels are then taken to stand as the
 /// path bends. A yaw rate that is not 0 is kept.
-fn start(problem: &PlanningProblem, guide: &Guide, limits: &Limits) -> Option<VehicleState> {
+pub(super) fn start(
+    problem: &PlanningProblem,
+    guide: &Guide,
+    limits: &Limits,
+) -> Option<VehicleState> {
     let initial = &problem.initial;
     let position = initial.point()?;
     let velocity = initial.velocity?.middle();

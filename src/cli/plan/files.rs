@@ -8,7 +8,7 @@ use super::document;
 use super::driven::Driven;
 use crate::cli::metrics::{Target, file_of};
 use crate::cli::{Failure, output};
-use crate::scenario::commonroad::{self, ProblemSolution, SaveError, Solution, save};
+use crate::scenario::commonroad::{self, SaveError, save};
 use crate::scenario::{Entry, Place, VehicleModel, write_recording};
 
 /// What to write.
@@ -211,35 +211,25 @@ impl Targets<'_> {
 impl Files {
     fn write_solution(&self, path: &Path, entry: &Entry, driven: &Driven) -> Result<(), Failure> {
         let model = VehicleModel::parse(&self.solution_model.to_uppercase());
-        let solved = ProblemSolution::of_track(
-            &driven.drive.track(),
-            driven.drive.dt,
+        let header = &driven.scenario.header;
+        let wrong = |e| Failure::input(format!("{}: {e}", entry.display()));
+        let solution = driven.drive.solution(
+            header,
             driven.problem,
             model.unwrap_or(VehicleModel::Ks),
             driven.settings.planner.vehicle,
         );
-        let wrong = |e| Failure::input(format!("{}: {e}", entry.display()));
-        let solved = solved.map_err(wrong)?;
-        let header = &driven.scenario.header;
+        let solution = solution.map_err(wrong)?;
+        let solved = solution.problems.iter();
+        let how = solved.map(|s| format!("{}_{}", s.vehicle_id(), s.cost));
         let path = match path.is_dir() {
             true => path.join(format!(
-                "solution_{}_{}_{}_{}.xml",
-                solved.vehicle_id(),
-                solved.cost,
+                "solution_{}_{}_{}.xml",
+                how.collect::<Vec<_>>().join("_"),
                 entry.name,
                 header.version
             )),
             false => path.to_path_buf(),
-        };
-        let solution = Solution {
-            scenario_id: header.benchmark_id.clone(),
-            version: header.version.clone(),
-            // The same drive gives the same file.
-            date: None,
-            computation_time: None,
-            processor: None,
-            problems: vec![solved],
-            diagnostics: Vec::new(),
         };
         let bytes = commonroad::write_solution(&solution).map_err(wrong)?;
         self.save(&path, &bytes)

@@ -1,0 +1,290 @@
+//! The ego's answer to a changed motion: it drives anew, under the same settings, against the changed traffic.
+
+use std::sync::Arc;
+
+use super::{Change, ChangeError};
+use crate::metrics::{Context, Series, measure};
+use crate::planner::Forecast;
+use crate::scenario::{Obstacle, PlanningProblem, Scenario, Scene};
+use crate::simulation::{Collision, Drive, DriveError, Driver, Face, Noted, Outcome, Settings};
+
+/// One planning problem, driven once as recorded and then against changed traffic as often as one likes.
+#[derive(Debug)]
+pub struct ClosedLoop {
+    scenario: Arc<Scenario>,
+    driver: Driver,
+    baseline: Baseline,
+}
+
+/// The ego's drive in the scenario as it was recorded.
+#[derive(Debug)]
+pub struct Baseline {
+    noted: Noted,
+    scores: Series,
+}
+
+/// Time steps and risk scores, 0 (collision) to 5 (negligible), of one obstacle where it is there.
+pub type RiskCurve = Vec<(i64, u8)>;
+
+/// What a change leads to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Consequence {
+    /// The ego touches somebody: the attacker, or another one.
+    Collision(Collision),
+    /// Nobody is touched, and the risk score of the attacker is 1 at most at some step.
+    NearMiss,
+    /// Neither.
+    NoEffect,
+}
+
+impl Consequence {
+    /// Its name in documents.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Collision(_) => "collision",
+            Self::NearMiss => "near_miss",
+            Self::NoEffect => "no_effect",
+        }
+    }
+}
+
+/// The ego's drive against a change, and how dangerous it was.
+#[derive(Debug, Clone)]
+pub struct Effect {
+    /// Whose motion was changed.
+    pub attacker: i64,
+    /// The step of the last state before its motion is another one.
+    pub from: i64,
+    /// The scenario with the changed motion.
+    pub scenario: Arc<Scenario>,
+    /// The ego's drive in it. Beside a collision it may end off the road, or with nothing that can be driven.
+    pub drive: Drive,
+    /// What it came to.
+    pub consequence: Consequence,
+    /// The attacker's risk scores against the baseline, with its recorded motion.
+    pub before: RiskCurve,
+    /// The attacker's risk scores in this drive.
+    pub after: RiskCurve,
+    /// The lowest risk score of anybody in the baseline; nothing where nobody ever is there.
+    pub anyone_before: Option<u8>,
+    /// The lowest risk score of anybody in this drive.
+    pub anyone_after: Option<u8>,
+    /// The smallest distance of the attacker's body to the ego's in this drive, metres.
+    pub distance: Option<f64>,
+    /// Cycles that are the baseline's, as nothing had changed yet.
+    pub taken_over: usize,
+}
+
+/// At this risk score or below it was a near miss.
+const NEAR_MISS: u8 = 1;
+
+impl ClosedLoop {
+    /// Drives the baseline of a problem of `scenario`.
+    ///
+    /// # Errors
+    /// The problem has no start or no goal, or no way leads to it.
+    pub fn new(
+        scenario: Arc<Scenario>,
+        problem: &PlanningProblem,
+        settings: &Settings,
+    ) -> Result<Self, DriveError> {
+        let driver = Driver::new(&scenario, problem, settings)?;
+        let noted = driver.drive_noted(&scenario);
+        let scores = readings(&driver, &scenario, &noted.drive, "risk");
+        Ok(Self {
+            scenario,
+            driver,
+            baseline: Baseline { noted, scores },
+        })
+    }
+
+    /// The recorded scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &Arc<Scenario> {
+        &self.scenario
+    }
+
+    /// What drives.
+    #[must_use]
+    pub fn driver(&self) -> &Driver {
+        &self.driver
+    }
+
+    /// The drive in the recorded scenario.
+    #[must_use]
+    pub fn baseline(&self) -> &Baseline {
+        &self.baseline
+    }
+
+    /// Drives against a change.
+    ///
+    /// Cycles in which the planner cannot know yet that anything changed are taken over from the baseline, which
+    /// changes nothing but the time it takes, see [`Driver::drive_again`].
+    ///
+    /// # Errors
+    /// The scenario has no such obstacle, or it cannot be changed so.
+    pub fn effect(&self, change: &Change) -> Result<Effect, ChangeError> {
+        let attacker = change.obstacle;
+        let changed = Arc::new(change.apply(&self.scenario)?);
+        let noted = match self.same_until(&changed, change) {
+            Some(same) => self
+                .driver
+                .drive_again(&changed, &self.baseline.noted, same),
+            None => self.driver.drive_noted(&changed),
+        };
+        let drive = noted.drive;
+        let scores = readings(&self.driver, &changed, &drive, "risk");
+        let after = curve(&scores, attacker);
+        let distances = distances(&self.driver, &changed, &drive, attacker);
+        let consequence = match drive.outcome {
+            Outcome::Collision(collision) => Consequence::Collision(collision),
+            _ if lowest(&after).is_some_and(|score| score <= NEAR_MISS) => Consequence::NearMiss,
+            _ => Consequence::NoEffect,
+        };
+        Ok(Effect {
+            attacker,
+            from: change.from().ok_or(ChangeError::NotThere(attacker))?,
+            scenario: changed,
+            consequence,
+            before: self.baseline.risk_of(attacker),
+            after,
+            anyone_before: self.baseline.lowest(),
+            anyone_after: lowest_of_all(&scores),
+            distance: distances.into_iter().min_by(f64::total_cmp),
+            taken_over: noted.taken_over,
+            drive,
+        })
+    }
+
+    /// The last step in whose planning cycle all that the planner is told is as it was recorded; nothing where it may
+    /// differ from the beginning.
+    ///
+    /// A forecast that looks at the past knows nothing of a change before its first other state; one that is told the
+    /// recorded future knows it a horizon earlier. States before the change are compared too: what a file leaves out of
+    /// its first state is worked out from the second one.
+    fn same_until(&self, changed: &Scenario, change: &Change) -> Option<i64> {
+        let (from, id) = (change.from()?, change.obstacle);
+        let (old, new) = (self.scenario.obstacle(id)?, changed.obstacle(id)?);
+        let first = old.track().steps().start.min(new.track().steps().start);
+        let differs = (first..=from).find(|&step| !alike(old, new, step));
+        let known = differs.map_or(from, |step| step - 1);
+        let settings = self.driver.settings();
+        let ahead = match settings.forecast {
+            Forecast::Recorded => settings.planner.steps(self.driver.dt()) as i64,
+            Forecast::ConstantVelocity | Forecast::Lane => 0,
+        };
+        Some(known - ahead)
+    }
+}
+
+/// Whether an obstacle is at a step exactly what and where the other one is.
+fn alike(a: &Obstacle, b: &Obstacle, step: i64) -> bool {
+    a.motion_at(step) == b.motion_at(step) && a.footprint_at(step) == b.footprint_at(step)
+}
+
+impl Baseline {
+    /// The drive.
+    #[must_use]
+    pub fn drive(&self) -> &Drive {
+        &self.noted.drive
+    }
+
+    /// The risk scores of an obstacle.
+    #[must_use]
+    pub fn risk_of(&self, obstacle: i64) -> RiskCurve {
+        curve(&self.scores, obstacle)
+    }
+
+    /// The lowest risk score of an obstacle; nothing where it never is there.
+    #[must_use]
+    pub fn lowest_of(&self, obstacle: i64) -> Option<u8> {
+        lowest(&self.risk_of(obstacle))
+    }
+
+    /// The lowest risk score of anybody.
+    #[must_use]
+    pub fn lowest(&self) -> Option<u8> {
+        lowest_of_all(&self.scores)
+    }
+}
+
+impl Effect {
+    /// The attacker's lowest risk score in the baseline; nothing where it never is there.
+    #[must_use]
+    pub fn lowest_before(&self) -> Option<u8> {
+        lowest(&self.before)
+    }
+
+    /// The attacker's lowest risk score in this drive.
+    #[must_use]
+    pub fn lowest_after(&self) -> Option<u8> {
+        lowest(&self.after)
+    }
+
+    /// The collision, if there is one.
+    #[must_use]
+    pub fn collision(&self) -> Option<Collision> {
+        match self.consequence {
+            Consequence::Collision(collision) => Some(collision),
+            _ => None,
+        }
+    }
+
+    /// Whether it is the attacker that the ego touches.
+    #[must_use]
+    pub fn hits_attacker(&self) -> bool {
+        self.collision().is_some_and(|c| c.with == self.attacker)
+    }
+
+    /// Whether somebody drives into the ego's rear with the front: that proves little, since nobody reacts to the ego.
+    #[must_use]
+    pub fn is_hit_from_behind(&self) -> bool {
+        self.collision()
+            .is_some_and(|c| c.ego == Face::Rear && c.other == Face::Front)
+    }
+}
+
+/// A drive as a scene.
+fn scene(driver: &Driver, scenario: &Arc<Scenario>, drive: &Drive) -> Scene {
+    let ego = drive.ego(driver.problem(), driver.settings());
+    Scene::new(Arc::clone(scenario), ego)
+}
+
+/// A measure of everyone but the one whose place the ego took, who is not there in the drive.
+fn readings(driver: &Driver, scenario: &Arc<Scenario>, drive: &Drive, id: &str) -> Series {
+    let without = driver.settings().without;
+    let scene = match without {
+        Some(gone) => {
+            let mut others = Scenario::clone(scenario);
+            others.obstacles.retain(|o| o.id != gone);
+            scene(driver, &Arc::new(others), drive)
+        }
+        None => scene(driver, scenario, drive),
+    };
+    Series::compute(&scene, measure(id).into_iter().collect())
+}
+
+fn distances(driver: &Driver, scenario: &Arc<Scenario>, drive: &Drive, attacker: i64) -> Vec<f64> {
+    let scene = scene(driver, scenario, drive);
+    let context = Context::new(&scene);
+    let measures = measure("distance").into_iter().collect();
+    let series = Series::of_obstacle(&context, measures, attacker);
+    let row = series.row("distance", attacker).iter();
+    row.filter_map(|reading| reading.value()).collect()
+}
+
+fn curve(scores: &Series, obstacle: i64) -> RiskCurve {
+    let row = scores.steps().zip(scores.row("risk", obstacle));
+    row.filter_map(|(step, reading)| Some((step, reading.value()? as u8)))
+        .collect()
+}
+
+fn lowest(curve: &RiskCurve) -> Option<u8> {
+    curve.iter().map(|(_, score)| *score).min()
+}
+
+fn lowest_of_all(scores: &Series) -> Option<u8> {
+    let (_, score) = scores.most_dangerous("risk")?;
+    Some(score as u8)
+}

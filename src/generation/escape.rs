@@ -1,0 +1,338 @@
+//! The search for a trajectory that touches nobody, and the check of what it finds.
+
+use std::sync::Arc;
+
+use super::avoidable::{Avoidance, Certificate, Finder, NotFound, Searched, Why};
+use super::{ClosedLoop, Effect, Manoeuvre};
+use crate::planner::{Feasibility, Forecast, VehicleState};
+use crate::scenario::{ObstacleRole, Scenario};
+use crate::simulation::{Drive, Driver, Look, Outcome, Settings, Stretch};
+
+/// A search around one change.
+pub(super) struct Search<'a> {
+    closed: &'a ClosedLoop,
+    scenario: &'a Scenario,
+    from: i64,
+    /// The last step that a trajectory has to get to.
+    last: i64,
+    /// A goal counts as an end from this step on: not just before the contact.
+    goal_from: i64,
+}
+
+/// The unchanged drive up to the end of the reaction time.
+struct Begun<'a> {
+    states: Vec<(i64, VehicleState)>,
+    look: Look<'a>,
+    /// Arc length along the path, metres.
+    along: Option<f64>,
+}
+
+/// After a contact that it avoids, and after the attacker has gone, a trajectory goes on this long, seconds.
+const AFTER: f64 = 1.0;
+
+/// Shares of the friction circle that are braked with to standstill; 0 goes on as fast as it is.
+const BRAKING: [f64; 7] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.15, 0.0];
+
+/// Shares that are braked with to a share of the speed, to go on with that.
+const SLOWING: [(f64, f64); 4] = [(1.0, 0.7), (1.0, 0.4), (0.5, 0.7), (0.5, 0.4)];
+
+/// Shares of what the engine can do, and how much faster (m/s) one gets.
+const ACCELERATING: [(f64, f64); 4] = [(0.4, 4.0), (1.0, 4.0), (0.6, 10.0), (1.0, 10.0)];
+
+/// Changes of the offset to either side, metres.
+const ASIDE: [f64; 6] = [0.0, 0.5, 1.0, 1.75, 2.5, 3.5];
+
+/// Shares of the friction that steering may take.
+const GRIP: [f64; 2] = [0.5, 0.95];
+
+impl<'a> Search<'a> {
+    pub fn new(closed: &'a ClosedLoop, effect: &'a Effect) -> Self {
+        let driver = closed.driver();
+        let after = (AFTER / driver.dt()).ceil() as i64;
+        let deadline = driver.whole().last;
+        let contact = effect.collision().map(|c| c.step);
+        let goal_from = contact.map_or(effect.from, |step| step.saturating_add(after));
+        let obstacles = effect.scenario.obstacles.iter();
+        let moving = obstacles.filter(|o| o.role == ObstacleRole::Dynamic);
+        let gone = moving.map(|o| {
+            let end = o.track().steps().end - 1;
+            match o.id == effect.attacker {
+                true => end.saturating_add(after),
+                false => end,
+            }
+        });
+        let gone = gone.max().unwrap_or(effect.from);
+        Self {
+            closed,
+            scenario: &effect.scenario,
+            from: effect.from,
+            last: gone.max(goal_from).min(deadline),
+            goal_from: goal_from.min(deadline),
+        }
+    }
+
+    /// The step until which nobody reacts.
+    pub fn reaction(&self, delay: f64) -> i64 {
+        self.from + (delay / self.closed.driver().dt()).round() as i64
+    }
+
+    /// Searches from the end of a reaction time on.
+    pub fn from(&self, reaction: i64) -> Certificate {
+        let mut searched = Searched::default();
+        let unchanged = self.unchanged(reaction);
+        if let Some(avoidance) = unchanged.filter(|found| self.verify(found, reaction)) {
+            return Certificate::Avoided(Arc::new(avoidance));
+        }
+        let begun = match self.begin(reaction) {
+            Ok(begun) => begun,
+            Err(why) => return Certificate::NotFound(NotFound { why, searched }),
+        };
+        let found = self
+            .manoeuvres(&begun, reaction, &mut searched)
+            .or_else(|| self.plans(&begun, reaction, &mut searched));
+        match found {
+            Some(avoidance) => Certificate::Avoided(Arc::new(avoidance)),
+            None => Certificate::NotFound(NotFound {
+                why: Why::NothingFound,
+                searched,
+            }),
+        }
+    }
+
+    /// The unchanged drive, if it ends as a drive may.
+    fn unchanged(&self, reaction: i64) -> Option<Avoidance> {
+        let drive = self.closed.baseline().drive();
+        let ends = matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout);
+        ends.then(|| Avoidance {
+            drive: Drive {
+                cycles: Vec::new(),
+                ..drive.clone()
+            },
+            reaction,
+            found: Finder::Unchanged,
+            searched: Searched::default(),
+        })
+    }
+
+    /// Drives unchanged until the reaction time has passed.
+    fn begin(&self, reaction: i64) -> Result<Begun<'a>, Why> {
+        let driver = self.closed.driver();
+        let drive = self.closed.baseline().drive();
+        let path = &driver.guide().path;
+        let mut begun = Begun {
+            states: Vec::new(),
+            look: Look::new(driver, self.scenario, self.goal_from),
+            along: None,
+        };
+        let mut along = driver.guide().start;
+        for (step, state) in drive.states.iter().take_while(|(s, _)| *s <= reaction) {
+            match begun.look.at(*step, state) {
+                Some(Outcome::Collision(collision)) => return Err(Why::TooEarly(collision)),
+                Some(outcome) => return Err(Why::Ended(outcome)),
+                None => begun.states.push((*step, *state)),
+            }
+            if let Ok(on) = path.project_near(&state.rear.position, along, NEAR) {
+                along = on.s;
+                begun.along = Some(on.s);
+            }
+        }
+        match begun.states.last() {
+            Some((step, _)) if *step == reaction => Ok(begun),
+            _ => Err(Why::Ended(drive.outcome)),
+        }
+    }
+
+    fn manoeuvres(
+        &self,
+        begun: &Begun<'_>,
+        reaction: i64,
+        searched: &mut Searched,
+    ) -> Option<Avoidance> {
+        let driver = self.closed.driver();
+        let (_, now) = begun.states.last()?;
+        let path = &driver.guide().path;
+        let on = path.project_near(&now.rear.position, begun.along?, NEAR);
+        let present = on.ok()?.d;
+        for manoeuvre in self.grid(now.velocity, present) {
+            searched.manoeuvres += 1;
+            let Some(drive) = self.drive(begun, &manoeuvre) else {
+                continue;
+            };
+            let avoidance = Avoidance {
+                drive,
+                reaction,
+                found: Finder::Manoeuvre(manoeuvre),
+                searched: *searched,
+            };
+            if self.verify(&avoidance, reaction) {
+                return Some(avoidance);
+            }
+            searched.refused += 1;
+        }
+        None
+    }
+
+    /// What is tried, what stays nearer to the lane first.
+    fn grid(&self, speed: f64, present: f64) -> impl Iterator<Item = Manoeuvre> {
+        let limits = *self.closed.driver().limits();
+        let most = limits.acceleration;
+        let braking = BRAKING.map(|share| match share {
+            0.0 => (0.0, speed),
+            _ => (-share * most, 0.0),
+        });
+        let slowing = SLOWING.map(|(share, left)| (-share * most, left * speed));
+        let forward = limits.forward(speed);
+        let faster = ACCELERATING.map(|(share, gain)| {
+            let until = (speed + gain).min(limits.speed);
+            (share * forward, until)
+        });
+        let along: Vec<(f64, f64)> = braking.into_iter().chain(slowing).chain(faster).collect();
+        let sides = ASIDE.into_iter().flat_map(|aside| match aside {
+            0.0 => vec![0.0],
+            _ => vec![aside, -aside],
+        });
+        sides.flat_map(move |aside| {
+            let along = along.clone();
+            GRIP.into_iter().flat_map(move |grip| {
+                let along = along.clone().into_iter();
+                along.map(move |(acceleration, until)| Manoeuvre {
+                    acceleration,
+                    until,
+                    offset: present + aside,
+                    grip,
+                })
+            })
+        })
+    }
+
+    /// A manoeuvre to the end; nothing where it touches somebody, or leaves the road or the path.
+    fn drive(&self, begun: &Begun<'_>, manoeuvre: &Manoeuvre) -> Option<Drive> {
+        let driver = self.closed.driver();
+        let (mut step, mut state) = *begun.states.last()?;
+        let (mut look, mut along) = (begun.look.clone(), begun.along);
+        let mut states = begun.states.clone();
+        let mut outcome = Outcome::Timeout;
+        while step < self.last {
+            step += 1;
+            let (limits, dt) = (driver.limits(), driver.dt());
+            state = manoeuvre.step(&state, driver.guide(), &mut along, limits, dt)?;
+            states.push((step, state));
+            match look.at(step, &state) {
+                None => {}
+                Some(goal @ Outcome::Goal(_)) => {
+                    outcome = goal;
+                    break;
+                }
+                Some(_) => return None,
+            }
+        }
+        Some(self.whole(states, outcome))
+    }
+
+    fn whole(&self, states: Vec<(i64, VehicleState)>, outcome: Outcome) -> Drive {
+        let driver = self.closed.driver();
+        Drive {
+            states,
+            cycles: Vec::new(),
+            outcome,
+            limits: *driver.limits(),
+            dt: driver.dt(),
+        }
+    }
+
+    /// Drives of the planner, told everyone's future.
+    fn plans(
+        &self,
+        begun: &Begun<'_>,
+        reaction: i64,
+        searched: &mut Searched,
+    ) -> Option<Avoidance> {
+        let (step, state) = *begun.states.last()?;
+        let stretch = Stretch {
+            step,
+            state,
+            last: self.last,
+            goal_from: self.goal_from,
+        };
+        let usual = self.closed.driver();
+        for (name, settings) in attempts(usual.settings()) {
+            let driver: Driver = usual.with(&settings);
+            let drive = driver.drive(self.scenario, &stretch);
+            searched.drives += 1;
+            searched.cycles += drive.cycles.len();
+            let candidates = drive.cycles.iter().map(|c| c.plan.candidates);
+            searched.candidates += candidates.sum::<usize>();
+            if !matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout) {
+                continue;
+            }
+            let later = drive.states.iter().skip(1);
+            let states = begun.states.iter().chain(later).copied().collect();
+            let avoidance = Avoidance {
+                drive: self.whole(states, drive.outcome),
+                reaction,
+                found: Finder::Planner(name),
+                searched: *searched,
+            };
+            if self.verify(&avoidance, reaction) {
+                return Some(avoidance);
+            }
+            searched.refused += 1;
+        }
+        None
+    }
+
+    /// Whether a finished trajectory touches nobody, stays on the road, gets to its end, and can be driven from step
+    /// `reaction` on.
+    pub fn verify(&self, avoidance: &Avoidance, reaction: i64) -> bool {
+        let driver = self.closed.driver();
+        let drive = &avoidance.drive;
+        let mut look = Look::new(driver, self.scenario, self.goal_from);
+        let mut goal = None;
+        for (step, state) in &drive.states {
+            match look.at(*step, state) {
+                Some(Outcome::Goal(_)) => goal = Some(*step),
+                Some(_) => return false,
+                None => {}
+            }
+        }
+        let end = drive.states.last().map(|(step, _)| *step);
+        let arrived = end.is_some_and(|end| end >= self.last) || goal == end;
+        // The unchanged drive may be over before: then there is nothing to avoid.
+        let over = avoidance.found == Finder::Unchanged;
+        let changed = drive.states.iter().filter(|(step, _)| *step >= reaction);
+        let changed: Vec<VehicleState> = changed.map(|(_, state)| *state).collect();
+        let check = Feasibility::new(*driver.limits(), driver.dt());
+        (arrived || over) && check.states(reaction, &changed).is_ok()
+    }
+}
+
+/// The path is looked for this far from where it was left, metres.
+const NEAR: f64 = 20.0;
+
+/// Ways to set the planner, from the usual to the dear.
+fn attempts(usual: &Settings) -> [(&'static str, Settings); 4] {
+    let told = Settings {
+        forecast: Forecast::Recorded,
+        replan: 1,
+        ..*usual
+    };
+    let mut wide = told;
+    let planner = &mut wide.planner;
+    planner.sampling.widest = planner.sampling.widest.max(6.0);
+    planner.sampling.offsets = planner.sampling.offsets.max(15);
+    planner.sampling.changes = planner.sampling.changes.max(3);
+    planner.share = planner.share.max(0.98);
+    planner.margin = planner.margin.min(0.03);
+    planner.braking = planner.braking.max(9.0);
+    let mut short = wide;
+    let planner = &mut short.planner;
+    planner.horizon = planner.horizon.min(2.5);
+    planner.sampling.durations = planner.sampling.durations.max(5);
+    planner.sampling.speeds = planner.sampling.speeds.max(13);
+    [
+        ("planning every step", told),
+        ("planning every third step", Settings { replan: 3, ..told }),
+        ("wide offsets and the whole friction", wide),
+        ("wide offsets, a short horizon and dense samples", short),
+    ]
+}

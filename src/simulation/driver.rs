@@ -1,0 +1,314 @@
+//! Driving: plan, advance, look, until it ends; with what several drives of one problem share made once.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::drive::start;
+use super::{Collision, Cycle, Drive, DriveError, Outcome, Settings};
+use crate::planner::{Forecaster, Guide, Limits, Memory, Plan, Planner, Road, VehicleState};
+use crate::scenario::{PlanningProblem, Scenario};
+
+/// Drives one planning problem as often as one likes, through any traffic on the same road.
+///
+/// The way to the goal and the road are worked out once: they depend on the network only, so a scenario with other
+/// traffic, but the same network and time step, may be given to each drive.
+#[derive(Debug, Clone)]
+pub struct Driver {
+    problem: PlanningProblem,
+    settings: Settings,
+    guide: Guide,
+    road: Arc<Road>,
+    limits: Limits,
+    start: VehicleState,
+    last: i64,
+    dt: f64,
+}
+
+/// Where a drive begins, and when it ends at the latest and at the earliest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch {
+    /// The first time step.
+    pub step: i64,
+    /// The vehicle there.
+    pub state: VehicleState,
+    /// The last time step; a drive that gets there is a time-out, unless it reached a goal.
+    pub last: i64,
+    /// A goal that was reached ends the drive at this step or later, and not before.
+    pub goal_from: i64,
+}
+
+/// A drive, and what the planner carried from cycle to cycle: enough to drive on from any of them.
+#[derive(Debug, Clone)]
+pub struct Noted {
+    /// The drive.
+    pub drive: Drive,
+    /// The planner's memory after each cycle.
+    memories: Vec<Memory>,
+    /// Cycles at its beginning that were not planned but taken over from another drive.
+    pub taken_over: usize,
+}
+
+impl Driver {
+    /// A driver for a problem of `scenario`.
+    ///
+    /// # Errors
+    /// The problem has no start or no goal, or no way leads to it.
+    pub fn new(
+        scenario: &Scenario,
+        problem: &PlanningProblem,
+        settings: &Settings,
+    ) -> Result<Self, DriveError> {
+        let graph = scenario.network.lane_graph(None);
+        let guide = Guide::of(scenario, &graph, problem)?;
+        let limits = Limits::of(settings.planner.vehicle);
+        let start = start(problem, &guide, &limits).ok_or(DriveError::NoStart {
+            problem: problem.id,
+            what: "position, heading and velocity",
+        })?;
+        let last = problem.deadline().ok_or(DriveError::NoGoal {
+            problem: problem.id,
+        })?;
+        Ok(Self {
+            road: Arc::new(Road::new(&scenario.network, &limits)),
+            problem: problem.clone(),
+            settings: *settings,
+            guide,
+            limits,
+            start,
+            last,
+            dt: scenario.dt(),
+        })
+    }
+
+    /// The same with other settings, but the same vehicle.
+    #[must_use]
+    pub fn with(&self, settings: &Settings) -> Self {
+        let mut other = self.clone();
+        other.settings = *settings;
+        other.settings.planner.vehicle = self.settings.planner.vehicle;
+        other
+    }
+
+    /// The planning problem.
+    #[must_use]
+    pub fn problem(&self) -> &PlanningProblem {
+        &self.problem
+    }
+
+    /// How it drives.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// What it follows.
+    #[must_use]
+    pub fn guide(&self) -> &Guide {
+        &self.guide
+    }
+
+    /// What it keeps to.
+    #[must_use]
+    pub fn road(&self) -> &Road {
+        &self.road
+    }
+
+    /// Whole limits of the vehicle.
+    #[must_use]
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Seconds between two time steps.
+    #[must_use]
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
+    /// The whole of the problem, from its start to the last step at which a goal can be reached.
+    #[must_use]
+    pub fn whole(&self) -> Stretch {
+        let step = self.problem.initial.time.from;
+        Stretch {
+            step,
+            state: self.start,
+            last: self.last,
+            goal_from: step,
+        }
+    }
+
+    /// Drives a stretch, and shows each cycle with its planner to `watch`; where that says no, the drive is a time-out
+    /// there.
+    pub fn drive_watched(
+        &self,
+        scenario: &Scenario,
+        stretch: &Stretch,
+        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+    ) -> Drive {
+        self.run(scenario, stretch, None, watch).drive
+    }
+
+    /// Drives a stretch.
+    #[must_use]
+    pub fn drive(&self, scenario: &Scenario, stretch: &Stretch) -> Drive {
+        self.drive_watched(scenario, stretch, &mut |_, _| true)
+    }
+
+    /// Drives the whole problem, so that other drives can take over its first cycles.
+    #[must_use]
+    pub fn drive_noted(&self, scenario: &Scenario) -> Noted {
+        self.run(scenario, &self.whole(), None, &mut |_, _| true)
+    }
+
+    /// Drives the whole problem in traffic of which the planner is told the same as in the drive `before` in every
+    /// cycle up to step `same`: those cycles are taken over instead of being planned again.
+    ///
+    /// The drive is exactly that of [`Self::drive_noted`], but for the times that cycles took: planning depends on
+    /// the vehicle's state, on what is told of the traffic and on what the planner carries from cycle to cycle, and on
+    /// nothing else. Contacts and arrivals are looked for at every step again.
+    #[must_use]
+    pub fn drive_again(&self, scenario: &Scenario, before: &Noted, same: i64) -> Noted {
+        self.run(
+            scenario,
+            &self.whole(),
+            Some((before, same)),
+            &mut |_, _| true,
+        )
+    }
+
+    fn run(
+        &self,
+        scenario: &Scenario,
+        stretch: &Stretch,
+        known: Option<(&Noted, i64)>,
+        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+    ) -> Noted {
+        let (forecast, without) = (self.settings.forecast, self.settings.without);
+        let forecaster = Forecaster::new(scenario, forecast, without);
+        let mut planner = Planner::new(self.settings.planner, &self.guide, &self.road, self.dt);
+        let (mut step, mut state, last) = (stretch.step, stretch.state, stretch.last);
+        let mut noted = Noted {
+            drive: Drive {
+                states: vec![(step, state)],
+                cycles: Vec::new(),
+                outcome: Outcome::Timeout,
+                limits: self.limits,
+                dt: self.dt,
+            },
+            memories: Vec::new(),
+            taken_over: 0,
+        };
+        let mut look = Look::new(self, scenario, stretch.goal_from);
+        if let Some(outcome) = look.at(step, &state) {
+            noted.drive.outcome = outcome;
+            return noted;
+        }
+        while step < last {
+            let place = noted.drive.cycles.len();
+            let cycle = match known.and_then(|(before, same)| before.cycle(place, step, same)) {
+                Some((cycle, memory)) => {
+                    planner.recall(memory);
+                    noted.taken_over += 1;
+                    cycle.clone()
+                }
+                None => {
+                    let traffic = forecaster.traffic(step, planner.steps());
+                    let began = Instant::now();
+                    let plan = planner.plan(&state, step, &traffic);
+                    Cycle {
+                        step,
+                        plan,
+                        took: began.elapsed(),
+                    }
+                }
+            };
+            let more = watch(&planner, &cycle);
+            let ahead = self.ahead(&cycle.plan);
+            noted.drive.cycles.push(cycle);
+            noted.memories.push(planner.memory());
+            if ahead.is_empty() {
+                noted.drive.outcome = Outcome::Infeasible;
+                return noted;
+            }
+            if !more {
+                return noted;
+            }
+            for next in ahead {
+                step += 1;
+                state = next;
+                noted.drive.states.push((step, state));
+                if let Some(outcome) = look.at(step, &state) {
+                    noted.drive.outcome = outcome;
+                    return noted;
+                }
+                if step >= last {
+                    break;
+                }
+            }
+        }
+        noted
+    }
+
+    /// The states of a plan that are driven before the next one.
+    fn ahead(&self, plan: &Plan) -> Vec<VehicleState> {
+        let ahead = plan.states.iter().skip(1);
+        ahead.take(self.settings.replan.max(1)).copied().collect()
+    }
+}
+
+impl Noted {
+    /// A cycle that can be taken over, and the planner's memory after it.
+    fn cycle(&self, place: usize, step: i64, same: i64) -> Option<(&Cycle, &Memory)> {
+        let cycle = self.drive.cycles.get(place)?;
+        let usable = cycle.step == step && step <= same;
+        usable.then(|| self.memories.get(place).map(|memory| (cycle, memory)))?
+    }
+}
+
+/// What ends a drive, state by state.
+#[derive(Debug, Clone)]
+pub struct Look<'a> {
+    driver: &'a Driver,
+    scenario: &'a Scenario,
+    goal_from: i64,
+    /// Whoever starts off the road may first get onto it.
+    was_on: bool,
+    /// A goal that was reached before it may end the drive.
+    reached: Option<usize>,
+}
+
+impl<'a> Look<'a> {
+    /// A look at the states of one drive through `scenario`, in order; goals end it from step `goal_from` on.
+    #[must_use]
+    pub fn new(driver: &'a Driver, scenario: &'a Scenario, goal_from: i64) -> Self {
+        Self {
+            driver,
+            scenario,
+            goal_from,
+            was_on: false,
+            reached: None,
+        }
+    }
+
+    /// How the drive ends with this state, if it does.
+    pub fn at(&mut self, step: i64, state: &VehicleState) -> Option<Outcome> {
+        let driver = self.driver;
+        let motion = state.centre(&driver.limits);
+        let body = driver.road.body().at(motion.pose);
+        let without = driver.settings.without;
+        if let Some(collision) = Collision::at(self.scenario, &body, step, without) {
+            return Some(Outcome::Collision(collision));
+        }
+        let on = driver.road.holds(state, &driver.limits);
+        if self.was_on && !on {
+            return Some(Outcome::OffRoad);
+        }
+        self.was_on |= on;
+        if self.reached.is_none() {
+            let network = &self.scenario.network;
+            self.reached = driver.problem.reached(step, &motion, network);
+        }
+        let reached = self.reached.filter(|_| step >= self.goal_from);
+        reached.map(Outcome::Goal)
+    }
+}

@@ -1,0 +1,31 @@
+//! A drive as a CommonRoad solution.
+
+use super::Drive;
+use crate::scenario::commonroad::{ProblemSolution, Solution, SolutionError};
+use crate::scenario::{Header, VehicleModel, VehicleType};
+
+impl Drive {
+    /// The solution of planning problem `problem` of the scenario with this header: states of `model` for `vehicle`.
+    ///
+    /// # Errors
+    /// The model has states that do not follow from the motion of a body.
+    pub fn solution(
+        &self,
+        header: &Header,
+        problem: i64,
+        model: VehicleModel,
+        vehicle: VehicleType,
+    ) -> Result<Solution, SolutionError> {
+        let solved = ProblemSolution::of_track(&self.track(), self.dt, problem, model, vehicle)?;
+        Ok(Solution {
+            scenario_id: header.benchmark_id.clone(),
+            version: header.version.clone(),
+            // The same drive gives the same file.
+            date: None,
+            computation_time: None,
+            processor: None,
+            problems: vec![solved],
+            diagnostics: Vec::new(),
+        })
+    }
+}
