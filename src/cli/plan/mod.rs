@@ -4,6 +4,7 @@ mod document;
 mod driven;
 mod files;
 mod how;
+mod places;
 mod table;
 
 use std::io::{self, Write};
@@ -51,7 +52,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     let (_, config) = configuration()?;
     let settings = arguments.how.settings(&config)?;
     let entries = found(&arguments.paths)?;
-    let targets = arguments.files.begin(&entries)?;
+    let targets = arguments.files.begin(&arguments.paths, &entries)?;
     if arguments.files.has_ego() && settings.planner.vehicle != VehicleType::Bmw320i {
         output::say(&format!(
             "nearmiss: the CSV does not carry the vehicle's size; who reads it takes it for a {}, and this is a {}. \
