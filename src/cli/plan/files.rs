@@ -62,6 +62,14 @@ impl Files {
         self.output.is_some()
     }
 
+    /// Whether the vehicle is found again where the ego is read, as solutions lie with the egos.
+    pub fn names_vehicle(&self) -> bool {
+        let folder =
+            |path: &Option<PathBuf>| path.as_deref().filter(|p| p.is_dir())?.canonicalize().ok();
+        let egos = folder(&self.output);
+        egos.is_some() && egos == folder(&self.solution)
+    }
+
     /// Begins the log, after a look at where everything would go.
     ///
     /// # Errors

@@ -53,10 +53,11 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     let settings = arguments.how.settings(&config)?;
     let entries = found(&arguments.paths)?;
     let targets = arguments.files.begin(&arguments.paths, &entries)?;
-    if arguments.files.has_ego() && settings.planner.vehicle != VehicleType::Bmw320i {
+    let unnamed = arguments.files.has_ego() && !arguments.files.names_vehicle();
+    if unnamed && settings.planner.vehicle != VehicleType::Bmw320i {
         output::say(&format!(
             "nearmiss: the CSV does not carry the vehicle's size; who reads it takes it for a {}, and this is a {}. \
-             --solution carries it",
+             A solution carries it: --solution with the folder of -o, or open that file with --ego",
             VehicleType::Bmw320i.name(),
             settings.planner.vehicle.name()
         ));
