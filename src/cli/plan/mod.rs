@@ -35,7 +35,8 @@ pub struct PlanArguments {
     paths: Vec<PathBuf>,
     #[command(flatten)]
     how: how::How,
-    /// One JSON object a scenario, each on a line of its own, instead of the table.
+    /// One JSON object a scenario, each on a line of its own, instead of the table; one that could not be planned has
+    /// `error`.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
