@@ -231,9 +231,8 @@ impl<'a> Figure<'a> {
             ("step", step.to_string()),
             ("time", format!("{seconds:.3} s")),
         ];
-        if let Some(scene) = self.subject.scene {
-            facts.push(("ego", scene.ego.to_string()));
-        }
+        let ego = self.subject.scene.map(|scene| scene.ego.to_string());
+        facts.push(("ego", ego.unwrap_or_else(|| "none".into())));
         if !self.look.obstacles.is_empty() {
             let ids: Vec<String> = self.look.obstacles.iter().map(i64::to_string).collect();
             facts.push(("obstacles", ids.join(", ")));

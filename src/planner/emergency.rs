@@ -57,7 +57,12 @@ impl Planner<'_> {
             }
         }
         let (touched, braking) = braked.unwrap_or_default();
-        match latest.filter(|(step, c)| touched < *step && self.leaves_road(c).is_none()) {
+        // Nobody drives a candidate beyond its contact: what it would do there does not count.
+        let stays = |(step, candidate): &(usize, Candidate)| {
+            let left = self.leaves_road(candidate);
+            left.is_none_or(|left| left > *step)
+        };
+        match latest.filter(|l| touched < l.0 && stays(l)) {
             Some((step, candidate)) => Plan {
                 states: self.braked_from(&candidate, step),
                 cost: candidate.cost,

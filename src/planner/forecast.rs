@@ -1,6 +1,6 @@
 //! What the planner is told of the others' future: recorded, straight on, or along their lanes.
 
-use super::traffic::{Body, Traffic};
+use super::traffic::{Body, Extent, Traffic};
 use crate::scenario::prediction::{Model, Past, Predictor};
 use crate::scenario::{Obstacle, ObstacleRole, Scenario};
 
@@ -116,6 +116,7 @@ impl<'a> Forecaster<'a> {
             let Some(speeds) = prediction.speeds.get(prediction.speeds.len() / 2) else {
                 continue;
             };
+            let extent = Extent::of(seen.footprint);
             for course in prediction
                 .courses
                 .iter()
@@ -130,7 +131,7 @@ impl<'a> Forecaster<'a> {
                     let t = k as f64 * dt;
                     let pose = course.path.pose_at(speeds.distance(t));
                     let velocity = (speeds.distance(t + dt) - speeds.distance(t)) / dt;
-                    traffic.occupy(body, k, seen.footprint, &pose, velocity);
+                    traffic.occupy_box(body, k, extent, &pose, velocity);
                 }
             }
         }

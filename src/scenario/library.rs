@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::commonroad::{self, ReadError};
+use super::ego::sized;
 use super::{Ego, EgoError, Scenario, find_recording, read_ego, read_ego_file};
 use crate::system;
 
@@ -151,7 +152,8 @@ impl Entry {
                 let Some(recording) = find_recording(path) else {
                     return Ok(None);
                 };
-                read_ego_file(&recording, scenario, planning_problem).map(Some)
+                let ego = read_ego_file(&recording, scenario, planning_problem)?;
+                Ok(Some(sized(ego, &recording, &self.name, scenario)))
             }
         }
     }

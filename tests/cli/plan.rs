@@ -1,7 +1,7 @@
 //! `plan`: outcomes as table and JSON, what is written and never overwritten, and settings of the planner.
 
 use nearmiss::scenario::commonroad::{TrajectoryKind, read, read_solution};
-use nearmiss::scenario::{EgoSource, Entry, read_recording};
+use nearmiss::scenario::{EgoSource, Entry, VehicleType, read_recording};
 use nearmiss::{evaluation, planner, simulation};
 use serde_json::Value;
 
@@ -185,6 +185,7 @@ fn nothing_is_written_over_a_scenario_or_twice() {
     let xml = bundled_xml(TURN);
     home.write("a.xml", &xml);
     home.write("b/a.xml", &xml);
+    std::fs::create_dir(home.files().join("b/c")).unwrap();
     for (arguments, said) in [
         (
             &["a.xml", "-o", "a.xml", "--overwrite"][..],
@@ -201,6 +202,35 @@ fn nothing_is_written_over_a_scenario_or_twice() {
             &["a.xml", "-o", "x.csv", "--with-scenario"],
             "a folder that exists",
         ),
+        // Copies would be second scenarios where the first ones are found.
+        (
+            &["b", "-o", "b", "--with-scenario"],
+            "egos are found beside their scenarios",
+        ),
+        (
+            &["b/a.xml", "-o", "b", "--with-scenario", "--overwrite"],
+            "a second scenario of the same name",
+        ),
+        (
+            &["b", "-o", "b/c", "--with-scenario"],
+            "read from b, where each copy",
+        ),
+        (
+            &["a.xml", "-o", "none/"],
+            "-o none/: there is no such folder; make it first",
+        ),
+        (
+            &["a.xml", "-o", "none/x.csv"],
+            "there is no folder none; make it first",
+        ),
+        (
+            &["a.xml", "--solution", "a.xml/x.xml"],
+            "--solution a.xml/x.xml",
+        ),
+        (
+            &["a.xml", TURN, "-o", "none"],
+            "none is none; make it first",
+        ),
         (&["a.xml", "--log", "-"], "name a file"),
     ] {
         let ended = home.run(&[&["plan"], arguments].concat()).status(2);
@@ -211,6 +241,10 @@ fn nothing_is_written_over_a_scenario_or_twice() {
         xml
     );
     assert_eq!(super::metrics::names(&home.files()), ["a.xml", "b"]);
+    assert_eq!(
+        super::metrics::names(&home.files().join("b")),
+        ["a.xml", "c"]
+    );
 }
 
 #[test]
@@ -229,8 +263,8 @@ fn what_cannot_be_planned_is_named_and_counted() {
     ]);
     assert!(ended.stdout.contains("3 scenarios: ") && ended.stdout.contains(", 2 not planned"));
     // A scenario that has none is a finding, a file that is none a mistake.
-    let none = home.run(&["plan", "all/none.xml", "--json"]).status(1);
-    assert!(none.says(&["no planning problem"]).stdout.is_empty());
+    let none = home.run(&["plan", "all/none.xml"]).status(1);
+    none.says(&["no planning problem"]);
     home.run(&["plan", "all/broken.xml"]).status(2);
     // The ego starts at 34 m/s.
     let slow = home.run(&["plan", CUT_IN, "--vehicle", "4"]).status(1);
@@ -238,7 +272,7 @@ fn what_cannot_be_planned_is_named_and_counted() {
     let wrong = home.run(&["plan", "all/turn.xml", "--planning-problem", "77"]);
     wrong
         .status(2)
-        .says(&["no planning problem 77; there are "]);
+        .says(&["no planning problem has the id 77; the only one in it has the id 1"]);
     let problem = read(bundled_xml(TURN).as_bytes(), "turn")
         .unwrap()
         .planning_problems[0]
@@ -256,10 +290,8 @@ fn what_cannot_be_planned_is_named_and_counted() {
     );
 }
 
-#[test]
-fn a_collision_is_a_finding() {
-    let home = Home::new();
-    // Somebody stands in the ego where it starts.
+/// The turn with somebody who stands in the ego where it starts.
+fn standing_in_the_ego() -> String {
     let xml = bundled_xml(TURN);
     let scenario = read(xml.as_bytes(), "turn").unwrap();
     let start = scenario.planning_problems[0].initial.point().unwrap();
@@ -269,7 +301,13 @@ fn a_collision_is_a_finding() {
          </exact></orientation><time><exact>0</exact></time></initialState></staticObstacle>\n  <planningProblem",
         start.x, start.y
     );
-    home.write("stands.xml", xml.replacen("<planningProblem", &standing, 1));
+    xml.replacen("<planningProblem", &standing, 1)
+}
+
+#[test]
+fn a_collision_is_a_finding() {
+    let home = Home::new();
+    home.write("stands.xml", standing_in_the_ego());
     let ended = home
         .run(&["plan", "stands.xml", "--json"])
         .status(1)
@@ -281,6 +319,116 @@ fn a_collision_is_a_finding() {
     assert!(said["ego_side"].is_string() && said["other_side"].is_string());
     assert_eq!((&said["steps"], &said["cycles"]), (&0.into(), &0.into()));
     assert!(said["median_cycle_ms"].is_null());
+    assert_eq!(said["note"], "they touch at the start already");
+    let table = home.run(&["plan", "stands.xml"]).status(1).stdout;
+    let row = table.lines().nth(1).unwrap();
+    assert!(row.ends_with("(they touch at the start already)"), "{row}");
+}
+
+#[test]
+fn every_scenario_has_a_line_of_json() {
+    let home = Home::new();
+    home.write("all/a.xml", NO_PROBLEM);
+    home.write("all/b.xml", standing_in_the_ego());
+    home.write(
+        "all/c.xml",
+        "<commonRoad timeStepSize=\"0.1\"><lanelet id=\"x\"",
+    );
+    let said = lines(&home.run(&["plan", "all", "--json"]).status(1));
+    assert_eq!(said.len(), 3);
+    for (line, (name, why)) in said.iter().zip([
+        ("a", "a.xml: no planning problem in it"),
+        ("b", ""),
+        ("c", "c.xml"),
+    ]) {
+        assert_eq!(line["scenario"], name);
+        assert!(
+            line["file"]
+                .as_str()
+                .unwrap()
+                .ends_with(&format!("{name}.xml"))
+        );
+        assert_eq!(
+            line["outcome"].is_null(),
+            line["error"].is_string(),
+            "{name}"
+        );
+        assert!(line["error"].as_str().unwrap_or_default().contains(why));
+    }
+    // The same status as with the table.
+    let broken = home.run(&["plan", "all/c.xml", "--json"]).status(2);
+    assert!(broken.json()["error"].is_string());
+}
+
+#[test]
+fn drives_that_end_where_they_start_say_so() {
+    let home = Home::new();
+    // Without a place and from the start on, the goal holds at once.
+    let xml = bundled_xml(TURN);
+    let (before, goal) = xml.split_once("<goalState>").unwrap();
+    let (_, after) = goal.split_once("</goalState>").unwrap();
+    let at_once = "<goalState><time><intervalStart>0</intervalStart><intervalEnd>20</intervalEnd></time></goalState>";
+    home.write("there.xml", format!("{before}{at_once}{after}"));
+    let said = home.run(&["plan", "there.xml", "--json"]).status(0).json();
+    assert_eq!(
+        (&said["outcome"], &said["steps"]),
+        (&"goal".into(), &0.into())
+    );
+    assert_eq!(said["note"], "the goal holds at the start already");
+    let table = home.run(&["plan", "there.xml"]).status(0).stdout;
+    assert!(table.contains("(the goal holds at the start already)"));
+}
+
+#[test]
+fn nothing_is_driven_beyond_the_horizon() {
+    let home = Home::new();
+    let told = ["plan", TURN, "--horizon", "2", "--replan"];
+    let refused = home.run(&[&told[..], &["21"]].concat()).status(2);
+    refused.says(&["horizon of 2 s and 0.1 s a step it has 20; --replan 20 at most"]);
+    let most = home.run(&[&told[..], &["20", "--json"]].concat());
+    let most = most.json();
+    assert_eq!(most["replan"], 20);
+    assert!(most["note"].is_null());
+}
+
+#[test]
+fn a_truck_is_a_truck_when_its_folder_is_opened_again() {
+    let home = Home::new();
+    let length = |folder: &str| {
+        let copy = home.files().join(format!("{folder}/{TURN}/{TURN}.xml"));
+        let entry = Entry::of_file(&copy);
+        let scenario = entry.read().unwrap();
+        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+        let sizes = ego
+            .diagnostics
+            .iter()
+            .filter(|d| d.message.contains("size"));
+        assert_eq!(sizes.count(), 1);
+        ego.footprint.shape().size().0
+    };
+    for folder in ["with", "without"] {
+        std::fs::create_dir(home.files().join(folder)).unwrap();
+        let mut told = vec!["plan", TURN, "--vehicle", "4", "--replan", "10"];
+        told.extend(["-o", folder, "--with-scenario"]);
+        if folder == "with" {
+            told.extend(["--solution", folder]);
+        }
+        let ended = home.run(&told);
+        assert_eq!(
+            ended.stderr.contains("does not carry the vehicle's size"),
+            folder == "without",
+            "{}",
+            ended.stderr
+        );
+    }
+    assert_eq!(length("with"), VehicleType::Truck.length());
+    assert_eq!(length("without"), VehicleType::Bmw320i.length());
+    // The solution of another motion says nothing about this one.
+    let csv = home.files().join(format!("with/{TURN}/ego_trajectory.csv"));
+    let text = std::fs::read_to_string(&csv).unwrap();
+    let all_but_the_last = text.trim_end().rsplit_once('\n').unwrap().0;
+    std::fs::write(&csv, all_but_the_last).unwrap();
+    assert_eq!(length("with"), VehicleType::Bmw320i.length());
 }
 
 #[test]

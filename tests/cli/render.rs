@@ -89,6 +89,29 @@ fn nothing_is_replaced_and_mistakes_are_named() {
 }
 
 #[test]
+fn without_an_ego_it_says_so() {
+    let home = Home::new();
+    home.write("alone.xml", super::bundled_xml("ZAM_RedLight-1_1_T-1"));
+    let map = home
+        .run(&["render", "alone.xml", "--what", "map"])
+        .status(0);
+    let map = map.says(&["alone.xml: drawn without an ego", "--ego ID|FILE"]);
+    assert!(!map.stdout.contains(">ego<"), "nobody is planned unasked");
+    let screen = home
+        .run(&["render", "alone.xml", "--what", "screen"])
+        .status(0);
+    let screen = screen.says(&["drawn without an ego"]);
+    assert!(!screen.stdout.contains("planned"), "nor on the screen");
+    for what in ["plot", "both"] {
+        let refused = home.run(&["render", "alone.xml", "--what", what]).status(2);
+        refused.says(&["measures are about an ego", "--ego ID|FILE", "--what map"]);
+    }
+    // With one, nothing is said.
+    let usual = home.run(&["render", "ZAM_RedLight-1_1_T-1"]).status(0);
+    assert_eq!(usual.stderr, "");
+}
+
+#[test]
 fn several_pictures_make_the_folder_that_is_named() {
     let home = Home::new();
     let scenario = "ZAM_RedLight-1_1_T-1";

@@ -2,8 +2,10 @@
 
 use serde_json::{Map, Value, json};
 
-use super::driven::Driven;
+use super::driven::{Driven, Missed};
+use crate::cli::output;
 use crate::planner::{Emergency, VehicleState};
+use crate::scenario::Entry;
 use crate::simulation::{Cycle, Face, Outcome};
 
 /// How a drive ended and what it took, on one line.
@@ -25,6 +27,7 @@ pub fn document(driven: &Driven) -> Value {
         "emergency_cycles": driven.emergencies().count(),
         "refined_cycles": driven.refined(),
         "scenario": driven.name,
+        "file": driven.file,
         "planning_problem": driven.problem,
         "prediction": driven.settings.forecast.name(),
         "vehicle": driven.settings.planner.vehicle.number(),
@@ -37,6 +40,17 @@ pub fn document(driven: &Driven) -> Value {
         "ego_side": collision.map(|c| Face::name(c.ego)),
         "other_side": collision.map(|c| Face::name(c.other)),
         "largest_deceleration": thousandths(driven.largest_deceleration()),
+        "note": driven.note(),
+    })
+}
+
+/// A scenario that was not driven, and why, on one line.
+pub fn missing(entry: &Entry, missed: &Missed) -> Value {
+    json!({
+        "outcome": null,
+        "scenario": output::visible(&entry.name),
+        "file": entry.display(),
+        "error": missed.words(),
     })
 }
 

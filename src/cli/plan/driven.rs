@@ -12,6 +12,8 @@ use crate::simulation::{self, Collision, Drive, Outcome, Settings};
 pub struct Driven {
     /// The scenario's name.
     pub name: String,
+    /// Its file, or that it is bundled.
+    pub file: String,
     pub scenario: Arc<Scenario>,
     /// Id of the planning problem.
     pub problem: i64,
@@ -23,8 +25,8 @@ pub struct Driven {
 pub enum Missed {
     /// It cannot be read.
     Unread(String),
-    /// It has no planning problem of that id.
-    NoSuchProblem(String),
+    /// It has no planning problem of that id, or its steps are too long for what was asked.
+    Unfit(String),
     /// There is nothing in it that could be driven: a finding about the scenario.
     Nothing(String),
 }
@@ -32,7 +34,7 @@ pub enum Missed {
 impl Missed {
     pub fn words(&self) -> &str {
         match self {
-            Self::Unread(words) | Self::NoSuchProblem(words) | Self::Nothing(words) => words,
+            Self::Unread(words) | Self::Unfit(words) | Self::Nothing(words) => words,
         }
     }
 }
@@ -46,6 +48,7 @@ pub fn drive(
 ) -> Result<Driven, Missed> {
     let scenario = entry.read().map_err(|e| Missed::Unread(e.to_string()))?;
     let problem = chosen(entry, &scenario, problem)?;
+    within_horizon(entry, &scenario, settings)?;
     let vehicle = settings.planner.vehicle;
     let (start, most) = (problem.initial.velocity, Limits::of(vehicle).speed);
     if let Some(start) = start.map(|v| v.middle()).filter(|v| *v > most) {
@@ -62,6 +65,7 @@ pub fn drive(
     let drive = driven.map_err(|e| Missed::Nothing(format!("{}: {e}", entry.display())))?;
     Ok(Driven {
         name: output::visible(&entry.name),
+        file: entry.display(),
         problem: problem.id,
         settings: *settings,
         drive,
@@ -91,12 +95,30 @@ fn chosen<'a>(
         if problems.len() > NAMED {
             known.push(format!("and {} more", problems.len() - NAMED));
         }
-        Missed::NoSuchProblem(format!(
-            "{}: no planning problem {id}; there are {}",
-            entry.display(),
-            known.join(", ")
+        let ids = match &known[..] {
+            [only] => format!("the only one in it has the id {only}"),
+            _ => format!("those in it have the ids {}", known.join(", ")),
+        };
+        Missed::Unfit(format!(
+            "{}: no planning problem has the id {id}; {ids}",
+            entry.display()
         ))
     })
+}
+
+/// A plan ends at the horizon: nothing of it can be driven beyond.
+fn within_horizon(entry: &Entry, scenario: &Scenario, settings: &Settings) -> Result<(), Missed> {
+    let (dt, horizon) = (scenario.dt(), settings.planner.horizon);
+    let most = settings.planner.steps(dt);
+    if settings.replan <= most {
+        return Ok(());
+    }
+    Err(Missed::Unfit(format!(
+        "{}: {} steps of a plan cannot be driven before the next one: with a horizon of {horizon} s and {dt} s a step it \
+         has {most}; --replan {most} at most, or a longer --horizon",
+        entry.display(),
+        settings.replan
+    )))
 }
 
 /// So many planning problems are named where one has to be chosen.
@@ -122,6 +144,17 @@ impl Driven {
     /// Steps that were driven.
     pub fn steps(&self) -> usize {
         self.drive.states.len().saturating_sub(1)
+    }
+
+    /// What there is to say of a drive without a step, which ended where it starts.
+    pub fn note(&self) -> Option<&'static str> {
+        (self.steps() == 0).then(|| match self.outcome() {
+            Outcome::Goal(_) => "the goal holds at the start already",
+            Outcome::Collision(_) => "they touch at the start already",
+            Outcome::Timeout => "the goal's time is over at the start already",
+            Outcome::OffRoad => "off the road at the start already",
+            Outcome::Infeasible => "the vehicle cannot be driven from the start",
+        })
     }
 
     pub fn emergencies(&self) -> impl Iterator<Item = Emergency> {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::document;
 use super::driven::Driven;
+use super::places::{named_rightly, no_second_copies, refused, writable};
 use crate::cli::metrics::{Target, file_of};
 use crate::cli::{Failure, output};
 use crate::scenario::commonroad::{self, SaveError, save};
@@ -20,6 +21,7 @@ pub struct Files {
     #[arg(short, long, value_name = "FILE|FOLDER")]
     output: Option<PathBuf>,
     /// Write each scenario into the folder of -o, too, as NAME/NAME.xml: `nearmiss FOLDER` then opens it with this ego.
+    /// Not into a folder that the scenarios are read from.
     #[arg(long, requires = "output")]
     with_scenario: bool,
     /// The ego's motion as a CommonRoad solution: a file, or a folder that exists, in which
@@ -60,12 +62,20 @@ impl Files {
         self.output.is_some()
     }
 
+    /// Whether the vehicle is found again where the ego is read, as solutions lie with the egos.
+    pub fn names_vehicle(&self) -> bool {
+        let folder =
+            |path: &Option<PathBuf>| path.as_deref().filter(|p| p.is_dir())?.canonicalize().ok();
+        let egos = folder(&self.output);
+        egos.is_some() && egos == folder(&self.solution)
+    }
+
     /// Begins the log, after a look at where everything would go.
     ///
     /// # Errors
     /// Something is in the way: a file that is there, an input, two scenarios of the same name; or there is no folder for
-    /// several scenarios.
-    pub fn begin(&self, entries: &[Entry]) -> Result<Targets<'_>, Failure> {
+    /// several scenarios, nothing can be written there, or the scenarios would be found twice at `paths`.
+    pub fn begin(&self, paths: &[PathBuf], entries: &[Entry]) -> Result<Targets<'_>, Failure> {
         for (flag, path) in [("--solution", &self.solution), ("--log", &self.log)] {
             if path.as_deref() == Some(Path::new("-")) {
                 return Err(Failure::input(format!(
@@ -75,12 +85,15 @@ impl Files {
         }
         let several = entries.len() > 1;
         for (flag, path) in [("-o", &self.output), ("--solution", &self.solution)] {
-            if several && path.as_ref().is_some_and(|path| !path.is_dir()) {
+            let Some(path) = path else { continue };
+            if several && !path.is_dir() {
                 return Err(Failure::input(format!(
-                    "{} scenarios go into a folder that exists: {flag} FOLDER",
-                    entries.len()
+                    "{} scenarios go into a folder that exists ({flag} FOLDER), and {} is none; make it first",
+                    entries.len(),
+                    path.display()
                 )));
             }
+            named_rightly(flag, path)?;
         }
         if self.with_scenario && !self.output.as_ref().is_some_and(|path| path.is_dir()) {
             return Err(Failure::input(
@@ -98,11 +111,22 @@ impl Files {
             )));
         }
         self.refuse_inputs(entries)?;
+        if let Some(folder) = &self.output {
+            let copied = entries.iter().filter(|e| self.scenario_of(e).is_some());
+            no_second_copies(folder, paths, copied)?;
+        }
         for entry in entries {
-            let target = self.ego_of(entry).filter(|path| path.exists());
-            if let Some(path) = target.filter(|_| !self.overwrite) {
+            let targets = [self.ego_of(entry), self.scenario_of(entry)];
+            let there = targets.into_iter().flatten().find(|path| path.exists());
+            if let Some(path) = there.filter(|_| !self.overwrite) {
                 return Err(refused(&SaveError::Exists(path)));
             }
+        }
+        for (flag, path) in [
+            ("-o", file_of(self.output.as_deref())),
+            ("--solution", self.solution.as_deref()),
+        ] {
+            path.map_or(Ok(()), |path| writable(flag, path, self.overwrite))?;
         }
         let log = self.log.as_deref();
         let log = log.map(|path| Target::begin(Some(path), self.overwrite));
@@ -247,14 +271,6 @@ impl Files {
         }
         save(path, bytes, self.overwrite).map_err(|e| refused(&e))
     }
-}
-
-fn refused(error: &SaveError) -> Failure {
-    let hint = match error {
-        SaveError::Exists(_) => " (--overwrite)",
-        _ => "",
-    };
-    Failure::input(format!("{error}{hint}"))
 }
 
 fn same(a: &Path, b: &Path) -> bool {

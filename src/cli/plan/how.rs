@@ -17,7 +17,8 @@ pub struct How {
     /// The planning problem that is solved [default: the first of each scenario].
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     pub planning_problem: Option<i64>,
-    /// Steps that are driven of a plan before the next one is made [default: `replan` in config.toml, else 1].
+    /// Steps that are driven of a plan before the next one is made, at most those of the horizon [default: `replan` in
+    /// config.toml, else 1].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = |word: &str| value("replan", word))]
     replan: Option<Value>,
     /// How far ahead is planned, seconds [default: `horizon` in config.toml, else 4].

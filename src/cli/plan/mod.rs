@@ -4,6 +4,7 @@ mod document;
 mod driven;
 mod files;
 mod how;
+mod places;
 mod table;
 
 use std::io::{self, Write};
@@ -34,7 +35,8 @@ pub struct PlanArguments {
     paths: Vec<PathBuf>,
     #[command(flatten)]
     how: how::How,
-    /// One JSON object a scenario, each on a line of its own, instead of the table.
+    /// One JSON object a scenario, each on a line of its own, instead of the table; one that could not be planned has
+    /// `error`.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -51,11 +53,12 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     let (_, config) = configuration()?;
     let settings = arguments.how.settings(&config)?;
     let entries = found(&arguments.paths)?;
-    let targets = arguments.files.begin(&entries)?;
-    if arguments.files.has_ego() && settings.planner.vehicle != VehicleType::Bmw320i {
+    let targets = arguments.files.begin(&arguments.paths, &entries)?;
+    let unnamed = arguments.files.has_ego() && !arguments.files.names_vehicle();
+    if unnamed && settings.planner.vehicle != VehicleType::Bmw320i {
         output::say(&format!(
             "nearmiss: the CSV does not carry the vehicle's size; who reads it takes it for a {}, and this is a {}. \
-             --solution carries it",
+             A solution carries it: --solution with the folder of -o, or open that file with --ego",
             VehicleType::Bmw320i.name(),
             settings.planner.vehicle.name()
         ));
@@ -99,7 +102,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
 /// How many scenarios were not driven.
 #[derive(Debug, Default)]
 struct Missing {
-    /// They cannot be read, or have no such planning problem.
+    /// They cannot be read, or what was asked does not go with them.
     input: usize,
     /// There is nothing to drive in them.
     finding: usize,
@@ -134,15 +137,17 @@ impl Job<'_> {
                     _ => self.missed.input += 1,
                 }
                 output::say(&format!("nearmiss: {}", missed.words()));
-                return Ok(ControlFlow::Continue(()));
+                if self.arguments.json {
+                    self.line(&document::missing(entry, &missed))?;
+                }
+                return Ok(self.next_one());
             }
         };
         self.harmed += usize::from(!driven.unharmed());
         // Files first: who reads a line finds them.
         self.targets.write(entry, &driven)?;
         if self.arguments.json {
-            let line = output::escaped(&document::document(&driven).to_string());
-            self.show(&format!("{line}\n"))?;
+            self.line(&document::document(&driven))?;
         } else {
             if !std::mem::replace(&mut self.begun, true) {
                 let header = self.table.header();
@@ -151,13 +156,21 @@ impl Job<'_> {
             let row = self.table.row(&driven);
             self.show(&row)?;
         }
-        // Files are wanted even where the table is not.
-        let idle = self.gone && !self.arguments.files.any();
-        Ok(if idle {
+        Ok(self.next_one())
+    }
+
+    /// Files are wanted even where the table is not.
+    fn next_one(&self) -> ControlFlow<()> {
+        if self.gone && !self.arguments.files.any() {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
-        })
+        }
+    }
+
+    fn line(&mut self, value: &serde_json::Value) -> Result<(), Failure> {
+        let line = output::escaped(&value.to_string());
+        self.show(&format!("{line}\n"))
     }
 
     /// Writes to standard output at once; where that is taken by the ego, to standard error.

@@ -66,11 +66,14 @@ impl Table {
             .filter(|e| *e == Emergency::Braking)
             .count();
         let emergencies = driven.emergencies().count();
-        let emergency = match emergencies {
+        let mut emergency = match emergencies {
             0 => "-".into(),
             n if braking == 0 => n.to_string(),
             n => format!("{n} ({braking} braking)"),
         };
+        if let Some(note) = driven.note() {
+            emergency.push_str(&format!("  ({note})"));
+        }
         let cells = [
             name,
             &with,

@@ -16,8 +16,8 @@ use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::metrics::Thresholds;
 use crate::picture::{
-    Figure, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenWanted, Subject,
-    animate,
+    Figure, FigureError, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenWanted,
+    Subject, animate,
 };
 use crate::scenario::{Entry, WantedEgo};
 
@@ -81,6 +81,15 @@ fn stopped() -> Failure {
     }
 }
 
+/// Nobody is planned unasked: what is drawn without an ego is said to be.
+fn without_ego(entry: &Entry) {
+    output::say(&format!(
+        "nearmiss: {}: drawn without an ego, as none lies beside it; --ego ID|FILE chooses one, `nearmiss plan -o` \
+         makes one",
+        entry.display()
+    ));
+}
+
 impl Job<'_> {
     fn render(&self, entry: &Entry, theme: &str) -> Outcome {
         if self.stop.load(Ordering::Relaxed) {
@@ -98,6 +107,9 @@ impl Job<'_> {
             }
             None => {
                 scenario = entry.read().map_err(Failure::input)?;
+                if self.arguments.what == Shown::Map {
+                    without_ego(entry);
+                }
                 Subject {
                     scenario: &scenario,
                     scene: None,
@@ -111,7 +123,12 @@ impl Job<'_> {
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
         let figure =
-            Figure::new(subject, &entry.name, look, &self.thresholds).map_err(|e| named(&e))?;
+            Figure::new(subject, &entry.name, look, &self.thresholds).map_err(|e| match e {
+                FigureError::NoEgo => named(&format!(
+                    "{e}; --ego ID|FILE chooses one, --what map draws without, `nearmiss plan -o` makes one"
+                )),
+                e => named(&e),
+            })?;
         let steps = self.steps(entry, figure.steps(), figure.telling_step())?;
         self.write(entry, &steps, subject.scenario.dt(), |step| {
             Ok(figure.at(step))
@@ -161,7 +178,10 @@ impl Job<'_> {
         let scenario = entry.read().map_err(Failure::input)?;
         let all = match self.open(entry)? {
             Some((scene, _)) => scene.steps(),
-            None => scenario.steps(),
+            None => {
+                without_ego(entry);
+                scenario.steps()
+            }
         };
         let steps = self.steps(entry, all, telling)?;
         self.write(entry, &steps, scenario.dt(), |step| {

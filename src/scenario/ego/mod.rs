@@ -5,6 +5,7 @@ mod error;
 mod find;
 mod log;
 mod recording;
+mod sized;
 mod solution;
 mod table;
 mod wanted;
@@ -14,6 +15,7 @@ use std::path::Path;
 pub use error::EgoError;
 pub use find::find_recording;
 pub use recording::{read_recording, write_recording};
+pub(super) use sized::sized;
 pub use solution::ego_of_solution;
 pub use wanted::WantedEgo;
 

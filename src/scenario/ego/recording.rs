@@ -60,8 +60,7 @@ pub(super) fn read_chosen(
         .map(|q| q.middle());
     let recorded = samples.clone();
     forget_headings_at_standstill(&mut samples);
-    let size = format!("no size in it: taken to be that of the usual vehicle, {USUAL}");
-    diagnostics.push(assumed(Severity::Note, size));
+    diagnostics.push(usual_size());
     Ok(Ego {
         id: id.or(problem.map(|p| p.id)).unwrap_or(0),
         source: EgoSource::Recording(file.to_string()),
@@ -70,6 +69,12 @@ pub(super) fn read_chosen(
         recorded,
         diagnostics,
     })
+}
+
+/// What is said of a size that is the usual vehicle's.
+pub(super) fn usual_size() -> Diagnostic {
+    let size = format!("no size in it: taken to be that of the usual vehicle, {USUAL}");
+    assumed(Severity::Note, size)
 }
 
 /// One row: whose state it is, if it says so, and the state.

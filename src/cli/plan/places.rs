@@ -1,0 +1,89 @@
+//! Whether there is a place for what planning writes: asked before hours of planning, not after.
+
+use std::path::{Path, PathBuf};
+
+use crate::cli::Failure;
+use crate::scenario::commonroad::{NewFile, SaveError};
+use crate::scenario::{Entry, Place};
+
+/// Refuses a place that is named as a folder and is none.
+pub fn named_rightly(flag: &str, path: &Path) -> Result<(), Failure> {
+    let text = path.to_string_lossy();
+    if !text.ends_with(std::path::is_separator) || path.is_dir() {
+        return Ok(());
+    }
+    Err(Failure::input(format!(
+        "{flag} {text}: there is no such folder; make it first"
+    )))
+}
+
+/// Tries to make a file at a place, or in it where it is a folder; nothing stays behind.
+pub fn writable(flag: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
+    let tried = match path.is_dir() {
+        true => NewFile::begin(&path.join(".nearmiss"), true),
+        false => NewFile::begin(path, overwrite),
+    };
+    tried.map(drop).map_err(|error| match error {
+        SaveError::Exists(_) => refused(&error),
+        SaveError::Io { .. } => Failure::input(format!(
+            "{flag} {}: nothing can be written there ({}); name another place",
+            path.display(),
+            error
+        )),
+        _ => Failure::input(format!("{flag} {error}")),
+    })
+}
+
+/// An error of saving, with what to do on the command line.
+pub fn refused(error: &SaveError) -> Failure {
+    let hint = match error {
+        SaveError::Exists(_) => " (--overwrite)",
+        _ => "",
+    };
+    Failure::input(format!("{error}{hint}"))
+}
+
+/// Refuses copies of scenarios in a folder where the same scenarios are found: each would be there twice.
+///
+/// `paths` are what was named, `copied` the scenarios of which a copy would be written into `folder`.
+pub fn no_second_copies<'a>(
+    folder: &Path,
+    paths: &[PathBuf],
+    copied: impl Iterator<Item = &'a Entry>,
+) -> Result<(), Failure> {
+    let Ok(whole) = folder.canonicalize() else {
+        return Ok(());
+    };
+    let mut copied = copied.peekable();
+    if copied.peek().is_none() {
+        return Ok(());
+    }
+    let within = |outer: &PathBuf| {
+        let outer = outer.canonicalize().ok().filter(|outer| outer.is_dir());
+        outer.is_some_and(|outer| whole.starts_with(outer))
+    };
+    let read_from = paths.iter().find(|path| within(path));
+    let mut files = copied.filter_map(|entry| match &entry.place {
+        Place::File(path) => path.canonicalize().ok(),
+        Place::Bundled(_) => None,
+    });
+    let inside = files.find(|file| file.starts_with(&whole));
+    let found = match (&inside, read_from) {
+        (Some(_), _) => folder,
+        (None, Some(path)) => path,
+        (None, None) => return Ok(()),
+    };
+    // An ego in NAME/ belongs to the NAME.xml beside it.
+    let without = match inside {
+        Some(file) if file.parent() == Some(&whole) => {
+            ", or leave --with-scenario out: egos are found beside their scenarios"
+        }
+        _ => "",
+    };
+    Err(Failure::input(format!(
+        "--with-scenario -o {}: the scenarios are read from {}, where each copy would be found as a second scenario of \
+         the same name; name a folder outside of it{without}",
+        folder.display(),
+        found.display()
+    )))
+}
