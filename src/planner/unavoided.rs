@@ -21,11 +21,12 @@ pub fn unavoided(scenario: &Scenario) -> Option<String> {
         (1, Some((only, _))) => (format!("obstacle {only}"), "is"),
         (n, _) if n > NAMED => {
             let more = n - NAMED;
-            (format!("obstacles {} and {more} more", named.join(", ")), "are")
+            (
+                format!("obstacles {} and {more} more", named.join(", ")),
+                "are",
+            )
         }
-        (_, Some((last, others))) => {
-            (format!("obstacles {} and {last}", others.join(", ")), "are")
-        }
+        (_, Some((last, others))) => (format!("obstacles {} and {last}", others.join(", ")), "are"),
     };
     Some(format!(
         "{who} {is} given as regions (occupancy sets): the planner does not avoid these, and contact with them is not counted"

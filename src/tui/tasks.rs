@@ -1,7 +1,7 @@
 //! Work outside the model: effects become tasks, and tasks send messages back.
 
 mod batch;
-mod drives;
+pub mod drives;
 pub mod history;
 mod pictures;
 pub mod planning;

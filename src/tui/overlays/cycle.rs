@@ -115,7 +115,6 @@ fn text(model: &Model, planned: &Planned, cycle: &CycleShown, width: usize) -> T
     lines.say("ended", &planned.outcome.to_string());
     lines.say("was told", forecast_words(planned.forecast));
     lines.say("cycles", &planned.cycles.len().to_string());
-    lines.say("kept", &kept(model));
     if let Some(words) = model.opened.as_ref().and_then(|o| unavoided(&o.scenario)) {
         lines.say_in("not seen", &words, Style::new().fg(theme.warning));
     }
@@ -140,6 +139,13 @@ fn text(model: &Model, planned: &Planned, cycle: &CycleShown, width: usize) -> T
     lines.say("took", &took(cycle));
     candidates(&mut lines, cycle);
     costs(&mut lines, cycle);
+    lines.title("the drive is kept");
+    let kept = kept(model);
+    lines.text.lines.extend(
+        textwrap::wrap(&kept, width.max(8))
+            .into_iter()
+            .map(|l| Line::raw(l.into_owned())),
+    );
     lines.text
 }
 

@@ -36,7 +36,10 @@ pub fn write(job: &DriveFiles) -> Result<String, String> {
         let csv = folder.join(format!("{name}_planned_{forecast}{again}.csv"));
         let xml = format!("solution_{vehicle}_{cost}_{name}_{version}_{forecast}{again}.xml");
         let xml = folder.join(xml);
-        if [&csv, &xml].into_iter().any(|path| path.symlink_metadata().is_ok()) {
+        if [&csv, &xml]
+            .into_iter()
+            .any(|path| path.symlink_metadata().is_ok())
+        {
             continue;
         }
         let refused = |e| format!("{e}; `pictures` in config.toml names another folder");

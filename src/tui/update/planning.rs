@@ -333,9 +333,7 @@ pub fn cycle_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
         | Action::PlotDrives
         | Action::NextForecast
         | Action::SaveDrive
-        | Action::Palette) => {
-            Some(actions::perform(model, action))
-        }
+        | Action::Palette) => Some(actions::perform(model, action)),
         _ => values::on_key(model, key),
     }
 }
