@@ -118,6 +118,37 @@ fn busiest(criterion: &mut Criterion) {
     }
 }
 
+/// A planned ego: stepping through its cycles with and without the planner's layer, and with the panel beside it.
+fn planned(criterion: &mut Criterion) {
+    let drives = |entry: &Entry| {
+        let scenario = entry.read();
+        scenario.is_ok_and(|scenario| !scenario.planning_problems.is_empty())
+    };
+    let bundled = bundled();
+    let bundled = bundled.into_iter().filter(|e| e.name.contains("CutIn"));
+    for entry in scenarios().into_iter().chain(bundled).filter(drives) {
+        let mut group = criterion.benchmark_group(format!("planned {}", entry.name));
+        group.sample_size(30);
+        let (mut stage, mut n) = (stage(&entry), 0);
+        group.bench_function("nothing", |b| b.iter(|| stage.draw_nothing()));
+        group.bench_function("recorded_ego", |b| b.iter(|| step(&mut stage, &mut n)));
+        if let Err(error) = stage.drive() {
+            println!("skipped: {}: {error}", entry.display());
+            group.finish();
+            continue;
+        }
+        stage.show_planner(false);
+        group.bench_function("without_the_layer", |b| b.iter(|| step(&mut stage, &mut n)));
+        stage.show_planner(true);
+        group.bench_function("with_the_layer", |b| b.iter(|| step(&mut stage, &mut n)));
+        stage.press("shift-y");
+        group.bench_function("with_layer_and_panel", |b| {
+            b.iter(|| step(&mut stage, &mut n))
+        });
+        group.finish();
+    }
+}
+
 /// A long answer: at rest, while it grows, and the update of a chunk alone.
 fn streaming(criterion: &mut Criterion) {
     let Some(entry) = scenarios().into_iter().next() else {
@@ -171,5 +202,5 @@ fn thousands(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, busiest, streaming, thousands);
+criterion_group!(benches, busiest, planned, streaming, thousands);
 criterion_main!(benches);

@@ -29,6 +29,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 mod traffic;
+mod unavoided;
 
 pub use bends::Bends;
 pub use candidate::{Candidate, Cost, Rejection};
@@ -44,3 +45,4 @@ pub use road::Road;
 pub use settings::{Sampling, Settings, Weights};
 pub use state::VehicleState;
 pub use traffic::{Body, Traffic};
+pub use unavoided::unavoided;

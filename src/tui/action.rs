@@ -80,6 +80,7 @@ pub enum Action {
     NextForecast,
     PlannerCycle,
     PlotDrives,
+    SaveDrive,
     ToggleTask,
     ToggleFrame,
     ToggleCp,

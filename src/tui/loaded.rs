@@ -1,6 +1,7 @@
 //! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
 
 mod cycle;
+mod drive_files;
 mod facts;
 mod picture;
 mod planned;
@@ -10,6 +11,7 @@ mod source;
 use std::sync::Arc;
 
 pub use cycle::CycleShown;
+pub use drive_files::{DriveFiles, DriveKey};
 pub use facts::{Facts, Tally, Verdicts, country_of};
 pub use picture::{PictureJob, PictureKind};
 pub use planned::Planned;

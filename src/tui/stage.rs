@@ -8,6 +8,7 @@ use ratatui::backend::TestBackend;
 
 use super::keymap::Key;
 use super::loaded::Opened;
+use super::message::planning::{PlanAsk, PlanNews};
 use super::message::runs::ResultsAsk;
 use super::message::{AskId, Effect, Msg};
 use super::model::Model;
@@ -16,7 +17,7 @@ use super::theme::Theme;
 use super::update::update;
 use super::{tasks, views, widgets};
 use crate::config::Config;
-use crate::evaluation::{Answer, Event, Judged, Missing};
+use crate::evaluation::{Answer, Event, Judged, Missing, usual_planning};
 use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo};
 use crate::store::{Consumed, Store};
@@ -133,6 +134,32 @@ impl Stage {
     pub fn claims(&self) -> usize {
         let document = self.model.document(self.model.answers.shown);
         document.map_or(0, |d| self.model.claims.of(d.key).len())
+    }
+
+    /// Lets the planner drive the ego to the end of the open scenario, and shows that.
+    ///
+    /// # Errors
+    /// There is nothing to plan, or the planner cannot begin: in words.
+    pub fn drive(&mut self) -> Result<(), String> {
+        let key = Key::parse("shift-w").unwrap_or_else(|| panic!("shift-w is a key"));
+        let asks = self.send(Msg::Key(key)).into_iter();
+        let begin = asks.filter_map(|effect| match effect {
+            Effect::Plan(PlanAsk::Begin(id, entry, change, _)) => Some((id, entry, change)),
+            _ => None,
+        });
+        let (id, entry, change) = begin.last().ok_or("there is nothing to plan")?;
+        let (how, thresholds) = (usual_planning(), &self.model.thresholds);
+        let mut go_on = |_, _| true;
+        let how = (change, &how);
+        let opened = Opened::planned(&entry, &WantedEgo::Beside, thresholds, how, &mut go_on)?;
+        let opened = opened.ok_or("planning was stopped")?;
+        self.send(Msg::Plan(PlanNews::Ended(id, Ok(Box::new(opened)))));
+        Ok(())
+    }
+
+    /// Shows the planner's layer of the map, or not.
+    pub fn show_planner(&mut self, on: bool) {
+        self.model.map.layers.planner = on;
     }
 
     /// How many paths into the future the map shows.

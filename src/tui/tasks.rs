@@ -1,6 +1,7 @@
 //! Work outside the model: effects become tasks, and tasks send messages back.
 
 mod batch;
+pub mod drives;
 pub mod history;
 mod pictures;
 pub mod planning;

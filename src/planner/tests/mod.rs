@@ -3,6 +3,7 @@
 
 mod aims;
 mod parts;
+mod regions;
 mod stops;
 mod traffic;
 

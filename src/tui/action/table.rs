@@ -82,6 +82,7 @@ table! {
     NextForecast, Global, "forecast", ["shift-f"], 0, "forecast", "Tell the planner something else of the others' future: predictions along the lanes, of constant velocity, or what was recorded.";
     PlannerCycle, Global, "planner-cycle", ["shift-y"], 0, "why so", "What the planner saw and chose at this step: candidates, rejections, costs.";
     PlotDrives, Global, "plot-drives", ["shift-o"], 0, "planned or recorded", "Plot the speeds of the planned and the recorded ego, the distance between them, or the measure again.";
+    SaveDrive, Global, "save-drive", [], 0, "save drive", "Write the planned ego, as an ego trajectory (CSV) and as a CommonRoad solution, into the folder that pictures go to.";
     Follow, Global, "follow", ["w"], 0, "follow", "Keep the ego in the middle of the map, or not.";
     EgoUp, Global, "ego-up", ["u"], 0, "ego up", "Turn the map so that the ego drives upwards, or north up.";
     FitMap, Global, "fit", ["a"], 0, "fit all", "Show the whole map.";

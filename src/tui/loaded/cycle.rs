@@ -108,9 +108,9 @@ impl CycleShown {
     }
 }
 
-#[cfg(test)]
 impl CycleShown {
     /// Bytes that it takes.
+    #[must_use]
     pub fn bytes(&self) -> usize {
         let lists = size_of_val(&self.fan.points[..])
             + size_of_val(&self.fan.ends[..])

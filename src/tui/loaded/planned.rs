@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{CycleShown, Opened, changed_scene};
 use crate::metrics::Thresholds;
 use crate::planner::{Forecast, Forecaster, Limits};
-use crate::scenario::{Entry, PlanningProblem, Scene, Transform, WantedEgo};
+use crate::scenario::{Entry, PlanningProblem, Scene, Transform, VehicleType, WantedEgo};
 use crate::simulation::{Outcome, Settings, drive_watched};
 
 /// How an ego was planned.
@@ -13,6 +13,10 @@ use crate::simulation::{Outcome, Settings, drive_watched};
 pub struct Planned {
     /// What the planner was told of the others' future.
     pub forecast: Forecast,
+    /// The vehicle that was driven.
+    pub vehicle: VehicleType,
+    /// Id of the planning problem that was solved.
+    pub problem: i64,
     /// How the drive ended.
     pub outcome: Outcome,
     /// Every cycle, in the order of time.
@@ -82,6 +86,8 @@ impl Opened {
         let mut opened = Self::with(entry, change, scenario.clone(), Ok(scene), thresholds);
         opened.planned = Some(Arc::new(Planned {
             forecast: settings.forecast,
+            vehicle: settings.planner.vehicle,
+            problem: problem.id,
             outcome: drive.outcome,
             cycles,
             recorded,

@@ -2,7 +2,7 @@
 
 use crate::planner::Forecast;
 use crate::scenario::{Entry, Transform};
-use crate::tui::loaded::Opened;
+use crate::tui::loaded::{DriveFiles, DriveKey, Opened};
 
 /// Numbers the drives of the planner; a message of an old one is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -15,6 +15,8 @@ pub enum PlanAsk {
     Begin(PlanId, Entry, Option<Transform>, Forecast),
     /// Stop that; nothing more is heard of it.
     Stop(PlanId),
+    /// Write a planned ego.
+    Save(Box<DriveFiles>),
 }
 
 /// What is heard of planning.
@@ -24,4 +26,17 @@ pub enum PlanNews {
     Planned(PlanId, usize, usize),
     /// It has ended: the scenario with the planned ego, or why there is none.
     Ended(PlanId, Result<Box<Opened>, String>),
+    /// A planned ego was written: the files, or why not.
+    Saved(DriveKey, Result<String, String>),
+}
+
+impl PlanNews {
+    /// The drive that is under way or has just ended.
+    #[must_use]
+    pub fn id(&self) -> Option<PlanId> {
+        match self {
+            Self::Planned(id, ..) | Self::Ended(id, _) => Some(*id),
+            Self::Saved(..) => None,
+        }
+    }
 }

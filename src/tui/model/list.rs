@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, HashSet};
 pub use filter::{Filter, Matching};
 pub use group::{Group, Grouping};
 pub use order::Order;
-pub use row::Row;
+pub use row::{Row, nearest};
 pub use terms::{HEADLINE, TERMS};
 
 use unicode_width::UnicodeWidthStr;

@@ -133,11 +133,17 @@ impl Model {
             None => "no scenario is open".into(),
             Some(_) if self.driver.under_way.is_some() => "the ego is being planned".into(),
             Some(why) => format!(
-                "{}: {} picks an obstacle, {} makes it the ego, {} lets the planner drive one",
+                "{}: {} picks an obstacle, {} makes it the ego{}",
                 why.unwrap_or("there is no ego"),
                 self.look.key(Action::NextObstacle),
                 self.look.key(Action::TakeAsEgo),
-                self.look.key(Action::DrivePlanner)
+                match &self.opened {
+                    Some(opened) if !opened.scenario.planning_problems.is_empty() => {
+                        let key = self.look.key(Action::DrivePlanner);
+                        format!(", {key} lets the planner drive one")
+                    }
+                    _ => String::new(),
+                }
             ),
         }
     }

@@ -1,6 +1,7 @@
 //! The planner in the workbench: what it is told, and the drive that is under way.
 
 use super::Model;
+use super::kept::Kept;
 use crate::planner::Forecast;
 use crate::scenario::{ContentHash, Scene};
 use crate::tui::loaded::{CycleShown, Planned};
@@ -17,6 +18,10 @@ pub struct Driver {
     pub waits: Option<(usize, f64)>,
     /// The scenario that shall stay without a planned ego, until another one is open.
     pub declined: Option<ContentHash>,
+    /// Drives that were made since the start.
+    pub kept: Kept,
+    /// A kept drive has just taken the recorded ego's place, and nobody was told.
+    pub again: bool,
 }
 
 /// A drive that is under way.
@@ -39,6 +44,8 @@ impl Default for Driver {
             under_way: None,
             waits: None,
             declined: None,
+            kept: Kept::default(),
+            again: false,
         }
     }
 }

@@ -5,7 +5,8 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
-use crate::planner::Emergency;
+use crate::planner::{Emergency, unavoided};
+use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::loaded::{CycleShown, Planned};
 use crate::tui::model::{Model, forecast_words};
@@ -23,9 +24,13 @@ const NUMBERS: usize = 18;
 /// Columns of the longest bar.
 const BAR: usize = 12;
 
+/// Columns of the window: on a narrow screen the map has the left half.
+pub fn width(screen: Rect) -> u16 {
+    COLUMNS.min(screen.width * 48 / 100).min(screen.width)
+}
+
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
-    // On a narrow screen the map has the left half.
-    let width = COLUMNS.min(screen.width * 48 / 100).min(screen.width);
+    let width = width(screen);
     let text = match model.planned().zip(model.cycle()) {
         Some((planned, cycle)) => text(model, planned, cycle, usize::from(width).max(2) - 2),
         None => Text::styled(without(model), Style::new().fg(model.theme.dim)),
@@ -110,13 +115,16 @@ fn text(model: &Model, planned: &Planned, cycle: &CycleShown, width: usize) -> T
     lines.say("ended", &planned.outcome.to_string());
     lines.say("was told", forecast_words(planned.forecast));
     lines.say("cycles", &planned.cycles.len().to_string());
+    if let Some(words) = model.opened.as_ref().and_then(|o| unavoided(&o.scenario)) {
+        lines.say_in("not seen", &words, Style::new().fg(theme.warning));
+    }
     let dt = model.opened.as_ref().map_or(0.0, |o| o.scenario.dt());
     let time = cycle.step as f64 * dt;
     lines.title(&format!("planned at {time:.1} s, step {}", cycle.step));
     if let Some(emergency) = cycle.emergency {
         let words = match emergency {
             Emergency::LatestContact => "! nothing can be driven: what touches somebody last",
-            Emergency::Braking => "! nothing can be driven: full braking along the path",
+            Emergency::Braking => "! nothing can be driven: braking along the path",
         };
         let style = Style::new().fg(theme.danger).add_modifier(Modifier::BOLD);
         lines.say_in("emergency", words, style);
@@ -131,7 +139,27 @@ fn text(model: &Model, planned: &Planned, cycle: &CycleShown, width: usize) -> T
     lines.say("took", &took(cycle));
     candidates(&mut lines, cycle);
     costs(&mut lines, cycle);
+    lines.title("the drive is kept");
+    let kept = kept(model);
+    lines.text.lines.extend(
+        textwrap::wrap(&kept, width.max(8))
+            .into_iter()
+            .map(|l| Line::raw(l.into_owned())),
+    );
     lines.text
+}
+
+/// Where the drive is, and for how long.
+fn kept(model: &Model) -> String {
+    let key = model.opened.as_ref().and_then(|opened| opened.drive_key());
+    let drive = key.and_then(|key| model.driver.kept.find(key));
+    match drive.and_then(|drive| drive.saved.as_deref()) {
+        Some(files) => format!("in {}", visible(files)),
+        None => {
+            let key = model.look.key(Action::SaveDrive);
+            format!("until you quit; {key} writes it")
+        }
+    }
 }
 
 fn took(cycle: &CycleShown) -> String {

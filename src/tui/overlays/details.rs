@@ -17,9 +17,13 @@ const INDENT: usize = 17;
 /// The same in a narrow window.
 const NARROW: usize = 13;
 
+/// Columns of the window: on a narrow screen the map has the left half.
+pub fn width(screen: Rect) -> u16 {
+    COLUMNS.min(screen.width * 46 / 100).min(screen.width)
+}
+
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
-    // On a narrow screen the map has the left half.
-    let width = COLUMNS.min(screen.width * 46 / 100).min(screen.width);
+    let width = width(screen);
     let area = Rect {
         x: screen.right() - width,
         y: screen.y + 1.min(screen.height),

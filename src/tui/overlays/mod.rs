@@ -60,6 +60,16 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     which_key::draw(frame, screen, model);
 }
 
+/// Columns of the window at the right beside which the rest stays in sight, if one is on top.
+#[must_use]
+pub fn beside(screen: Rect, model: &Model) -> Option<u16> {
+    match model.overlays.last()? {
+        Overlay::Cycle(_) => Some(cycle::width(screen)),
+        Overlay::Details(_) => Some(details::width(screen)),
+        _ => None,
+    }
+}
+
 /// Columns of a window at most, its borders included.
 const COLUMNS: u16 = 92;
 

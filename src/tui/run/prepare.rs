@@ -66,7 +66,10 @@ pub fn prepare(
     let mut model = Model::new(paths, config, theme.at_depth(depth), library, offers);
     model.look = look;
     model.compare.person = model.config.person();
-    model.driver.forecast = tasks::planning::settings(&model.config).forecast;
+    match tasks::planning::settings(&model.config) {
+        Ok(settings) => model.driver.forecast = settings.forecast,
+        Err(error) => complaints.push(format!("{error}; the planner cannot drive with it")),
+    }
     // Nobody needs to foresee the orders that answers are shown in.
     model.compare.seed = jiff::Timestamp::now().as_nanosecond() as u64;
     match thresholds(&folders.thresholds()) {

@@ -137,7 +137,7 @@ pub fn save(job: &PictureJob, held: &Held) -> Result<String, String> {
 }
 
 /// A scenario's name as part of a file's name.
-fn file_name(name: &str) -> String {
+pub fn file_name(name: &str) -> String {
     let plain = |c: char| {
         if c.is_alphanumeric() || "-_.".contains(c) {
             c

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::super::loaded::Opened;
 use super::super::message::Msg;
 use super::super::message::planning::{PlanAsk, PlanId, PlanNews};
-use super::Tasks;
+use super::{Tasks, drives};
 use crate::config::Config;
 use crate::evaluation::{set_planning, usual_planning};
 use crate::simulation::Settings;
@@ -16,18 +16,20 @@ use crate::simulation::Settings;
 #[derive(Debug)]
 pub struct Driving {
     under_way: HashMap<PlanId, Arc<AtomicBool>>,
-    settings: Settings,
+    /// Or why nothing can be planned as it wants.
+    settings: Result<Settings, String>,
 }
 
-/// How the section `[planner]` of the configuration wants drives to be. Its values were checked when it was read.
-#[must_use]
-pub fn settings(config: &Config) -> Settings {
+/// How the section `[planner]` of the configuration wants drives to be.
+///
+/// # Errors
+/// It has a key or a value that the planner does not know: in words. Who reads the configuration checks both.
+pub fn settings(config: &Config) -> Result<Settings, String> {
     let mut settings = usual_planning();
     for (key, value) in config.planner_values() {
-        // What this version does not know is left as usual.
-        let _ = set_planning(&mut settings, key.id, value);
+        set_planning(&mut settings, key.id, value).map_err(|e| format!("config.toml: {e}"))?;
     }
-    settings
+    Ok(settings)
 }
 
 impl Driving {
@@ -51,11 +53,19 @@ impl Tasks {
     pub(super) fn plan(&mut self, ask: PlanAsk) {
         match ask {
             PlanAsk::Begin(id, entry, change, forecast) => {
-                // Whoever is at work holds one too.
-                let settings = Settings {
-                    forecast,
-                    ..self.driving.settings
+                let settings = match &self.driving.settings {
+                    Ok(settings) => Settings {
+                        forecast,
+                        ..*settings
+                    },
+                    Err(why) => {
+                        let ended = PlanNews::Ended(id, Err(why.clone()));
+                        // Nobody listens when the loop has ended.
+                        let _ = self.sender.send(Msg::Plan(ended));
+                        return;
+                    }
                 };
+                // Whoever is at work holds one too.
                 self.driving
                     .under_way
                     .retain(|_, stop| Arc::strong_count(stop) > 1);
@@ -78,6 +88,10 @@ impl Tasks {
                     }
                 });
             }
+            PlanAsk::Save(files) => self.background(move || {
+                let written = drives::write(&files);
+                Msg::Plan(PlanNews::Saved(files.key, written))
+            }),
             PlanAsk::Stop(id) => {
                 if let Some(stop) = self.driving.under_way.remove(&id) {
                     stop.store(true, Ordering::Relaxed);

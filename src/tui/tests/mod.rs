@@ -22,6 +22,7 @@ mod map;
 mod opening;
 mod panes;
 mod pictures;
+mod planned_again;
 mod planning;
 mod plotting;
 mod prompt;

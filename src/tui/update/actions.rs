@@ -73,10 +73,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         PreviousObstacle => obstacles::pick(model, -1),
         TakeAsEgo => return obstacles::take_as_ego(model),
         RecordedEgo => return obstacles::recorded_ego(model),
-        DrivePlanner => return planning::drive(model),
-        NextForecast => return planning::next_forecast(model),
-        PlannerCycle => planning::open_cycle(model),
-        PlotDrives => planning::plot_drives(model),
+        DrivePlanner | NextForecast | PlannerCycle | PlotDrives | SaveDrive => {
+            return planning::perform(model, action);
+        }
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl => {
             return toggle(model, action);
         }

@@ -5,7 +5,7 @@ use super::super::clock::Clock;
 use super::super::loaded::Opened;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, Notice, Shown, Values};
-use super::{actions, answers, clock, plot, reopen, session, timeline};
+use super::{actions, answers, clock, planning, plot, reopen, session, timeline};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
 use crate::scenario::Transform;
@@ -56,7 +56,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     model.opening = None;
     timeline::opened(model, id);
     let opened = match result {
-        Ok(opened) => opened,
+        Ok(opened) => planning::instead(model, (id, ego), opened),
         Err(_) if session::is_wanted(model) && ego.is_some() => {
             // The obstacle that was the ego is no longer in the file.
             let place = model.list.opened;

@@ -1,5 +1,9 @@
 //! Letting the planner drive the ego, and showing what it saw and chose.
 
+mod kept;
+
+pub use kept::instead;
+
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
 use super::super::loaded::{NONE_BESIDE, Opened};
@@ -9,7 +13,7 @@ use super::super::model::{
     Camera, Drives, JobKind, JobState, Model, Overlay, UnderWay, forecast_words,
 };
 use super::{actions, opening, values};
-use crate::planner::Forecast;
+use crate::planner::{Forecast, unavoided};
 
 /// Seconds for which a scenario without an ego stays open before one is planned for it: whoever moves through the list
 /// does not want one for each.
@@ -18,8 +22,48 @@ const STAYS: f64 = 0.6;
 /// Metres of a column at most, so that what was chosen is on the map: beyond, bodies are too small.
 const COARSEST: f64 = 1.2;
 
+/// Does what an action about the planner says.
+pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
+    match action {
+        Action::DrivePlanner => return drive(model),
+        Action::NextForecast => return next_forecast(model),
+        Action::SaveDrive => return kept::save(model),
+        Action::PlannerCycle => open_cycle(model),
+        Action::PlotDrives => plot_drives(model),
+        _ => {}
+    }
+    Vec::new()
+}
+
+/// Why the planner has nothing to do in what is open, and what to do.
+fn nothing_to_plan(model: &Model) -> Option<String> {
+    let opened = model.opened.as_deref()?;
+    opened.scenario.planning_problems.is_empty().then(|| {
+        format!(
+            "no planning problem here, so no start and no goal to plan for: open another scenario, or make an obstacle \
+             the ego ({} {})",
+            model.look.key(Action::NextObstacle),
+            model.look.key(Action::TakeAsEgo)
+        )
+    })
+}
+
+/// Why there is no planned ego, and what to do.
+fn unplanned(model: &Model) -> String {
+    if model.opened.is_none() {
+        return "no scenario is open".into();
+    }
+    if model.driver.under_way.is_some() {
+        return "the ego is still being planned".into();
+    }
+    nothing_to_plan(model).unwrap_or_else(|| {
+        let key = model.look.key(Action::DrivePlanner);
+        format!("the ego was not planned; {key} lets the planner drive")
+    })
+}
+
 /// Lets the planner drive, or stops it.
-pub fn drive(model: &mut Model) -> Vec<Effect> {
+fn drive(model: &mut Model) -> Vec<Effect> {
     if model.driver.under_way.is_some() {
         model.say("planning is cancelled");
         return cancel(model);
@@ -32,11 +76,15 @@ pub fn drive(model: &mut Model) -> Vec<Effect> {
         ));
         return Vec::new();
     }
-    begin(model)
+    kept::show(model).unwrap_or_else(|| begin(model))
 }
 
 /// Tells the planner something else; where a planned ego is shown or on its way, it drives anew.
-pub fn next_forecast(model: &mut Model) -> Vec<Effect> {
+fn next_forecast(model: &mut Model) -> Vec<Effect> {
+    if let Some(why) = nothing_to_plan(model) {
+        model.say(why);
+        return Vec::new();
+    }
     model.driver.forecast = match model.driver.forecast {
         Forecast::Lane => Forecast::ConstantVelocity,
         Forecast::ConstantVelocity => Forecast::Recorded,
@@ -45,7 +93,7 @@ pub fn next_forecast(model: &mut Model) -> Vec<Effect> {
     let words = forecast_words(model.driver.forecast);
     if model.planned().is_some() || model.driver.under_way.is_some() {
         let mut effects = stop(model);
-        effects.extend(begin(model));
+        effects.extend(kept::show(model).unwrap_or_else(|| begin(model)));
         return effects;
     }
     let key = model.look.key(Action::DrivePlanner);
@@ -54,15 +102,14 @@ pub fn next_forecast(model: &mut Model) -> Vec<Effect> {
 }
 
 fn begin(model: &mut Model) -> Vec<Effect> {
-    let problems = model
-        .opened
-        .as_deref()
-        .map(|o| o.scenario.planning_problems.len());
-    match (problems, model.list.opened) {
+    match (&model.opened, model.list.opened) {
         _ if model.opening.is_some() => model.say("the scenario is not open yet"),
         (None, _) | (_, None) => model.say("no scenario is open"),
-        (Some(0), _) => model.say("the scenario has no planning problem: nothing to plan for"),
         (Some(_), Some(place)) => {
+            if let Some(why) = nothing_to_plan(model) {
+                model.say(why);
+                return Vec::new();
+            }
             let words = forecast_words(model.driver.forecast);
             let key = model.look.key(Action::DrivePlanner);
             model.say(format!("the planner drives with {words}; {key} stops it"));
@@ -111,6 +158,10 @@ pub fn take_back(model: &mut Model) {
         Some(false) => model.say("no ego any more: none was recorded"),
         None => {}
     }
+    if let Some(opened) = &model.opened {
+        let (hash, change) = (opened.scenario.hash, opened.change);
+        model.driver.kept.put_away(hash, change);
+    }
     decline(model);
 }
 
@@ -123,6 +174,7 @@ fn decline(model: &mut Model) {
 /// What is planned belongs to what is open: where something else is opened, planning stops. A scenario without an ego
 /// that stays open gets one.
 pub fn follow(model: &mut Model) -> Vec<Effect> {
+    kept::told(model);
     let leaves = |drive: &UnderWay| {
         model.opening.is_some() || model.opened.is_none() || model.list.opened != Some(drive.place)
     };
@@ -161,7 +213,7 @@ pub fn pass(model: &mut Model, seconds: f64) -> Vec<Effect> {
             if left > 0.0 {
                 return Vec::new();
             }
-            again(model, place)
+            kept::show(model).unwrap_or_else(|| again(model, place))
         }
         None => Vec::new(),
     }
@@ -169,21 +221,25 @@ pub fn pass(model: &mut Model, seconds: f64) -> Vec<Effect> {
 
 /// News of the drive that is under way; that of others is dropped.
 pub fn heard(model: &mut Model, news: PlanNews) -> Vec<Effect> {
-    let (PlanNews::Planned(id, ..) | PlanNews::Ended(id, _)) = &news;
-    let Some(drive) = model.driver.under_way.as_mut().filter(|d| d.id == *id) else {
-        return Vec::new();
-    };
-    match news {
-        PlanNews::Planned(_, done, of) => {
+    let drive = model.driver.under_way.as_mut();
+    let drive = drive.filter(|drive| news.id() == Some(drive.id));
+    match (news, drive) {
+        (PlanNews::Saved(key, result), _) => {
+            kept::saved(model, key, result);
+            Vec::new()
+        }
+        (_, None) => Vec::new(),
+        (PlanNews::Planned(_, done, of), Some(drive)) => {
             (drive.done, drive.of) = (done.min(of), of);
             Vec::new()
         }
-        PlanNews::Ended(_, Ok(opened)) => {
+        (PlanNews::Ended(_, Ok(opened)), _) => {
             model.driver.under_way = None;
             model.driver.declined = None;
+            model.driver.kept.keep(&opened);
             take(model, opened)
         }
-        PlanNews::Ended(_, Err(why)) => {
+        (PlanNews::Ended(_, Err(why)), _) => {
             model.driver.under_way = None;
             decline(model);
             model.complain(format!("no ego was planned: {why}"));
@@ -200,7 +256,9 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
             Some(_) => format!("{back} goes back to the recorded ego"),
             None => "no ego was recorded".to_string(),
         };
-        format!("ego planned: {}; {way}", planned.outcome)
+        let unavoided = unavoided(&opened.scenario);
+        let but = unavoided.map_or(String::new(), |words| format!("; but {words}"));
+        format!("ego planned: {}; {way}{but}", planned.outcome)
     });
     let without = model.opened.as_ref().is_some_and(|o| o.scene.is_none());
     let id = OpenId(model.new_id());
@@ -214,10 +272,7 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
         // The map showed everyone, from far away.
         model.camera.cell = Camera::default().cell;
     }
-    let (columns, _) = model.drawn.map_size();
-    let most = COARSEST * f64::from(columns);
-    let shown = reach.min(most).max(opening::NEIGHBOURHOOD);
-    model.camera.show_at_least(shown, columns);
+    show_reach(model, reach);
     if without {
         // The window was nobody's until now.
         super::clock::to_window(model);
@@ -229,11 +284,19 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
     effects
 }
 
+/// Shows what was chosen on the map, as far as bodies stay large enough to be seen.
+fn show_reach(model: &mut Model, reach: f64) {
+    let (columns, _) = model.drawn.map_size();
+    let most = COARSEST * f64::from(columns);
+    let shown = reach.min(most).max(opening::NEIGHBOURHOOD);
+    model.camera.show_at_least(shown, columns);
+}
+
 /// Notes in the list of tasks how far it is.
 pub fn note(model: &mut Model, news: &PlanNews) {
     let now = model.uptime;
-    let (PlanNews::Planned(id, ..) | PlanNews::Ended(id, _)) = news;
-    let Some(job) = model.jobs.running_mut(JobKind::Plan(*id)) else {
+    let job = news.id().map(JobKind::Plan);
+    let Some(job) = job.and_then(|kind| model.jobs.running_mut(kind)) else {
         return;
     };
     match news {
@@ -246,16 +309,15 @@ pub fn note(model: &mut Model, news: &PlanNews) {
             job.end(JobState::Done(words), now);
         }
         PlanNews::Ended(_, Err(why)) => job.end(JobState::Failed(why.clone()), now),
+        PlanNews::Saved(..) => {}
     }
 }
 
 /// Shows what the planner saw and chose.
-pub fn open_cycle(model: &mut Model) {
+fn open_cycle(model: &mut Model) {
     if model.planned().is_none() {
-        let key = model.look.key(Action::DrivePlanner);
-        return model.say(format!(
-            "the ego was not planned; {key} lets the planner drive"
-        ));
+        let why = unplanned(model);
+        return model.say(why);
     }
     model.overlays.push(Overlay::Cycle(0));
 }
@@ -267,20 +329,20 @@ pub fn cycle_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
             model.overlays.pop();
             Some(Vec::new())
         }
-        action @ (Action::Play | Action::PlotDrives | Action::NextForecast) => {
-            Some(actions::perform(model, action))
-        }
+        action @ (Action::Play
+        | Action::PlotDrives
+        | Action::NextForecast
+        | Action::SaveDrive
+        | Action::Palette) => Some(actions::perform(model, action)),
         _ => values::on_key(model, key),
     }
 }
 
 /// Plots the next thing about both egos, or the measure again.
-pub fn plot_drives(model: &mut Model) {
+fn plot_drives(model: &mut Model) {
     let Some(planned) = model.planned() else {
-        let key = model.look.key(Action::DrivePlanner);
-        return model.say(format!(
-            "the ego was not planned; {key} lets the planner drive"
-        ));
+        let why = unplanned(model);
+        return model.say(why);
     };
     let both = planned.recorded.is_some();
     model.plot.drives = match model.plot.drives {

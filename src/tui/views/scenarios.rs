@@ -203,9 +203,19 @@ fn scenario(
 ) -> Line<'static> {
     let row = &model.list.rows[place];
     let used: usize = columns.iter().map(|c| c.width()).sum();
-    let mut line = name(model, row, width.saturating_sub(used + 2), matching);
     let opened = model.opened.as_ref();
-    let taken = opened.filter(|_| model.taken.is_some() && model.list.opened == Some(place));
+    let planned = model.planned().is_some();
+    let other = (planned || model.taken.is_some()) && model.list.opened == Some(place);
+    let taken = opened.filter(|_| other && model.opening.is_none());
+    let mut room = width.saturating_sub(used + 2);
+    // Whose values stand there, where there is room for it.
+    let whose = " planned";
+    let says = taken.is_some() && planned && row.entry.name.width() + whose.len() <= room;
+    room -= if says { whose.len() } else { 0 };
+    let mut line = name(model, row, room, matching);
+    if says {
+        line.push_span(Span::styled(whose, Style::new().fg(model.theme.ego)));
+    }
     let none = Headline::default();
     let taken = taken.map(|opened| opened.headline.as_ref().unwrap_or(&none));
     for &column in columns {

@@ -10,6 +10,7 @@ use unicode_width::UnicodeWidthStr;
 use crate::text::visible;
 use crate::tui::layout::Parts;
 use crate::tui::model::{Model, Notice, Pane, Toast};
+use crate::tui::overlays;
 
 /// Messages shown at once.
 const MOST: usize = 3;
@@ -43,7 +44,17 @@ fn names_a_model(model: &Model, text: &str) -> bool {
 }
 
 /// Where boxes stand: over the reasoning and, if they are many, over the verdicts; or over the pane that is shown alone.
+/// Beside a window at the right, over what it leaves in sight.
 fn place(parts: &Parts, model: &Model) -> Rect {
+    let screen = parts.header.union(parts.footer);
+    if let Some(window) = overlays::beside(screen, model) {
+        return Rect {
+            y: parts.header.bottom(),
+            width: screen.width.saturating_sub(window),
+            height: parts.footer.y.saturating_sub(parts.header.bottom()),
+            ..screen
+        };
+    }
     let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
     let (_, area) = match (reasoning, parts.panes.first()) {
         (Some(found), _) | (None, Some(found)) => *found,

@@ -1,8 +1,10 @@
 //! A solution made of an ego's motion.
 
-use super::{ProblemSolution, SolutionError, SolutionState, SolutionTrajectory, TrajectoryKind};
+use super::{
+    ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory, TrajectoryKind,
+};
 use crate::geometry::angle_between;
-use crate::scenario::{Motion, Track, VehicleModel, VehicleType};
+use crate::scenario::{Header, Motion, Track, VehicleModel, VehicleType};
 
 /// The cost function that is named where nobody chose one; it is defined for every model that is not a point mass.
 const COST: &str = "SM1";
@@ -12,6 +14,23 @@ const POINT_MASS_COST: &str = "JB1";
 
 /// A vehicle that moves less than this between two steps, metres, does not show how its wheels stand.
 const STANDSTILL: f64 = 0.005;
+
+impl Solution {
+    /// How one vehicle solves one planning problem of the scenario with this header. It does not say when and where it was
+    /// made: the same motion gives the same file.
+    #[must_use]
+    pub fn of_problem(header: &Header, solved: ProblemSolution) -> Self {
+        Self {
+            scenario_id: header.benchmark_id.clone(),
+            version: header.version.clone(),
+            date: None,
+            computation_time: None,
+            processor: None,
+            problems: vec![solved],
+            diagnostics: Vec::new(),
+        }
+    }
+}
 
 impl ProblemSolution {
     /// The recorded steps of `track`, `dt` seconds apart, as states of `model`.

@@ -2,7 +2,7 @@
 
 use super::group::Agreement;
 use super::terms::HEADLINE;
-use crate::metrics::Measure;
+use crate::metrics::{Headline, Measure, Nearest};
 use crate::scenario::Entry;
 use crate::tui::loaded::{Facts, country_of};
 
@@ -79,11 +79,17 @@ impl Row {
             return Some(None);
         };
         let headline = facts.headline.as_ref();
-        let nearest = headline.and_then(|h| match measure.id {
-            "risk" => h.risk,
-            "distance" => h.distance,
-            _ => h.ttc,
-        });
+        let nearest = headline.and_then(|headline| nearest(headline, measure));
         Some(nearest.map(|n| n.value))
+    }
+}
+
+/// The most dangerous value of one of the measures [`HEADLINE`].
+#[must_use]
+pub fn nearest(headline: &Headline, measure: &Measure) -> Option<Nearest> {
+    match measure.id {
+        "risk" => headline.risk,
+        "distance" => headline.distance,
+        _ => headline.ttc,
     }
 }

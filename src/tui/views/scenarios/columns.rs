@@ -5,7 +5,7 @@ use ratatui::text::Span;
 
 use crate::metrics::{Headline, Measure, measure};
 use crate::tui::loaded::Tally;
-use crate::tui::model::{List, Model, Order, Row};
+use crate::tui::model::{HEADLINE, List, Model, Order, Row, nearest};
 use crate::tui::widgets::words::fit;
 
 /// A column.
@@ -114,8 +114,8 @@ const LEAST: usize = 24;
 /// Columns that are left to names at least, if they are so long.
 const NAME: usize = 26;
 
-/// What stands in a column, and its style. With an obstacle as the ego, `taken` is what is open: the list agrees with
-/// it, and what is only known of the recorded ego is left out.
+/// What stands in a column, and its style. With an obstacle or a planned drive as the ego, `taken` is what is open: the
+/// list agrees with it, and what is only known of the recorded ego is left out.
 pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) -> Span<'static> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
@@ -123,10 +123,16 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
     let unread = || Span::styled(if row.facts.is_none() { "…" } else { "–" }, dim);
     let plain = |words: Option<String>| words.map_or_else(unread, |w| Span::styled(w, dim));
     match column {
-        Column::Value(_) if taken.is_some() => Span::styled("·", dim),
+        Column::Value(measure) if taken.is_some() && !HEADLINE.contains(&measure.id) => {
+            Span::styled("·", dim)
+        }
         Column::Value(measure) => {
             let accent = Style::new().fg(theme.accent);
-            match row.value_of(measure) {
+            let value = match taken {
+                Some(headline) => Some(nearest(headline, measure).map(|n| n.value)),
+                None => row.value_of(measure),
+            };
+            match value {
                 None => Span::styled("…", dim),
                 Some(None) => Span::styled("–", dim),
                 Some(Some(value)) if value.abs() >= 100.0 => {

@@ -1,0 +1,48 @@
+//! A drive of the planner by what it is of, and as files that somebody wants.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::Opened;
+use crate::planner::Forecast;
+use crate::scenario::{ContentHash, Scene, Transform, VehicleType};
+
+/// What a drive is of; the same gives the same drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveKey {
+    /// Hash of the scenario.
+    pub hash: ContentHash,
+    /// What of it was changed.
+    pub change: Option<Transform>,
+    /// What the planner was told.
+    pub forecast: Forecast,
+}
+
+/// A drive to be written.
+#[derive(Debug)]
+pub struct DriveFiles {
+    /// Which.
+    pub key: DriveKey,
+    /// Name of the scenario.
+    pub name: String,
+    /// The scenario with the planned ego.
+    pub scene: Arc<Scene>,
+    /// The vehicle that was driven.
+    pub vehicle: VehicleType,
+    /// Id of the planning problem that was solved.
+    pub problem: i64,
+    /// Where the files go; the current folder if none.
+    pub folder: Option<PathBuf>,
+}
+
+impl Opened {
+    /// What the planned drive in it is of; nothing where the ego was not planned.
+    #[must_use]
+    pub fn drive_key(&self) -> Option<DriveKey> {
+        self.planned.as_ref().map(|planned| DriveKey {
+            hash: self.scenario.hash,
+            change: self.change,
+            forecast: planned.forecast,
+        })
+    }
+}
