@@ -1,7 +1,8 @@
 //! What the search may try: somebody doing some manoeuvre, with the numbers that seem to work.
 
-use super::Stage;
 use super::attacker::Candidate;
+use super::{Stage, manoeuvre};
+use crate::scenario::Obstacle;
 use crate::verdict::{Manoeuvre, ManoeuvreKind};
 
 /// Numbers of a manoeuvre: start (s), duration (s), gap (m), speed (m/s).
@@ -28,10 +29,10 @@ pub struct Arm {
 const SHORTEST: f64 = 0.8;
 
 /// A change of the distribution keeps this share of the old one.
-const KEEP: f64 = 0.3;
+const KEEP: f64 = 0.2;
 
 /// Spreads do not shrink below this share of the first ones.
-const LEAST_SPREAD: f64 = 0.1;
+const LEAST_SPREAD: f64 = 0.04;
 
 impl Arm {
     /// What a candidate can try, all of it.
@@ -46,7 +47,9 @@ impl Arm {
         let last = (track.end - 2).min(*stage.steps.end()) as f64 * dt;
         let met = candidate.step as f64 * dt;
         let ego = stage.ego_at(candidate.step).map_or(0.0, |m| m.velocity);
-        let standing = obstacle.motion_at(candidate.step).is_some_and(|m| m.velocity < 1.0);
+        let standing = obstacle
+            .motion_at(candidate.step)
+            .is_some_and(|m| m.velocity < 1.0);
         let arm = |kind, way, mean: Numbers, spread, low: Numbers, high: Numbers| Self {
             obstacle: candidate.obstacle,
             kind,
@@ -63,10 +66,10 @@ impl Arm {
             arm(
                 kind,
                 0,
-                [met - 1.5, 1.8, gap, ego * 0.9],
-                [1.5, 0.6, (high - low) / 3.0, 3.0],
+                [met - 2.5, 2.5, gap, ego * 0.8],
+                [2.0, 0.8, (high - low) / 3.0, 3.0],
                 [0.0, 0.0, low, 0.0],
-                [0.0, 4.0, high, most],
+                [0.0, 5.0, high, most],
             )
         };
         let cross = |kind, way, speed: f64| {
@@ -98,25 +101,44 @@ impl Arm {
         if standing {
             arms.push(cross(Kind::PullOut, 0, 5.0));
         }
+        arms.retain(|arm| arm.is_possible(stage, obstacle));
         arms
+    }
+
+    /// Whether it can be done at all, at its usual time or some time around it.
+    fn is_possible(&self, stage: &Stage<'_>, obstacle: &Obstacle) -> bool {
+        let around = [0.0, -1.0, 1.0, -2.0, 2.0];
+        around.into_iter().any(|off| {
+            let mut numbers = self.mean;
+            numbers[0] += off * self.spread[0];
+            let manoeuvre = self.manoeuvre(&mut numbers);
+            manoeuvre::plan(stage, obstacle, &manoeuvre, self.way).is_ok()
+        })
     }
 
     /// A manoeuvre from the distribution, and its numbers. A gap below 0 is none, as is one that the kind does not have.
     pub fn sample(&self, random: &mut fastrand::Rng) -> (Manoeuvre, Numbers) {
-        let mut x = [0.0; 4];
+        let mut x = self.mean;
+        for (x, spread) in x.iter_mut().zip(self.spread) {
+            *x += spread * normal(random);
+        }
+        let manoeuvre = self.manoeuvre(&mut x);
+        (manoeuvre, x)
+    }
+
+    /// The manoeuvre with these numbers, which are taken into their bounds.
+    fn manoeuvre(&self, x: &mut Numbers) -> Manoeuvre {
         for (i, x) in x.iter_mut().enumerate() {
-            let drawn = self.mean[i] + self.spread[i] * normal(random);
-            *x = drawn.clamp(self.lowest[i], self.highest[i]);
+            *x = x.clamp(self.lowest[i], self.highest[i]);
         }
         let gap = (self.kind != ManoeuvreKind::HardBrake && x[2] >= 0.0).then_some(x[2]);
-        let manoeuvre = Manoeuvre {
+        Manoeuvre {
             kind: self.kind,
             start: x[0],
             duration: x[1],
             gap,
             speed: Some(x[3]),
-        };
-        (manoeuvre, x)
+        }
     }
 
     /// Moves the distribution to the best ones of those that were tried.

@@ -17,6 +17,8 @@ pub struct Candidate {
     pub distance: f64,
     /// Whether it is within [`NEAR`] metres in front of the ego or beside it there, as the paper asks.
     pub near: bool,
+    /// Whether it is behind the ego at every step.
+    pub behind: bool,
 }
 
 /// Longer than this nobody is taken to prepare, seconds.
@@ -28,10 +30,13 @@ pub const NEAR: f64 = 30.0;
 /// Nobody attacks before it has been seen for so long, seconds.
 const SEEN: f64 = 0.5;
 
+/// Who stands or crawls cannot be tested, m/s.
+const MOVING: f64 = 2.0;
+
 /// Everyone who could attack, with the least change first; of equal ones in the file's order.
 ///
-/// Left out is what does not move by itself, and whoever is only ever behind the ego: a collision from behind tests
-/// the other one.
+/// Steps at which the ego hardly moves do not count. Left out is what does not move by itself. Whoever is only ever
+/// behind the ego comes last: a collision from behind tests the other one, and it would have to overtake first.
 #[must_use]
 pub fn rank(stage: &Stage<'_>) -> Vec<Candidate> {
     let mut found: Vec<Candidate> = stage
@@ -41,7 +46,10 @@ pub fn rank(stage: &Stage<'_>) -> Vec<Candidate> {
         .filter(|o| o.role == ObstacleRole::Dynamic && Capability::of(o).is_some())
         .filter_map(|obstacle| candidate(stage, obstacle))
         .collect();
-    found.sort_by(|a, b| a.acceleration.total_cmp(&b.acceleration));
+    found.sort_by(|a, b| {
+        let order = a.behind.cmp(&b.behind);
+        order.then(a.acceleration.total_cmp(&b.acceleration))
+    });
     found
 }
 
@@ -53,24 +61,24 @@ fn candidate(stage: &Stage<'_>, obstacle: &Obstacle) -> Option<Candidate> {
             continue;
         };
         let time = (step - first.max(*stage.steps.start())) as f64 * stage.dt();
-        if time < SEEN {
+        if time < SEEN || ego.velocity < MOVING {
             continue;
         }
         let own = stage.footprint.at(ego.pose);
         // Whoever has its middle behind the ego's rear is behind.
-        let behind = ego.pose.to_local(&other.pose.position).x;
-        if behind < -stage.footprint.shape().size().0 / 2.0 {
-            continue;
-        }
+        let ahead = ego.pose.to_local(&other.pose.position).x;
+        let behind = ahead < -stage.footprint.shape().size().0 / 2.0;
         let distance = own.distance(&other);
         let acceleration = 2.0 * distance / time.min(LOOKAHEAD).powi(2);
-        if best.is_none_or(|b| acceleration < b.acceleration) {
+        let better = |b: Candidate| (behind, acceleration) < (b.behind, b.acceleration);
+        if best.is_none_or(better) {
             best = Some(Candidate {
                 obstacle: obstacle.id,
                 acceleration,
                 step,
                 distance,
-                near: distance <= NEAR,
+                near: distance <= NEAR && !behind,
+                behind,
             });
         }
     }

@@ -27,6 +27,10 @@ const STANDING: f64 = 1.0;
 /// The speed that somebody pulls out with where none is said, m/s.
 const PULLING_OUT: f64 = 4.0;
 
+/// A change of lane is done in the last part of the manoeuvre, which is no longer than this, seconds; a drift takes all
+/// of it.
+const SIDEWAYS: f64 = 1.8;
+
 /// Whoever drifts stays there for so long before it goes back to its way, seconds.
 const STAY: f64 = 1.0;
 
@@ -193,6 +197,10 @@ impl Aim<'_> {
             None => Polynomial::quartic([0.0, now, 0.0], [speed, 0.0], duration),
         };
         let line = &self.stage.line;
+        let sideways = match self.manoeuvre.kind {
+            ManoeuvreKind::Drift => duration,
+            _ => duration.min(SIDEWAYS),
+        };
         let wanted = self.times().map(|t| {
             let (s, v) = course(&profile, t, duration, speed);
             if s > way.length() {
@@ -201,8 +209,8 @@ impl Aim<'_> {
             let own = way.pose_at(s.max(0.0)).position;
             let foot = line.pose_at(line.project(&own).s);
             let there = foot.position + foot.left() * to_side;
-            let back = until.map_or(0.0, |until| smooth((t - until) / duration));
-            let share = smooth(t / duration) * (1.0 - back);
+            let back = until.map_or(0.0, |until| smooth((t - until) / sideways));
+            let share = smooth((t - duration + sideways) / sideways) * (1.0 - back);
             Some(wanted(own + (there - own) * share, Some(v)))
         });
         wanted.take_while(Option::is_some).collect()

@@ -42,11 +42,14 @@ pub fn follow(
     let id = obstacle.id;
     let able = Capability::of(obstacle)
         .ok_or_else(|| Refusal::answer(format!("obstacle {id} does not move by itself")))?;
-    let now = *obstacle.track().at(from).ok_or_else(|| {
-        Refusal::answer(format!("obstacle {id} is not there at step {from}"))
-    })?;
+    let now = *obstacle
+        .track()
+        .at(from)
+        .ok_or_else(|| Refusal::answer(format!("obstacle {id} is not there at step {from}")))?;
     if plan.wanted.iter().all(Option::is_none) {
-        return Err(Refusal::answer(format!("obstacle {id}: nothing is left to drive")));
+        return Err(Refusal::answer(format!(
+            "obstacle {id}: nothing is left to drive"
+        )));
     }
     let able = moderate(able);
     let start = start(stage, obstacle, from, &now, &able.limits);
