@@ -10,6 +10,8 @@ mod closed_loop;
 mod escape;
 mod manoeuvre;
 mod refusal;
+mod variant;
+mod variant_document;
 
 pub use avoidable::{
     Avoidability, Avoidance, Certificate, DELAYS, Finder, NotFound, Searched, Why,
@@ -19,3 +21,4 @@ pub use change::{Change, ChangeError};
 pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
 pub use manoeuvre::Manoeuvre;
 pub use refusal::{Reason, Refusal};
+pub use variant::{Saved, Variant, VariantError};
