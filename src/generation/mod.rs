@@ -10,6 +10,8 @@ mod closed_loop;
 mod escape;
 mod manoeuvre;
 mod refusal;
+#[cfg(test)]
+mod tests;
 mod variant;
 mod variant_document;
 

@@ -1,0 +1,71 @@
+//! The ego against a change.
+
+use super::{CAR, behind_a_car, braking};
+use crate::generation::{Change, ChangeError, Consequence};
+use crate::planner::Forecast;
+use crate::simulation::{Face, Outcome};
+
+#[test]
+fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
+    for (forecast, from, most) in [(Forecast::Lane, 12, 13), (Forecast::Recorded, 48, 9)] {
+        let closed = behind_a_car(25.0, forecast);
+        let change = braking(&closed, from, 7.0);
+        let effect = closed.effect(&change).unwrap();
+        let anew = closed.driver().drive_noted(&effect.scenario);
+        // The oracle knows of the change a horizon of 40 steps earlier.
+        assert_eq!(effect.taken_over, most, "{}", forecast.name());
+        assert_eq!(anew.taken_over, 0);
+        assert_eq!(effect.drive.states, anew.drive.states);
+        assert_eq!(effect.drive.outcome, anew.drive.outcome);
+        let (some, all) = (&effect.drive.cycles, &anew.drive.cycles);
+        assert_eq!(some.len(), all.len());
+        assert!(some.iter().zip(all).all(|(a, b)| a.plan == b.plan));
+        // And the change has an effect at all.
+        assert_ne!(effect.drive.states, closed.baseline().drive().states);
+    }
+}
+
+#[test]
+fn the_recorded_motion_is_no_change() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let track = closed.scenario().obstacle(CAR).unwrap().track();
+    let motions = track.iter().filter(|(step, _)| *step >= 5);
+    let change = Change {
+        obstacle: CAR,
+        motions: motions.map(|(step, motion)| (step, *motion)).collect(),
+    };
+    let effect = closed.effect(&change).unwrap();
+    assert_eq!(effect.drive.states, closed.baseline().drive().states);
+    assert_eq!(effect.consequence, Consequence::NoEffect);
+    assert_eq!(effect.before, effect.after);
+    assert_eq!(effect.lowest_after(), closed.baseline().lowest_of(CAR));
+    assert_eq!(effect.anyone_after, closed.baseline().lowest());
+    // 25 m between the middles of two cars of 4.5 m that go on as fast as each other.
+    assert!(effect.distance.is_some_and(|d| d > 15.0 && d < 22.0));
+}
+
+#[test]
+fn a_wall_in_front_is_a_collision_with_the_attacker() {
+    let closed = behind_a_car(9.0, Forecast::Lane);
+    let before = closed.baseline().lowest_of(CAR).unwrap();
+    // As if it drove into something: what is asked here is not whether a car could.
+    let effect = closed.effect(&braking(&closed, 1, 500.0)).unwrap();
+    let collision = effect.collision().unwrap();
+    assert_eq!(effect.drive.outcome, Outcome::Collision(collision));
+    assert!(effect.hits_attacker() && !effect.is_hit_from_behind());
+    assert_eq!((collision.ego, collision.other), (Face::Front, Face::Rear));
+    assert_eq!(effect.distance, Some(0.0));
+    assert_eq!(effect.lowest_after(), Some(0));
+    assert_eq!(effect.after.last(), Some(&(collision.step, 0)));
+    assert!(before > 0 && effect.lowest_before() == Some(before));
+    assert_eq!(effect.consequence.name(), "collision");
+}
+
+#[test]
+fn who_is_not_there_has_no_effect() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let mut change = braking(&closed, 5, 7.0);
+    change.obstacle = 999;
+    let refused = closed.effect(&change).unwrap_err();
+    assert_eq!(refused, ChangeError::NoSuchObstacle(999));
+}
