@@ -62,6 +62,17 @@ fn a_wall_in_front_is_a_collision_with_the_attacker() {
 }
 
 #[test]
+fn a_collision_that_was_there_before_is_no_effect() {
+    // The ego begins within the car.
+    let closed = behind_a_car(3.0, Forecast::Lane);
+    let outcome = closed.baseline().drive().outcome;
+    assert!(matches!(outcome, Outcome::Collision(_)), "{outcome}");
+    let effect = closed.effect(&braking(&closed, 5, 7.0)).unwrap();
+    assert_eq!(effect.drive.outcome, outcome);
+    assert_eq!(effect.consequence, Consequence::NoEffect);
+}
+
+#[test]
 fn who_is_not_there_has_no_effect() {
     let closed = behind_a_car(25.0, Forecast::Lane);
     let mut change = braking(&closed, 5, 7.0);

@@ -20,8 +20,13 @@ use crate::simulation::{Driver, Settings};
 const CAR: i64 = 700;
 
 fn settings(forecast: Forecast) -> Settings {
+    // Few samples: this is about drives, and not about how well they are planned.
+    let mut planner = Planning::default();
+    let few = &mut planner.sampling;
+    (few.durations, few.speeds, few.offsets) = (2, 5, 5);
+    (few.changes, few.refinements) = (1, 1);
     Settings {
-        planner: Planning::default(),
+        planner,
         forecast,
         replan: 1,
         without: None,
