@@ -1,9 +1,10 @@
 //! The ego against a change.
 
-use super::{CAR, behind_a_car, braking};
+use super::{CAR, behind_a_car, braking, settings};
 use crate::generation::{Change, ChangeError, Consequence};
 use crate::planner::Forecast;
-use crate::simulation::{Face, Outcome};
+use crate::scenario::{Scenario, bundled};
+use crate::simulation::{Driver, Face, Outcome, Stretch};
 
 #[test]
 fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
@@ -79,4 +80,38 @@ fn who_is_not_there_has_no_effect() {
     change.obstacle = 999;
     let refused = closed.effect(&change).unwrap_err();
     assert_eq!(refused, ChangeError::NoSuchObstacle(999));
+}
+
+#[test]
+fn a_drive_begins_anywhere_and_a_goal_may_have_to_wait() {
+    let all = bundled();
+    let entry = all.iter().find(|e| e.name.contains("RightTurn")).unwrap();
+    let mut scenario = Scenario::clone(&entry.read().unwrap());
+    scenario.obstacles.clear();
+    let problem = &scenario.planning_problems[0];
+    let driver = Driver::new(&scenario, problem, &settings(Forecast::Lane)).unwrap();
+    let whole = driver.whole();
+    let usual = driver.drive(&scenario, &whole);
+    let end = usual.states.last().unwrap().0;
+    assert!(matches!(usual.outcome, Outcome::Goal(_)) && end + 4 < whole.last);
+
+    let waiting = Stretch {
+        goal_from: end + 4,
+        ..whole
+    };
+    let longer = driver.drive(&scenario, &waiting);
+    assert_eq!(longer.outcome, usual.outcome);
+    assert_eq!(longer.states.len(), usual.states.len() + 4);
+    assert_eq!(longer.states[..usual.states.len()], usual.states);
+
+    let (step, state) = usual.states[20];
+    let later = Stretch {
+        step,
+        state,
+        ..whole
+    };
+    let later = driver.drive(&scenario, &later);
+    assert_eq!(later.states[0], (step, state));
+    assert_eq!(later.cycles[0].step, step);
+    assert_eq!(later.outcome, usual.outcome);
 }
