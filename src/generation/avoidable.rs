@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use super::escape::Search;
-use super::{ClosedLoop, Effect, Manoeuvre};
+use super::{ClosedLoop, Effect, Evasion};
 use crate::simulation::{Collision, Drive, Outcome};
 
 /// The reaction times that are looked at, seconds.
@@ -52,7 +52,7 @@ pub enum Finder {
     /// Nothing has to be done: who drives on as if nothing had changed touches nobody.
     Unchanged,
     /// One manoeuvre that is kept up.
-    Manoeuvre(Manoeuvre),
+    Evasion(Evasion),
     /// The planner, told everyone's future; with settings of this name.
     Planner(&'static str),
 }
@@ -156,7 +156,7 @@ impl std::fmt::Display for Finder {
         match self {
             Self::Unchanged => f.write_str("driving on as if nothing had changed"),
             Self::Planner(name) => write!(f, "planner, {name}"),
-            Self::Manoeuvre(m) => write!(
+            Self::Evasion(m) => write!(
                 f,
                 "manoeuvre: {:.2} m/s² until {:.1} m/s, {:.2} m left of the path, {:.0} % of the friction to steer with",
                 m.acceleration,

@@ -26,7 +26,7 @@ pub struct Baseline {
 /// Time steps and risk scores, 0 (collision) to 5 (negligible), of one obstacle where it is there.
 pub type RiskCurve = Vec<(i64, u8)>;
 
-/// What a change leads to.
+/// What a change leads to. What the ego does and suffers in the baseline, too, the change has not led to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Consequence {
     /// The ego touches somebody: the attacker, or another one.
@@ -137,9 +137,13 @@ impl ClosedLoop {
         let scores = readings(&self.driver, &changed, &drive, "risk");
         let after = curve(&scores, attacker);
         let distances = distances(&self.driver, &changed, &drive, attacker);
+        let before = self.baseline.risk_of(attacker);
+        let recorded = self.baseline.drive();
+        let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
+        let near = lowest(&after).is_some_and(|score| score <= NEAR_MISS);
         let consequence = match drive.outcome {
-            Outcome::Collision(collision) => Consequence::Collision(collision),
-            _ if lowest(&after).is_some_and(|score| score <= NEAR_MISS) => Consequence::NearMiss,
+            Outcome::Collision(collision) if !same => Consequence::Collision(collision),
+            _ if near && !(same && after == before) => Consequence::NearMiss,
             _ => Consequence::NoEffect,
         };
         Ok(Effect {
@@ -147,7 +151,7 @@ impl ClosedLoop {
             from: change.from().ok_or(ChangeError::NotThere(attacker))?,
             scenario: changed,
             consequence,
-            before: self.baseline.risk_of(attacker),
+            before,
             after,
             anyone_before: self.baseline.lowest(),
             anyone_after: lowest_of_all(&scores),

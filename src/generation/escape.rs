@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::avoidable::{Avoidance, Certificate, Finder, NotFound, Searched, Why};
-use super::{ClosedLoop, Effect, Manoeuvre};
+use super::{ClosedLoop, Effect, Evasion};
 use crate::planner::{Feasibility, Forecast, VehicleState};
 use crate::scenario::{ObstacleRole, Scenario};
-use crate::simulation::{Drive, Driver, Look, Outcome, Settings, Stretch};
+use crate::simulation::{Collision, Cycle, Drive, Driver, Look, Outcome, Settings, Stretch};
 
 /// A search around one change.
 pub(super) struct Search<'a> {
@@ -161,7 +161,7 @@ impl<'a> Search<'a> {
             let avoidance = Avoidance {
                 drive,
                 reaction,
-                found: Finder::Manoeuvre(manoeuvre),
+                found: Finder::Evasion(manoeuvre),
                 searched: *searched,
             };
             if self.verify(&avoidance, reaction) {
@@ -173,7 +173,7 @@ impl<'a> Search<'a> {
     }
 
     /// What is tried, what stays nearer to the lane first.
-    fn grid(&self, speed: f64, present: f64) -> impl Iterator<Item = Manoeuvre> {
+    fn grid(&self, speed: f64, present: f64) -> impl Iterator<Item = Evasion> {
         let limits = *self.closed.driver().limits();
         let most = limits.acceleration;
         let braking = BRAKING.map(|share| match share {
@@ -195,7 +195,7 @@ impl<'a> Search<'a> {
             let along = along.clone();
             GRIP.into_iter().flat_map(move |grip| {
                 let along = along.clone().into_iter();
-                along.map(move |(acceleration, until)| Manoeuvre {
+                along.map(move |(acceleration, until)| Evasion {
                     acceleration,
                     until,
                     offset: present + aside,
@@ -206,7 +206,7 @@ impl<'a> Search<'a> {
     }
 
     /// A manoeuvre to the end; nothing where it touches somebody, or leaves the road or the path.
-    fn drive(&self, begun: &Begun<'_>, manoeuvre: &Manoeuvre) -> Option<Drive> {
+    fn drive(&self, begun: &Begun<'_>, manoeuvre: &Evasion) -> Option<Drive> {
         let driver = self.closed.driver();
         let (mut step, mut state) = *begun.states.last()?;
         let (mut look, mut along) = (begun.look.clone(), begun.along);
@@ -257,12 +257,18 @@ impl<'a> Search<'a> {
         let usual = self.closed.driver();
         for (name, settings) in attempts(usual.settings()) {
             let driver: Driver = usual.with(&settings);
-            let drive = driver.drive(self.scenario, &stretch);
+            let mut doomed = 0;
+            let drive = driver.drive_watched(self.scenario, &stretch, &mut |_, cycle| {
+                doomed += usize::from(self.is_doomed(cycle));
+                doomed < DOOMED
+            });
             searched.drives += 1;
             searched.cycles += drive.cycles.len();
             let candidates = drive.cycles.iter().map(|c| c.plan.candidates);
             searched.candidates += candidates.sum::<usize>();
-            if !matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout) {
+            // A drive that was given up ends like one that is out of time.
+            let ends = matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout);
+            if doomed >= DOOMED || !ends {
                 continue;
             }
             let later = drive.states.iter().skip(1);
@@ -279,6 +285,18 @@ impl<'a> Search<'a> {
             searched.refused += 1;
         }
         None
+    }
+
+    /// Whether the planner, who knows what comes, saw no way out in a cycle, and what it does instead touches somebody.
+    fn is_doomed(&self, cycle: &Cycle) -> bool {
+        let driver = self.closed.driver();
+        let mut states = (cycle.step..=self.last).zip(&cycle.plan.states).skip(1);
+        cycle.plan.emergency.is_some()
+            && states.any(|(step, state)| {
+                let body = driver.road().body().at(state.centre(driver.limits()).pose);
+                let without = driver.settings().without;
+                Collision::at(self.scenario, &body, step, without).is_some()
+            })
     }
 
     /// Whether a finished trajectory touches nobody, stays on the road, gets to its end, and can be driven from step
@@ -306,6 +324,9 @@ impl<'a> Search<'a> {
     }
 }
 
+/// After so many cycles without a way out a drive is given up.
+const DOOMED: usize = 3;
+
 /// The path is looked for this far from where it was left, metres.
 const NEAR: f64 = 20.0;
 
@@ -321,6 +342,8 @@ fn attempts(usual: &Settings) -> [(&'static str, Settings); 4] {
     planner.sampling.widest = planner.sampling.widest.max(6.0);
     planner.sampling.offsets = planner.sampling.offsets.max(15);
     planner.sampling.changes = planner.sampling.changes.max(3);
+    // It is dense already: refining all of it once more takes seconds and finds next to nothing.
+    planner.sampling.refinements = planner.sampling.refinements.min(1);
     planner.share = planner.share.max(0.98);
     planner.margin = planner.margin.min(0.03);
     planner.braking = planner.braking.max(9.0);

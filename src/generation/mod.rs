@@ -5,9 +5,12 @@
 
 mod arms;
 pub mod attacker;
+mod avoidable;
 mod capability;
 mod change;
 mod closed_loop;
+mod escape;
+mod evasion;
 mod gate;
 pub mod manoeuvre;
 pub mod motion;
@@ -15,14 +18,23 @@ mod refusal;
 mod rehearsal;
 mod search;
 mod stage;
+#[cfg(test)]
+mod tests;
 mod tracking;
+mod variant;
+mod variant_document;
 
+pub use avoidable::{
+    Avoidability, Avoidance, Certificate, DELAYS, Finder, NotFound, Searched, Why,
+};
 pub use capability::Capability;
 pub use change::{Change, ChangeError};
 pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
+pub use evasion::Evasion;
 pub use gate::{Comparison, Gate, Joint, Judged, Passed};
 pub use refusal::{Reason, Refusal};
 pub use rehearsal::Rehearsal;
 pub use search::{Attack, Effort, Found, Search};
 pub use stage::Stage;
 pub use tracking::{Wanted, track};
+pub use variant::{Saved, Variant, VariantError};

@@ -42,6 +42,37 @@ pub fn normalized(id: &str) -> Cow<'_, str> {
     Cow::Owned(format!("ZAM_{letters}-1"))
 }
 
+/// The id of the `number`th (from 1) other traffic on the same map from the same initial configuration: the last number
+/// of the prediction is that much higher, `DEU_Bremen-1_10_T-2` the first after `DEU_Bremen-1_10_T-1`.
+///
+/// It names trajectories (`T`), whatever `id` names. An id without a configuration or a prediction counts as the first
+/// configuration without one; one that breaks the rule is normalised first.
+#[must_use]
+pub fn other_traffic(id: &str, number: u32) -> String {
+    let id = normalized(id);
+    let mut parts = id.split('_');
+    let (country, map) = (
+        parts.next().unwrap_or_default(),
+        parts.next().unwrap_or_default(),
+    );
+    let configuration = parts.next().unwrap_or("1");
+    let prediction = parts.next().unwrap_or("T-0");
+    // The letter, and the numbers before the last one.
+    let (before, last) = prediction.rsplit_once('-').unwrap_or(("T", "0"));
+    let before = before.split_once('-').map(|(_, numbers)| numbers);
+    // Numbers of any length are valid; one that is too long for counting gets another one behind it.
+    let (before, last) = match last.parse::<u64>() {
+        Ok(last) => (before.map(str::to_string), last),
+        Err(_) => {
+            let all = before.map_or(last.to_string(), |b| format!("{b}-{last}"));
+            (Some(all), 0)
+        }
+    };
+    let next = last.saturating_add(u64::from(number.max(1)));
+    let numbers = before.map_or(next.to_string(), |before| format!("{before}-{next}"));
+    format!("{country}_{map}_{configuration}_T-{numbers}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,5 +100,26 @@ mod tests {
             assert!(!is_valid(id), "{id}");
         }
         assert_eq!(normalized("ZAM_test_0-1"), "ZAM_ZAMtest01-1");
+    }
+
+    #[test]
+    fn other_traffic_is_counted_on() {
+        for (id, number, next) in [
+            ("DEU_Bremen-1_10_T-1", 1, "DEU_Bremen-1_10_T-2"),
+            ("DEU_Bremen-1_10_T-1", 4, "DEU_Bremen-1_10_T-5"),
+            ("C-USA_US101-33_2_S-1-2", 1, "C-USA_US101-33_2_T-1-3"),
+            ("ZAM_Tutorial-1", 1, "ZAM_Tutorial-1_1_T-1"),
+            ("ZAM_A1-2_3", 2, "ZAM_A1-2_3_T-2"),
+            ("ZAM_test_0-1", 1, "ZAM_ZAMtest01-1_1_T-1"),
+            (
+                "ZAM_A-1_1_T-99999999999999999999999",
+                1,
+                "ZAM_A-1_1_T-99999999999999999999999-1",
+            ),
+        ] {
+            let found = other_traffic(id, number);
+            assert_eq!(found, next);
+            assert!(is_valid(&found), "{found}");
+        }
     }
 }

@@ -1,0 +1,83 @@
+//! What a good driver avoids, and the proofs of it.
+
+use std::sync::Arc;
+
+use super::{behind_a_car, braking};
+use crate::generation::{Avoidability, Avoidance, Certificate, DELAYS, Effect, Why};
+use crate::planner::{Feasibility, Forecast};
+use crate::simulation::Collision;
+
+/// Asks everything of a certificate again, by other ways than the search.
+fn proves(avoidance: &Avoidance, effect: &Effect, reaction: i64) {
+    let drive = &avoidance.drive;
+    let body = crate::planner::Road::body_of(&drive.limits);
+    for (step, state) in &drive.states {
+        let placed = body.at(state.centre(&drive.limits).pose);
+        assert_eq!(Collision::at(&effect.scenario, &placed, *step, None), None);
+    }
+    let first = drive.states[0].0;
+    let later = &drive.states[(reaction - first) as usize..];
+    let states: Vec<_> = later.iter().map(|(_, state)| *state).collect();
+    Feasibility::new(drive.limits, drive.dt)
+        .states(reaction, &states)
+        .unwrap();
+}
+
+#[test]
+fn a_stop_far_ahead_is_avoided_also_by_who_reacts_late() {
+    let closed = behind_a_car(60.0, Forecast::Lane);
+    let effect = closed.effect(&braking(&closed, 5, 9.0)).unwrap();
+    let found = Avoidability::search(&closed, &effect);
+    let unchanged = &closed.baseline().drive().states;
+    let longest = found.certificates[3].1.avoidance().unwrap();
+    for (delay, certificate) in &found.certificates {
+        assert_eq!(found.at(*delay), Some(true), "{delay} s");
+        let avoidance = certificate.avoidance().unwrap();
+        let reaction = 5 + (delay / 0.1).round() as i64;
+        proves(avoidance, &effect, reaction);
+        // Until then nobody reacts, and afterwards somebody does.
+        let until = avoidance.drive.states.iter().zip(unchanged);
+        let mut until = until.take_while(|((step, _), _)| *step <= avoidance.reaction);
+        assert!(avoidance.reaction >= reaction && until.all(|(a, b)| a == b));
+        assert_ne!(&avoidance.drive.states, unchanged);
+        // What is avoided late is avoided early by the same trajectory.
+        assert!(Arc::ptr_eq(avoidance, longest));
+    }
+    assert_eq!(found.at(0.7), None);
+}
+
+#[test]
+fn a_wall_right_in_front_is_not_avoided() {
+    let closed = behind_a_car(8.0, Forecast::Lane);
+    let effect = closed.effect(&braking(&closed, 1, 500.0)).unwrap();
+    let found = Avoidability::search(&closed, &effect);
+    for (delay, certificate) in &found.certificates {
+        assert_eq!(found.at(*delay), Some(false));
+        let Certificate::NotFound(nothing) = certificate else {
+            panic!("{delay} s: {certificate:?}");
+        };
+        let searched = nothing.searched;
+        if *delay == 0.0 {
+            assert_eq!(nothing.why, Why::NothingFound);
+            assert!(searched.manoeuvres > 100 && searched.drives == 4);
+            assert!(searched.cycles >= 4 && searched.candidates > searched.cycles);
+        } else {
+            // The unchanged drive is in the wall by then.
+            assert!(matches!(nothing.why, Why::TooEarly(c) if c.with == effect.attacker));
+            assert_eq!(searched.manoeuvres, 0);
+        }
+    }
+}
+
+#[test]
+fn who_reacts_late_avoids_less() {
+    // Full braking behind full braking, close: without a delay there is room, with a long one there is not.
+    let closed = behind_a_car(16.0, Forecast::Lane);
+    let effect = closed.effect(&braking(&closed, 10, 11.0)).unwrap();
+    let found = Avoidability::search(&closed, &effect);
+    assert_eq!(found.at(0.0), Some(true));
+    let avoided: Vec<bool> = DELAYS.iter().map(|d| found.at(*d).unwrap()).collect();
+    assert!(avoided.is_sorted_by(|a, b| a >= b), "{avoided:?}");
+    let avoidance = found.certificates[0].1.avoidance().unwrap();
+    proves(avoidance, &effect, 10);
+}

@@ -1,0 +1,117 @@
+//! The ego against a change.
+
+use super::{CAR, behind_a_car, braking, settings};
+use crate::generation::{Change, ChangeError, Consequence};
+use crate::planner::Forecast;
+use crate::scenario::{Scenario, bundled};
+use crate::simulation::{Driver, Face, Outcome, Stretch};
+
+#[test]
+fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
+    for (forecast, from, most) in [(Forecast::Lane, 12, 13), (Forecast::Recorded, 48, 9)] {
+        let closed = behind_a_car(25.0, forecast);
+        let change = braking(&closed, from, 7.0);
+        let effect = closed.effect(&change).unwrap();
+        let anew = closed.driver().drive_noted(&effect.scenario);
+        // The oracle knows of the change a horizon of 40 steps earlier.
+        assert_eq!(effect.taken_over, most, "{}", forecast.name());
+        assert_eq!(anew.taken_over, 0);
+        assert_eq!(effect.drive.states, anew.drive.states);
+        assert_eq!(effect.drive.outcome, anew.drive.outcome);
+        let (some, all) = (&effect.drive.cycles, &anew.drive.cycles);
+        assert_eq!(some.len(), all.len());
+        assert!(some.iter().zip(all).all(|(a, b)| a.plan == b.plan));
+        // And the change has an effect at all.
+        assert_ne!(effect.drive.states, closed.baseline().drive().states);
+    }
+}
+
+#[test]
+fn the_recorded_motion_is_no_change() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let track = closed.scenario().obstacle(CAR).unwrap().track();
+    let motions = track.iter().filter(|(step, _)| *step >= 5);
+    let change = Change {
+        obstacle: CAR,
+        motions: motions.map(|(step, motion)| (step, *motion)).collect(),
+    };
+    let effect = closed.effect(&change).unwrap();
+    assert_eq!(effect.drive.states, closed.baseline().drive().states);
+    assert_eq!(effect.consequence, Consequence::NoEffect);
+    assert_eq!(effect.before, effect.after);
+    assert_eq!(effect.lowest_after(), closed.baseline().lowest_of(CAR));
+    assert_eq!(effect.anyone_after, closed.baseline().lowest());
+    // 25 m between the middles of two cars of 4.5 m that go on as fast as each other.
+    assert!(effect.distance.is_some_and(|d| d > 15.0 && d < 22.0));
+}
+
+#[test]
+fn a_wall_in_front_is_a_collision_with_the_attacker() {
+    let closed = behind_a_car(9.0, Forecast::Lane);
+    let before = closed.baseline().lowest_of(CAR).unwrap();
+    // As if it drove into something: what is asked here is not whether a car could.
+    let effect = closed.effect(&braking(&closed, 1, 500.0)).unwrap();
+    let collision = effect.collision().unwrap();
+    assert_eq!(effect.drive.outcome, Outcome::Collision(collision));
+    assert!(effect.hits_attacker() && !effect.is_hit_from_behind());
+    assert_eq!((collision.ego, collision.other), (Face::Front, Face::Rear));
+    assert_eq!(effect.distance, Some(0.0));
+    assert_eq!(effect.lowest_after(), Some(0));
+    assert_eq!(effect.after.last(), Some(&(collision.step, 0)));
+    assert!(before > 0 && effect.lowest_before() == Some(before));
+    assert_eq!(effect.consequence.name(), "collision");
+}
+
+#[test]
+fn a_collision_that_was_there_before_is_no_effect() {
+    // The ego begins within the car.
+    let closed = behind_a_car(3.0, Forecast::Lane);
+    let outcome = closed.baseline().drive().outcome;
+    assert!(matches!(outcome, Outcome::Collision(_)), "{outcome}");
+    let effect = closed.effect(&braking(&closed, 5, 7.0)).unwrap();
+    assert_eq!(effect.drive.outcome, outcome);
+    assert_eq!(effect.consequence, Consequence::NoEffect);
+}
+
+#[test]
+fn who_is_not_there_has_no_effect() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let mut change = braking(&closed, 5, 7.0);
+    change.obstacle = 999;
+    let refused = closed.effect(&change).unwrap_err();
+    assert_eq!(refused, ChangeError::NoSuchObstacle(999));
+}
+
+#[test]
+fn a_drive_begins_anywhere_and_a_goal_may_have_to_wait() {
+    let all = bundled();
+    let entry = all.iter().find(|e| e.name.contains("RightTurn")).unwrap();
+    let mut scenario = Scenario::clone(&entry.read().unwrap());
+    scenario.obstacles.clear();
+    let problem = &scenario.planning_problems[0];
+    let driver = Driver::new(&scenario, problem, &settings(Forecast::Lane)).unwrap();
+    let whole = driver.whole();
+    let usual = driver.drive(&scenario, &whole);
+    let end = usual.states.last().unwrap().0;
+    assert!(matches!(usual.outcome, Outcome::Goal(_)) && end + 4 < whole.last);
+
+    let waiting = Stretch {
+        goal_from: end + 4,
+        ..whole
+    };
+    let longer = driver.drive(&scenario, &waiting);
+    assert_eq!(longer.outcome, usual.outcome);
+    assert_eq!(longer.states.len(), usual.states.len() + 4);
+    assert_eq!(longer.states[..usual.states.len()], usual.states);
+
+    let (step, state) = usual.states[20];
+    let later = Stretch {
+        step,
+        state,
+        ..whole
+    };
+    let later = driver.drive(&scenario, &later);
+    assert_eq!(later.states[0], (step, state));
+    assert_eq!(later.cycles[0].step, step);
+    assert_eq!(later.outcome, usual.outcome);
+}

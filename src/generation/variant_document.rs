@@ -1,0 +1,155 @@
+//! All that is known about a variant, as JSON.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::variant::{OTHERS, PROGRAM};
+use super::{Avoidance, Certificate, Finder, Refusal, RiskCurve, Saved, Searched, Variant};
+use crate::simulation::{Collision, Drive, Face};
+
+/// The document of a variant whose files are these.
+pub(super) fn of(variant: &Variant<'_>, saved: &Saved) -> Value {
+    let effect = variant.effect;
+    let original = variant.closed.scenario();
+    let driver = variant.closed.driver();
+    let settings = driver.settings();
+    let baseline = variant.closed.baseline().drive();
+    json!({
+        "variant": name(&saved.scenario),
+        "benchmark_id": saved.id,
+        "ego": name(&saved.ego),
+        "solution": name(&saved.solution),
+        "program": PROGRAM,
+        "by": variant.by,
+        "original": {
+            "benchmark_id": original.header.benchmark_id,
+            "sha256": original.hash.to_string(),
+        },
+        "other_traffic": OTHERS,
+        "attacker": effect.attacker,
+        "change": {
+            "from_step": effect.from,
+            "until_step": variant.change.until(),
+            "seconds_per_step": driver.dt(),
+        },
+        "planning": {
+            "problem": driver.problem().id,
+            "vehicle": settings.planner.vehicle.number(),
+            "prediction": settings.forecast.name(),
+            "replan": settings.replan,
+            "horizon": settings.planner.horizon,
+        },
+        "outcome": effect.consequence.name(),
+        "collision": effect.collision().map(|c| collision(&c, effect.attacker)),
+        "hit_from_behind": effect.is_hit_from_behind(),
+        "drive": drive(&effect.drive),
+        "baseline": drive(baseline),
+        "min_risk_before": effect.lowest_before(),
+        "min_risk_after": effect.lowest_after(),
+        "min_risk_of_anyone_before": effect.anyone_before,
+        "min_risk_of_anyone_after": effect.anyone_after,
+        "min_distance": effect.distance,
+        "risk_before": curve(&effect.before),
+        "risk_after": curve(&effect.after),
+        "avoidable": certificates(variant, saved),
+        "rejected": variant.refusals.iter().map(refusal).collect::<Vec<_>>(),
+    })
+}
+
+/// Files lie beside the document: only the name counts.
+fn name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+fn drive(drive: &Drive) -> Value {
+    json!({
+        "ended_with": drive.outcome.name(),
+        "first_step": drive.states.first().map(|(step, _)| step),
+        "last_step": drive.states.last().map(|(step, _)| step),
+    })
+}
+
+fn collision(collision: &Collision, attacker: i64) -> Value {
+    json!({
+        "with": collision.with,
+        "with_attacker": collision.with == attacker,
+        "step": collision.step,
+        "ego_side": Face::name(collision.ego),
+        "other_side": Face::name(collision.other),
+    })
+}
+
+fn curve(curve: &RiskCurve) -> Value {
+    json!(
+        curve
+            .iter()
+            .map(|(step, score)| json!([step, score]))
+            .collect::<Vec<_>>()
+    )
+}
+
+/// An answer for each reaction time, each with its proof.
+fn certificates(variant: &Variant<'_>, saved: &Saved) -> Value {
+    let all = variant.avoidability.certificates.iter();
+    let all = all.map(|(delay, certificate)| {
+        let file = saved.avoiding.iter().find(|(of, _)| of == delay);
+        let answer = match certificate {
+            Certificate::Avoided(avoidance) => {
+                let file = file.map(|(_, path)| name(path));
+                avoided(avoidance, file)
+            }
+            Certificate::NotFound(nothing) => json!({
+                "avoided": false,
+                "why": nothing.why.to_string(),
+                "searched": searched(&nothing.searched),
+            }),
+        };
+        (format!("{delay:.1}"), answer)
+    });
+    Value::Object(all.collect())
+}
+
+fn avoided(avoidance: &Avoidance, file: Option<String>) -> Value {
+    let manoeuvre = match avoidance.found {
+        Finder::Evasion(m) => Some(json!({
+            "acceleration": m.acceleration,
+            "until_speed": m.until,
+            "offset": m.offset,
+            "grip": m.grip,
+        })),
+        Finder::Unchanged | Finder::Planner(_) => None,
+    };
+    json!({
+        "avoided": true,
+        "trajectory": file,
+        "departs_at_step": avoidance.reaction,
+        "found_by": avoidance.found.to_string(),
+        "manoeuvre": manoeuvre,
+        "ends": drive(&avoidance.drive),
+        "searched": searched(&avoidance.searched),
+    })
+}
+
+fn searched(searched: &Searched) -> Value {
+    json!({
+        "manoeuvres": searched.manoeuvres,
+        "drives": searched.drives,
+        "cycles": searched.cycles,
+        "candidates": searched.candidates,
+        "refused": searched.refused,
+        "words": searched.to_string(),
+    })
+}
+
+fn refusal(refusal: &Refusal) -> Value {
+    json!({
+        "reason": refusal.reason.name(),
+        "step": refusal.step,
+        "limit": refusal.limit,
+        "value": refusal.value,
+        "unit": refusal.reason.unit(),
+        "words": refusal.to_string(),
+    })
+}
