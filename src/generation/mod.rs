@@ -4,10 +4,12 @@
 //! file. The ego then plans anew against it, since a collision with a recorded ego proves nothing.
 
 mod arms;
+mod attack;
 pub mod attacker;
 mod avoidable;
 mod capability;
 mod change;
+mod choice;
 mod closed_loop;
 mod escape;
 mod evasion;
@@ -24,17 +26,19 @@ mod tracking;
 mod variant;
 mod variant_document;
 
+pub use attack::{Attack, Ground};
 pub use avoidable::{
     Avoidability, Avoidance, Certificate, DELAYS, Finder, NotFound, Searched, Why,
 };
 pub use capability::Capability;
 pub use change::{Change, ChangeError};
+pub use choice::{Chosen, choose};
 pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
 pub use evasion::Evasion;
 pub use gate::{Comparison, Gate, Joint, Judged, Passed};
 pub use refusal::{Reason, Refusal};
 pub use rehearsal::Rehearsal;
-pub use search::{Attack, Effort, Found, Search};
+pub use search::{Effort, Found, search};
 pub use stage::Stage;
 pub use tracking::{Wanted, track};
 pub use variant::{Saved, Variant, VariantError};

@@ -8,12 +8,10 @@
 use rayon::prelude::*;
 
 use super::arms::{Arm, Numbers};
+use super::attack::{Attack, Ground};
 use super::attacker::{self, Candidate};
-use super::{
-    Change, ClosedLoop, Consequence, Effect, Gate, Reason, Refusal, Rehearsal, Stage, motion,
-};
-use crate::simulation::Face;
-use crate::verdict::Manoeuvre;
+use super::{Refusal, motion};
+use crate::verdict::{Manoeuvre, Motion};
 
 /// How much is tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,19 +40,6 @@ impl Default for Effort {
     }
 }
 
-/// An attack that has passed the gate.
-#[derive(Debug, Clone)]
-pub struct Attack {
-    /// What was asked of the attacker.
-    pub manoeuvre: Manoeuvre,
-    /// What it does.
-    pub change: Change,
-    /// How near that comes to an ego that only brakes.
-    pub rehearsal: Rehearsal,
-    /// What the ego makes of it, where it was driven.
-    pub effect: Option<Effect>,
-}
-
 /// What a search has found.
 #[derive(Debug, Default)]
 pub struct Found {
@@ -75,21 +60,9 @@ const EXPLORE: f64 = 0.3;
 /// How much more often an arm is drawn that is better by 1.
 const SHARPNESS: f64 = 2.0;
 
-/// So long after it was nearest to the ego an attack is over, seconds.
-const OVER: f64 = 2.0;
-
-/// What an attack that was not driven yet costs more: driving shows what a rehearsal only hopes.
-const UNTRIED: f64 = 0.8;
-
-/// What is searched in.
-#[derive(Debug)]
-pub struct Search<'a> {
-    /// The original scenario with the ego's motion.
-    pub stage: &'a Stage<'a>,
-    /// What every motion has to pass.
-    pub gate: &'a Gate<'a>,
-    /// What drives the ego.
-    pub closed_loop: &'a ClosedLoop,
+/// The search in one scenario.
+struct Search<'a> {
+    ground: &'a Ground<'a>,
 }
 
 /// What became of one draw.
@@ -99,18 +72,22 @@ struct Draw {
     made: Result<Attack, Refusal>,
 }
 
+/// Searches for attacks; `only` names the one obstacle that may attack.
+#[must_use]
+pub fn search(ground: &Ground<'_>, effort: &Effort, only: Option<i64>) -> Found {
+    Search { ground }.run(effort, only)
+}
+
 impl Search<'_> {
-    /// Searches; `only` names the one obstacle that may attack.
-    #[must_use]
-    pub fn run(&self, effort: &Effort, only: Option<i64>) -> Found {
-        let ranked = attacker::rank(self.stage);
+    fn run(&self, effort: &Effort, only: Option<i64>) -> Found {
+        let ranked = attacker::rank(self.ground.stage);
         let chosen = ranked
             .iter()
             .filter(|c| only.is_none_or(|id| c.obstacle == id));
         let chosen: Vec<&Candidate> = chosen.take(effort.attackers).collect();
         let mut arms: Vec<Arm> = chosen
             .iter()
-            .flat_map(|c| Arm::all(self.stage, c))
+            .flat_map(|c| Arm::all(self.ground.stage, c))
             .collect();
         let mut random = fastrand::Rng::with_seed(effort.seed);
         let mut found = Found::default();
@@ -164,36 +141,9 @@ impl Search<'_> {
     }
 
     fn make(&self, arm: &Arm, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
-        let obstacle = self.stage.scenario.obstacle(arm.obstacle);
-        let obstacle = obstacle.ok_or_else(|| Refusal::answer("no such obstacle"))?;
-        let change = motion::of_manoeuvre(self.stage, obstacle, &manoeuvre, arm.way)?;
-        let seen = Rehearsal::of(self.stage, obstacle, &change);
-        let rehearsal = seen.ok_or_else(|| Refusal::answer("it never meets the ego"))?;
-        Ok(Attack {
-            manoeuvre,
-            change: self.admitted(change, &rehearsal)?,
-            rehearsal,
-            effect: None,
-        })
-    }
-
-    /// The change as it passes the gate. Where it would overlap somebody or leave the road only long after it was nearest
-    /// to the ego, the attacker's motion ends before that: the others do not answer to it, and it is gone.
-    fn admitted(&self, mut change: Change, seen: &Rehearsal) -> Result<Change, Refusal> {
-        let over = seen.step + (OVER / self.stage.dt()).ceil() as i64;
-        loop {
-            let refusal = match self.gate.passes(&change, None) {
-                Ok(_) => return Ok(change),
-                Err(refusal) => refusal,
-            };
-            let late = refusal.step.filter(|step| *step > over);
-            let Some(step) =
-                late.filter(|_| matches!(refusal.reason, Reason::Overlap(_) | Reason::OffRoad))
-            else {
-                return Err(refusal);
-            };
-            change.motions.retain(|(s, _)| *s < step);
-        }
+        let obstacle = self.ground.obstacle(arm.obstacle)?;
+        let change = motion::of_manoeuvre(self.ground.stage, obstacle, &manoeuvre, arm.way)?;
+        self.ground.attack(Motion::Manoeuvre(manoeuvre), change)
     }
 
     /// Drives the ego against the most promising attacks, not more than half of them by one arm.
@@ -209,28 +159,8 @@ impl Search<'_> {
             }
         }
         chosen.into_par_iter().for_each(|attack| {
-            attack.effect = self.closed_loop.effect(&attack.change).ok();
+            self.ground.drive(attack);
         });
-    }
-}
-
-impl Attack {
-    /// How good it is, the less the better: below 0 where the ego was driven and did not get away.
-    #[must_use]
-    pub fn cost(&self) -> f64 {
-        let Some(effect) = &self.effect else {
-            return UNTRIED + self.rehearsal.cost();
-        };
-        match effect.consequence {
-            Consequence::Collision(c) if c.with == effect.attacker && c.ego != Face::Rear => -3.0,
-            Consequence::Collision(c) if c.with == effect.attacker => -0.5,
-            Consequence::NearMiss => -2.0,
-            Consequence::Collision(_) => 0.5,
-            Consequence::NoEffect => {
-                let distance = effect.distance.unwrap_or(20.0).min(20.0);
-                0.5 + 0.3 * distance
-            }
-        }
     }
 }
 

@@ -1,0 +1,106 @@
+//! One attack: a changed motion that has passed the gate, and what the ego makes of it.
+
+use super::{Change, ClosedLoop, Consequence, Effect, Gate, Reason, Refusal, Rehearsal, Stage};
+use crate::scenario::Obstacle;
+use crate::verdict::Motion;
+
+/// An attack that has passed the gate.
+#[derive(Debug, Clone)]
+pub struct Attack {
+    /// What was asked of the attacker.
+    pub asked: Motion,
+    /// What it does.
+    pub change: Change,
+    /// How near that comes to an ego that only brakes.
+    pub rehearsal: Rehearsal,
+    /// What the ego makes of it, where it was driven.
+    pub effect: Option<Effect>,
+}
+
+/// What attacks are made on, and what they have to pass.
+#[derive(Debug)]
+pub struct Ground<'a> {
+    /// The original scenario with the ego's motion.
+    pub stage: &'a Stage<'a>,
+    /// What every motion has to pass.
+    pub gate: &'a Gate<'a>,
+    /// What drives the ego.
+    pub closed_loop: &'a ClosedLoop,
+}
+
+/// So long after it was nearest to the ego an attack is over, seconds.
+const OVER: f64 = 2.0;
+
+/// What an attack that was not driven yet costs more: driving shows what a rehearsal only hopes.
+const UNTRIED: f64 = 0.8;
+
+impl Ground<'_> {
+    /// The obstacle with this id.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn obstacle(&self, id: i64) -> Result<&Obstacle, Refusal> {
+        let found = self.stage.scenario.obstacle(id);
+        found.ok_or_else(|| Refusal::answer(format!("there is no obstacle {id} in the scenario")))
+    }
+
+    /// The attack with a motion, if that meets the ego and passes the gate. The ego is not driven yet.
+    ///
+    /// # Errors
+    /// The first reason why not.
+    pub fn attack(&self, asked: Motion, change: Change) -> Result<Attack, Refusal> {
+        let obstacle = self.obstacle(change.obstacle)?;
+        let rehearsal = Rehearsal::of(self.stage, obstacle, &change)
+            .ok_or_else(|| Refusal::answer("it never meets the ego"))?;
+        Ok(Attack {
+            asked,
+            change: self.admitted(change, &rehearsal)?,
+            rehearsal,
+            effect: None,
+        })
+    }
+
+    /// Drives the ego against an attack.
+    pub fn drive(&self, attack: &mut Attack) {
+        attack.effect = self.closed_loop.effect(&attack.change).ok();
+    }
+
+    /// The change as it passes the gate. Where it would overlap somebody or leave the road only long after it was nearest
+    /// to the ego, the attacker's motion ends before that: the others do not answer to it, and it is gone.
+    fn admitted(&self, mut change: Change, seen: &Rehearsal) -> Result<Change, Refusal> {
+        let over = seen.step + (OVER / self.stage.dt()).ceil() as i64;
+        loop {
+            let refusal = match self.gate.passes(&change, None) {
+                Ok(_) => return Ok(change),
+                Err(refusal) => refusal,
+            };
+            let late = refusal.step.filter(|step| *step > over);
+            let Some(step) =
+                late.filter(|_| matches!(refusal.reason, Reason::Overlap(_) | Reason::OffRoad))
+            else {
+                return Err(refusal);
+            };
+            change.motions.retain(|(s, _)| *s < step);
+        }
+    }
+}
+
+impl Attack {
+    /// How good it is, the less the better: below 0 where the ego was driven and did not get away.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        let Some(effect) = &self.effect else {
+            return UNTRIED + self.rehearsal.cost();
+        };
+        match effect.consequence {
+            Consequence::Collision(_) if effect.is_hit_from_behind() => -0.5,
+            Consequence::Collision(c) if c.with == effect.attacker => -3.0,
+            Consequence::NearMiss => -2.0,
+            Consequence::Collision(_) => 0.5,
+            Consequence::NoEffect => {
+                let distance = effect.distance.unwrap_or(20.0).min(20.0);
+                0.5 + 0.3 * distance
+            }
+        }
+    }
+}
