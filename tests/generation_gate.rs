@@ -11,6 +11,8 @@ mod limits;
 mod places;
 #[path = "generation_gate/published.rs"]
 mod published;
+#[path = "generation_gate/python.rs"]
+mod python;
 #[path = "generation_gate/recorded.rs"]
 mod recorded;
 mod support;

@@ -55,8 +55,9 @@ impl Joint {
 
 /// The mean steering angle from one motion to the next (rad), and the length of the rear axle's way (m).
 fn steering(from: &Motion, to: &Motion, limits: &Limits) -> Option<(f64, f64)> {
-    let rear =
-        |m: &Motion| -> Vector { m.pose.position.coords - m.pose.forward() * limits.rear_to_centre };
+    let rear = |m: &Motion| -> Vector {
+        m.pose.position.coords - m.pose.forward() * limits.rear_to_centre
+    };
     let chord = (rear(to) - rear(from)).norm();
     if chord < STANDING {
         return None;

@@ -27,14 +27,19 @@ impl Run<'_> {
         Flow::Continue(())
     }
 
-    /// The ego is not touched where the motion is the recorded one: before the first changed state.
+    /// The ego is not touched where the motion is the recorded one: up to the state that the change departs from, or
+    /// further on to the first changed one.
     fn ego_before(&self, found: &mut Found) -> Flow {
         let Some(ego) = self.gate.ego else {
             return Flow::Continue(());
         };
-        let first = self.first_changed().map(|place| self.motions[place].0);
+        let changed = self.first_changed().filter(|place| *place > 0);
+        let first = match changed {
+            Some(place) => self.motions[place].0,
+            None => self.motions[0].0.saturating_add(1),
+        };
         for (step, motion) in self.obstacle.track().iter() {
-            if first.is_some_and(|first| step >= first) {
+            if step >= first {
                 break;
             }
             let Some(there) = ego.track.at(step) else {
