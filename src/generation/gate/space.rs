@@ -17,6 +17,9 @@ impl Run<'_> {
             if self.contact.is_some_and(|contact| *step > contact) {
                 break;
             }
+            if !found.asks(self.is_kept(place)) {
+                continue;
+            }
             let body = self.body(place);
             let (scenario, regions) = (self.gate.scenario, &self.gate.regions);
             for id in overlapped(scenario, regions, &body, self.obstacle.id, *step) {
@@ -62,16 +65,25 @@ impl Run<'_> {
             return Flow::Continue(());
         }
         let road = &self.gate.road;
-        let mut most: Option<f64> = None;
+        let outside = |place| road.outside(&self.body(place)).map_or(0.0, |o| o.distance);
+        // How far is only worked out where it has to be known: it takes long.
+        let mut beginning = None;
+        let mut on = false;
         for (place, (step, _)) in self.motions.iter().enumerate() {
-            let outside = road.outside(&self.body(place));
-            let metres = outside.map_or(0.0, |outside| outside.distance);
-            let limit = *most.get_or_insert(metres);
-            if metres <= 0.0 {
-                most = Some(0.0);
-            } else if metres > limit + SLACK {
-                let refusal = Refusal::at(*step, Reason::OffRoad).with(metres, limit);
-                found.say(self.is_kept(place), refusal)?;
+            let kept = self.is_kept(place);
+            if road.covers(&self.body(place)) {
+                on = true;
+            } else if found.asks(kept) {
+                let metres = outside(place);
+                let most = if on {
+                    0.0
+                } else {
+                    *beginning.get_or_insert_with(|| outside(0)) + SLACK
+                };
+                if metres > most {
+                    let refusal = Refusal::at(*step, Reason::OffRoad);
+                    found.say(kept, refusal.with(metres, most))?;
+                }
             }
         }
         Flow::Continue(())
