@@ -5,7 +5,7 @@ use super::run::{Flow, Found, Run};
 use crate::generation::{Reason, Refusal};
 use crate::geometry::Placed;
 
-/// What sticks out this much farther than at the beginning is rounding, metres.
+/// What sticks out this much farther than it may is rounding, metres.
 const SLACK: f64 = 1e-3;
 
 impl Run<'_> {
@@ -78,9 +78,9 @@ impl Run<'_> {
                 let most = if on {
                     0.0
                 } else {
-                    *beginning.get_or_insert_with(|| outside(0)) + SLACK
+                    *beginning.get_or_insert_with(|| outside(0))
                 };
-                if metres > most {
+                if metres > most + SLACK {
                     let refusal = Refusal::at(*step, Reason::OffRoad);
                     found.say(kept, refusal.with(metres, most))?;
                 }
