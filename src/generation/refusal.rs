@@ -35,6 +35,8 @@ pub enum Reason {
     Heading,
     /// The said velocity is not that of the displacement, m/s.
     Velocity,
+    /// It is farther on than its speed can have brought it: the displacement of the centre, metres.
+    Jump,
     /// A step is missing in it, or it ends before it begins.
     Gap,
     /// Part of the body leaves the road, metres.
@@ -73,6 +75,7 @@ impl Reason {
             Self::Acceleration => "said acceleration",
             Self::Heading => "heading along motion",
             Self::Velocity => "velocity of the displacement",
+            Self::Jump => "jump",
             Self::Gap => "gap",
             Self::OffRoad => "off road",
             Self::Overlap(_) => "overlap",
@@ -94,7 +97,7 @@ impl Reason {
         match self {
             Self::Start("heading") | Self::Heading => "rad",
             Self::Start("velocity") | Self::Velocity => "m/s",
-            Self::Start(_) | Self::OffRoad => "m",
+            Self::Start(_) | Self::Jump | Self::OffRoad => "m",
             Self::Kinematics(bound) => bound.unit(),
             Self::Jerk => "m/s³",
             Self::Acceleration => "m/s²",

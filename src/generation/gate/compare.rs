@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::run::same;
 use super::{Gate, Passed};
 use crate::generation::{Change, Reason, Refusal};
-use crate::scenario::{Motion, Obstacle, Prediction, Scenario};
+use crate::scenario::{Lanelet, LaneletNetwork, Motion, Obstacle, Prediction, Scenario};
 
 /// What a variant changed, and what is wrong with it.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +50,13 @@ impl Gate<'_> {
             }
         };
         differs(original.dt() != variant.dt(), "the time step");
-        differs(original.network != variant.network, "the road");
+        let moved = has_another_shape(&original.network, &variant.network);
+        differs(moved, "the shape of the road");
+        // Types, users, neighbours, signs and lights.
+        differs(
+            !moved && original.network != variant.network,
+            "what is said of the road",
+        );
         differs(
             original.planning_problems != variant.planning_problems,
             "the planning problem",
@@ -88,6 +94,15 @@ impl Gate<'_> {
         }
         Comparison { refusals, changed }
     }
+}
+
+fn has_another_shape(ours: &LaneletNetwork, theirs: &LaneletNetwork) -> bool {
+    let shapes = |network: &LaneletNetwork| {
+        let lanelets = network.lanelets.iter();
+        let shape = |l: &Lanelet| (l.id, l.left.points.clone(), l.right.points.clone());
+        lanelets.map(shape).collect::<Vec<_>>()
+    };
+    shapes(ours) != shapes(theirs)
 }
 
 /// Whether more than the motion is another one.

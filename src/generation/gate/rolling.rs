@@ -19,11 +19,12 @@ const DIRECTION: f64 = 0.02;
 const STANDING: f64 = 0.01;
 
 impl Run<'_> {
-    /// Heading along motion, speed equal to displacement, jerk, and the said accelerations.
+    /// No jumps, heading along motion, speed equal to displacement, jerk, and the said accelerations.
     pub fn rolling(&self, found: &mut Found) -> Flow {
         let dt = self.dt();
         let mut before: Option<Way<'_>> = None;
         for way in self.ways() {
+            self.jump(&way, found)?;
             self.direction(&way, found)?;
             self.speed(&way, found)?;
             let joined = before.filter(|b| b.place + 1 == way.place);
@@ -50,6 +51,21 @@ impl Run<'_> {
             }
             self.said(joined.as_ref(), &way, found)?;
             before = Some(way);
+        }
+        Flow::Continue(())
+    }
+
+    /// The displacement is none that the greater of its speeds, all of the grip and turning about the rear axle explain.
+    fn jump(&self, way: &Way<'_>, found: &mut Found) -> Flow {
+        let (dt, limits) = (self.dt(), &self.can.limits);
+        let moved = (way.to.pose.position - way.from.pose.position).norm();
+        let fastest = way.from.velocity.abs().max(way.to.velocity.abs());
+        let swing = limits.rear_to_centre * way.turned().abs();
+        let explained = fastest * dt + limits.acceleration * dt * dt / 2.0 + swing;
+        let most = explained + PLACE + 2.0 * self.gate.rounding;
+        if moved > most {
+            let refusal = Refusal::at(way.step, Reason::Jump).with(moved, most);
+            found.say(self.is_exempt(way.place), refusal)?;
         }
         Flow::Continue(())
     }

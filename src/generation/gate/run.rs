@@ -35,10 +35,17 @@ impl Found {
         }
     }
 
+    /// Whether what is `exempt` is of interest: nobody who tries thousands asks for what the recording breaks.
+    pub fn asks(&self, exempt: bool) -> bool {
+        !(exempt && self.stop)
+    }
+
     /// Keeps a refusal; of what is `exempt` as the recording's.
     pub fn say(&mut self, exempt: bool, refusal: Refusal) -> Flow {
         if exempt {
-            self.recording.push(refusal);
+            if self.asks(exempt) {
+                self.recording.push(refusal);
+            }
             return Flow::Continue(());
         }
         self.refusals.push(refusal);

@@ -5,7 +5,7 @@ use super::run::{Flow, Found, Run};
 use crate::generation::{Reason, Refusal};
 use crate::geometry::Placed;
 
-/// What sticks out this much farther than at the beginning is rounding, metres.
+/// What sticks out this much farther than it may is rounding, metres.
 const SLACK: f64 = 1e-3;
 
 impl Run<'_> {
@@ -17,6 +17,9 @@ impl Run<'_> {
             if self.contact.is_some_and(|contact| *step > contact) {
                 break;
             }
+            if !found.asks(self.is_kept(place)) {
+                continue;
+            }
             let body = self.body(place);
             let (scenario, regions) = (self.gate.scenario, &self.gate.regions);
             for id in overlapped(scenario, regions, &body, self.obstacle.id, *step) {
@@ -27,14 +30,19 @@ impl Run<'_> {
         Flow::Continue(())
     }
 
-    /// The ego is not touched where the motion is the recorded one: before the first changed state.
+    /// The ego is not touched where the motion is the recorded one: up to the state that the change departs from, or
+    /// further on to the first changed one.
     fn ego_before(&self, found: &mut Found) -> Flow {
         let Some(ego) = self.gate.ego else {
             return Flow::Continue(());
         };
-        let first = self.first_changed().map(|place| self.motions[place].0);
+        let changed = self.first_changed().filter(|place| *place > 0);
+        let first = match changed {
+            Some(place) => self.motions[place].0,
+            None => self.motions[0].0.saturating_add(1),
+        };
         for (step, motion) in self.obstacle.track().iter() {
-            if first.is_some_and(|first| step >= first) {
+            if step >= first {
                 break;
             }
             let Some(there) = ego.track.at(step) else {
@@ -57,16 +65,25 @@ impl Run<'_> {
             return Flow::Continue(());
         }
         let road = &self.gate.road;
-        let mut most: Option<f64> = None;
+        let outside = |place| road.outside(&self.body(place)).map_or(0.0, |o| o.distance);
+        // How far is only worked out where it has to be known: it takes long.
+        let mut beginning = None;
+        let mut on = false;
         for (place, (step, _)) in self.motions.iter().enumerate() {
-            let outside = road.outside(&self.body(place));
-            let metres = outside.map_or(0.0, |outside| outside.distance);
-            let limit = *most.get_or_insert(metres);
-            if metres <= 0.0 {
-                most = Some(0.0);
-            } else if metres > limit + SLACK {
-                let refusal = Refusal::at(*step, Reason::OffRoad).with(metres, limit);
-                found.say(self.is_kept(place), refusal)?;
+            let kept = self.is_kept(place);
+            if road.covers(&self.body(place)) {
+                on = true;
+            } else if found.asks(kept) {
+                let metres = outside(place);
+                let most = if on {
+                    0.0
+                } else {
+                    *beginning.get_or_insert_with(|| outside(0))
+                };
+                if metres > most + SLACK {
+                    let refusal = Refusal::at(*step, Reason::OffRoad);
+                    found.say(kept, refusal.with(metres, most))?;
+                }
             }
         }
         Flow::Continue(())
