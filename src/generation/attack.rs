@@ -31,6 +31,9 @@ pub struct Ground<'a> {
 /// So long after it was nearest to the ego an attack is over, seconds.
 const OVER: f64 = 2.0;
 
+/// The ego is driven for so long after the attack should be nearest, seconds: it slows down before that.
+const ENOUGH: f64 = 3.0;
+
 /// What an attack that was not driven yet costs more: driving shows what a rehearsal only hopes.
 const UNTRIED: f64 = 0.8;
 
@@ -60,9 +63,10 @@ impl Ground<'_> {
         })
     }
 
-    /// Drives the ego against an attack.
+    /// Drives the ego against an attack, until that should be over.
     pub fn drive(&self, attack: &mut Attack) {
-        attack.effect = self.closed_loop.effect(&attack.change).ok();
+        let until = attack.rehearsal.step + (ENOUGH / self.stage.dt()).ceil() as i64;
+        attack.effect = self.closed_loop.effect_until(&attack.change, until).ok();
     }
 
     /// The change as it passes the gate. Where it would overlap somebody or leave the road only long after it was nearest

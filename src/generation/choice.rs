@@ -43,11 +43,15 @@ pub fn choose(closed: &ClosedLoop, attacks: &[Attack], delay: f64) -> Option<Cho
     }
 }
 
+/// Drives to the end, since searches stop when an attack seems over, and looks for ways out.
 fn look(closed: &ClosedLoop, attack: &Attack) -> Option<Chosen> {
-    let effect = attack.effect.as_ref()?;
+    let effect = closed.effect(&attack.change).ok()?;
     Some(Chosen {
-        attack: attack.clone(),
-        avoidability: Avoidability::search(closed, effect),
+        avoidability: Avoidability::search(closed, &effect),
+        attack: Attack {
+            effect: Some(effect),
+            ..attack.clone()
+        },
     })
 }
 
