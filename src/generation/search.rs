@@ -27,6 +27,8 @@ pub struct Effort {
     pub drives: usize,
     /// Obstacles that are tried, those that need the least change.
     pub attackers: usize,
+    /// A good driver has to survive it with this reaction time, seconds; one of [`super::DELAYS`].
+    pub delay: f64,
     /// Of the random numbers.
     pub seed: u64,
 }
@@ -34,10 +36,11 @@ pub struct Effort {
 impl Default for Effort {
     fn default() -> Self {
         Self {
-            candidates: 300,
-            rounds: 6,
-            drives: 6,
+            candidates: 600,
+            rounds: 12,
+            drives: 5,
             attackers: 6,
+            delay: 0.5,
             seed: 1,
         }
     }
@@ -53,6 +56,15 @@ pub struct Found {
     /// How many motions were tried.
     pub candidates: usize,
 }
+
+/// An attack of this cost is as good as one can be: a collision that a good driver survives.
+const BEST: f64 = -3.0;
+
+/// One of this cost is a near miss that a good driver survives; half of the rounds are spent to find better ones.
+const GOOD: f64 = -2.0;
+
+/// So many attacks with an effect are looked at in a round for whether they can be survived.
+const LOOKED_AT: usize = 2;
 
 /// So many are learned from.
 const ELITE: usize = 9;
@@ -140,6 +152,7 @@ impl Search<'_> {
                 }
             }
             self.drive(&mut tried, effort.drives);
+            self.look(&mut tried, effort.delay);
             for (arm, numbers, attack) in tried {
                 past.push(Tried {
                     arm,
@@ -149,6 +162,10 @@ impl Search<'_> {
                 found.attacks.push(attack);
             }
             past.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let best = past.first().map_or(f64::INFINITY, |t| t.cost);
+            if best <= BEST || best <= GOOD && 2 * round >= rounds {
+                break;
+            }
         }
         found.attacks.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         found
@@ -158,6 +175,19 @@ impl Search<'_> {
         let obstacle = self.ground.obstacle(arm.obstacle)?;
         let change = motion::of_manoeuvre(self.ground.stage, obstacle, &manoeuvre, arm.way)?;
         self.ground.attack(Motion::Manoeuvre(manoeuvre), change)
+    }
+
+    /// Looks whether a good driver survives what the ego did not, the most dangerous first.
+    fn look(&self, tried: &mut [(usize, Numbers, Attack)], delay: f64) {
+        tried.sort_by(|a, b| a.2.cost().total_cmp(&b.2.cost()));
+        let effective = tried.iter_mut().map(|t| &mut t.2);
+        let effective = effective.filter(|a| a.has_effect()).take(LOOKED_AT);
+        for attack in effective {
+            self.ground.survive(attack, delay);
+            if attack.cost() <= BEST {
+                break;
+            }
+        }
     }
 
     /// Drives the ego against the most promising attacks, not more than half of them by one arm.
