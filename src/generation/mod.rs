@@ -38,7 +38,7 @@ pub use evasion::Evasion;
 pub use gate::{Comparison, Gate, Joint, Judged, Passed};
 pub use refusal::{Reason, Refusal};
 pub use rehearsal::Rehearsal;
-pub use search::{Effort, Found, search};
+pub use search::{Effort, Found, Progress, search, search_watched};
 pub use stage::Stage;
 pub use tracking::{Wanted, track};
 pub use variant::{Saved, Variant, VariantError};

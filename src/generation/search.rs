@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::arms::{Arm, Numbers};
 use super::attack::{Attack, Ground};
 use super::attacker::{self, Candidate};
-use super::{Refusal, motion};
+use super::{Consequence, Refusal, motion};
 use crate::verdict::{Manoeuvre, Motion};
 
 /// How much is tried.
@@ -55,6 +55,19 @@ pub struct Found {
     pub refused: Vec<Refusal>,
     /// How many motions were tried.
     pub candidates: usize,
+}
+
+/// How far a search is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Progress {
+    /// Motions that were tried.
+    pub tried: usize,
+    /// How many of them were refused.
+    pub refused: usize,
+    /// Against how many the ego was driven.
+    pub driven: usize,
+    /// What the best of these leads to.
+    pub best: Option<Consequence>,
 }
 
 /// An attack of this cost is as good as one can be: a collision that a good driver survives.
@@ -104,11 +117,42 @@ struct Draw {
 /// Searches for attacks; `only` names the one obstacle that may attack.
 #[must_use]
 pub fn search(ground: &Ground<'_>, effort: &Effort, only: Option<i64>) -> Found {
-    Search { ground }.run(effort, only)
+    search_watched(ground, effort, only, &mut |_| true)
+}
+
+/// The same; `watch` hears after each round how far it is, and says whether to go on.
+#[must_use]
+pub fn search_watched(
+    ground: &Ground<'_>,
+    effort: &Effort,
+    only: Option<i64>,
+    watch: &mut dyn FnMut(Progress) -> bool,
+) -> Found {
+    Search { ground }.run(effort, only, watch)
+}
+
+impl Found {
+    /// How far the search is that has found this.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        let driven = || self.attacks.iter().filter(|a| a.effect.is_some());
+        let best = driven().min_by(|a, b| a.cost().total_cmp(&b.cost()));
+        Progress {
+            tried: self.candidates,
+            refused: self.refused.len(),
+            driven: driven().count(),
+            best: best.and_then(|a| Some(a.effect.as_ref()?.consequence)),
+        }
+    }
 }
 
 impl Search<'_> {
-    fn run(&self, effort: &Effort, only: Option<i64>) -> Found {
+    fn run(
+        &self,
+        effort: &Effort,
+        only: Option<i64>,
+        watch: &mut dyn FnMut(Progress) -> bool,
+    ) -> Found {
         let ranked = attacker::rank(self.ground.stage);
         let chosen = ranked
             .iter()
@@ -163,7 +207,8 @@ impl Search<'_> {
             }
             past.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             let best = past.first().map_or(f64::INFINITY, |t| t.cost);
-            if best <= BEST || best <= GOOD && 2 * round >= rounds {
+            let goes_on = watch(found.progress());
+            if !goes_on || best <= BEST || best <= GOOD && 2 * round >= rounds {
                 break;
             }
         }

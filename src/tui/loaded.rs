@@ -7,6 +7,7 @@ mod picture;
 mod planned;
 mod scene;
 mod source;
+mod variant;
 
 use std::sync::Arc;
 
@@ -17,6 +18,7 @@ pub use picture::{PictureJob, PictureKind};
 pub use planned::Planned;
 pub use scene::{NONE_BESIDE, changed_scene};
 pub use source::Source;
+pub use variant::{Generated, Made, VariantShown, Wish, Working};
 
 use crate::judge::{Judgement, judge_under};
 use crate::metrics::{
@@ -59,6 +61,8 @@ pub struct Opened {
     pub ranking: Vec<i64>,
     /// How the ego was planned, where it was.
     pub planned: Option<Arc<Planned>>,
+    /// The variant that was made of it, where that or the original beside it is shown.
+    pub variant: Option<VariantShown>,
 }
 
 /// The measures that the workbench shows.
@@ -125,6 +129,7 @@ impl Opened {
             headline,
             collision,
             planned: None,
+            variant: None,
         }
     }
 

@@ -5,8 +5,10 @@ use std::sync::Arc;
 use super::{CycleShown, Opened, changed_scene};
 use crate::metrics::Thresholds;
 use crate::planner::{Forecast, Forecaster, Limits};
-use crate::scenario::{Entry, PlanningProblem, Scene, Transform, VehicleType, WantedEgo};
-use crate::simulation::{Outcome, Settings, drive_watched};
+use crate::scenario::{
+    Entry, PlanningProblem, Scenario, Scene, Transform, VehicleType, WantedEgo,
+};
+use crate::simulation::{Drive, Outcome, Settings, drive_watched};
 
 /// How an ego was planned.
 #[derive(Debug, PartialEq)]
@@ -62,25 +64,9 @@ impl Opened {
         let problem = problem(&scenario.planning_problems, recorded.as_deref()).ok_or(
             "the scenario has no planning problem: there is no start and no goal to plan for",
         )?;
-        let first = problem.initial.time.from;
-        let steps = |step: i64| usize::try_from(step.saturating_sub(first)).unwrap_or(0);
-        let of = problem.deadline().map_or(0, steps);
-        // What the planner was told is made a second time, from the same past: it does not keep it.
-        let forecaster = Forecaster::new(&scenario, settings.forecast, settings.without);
-        let limits = Limits::of(settings.planner.vehicle);
-        let dt = scenario.dt();
-        let mut cycles = Vec::new();
-        let mut stopped = false;
-        let drive = drive_watched(&scenario, problem, settings, &mut |planner, cycle| {
-            let traffic = forecaster.traffic(cycle.step, planner.steps());
-            cycles.push(CycleShown::of((planner, &limits), cycle, &traffic, dt));
-            stopped = !watch(steps(cycle.step) + 1, of);
-            !stopped
-        });
-        let drive = drive.map_err(|error| error.to_string())?;
-        if stopped {
+        let Some((drive, cycles)) = driven(&scenario, problem, settings, watch)? else {
             return Ok(None);
-        }
+        };
         let ego = drive.ego(problem, settings);
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
         let mut opened = Self::with(entry, change, scenario.clone(), Ok(scene), thresholds);
@@ -94,6 +80,32 @@ impl Opened {
         }));
         Ok(Some(opened))
     }
+}
+
+/// A drive with all its cycles; nothing where `watch`, which hears what [`Opened::planned`] says, said no.
+pub(super) fn driven(
+    scenario: &Scenario,
+    problem: &PlanningProblem,
+    settings: &Settings,
+    watch: &mut dyn FnMut(usize, usize) -> bool,
+) -> Result<Option<(Drive, Vec<CycleShown>)>, String> {
+    let first = problem.initial.time.from;
+    let steps = |step: i64| usize::try_from(step.saturating_sub(first)).unwrap_or(0);
+    let of = problem.deadline().map_or(0, steps);
+    // What the planner was told is made a second time, from the same past: it does not keep it.
+    let forecaster = Forecaster::new(scenario, settings.forecast, settings.without);
+    let limits = Limits::of(settings.planner.vehicle);
+    let dt = scenario.dt();
+    let mut cycles = Vec::new();
+    let mut stopped = false;
+    let drive = drive_watched(scenario, problem, settings, &mut |planner, cycle| {
+        let traffic = forecaster.traffic(cycle.step, planner.steps());
+        cycles.push(CycleShown::of((planner, &limits), cycle, &traffic, dt));
+        stopped = !watch(steps(cycle.step) + 1, of);
+        !stopped
+    });
+    let drive = drive.map_err(|error| error.to_string())?;
+    Ok((!stopped).then_some((drive, cycles)))
 }
 
 /// The problem of the recorded ego, else the first one.
