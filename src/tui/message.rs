@@ -1,5 +1,6 @@
 //! What reaches `update`, and what it asks for in return: both are data.
 
+pub mod making;
 pub mod planning;
 pub mod runs;
 pub mod session;
@@ -71,6 +72,8 @@ pub enum Msg {
     Batch(runs::BatchNews),
     /// Of planning the ego.
     Plan(planning::PlanNews),
+    /// Of making a scenario dangerous.
+    Make(making::MakeNews),
     /// A rating of the answers of a round of the comparison was kept, under this number, or why not.
     Rated(u64, Result<i64, String>),
     /// Every rating, or why they cannot be read.
@@ -223,6 +226,8 @@ pub enum Effect {
     Batch(runs::BatchAsk),
     /// Something for planning the ego.
     Plan(planning::PlanAsk),
+    /// Something for making a scenario dangerous.
+    Make(making::MakeAsk),
     /// Stop working out facts of scenarios.
     StopSurvey,
     /// Stop working out a measure of scenarios.

@@ -13,6 +13,7 @@ mod judged;
 mod kept;
 mod list;
 mod look;
+mod maker;
 mod map;
 mod notices;
 mod overlay;
@@ -49,6 +50,7 @@ pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use judged::Judged;
 pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest};
 pub use look::{Glyphs, Look, themes_shown};
+pub use maker::{Maker, Search, consequence_words, working_words};
 pub use map::{Detail, End, Foreseen, Foresight, Layers, Measurement, On, Tape, Tools, as_text};
 pub use notices::{Notice, Toast};
 pub use pane::Pane;
@@ -113,6 +115,8 @@ pub enum Overlay {
     Details(usize),
     /// What the planner saw and chose at the current step; scrolled by so many lines.
     Cycle(usize),
+    /// What the variant is and leads to; scrolled by so many lines.
+    Variant(usize),
     /// The layers of the map; the row that is switched.
     Layers(usize),
     /// Actions by name.
@@ -185,6 +189,8 @@ pub struct Model {
     pub map: Tools,
     /// The planner, and its drive that is under way.
     pub driver: Driver,
+    /// Searches for dangerous variants, and what they made.
+    pub maker: Maker,
     /// The picked obstacle.
     pub picked: Option<i64>,
     /// What is plotted over time.
@@ -287,6 +293,7 @@ impl Model {
             camera: Camera::default(),
             map: Tools::default(),
             driver: Driver::default(),
+            maker: Maker::default(),
             picked: None,
             plot: Plot::default(),
             heat: Heat::default(),

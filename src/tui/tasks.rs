@@ -3,6 +3,7 @@
 mod batch;
 pub mod drives;
 pub mod history;
+pub mod making;
 mod pictures;
 pub mod planning;
 mod queue;
@@ -189,6 +190,7 @@ impl Tasks {
             Effect::Results(ask) => self.results(ask),
             Effect::Batch(ask) => self.batch(ask),
             Effect::Plan(ask) => self.plan(ask),
+            Effect::Make(ask) => self.make(ask),
             Effect::StopSurvey => self.survey.stop(),
             Effect::StopRanking => self.ranking.stop(),
             Effect::Abort(id) => {

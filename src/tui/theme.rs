@@ -118,6 +118,8 @@ roles! {
     occupancy,
     /// The measuring tape.
     tape,
+    /// The attacker of a variant, and its changed motion.
+    attacker,
 }
 
 impl Theme {

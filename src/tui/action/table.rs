@@ -83,6 +83,11 @@ table! {
     PlannerCycle, Global, "planner-cycle", ["shift-y"], 0, "why so", "What the planner saw and chose at this step: candidates, rejections, costs.";
     PlotDrives, Global, "plot-drives", ["shift-o"], 0, "planned or recorded", "Plot the speeds of the planned and the recorded ego, the distance between them, or the measure again.";
     SaveDrive, Global, "save-drive", [], 0, "save drive", "Write the planned ego, as an ego trajectory (CSV) and as a CommonRoad solution, into the folder that pictures go to.";
+    Generate, Global, "generate", ["!"], 0, "make dangerous", "Make the scenario dangerous: search for another motion of some obstacle that endangers the planned ego, and that a good driver survives; again, with the next seed.";
+    GenerateWith, Global, "generate-with", ["@"], 0, "let it attack", "The same, with the picked obstacle as the attacker.";
+    SwitchVariant, Global, "switch-variant", ["shift-u"], 0, "original or variant", "Switch between the variant that was made and its original.";
+    VariantPanel, Global, "variant", ["shift-k"], 0, "the variant", "What the variant is: attacker, outcome, risk before and after, whether it is avoidable, what was refused, and the difference at this step.";
+    SaveVariant, Global, "save-variant", [], 0, "save variant", "Write the variant as CommonRoad XML with the ego's drive, its solution and all proofs, into the folder that pictures go to.";
     Follow, Global, "follow", ["w"], 0, "follow", "Keep the ego in the middle of the map, or not.";
     EgoUp, Global, "ego-up", ["u"], 0, "ego up", "Turn the map so that the ego drives upwards, or north up.";
     FitMap, Global, "fit", ["a"], 0, "fit all", "Show the whole map.";

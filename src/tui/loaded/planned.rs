@@ -5,9 +5,7 @@ use std::sync::Arc;
 use super::{CycleShown, Opened, changed_scene};
 use crate::metrics::Thresholds;
 use crate::planner::{Forecast, Forecaster, Limits};
-use crate::scenario::{
-    Entry, PlanningProblem, Scenario, Scene, Transform, VehicleType, WantedEgo,
-};
+use crate::scenario::{Entry, PlanningProblem, Scenario, Scene, Transform, VehicleType, WantedEgo};
 use crate::simulation::{Drive, Outcome, Settings, drive_watched};
 
 /// How an ego was planned.

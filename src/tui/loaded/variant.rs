@@ -67,8 +67,6 @@ pub struct Made {
     pub progress: Progress,
     /// The one obstacle that was allowed to attack.
     pub only: Option<i64>,
-    /// Of the random numbers.
-    pub seed: u64,
     /// Who thought of it.
     pub by: String,
 }
@@ -270,7 +268,6 @@ fn made(
         refused: found.refused.clone(),
         progress: found.progress(),
         only: wish.only,
-        seed: wish.seed,
         by: format!("search, seed {}", wish.seed),
     })
 }

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::store::Consumed;
 use crate::tui::message::AskId;
+use crate::tui::message::making::MakeId;
 use crate::tui::message::planning::PlanId;
 use crate::tui::message::runs::BatchId;
 
@@ -53,6 +54,8 @@ pub enum JobKind {
     Ranking(&'static str),
     /// The ego of a scenario is planned.
     Plan(PlanId),
+    /// A scenario is made dangerous.
+    Make(MakeId),
 }
 
 /// Where a job stands.

@@ -11,6 +11,7 @@ impl Overlay {
             | Self::Values { scroll }
             | Self::Details(scroll)
             | Self::Cycle(scroll)
+            | Self::Variant(scroll)
             | Self::Source { scroll } => Some(scroll),
             Self::Palette(_)
             | Self::Layers(_)

@@ -19,6 +19,8 @@ pub struct Plot {
 /// What of the planned and the recorded ego is plotted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drives {
+    /// The risk scores of a variant's attacker, before and after.
+    Risk,
     /// The speeds of both.
     Speed,
     /// The distance between both, centre to centre.

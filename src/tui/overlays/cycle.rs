@@ -10,6 +10,7 @@ use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::loaded::{CycleShown, Planned};
 use crate::tui::model::{Model, forecast_words};
+use crate::tui::theme::Theme;
 use crate::tui::widgets::words::{duration, hundredths, pad};
 
 /// Columns of the window at most, its borders included.
@@ -57,15 +58,26 @@ fn without(model: &Model) -> String {
     }
 }
 
-struct Lines {
-    text: Text<'static>,
+/// Names with what is said about them, under titles.
+pub struct Lines {
+    pub text: Text<'static>,
     word: Style,
     title: Style,
-    width: usize,
+    pub width: usize,
 }
 
 impl Lines {
-    fn title(&mut self, words: &str) {
+    /// None yet, in so many columns.
+    pub fn new(theme: &Theme, width: usize) -> Self {
+        Self {
+            text: Text::default(),
+            word: Style::new().fg(theme.accent),
+            title: Style::new().fg(theme.ego).add_modifier(Modifier::BOLD),
+            width,
+        }
+    }
+
+    pub fn title(&mut self, words: &str) {
         if !self.text.lines.is_empty() {
             self.text.push_line("");
         }
@@ -73,11 +85,11 @@ impl Lines {
             .push_line(Line::styled(words.to_string(), self.title));
     }
 
-    fn say(&mut self, name: &str, said: &str) {
+    pub fn say(&mut self, name: &str, said: &str) {
         self.say_in(name, said, Style::new());
     }
 
-    fn say_in(&mut self, name: &str, said: &str, style: Style) {
+    pub fn say_in(&mut self, name: &str, said: &str, style: Style) {
         let room = self.width.saturating_sub(INDENT).max(8);
         let mut lines = textwrap::wrap(said, room).into_iter();
         self.text.push_line(Line::from(vec![
@@ -91,7 +103,7 @@ impl Lines {
     }
 
     /// A number, and a bar for its share of the largest one.
-    fn bar(&mut self, name: &str, number: &str, share: f64) {
+    pub fn bar(&mut self, name: &str, number: &str, share: f64) {
         let cells = (share * BAR as f64).round().clamp(0.0, BAR as f64) as usize;
         let room = self.width.saturating_sub(NUMBERS + 9);
         let bar = "━".repeat(cells.min(room));
@@ -105,12 +117,7 @@ impl Lines {
 
 fn text(model: &Model, planned: &Planned, cycle: &CycleShown, width: usize) -> Text<'static> {
     let theme = &model.theme;
-    let mut lines = Lines {
-        text: Text::default(),
-        word: Style::new().fg(theme.accent),
-        title: Style::new().fg(theme.ego).add_modifier(Modifier::BOLD),
-        width,
-    };
+    let mut lines = Lines::new(theme, width);
     lines.title("the drive");
     lines.say("ended", &planned.outcome.to_string());
     lines.say("was told", forecast_words(planned.forecast));

@@ -15,6 +15,7 @@ mod source;
 mod tags;
 mod thresholds;
 mod values;
+mod variant;
 mod which_key;
 
 use ratatui::Frame;
@@ -39,6 +40,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             Overlay::Themes(typed) => picker::themes(frame, screen, model, typed),
             Overlay::Details(scroll) => details::draw(frame, screen, model, *scroll),
             Overlay::Cycle(scroll) => cycle::draw(frame, screen, model, *scroll),
+            Overlay::Variant(scroll) => variant::draw(frame, screen, model, *scroll),
             Overlay::Layers(selected) => layers::draw(frame, screen, model, *selected),
             Overlay::Source { scroll } => source::draw(frame, screen, model, *scroll),
             Overlay::Templates { picker: typed } => picker::templates(frame, screen, model, typed),
@@ -64,7 +66,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
 #[must_use]
 pub fn beside(screen: Rect, model: &Model) -> Option<u16> {
     match model.overlays.last()? {
-        Overlay::Cycle(_) => Some(cycle::width(screen)),
+        Overlay::Cycle(_) | Overlay::Variant(_) => Some(cycle::width(screen)),
         Overlay::Details(_) => Some(details::width(screen)),
         _ => None,
     }

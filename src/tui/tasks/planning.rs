@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::super::loaded::Opened;
 use super::super::message::Msg;
 use super::super::message::planning::{PlanAsk, PlanId, PlanNews};
+use super::making::Making;
 use super::{Tasks, drives};
 use crate::config::Config;
 use crate::evaluation::{set_planning, usual_planning};
@@ -18,6 +19,8 @@ pub struct Driving {
     under_way: HashMap<PlanId, Arc<AtomicBool>>,
     /// Or why nothing can be planned as it wants.
     settings: Result<Settings, String>,
+    /// The search for a dangerous variant.
+    pub(super) making: Making,
 }
 
 /// How the section `[planner]` of the configuration wants drives to be.
@@ -38,11 +41,21 @@ impl Driving {
         Self {
             under_way: HashMap::new(),
             settings: settings(config),
+            making: Making::default(),
         }
+    }
+
+    /// How drives are wanted.
+    ///
+    /// # Errors
+    /// The configuration wants something that there is not: in words.
+    pub fn settings(&self) -> Result<Settings, String> {
+        self.settings.clone()
     }
 
     /// All shall end.
     pub fn stop(&mut self) {
+        self.making.stop();
         for (_, stop) in self.under_way.drain() {
             stop.store(true, Ordering::Relaxed);
         }

@@ -96,6 +96,7 @@ fn sample(theme: &Theme) -> Vec<Line<'static>> {
         span("╌╌ ", theme.predicted),
         span("▒▒ ", theme.occupancy),
         span("├─┤ ", theme.tape),
+        span("━━ ", theme.attacker),
         span("△ ", theme.sign),
         span("● ", theme.light_red),
         span("● ", theme.light_amber),

@@ -16,7 +16,7 @@ const DARK: [[u8; 3]; 4] = [
 const LIGHT: [[u8; 3]; 3] = [[255, 255, 255], [0xfa, 0xfa, 0xfa], [0xfd, 0xf6, 0xe3]];
 
 /// Roles that words are written in.
-const WORDS: [&str; 15] = [
+const WORDS: [&str; 16] = [
     "text",
     "dim",
     "title",
@@ -32,6 +32,7 @@ const WORDS: [&str; 15] = [
     "light_amber",
     "light_green",
     "tape",
+    "attacker",
 ];
 /// Roles of lines and signs.
 const LINES: [&str; 9] = [

@@ -3,7 +3,7 @@
 use super::super::action::Action;
 use super::super::message::{AskId, Effect};
 use super::super::model::{Column, Model, Pane, Progress, Shown};
-use super::batch;
+use super::{batch, making};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
 use crate::llm::{Discovered, Offer};
@@ -247,6 +247,7 @@ pub fn abort_all(model: &mut Model) -> Vec<Effect> {
         model.say("cancelled");
     }
     effects.extend(batch::stop_all(model));
+    effects.extend(making::cancel(model));
     effects
 }
 

@@ -2,11 +2,12 @@
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
+use super::super::message::making::MakeAsk;
 use super::super::message::planning::PlanAsk;
 use super::super::message::runs::{BatchAsk, BatchId, BatchNews, Ended};
 use super::super::message::{AskId, Effect, Msg};
 use super::super::model::{Column, Job, JobKind, JobState, Model, Overlay};
-use super::{actions, answers, batch, history, keys, planning};
+use super::{actions, answers, batch, history, keys, making, planning};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::prompts::estimate_tokens;
 
@@ -72,6 +73,16 @@ pub fn follow(model: &mut Model, effects: &[Effect]) {
                 }
                 continue;
             }
+            Effect::Make(MakeAsk::Begin(id, wish)) => {
+                let title = format!("{} made dangerous, seed {}", wish.entry.name, wish.seed);
+                Job::new(JobKind::Make(*id), title, 1, now)
+            }
+            Effect::Make(MakeAsk::Stop(id)) => {
+                if let Some(job) = model.jobs.running_mut(JobKind::Make(*id)) {
+                    job.end(JobState::Cancelled(String::new()), now);
+                }
+                continue;
+            }
             Effect::Abort(id) => {
                 if let Some(job) = model.jobs.running_mut(JobKind::Question(*id)) {
                     let words = "what had arrived is kept".to_string();
@@ -126,6 +137,7 @@ pub fn hear(model: &mut Model, msg: &Msg) {
         Msg::Ranked(measure, place, _) => part(model, JobKind::Ranking(measure), *place),
         Msg::Batch(news) => of_batch(model, news),
         Msg::Plan(news) => planning::note(model, news),
+        Msg::Make(news) => making::note(model, news),
         _ => {}
     }
 }
@@ -290,6 +302,7 @@ fn cancel(model: &mut Model, kind: JobKind) -> Vec<Effect> {
         JobKind::Question(id) => abort(model, id),
         JobKind::Batch(id) => stop(model, id),
         JobKind::Plan(_) => planning::cancel(model),
+        JobKind::Make(_) => making::cancel(model),
         JobKind::Survey | JobKind::Ranking(_) => {
             if let Some(job) = model.jobs.running_mut(kind) {
                 job.end(JobState::Cancelled(String::new()), now);

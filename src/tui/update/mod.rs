@@ -13,6 +13,7 @@ mod keys;
 mod line;
 mod list;
 mod look;
+mod making;
 mod map;
 mod obstacles;
 mod opening;
@@ -58,6 +59,7 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     claims::follow(model);
     effects.extend(values::follow(model));
     effects.extend(planning::follow(model));
+    effects.extend(making::follow(model));
     map::follow(model);
     overlays::settle(model);
     jobs::follow(model, &effects);
@@ -124,6 +126,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         Msg::Results(news) => results::heard(model, news),
         Msg::Batch(news) => batch::heard(model, news),
         Msg::Plan(news) => planning::heard(model, news),
+        Msg::Make(news) => making::heard(model, news),
         Msg::Rated(round, result) => rating::kept(model, round, result),
         Msg::Ratings(result) => {
             rating::read(model, result);

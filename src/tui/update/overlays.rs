@@ -9,8 +9,8 @@ use super::super::model::{
 };
 use super::line::edit;
 use super::{
-    actions, answers, batch, editing, history, jobs, list, look, map, picture, planning, plot,
-    results, source, values,
+    actions, answers, batch, editing, history, jobs, list, look, making, map, picture, planning,
+    plot, results, source, values,
 };
 
 /// A key while an overlay is open.
@@ -46,6 +46,11 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     if matches!(model.overlays.last(), Some(Overlay::Cycle(_)))
         && let Some(effects) = planning::cycle_key(model, key)
+    {
+        return effects;
+    }
+    if matches!(model.overlays.last(), Some(Overlay::Variant(_)))
+        && let Some(effects) = making::panel_key(model, key)
     {
         return effects;
     }
@@ -149,6 +154,7 @@ pub fn picker_mut(model: &mut Model) -> Option<&mut Picker> {
         | Overlay::Source { .. }
         | Overlay::Details(_)
         | Overlay::Cycle(_)
+        | Overlay::Variant(_)
         | Overlay::Layers(_)
         | Overlay::History
         | Overlay::Jobs

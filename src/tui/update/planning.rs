@@ -12,7 +12,7 @@ use super::super::message::{Effect, OpenId};
 use super::super::model::{
     Camera, Drives, JobKind, JobState, Model, Overlay, UnderWay, forecast_words,
 };
-use super::{actions, opening, values};
+use super::{actions, making, opening, values};
 use crate::planner::{Forecast, unavoided};
 
 /// Seconds for which a scenario without an ego stays open before one is planned for it: whoever moves through the list
@@ -30,13 +30,13 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Action::SaveDrive => return kept::save(model),
         Action::PlannerCycle => open_cycle(model),
         Action::PlotDrives => plot_drives(model),
-        _ => {}
+        _ => return making::perform(model, action),
     }
     Vec::new()
 }
 
 /// Why the planner has nothing to do in what is open, and what to do.
-fn nothing_to_plan(model: &Model) -> Option<String> {
+pub fn nothing_to_plan(model: &Model) -> Option<String> {
     let opened = model.opened.as_deref()?;
     opened.scenario.planning_problems.is_empty().then(|| {
         format!(
@@ -83,6 +83,10 @@ fn drive(model: &mut Model) -> Vec<Effect> {
 fn next_forecast(model: &mut Model) -> Vec<Effect> {
     if let Some(why) = nothing_to_plan(model) {
         model.say(why);
+        return Vec::new();
+    }
+    if model.variant().is_some() {
+        model.say(making::fixed(model));
         return Vec::new();
     }
     model.driver.forecast = match model.driver.forecast {
@@ -152,6 +156,9 @@ fn stop(model: &mut Model) -> Vec<Effect> {
 
 /// A planned ego gives its place back.
 pub fn take_back(model: &mut Model) {
+    if model.variant().is_some() {
+        return making::left(model);
+    }
     let recorded = model.planned().map(|planned| planned.recorded.is_some());
     match recorded {
         Some(true) => model.say("the recorded ego again"),
@@ -344,15 +351,17 @@ fn plot_drives(model: &mut Model) {
         let why = unplanned(model);
         return model.say(why);
     };
-    let both = planned.recorded.is_some();
+    let (both, varied) = (planned.recorded.is_some(), model.variant().is_some());
     model.plot.drives = match model.plot.drives {
-        None => Some(Drives::Speed),
+        None if varied => Some(Drives::Risk),
+        None | Some(Drives::Risk) => Some(Drives::Speed),
         Some(Drives::Speed) if both => Some(Drives::Distance),
         Some(_) => None,
     };
     let words = match model.plot.drives {
         Some(Drives::Speed) if both => "speeds of the planned and the recorded ego",
         Some(Drives::Speed) => "speed of the planned ego",
+        Some(Drives::Risk) => "risk scores of the attacker, before and after",
         Some(Drives::Distance) => "distance between the planned and the recorded ego",
         None => "the measure again",
     };

@@ -67,6 +67,7 @@ pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> V
     model.thresholds = thresholds.clone();
     model.values = Values::default();
     model.driver.kept.forget();
+    model.maker.forget();
     let entries = model.list.rows.iter().map(|row| row.entry.clone());
     let entries: Vec<_> = entries.enumerate().collect();
     let mut effects = vec![Effect::UseThresholds(thresholds), Effect::Survey(entries)];

@@ -190,6 +190,12 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             hints.extend(hint_of(model, Action::PlotDrives));
             return hints;
         }
+        Some(Overlay::Variant(_)) => {
+            let mut hints = fixed(&[("←→", "step"), ("↑↓", "scroll"), ("Esc", "close")]);
+            hints.extend(hint_of(model, Action::SwitchVariant));
+            hints.extend(hint_of(model, Action::PlotDrives));
+            return hints;
+        }
         Some(Overlay::Layers(_)) => {
             return fixed(&[("↑↓", "select"), ("Enter", "switch"), ("Esc", "close")]);
         }

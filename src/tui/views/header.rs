@@ -11,14 +11,14 @@ use crate::scenario::EgoSource;
 use crate::simulation::Outcome;
 use crate::tui::action::Action;
 use crate::tui::loaded::Opened;
-use crate::tui::model::Model;
+use crate::tui::model::{Model, working_words};
 use crate::tui::widgets::words::fit;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
-    let (running, who) = (running(model), asked_model(model, area.width));
+    let (running, who) = (running(model, area.width), asked_model(model, area.width));
     let task = model.task.name();
     let mut asked = format!(
         "{running}{task} · {} · {} · {who} ",
@@ -34,6 +34,17 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     if let Some(opened) = &model.opened {
         // An ego that was chosen changes every number on the screen: it comes before the name.
         let mut room = room;
+        if let Some(shown) = &opened.variant {
+            let word = if shown.changed {
+                "variant · "
+            } else {
+                "original · "
+            };
+            let word = fit(word, room);
+            room = room.saturating_sub(word.width());
+            let style = Style::new().fg(theme.attacker).add_modifier(Modifier::BOLD);
+            line.push_span(Span::styled(word, style));
+        }
         let own = model.taken.is_some() || opened.planned.is_some();
         if own {
             let taken = fit(&format!("{} · ", ego(opened, area.width)), room);
@@ -89,6 +100,9 @@ const LEAST: usize = 36;
 /// Columns below which the built-in judge is called so, to leave room for the scenario's name.
 const NARROW: u16 = 110;
 
+/// Columns from which on a search tells all its numbers.
+const WIDE: u16 = 140;
+
 fn asked_model(model: &Model, width: u16) -> String {
     if width < NARROW && model.model == judge::MODEL {
         return "built-in".into();
@@ -98,7 +112,7 @@ fn asked_model(model: &Model, width: u16) -> String {
 }
 
 /// What runs, and what the session cost so far; nothing where models were not asked.
-fn running(model: &Model) -> String {
+fn running(model: &Model, width: u16) -> String {
     let asking = model
         .jobs
         .all
@@ -120,6 +134,9 @@ fn running(model: &Model) -> String {
             0 => "planning".into(),
             of => format!("planning {}/{of}", drive.done),
         });
+    }
+    if let Some(search) = &model.maker.under_way {
+        parts.push(working_words(search.at, width >= WIDE));
     }
     let (usd, unknown) = model.jobs.cost();
     if usd > 0.0 {

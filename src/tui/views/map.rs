@@ -1,5 +1,6 @@
 //! The map from above: lanes, then trails and paths, then obstacles, then the ego, signs and labels on top.
 
+mod attack;
 mod board;
 mod labels;
 mod legend;
@@ -157,6 +158,7 @@ fn paint(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projectio
     paths::futures(ctx, model, view);
     planner::recorded(ctx, model, view, step);
     planner::chosen(ctx, model, view);
+    attack::motions(ctx, model, view, step);
     ctx.layer();
     vehicles::obstacles(ctx, model, opened, view, step);
     ctx.layer();
@@ -180,6 +182,7 @@ fn write(
     labels::draw(&mut board, model, opened, view, step);
     tape::label(&mut board, model, view);
     planner::name(&mut board, model, view, step);
+    attack::name(&mut board, model, view, step);
     planner::seconds(&mut board, model, view);
     vehicles::keep_clear(&mut board, model, opened, view, step);
     paths::ends(&mut board, model, view);

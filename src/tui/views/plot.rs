@@ -196,18 +196,23 @@ fn curves(model: &Model, opened: &Opened, series: &Series) -> Vec<Curve> {
     curves
 }
 
+/// The axis of risk scores, always whole.
+fn risk_axis(most: usize) -> Ticks {
+    let (low, high) = (0.0, 5.0);
+    if most < 5 {
+        Ticks::ends(low, high)
+    } else {
+        Ticks::around(low, high, 6)
+    }
+}
+
 /// So much of what the values take up may be added to reach a threshold.
 const NEAR: f64 = 0.5;
 
 /// The axis upwards: from the lowest to the highest value, and to thresholds near them; the risk score always whole.
 fn upwards(measure: &Measure, curves: &[Curve], thresholds: &[f64], most: usize) -> Ticks {
     if measure.id == "risk" {
-        let (low, high) = (0.0, 5.0);
-        return if most < 5 {
-            Ticks::ends(low, high)
-        } else {
-            Ticks::around(low, high, 6)
-        };
+        return risk_axis(most);
     }
     let points = curves.iter().flat_map(|c| c.runs.iter().flatten());
     let values = points.map(|p| p.1);

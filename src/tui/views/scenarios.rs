@@ -209,7 +209,10 @@ fn scenario(
     let taken = opened.filter(|_| other && model.opening.is_none());
     let mut room = width.saturating_sub(used + 2);
     // Whose values stand there, where there is room for it.
-    let whose = " planned";
+    let whose = match model.variant() {
+        Some(shown) if shown.changed => " variant",
+        _ => " planned",
+    };
     let says = taken.is_some() && planned && row.entry.name.width() + whose.len() <= room;
     room -= if says { whose.len() } else { 0 };
     let mut line = name(model, row, room, matching);

@@ -59,6 +59,8 @@ pub struct Layers {
     pub goal: bool,
     /// What the planner saw and chose, and the recorded ego beside the planned one.
     pub planner: bool,
+    /// The two motions of a variant's attacker.
+    pub variant: bool,
 }
 
 impl Default for Layers {
@@ -73,13 +75,14 @@ impl Default for Layers {
             labels: true,
             goal: true,
             planner: true,
+            variant: true,
         }
     }
 }
 
 impl Layers {
     /// How many layers there are.
-    pub const COUNT: usize = 9;
+    pub const COUNT: usize = 10;
 
     /// Every layer: what it is, and how it is switched.
     #[must_use]
@@ -95,6 +98,7 @@ impl Layers {
             ("labels", on(self.labels)),
             ("goals", on(self.goal)),
             ("planner's candidates and choice", on(self.planner)),
+            ("both motions of a variant's attacker", on(self.variant)),
         ]
     }
 
@@ -113,6 +117,7 @@ impl Layers {
             6 => &mut self.labels,
             7 => &mut self.goal,
             8 => &mut self.planner,
+            9 => &mut self.variant,
             _ => return,
         };
         *layer = !*layer;

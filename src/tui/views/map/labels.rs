@@ -56,6 +56,17 @@ pub fn draw(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projec
             (_, Some(risk)) if risk <= 2.0 => (id.to_string(), Style::new().fg(theme.warning)),
             _ => (id.to_string(), Style::new().fg(theme.dim)),
         };
+        let (text, style) = match model.variant() {
+            Some(shown) if shown.made.effect.attacker == id => {
+                let word = if shown.changed {
+                    "attacker"
+                } else {
+                    "attacker, recorded"
+                };
+                (format!("{text} {word}"), bold(theme.attacker))
+            }
+            _ => (text, style),
+        };
         let body = board.cells(&body);
         labels.push(Label { text, style, body });
     }

@@ -35,6 +35,9 @@ fn entries(model: &Model, shown: Placed) -> Vec<String> {
             "xx constant velocity".into(),
         ]
     };
+    if model.variant().is_some() && model.map.layers.variant {
+        entries.push("━ attack, -- recorded instead".into());
+    }
     if let Some(planned) = model.planned().filter(|_| model.map.layers.planner) {
         entries.push("━ chosen, 1 2 3 s ahead".into());
         entries.push("── drivable".into());

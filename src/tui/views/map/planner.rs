@@ -66,7 +66,7 @@ pub fn chosen(ctx: &mut Context<'_>, model: &Model, view: &Projection) {
 }
 
 /// A line of two dots across.
-fn thick(ctx: &mut Context<'_>, view: &Projection, line: &[Point], color: Color) {
+pub fn thick(ctx: &mut Context<'_>, view: &Projection, line: &[Point], color: Color) {
     stroke(ctx, view, line, color);
     let beside: Vec<Point> = line
         .windows(2)

@@ -117,6 +117,7 @@ fn is_arrow(view: &Projection, body: &Footprint) -> bool {
 fn seen<'a>(model: &Model, opened: &'a Opened, view: &Projection, step: i64) -> Vec<Drawn<'a>> {
     let ego = opened.scene.as_ref().map(|s| s.ego.id);
     let theme = &model.theme;
+    let attacker = model.variant().map(|shown| shown.made.effect.attacker);
     let others = opened
         .scenario
         .obstacles
@@ -135,6 +136,7 @@ fn seen<'a>(model: &Model, opened: &'a Opened, view: &Projection, step: i64) -> 
             Drawn {
                 importance,
                 color: match importance {
+                    _ if attacker == Some(o.id) => theme.attacker,
                     3 => theme.picked,
                     2 => theme.danger,
                     1 => theme.warning,

@@ -1,4 +1,5 @@
-//! The planned and the recorded ego over time: their speeds, or the distance between them.
+//! The planned and the recorded ego over time: their speeds, or the distance between them; of a variant the attacker's
+//! risk scores before and after.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -8,6 +9,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::canvas::{Canvas, Points};
 
 use super::{axes, stroke};
+use crate::generation::RiskCurve;
 use crate::picture::Ticks;
 use crate::scenario::Track;
 use crate::tui::loaded::{Opened, Planned};
@@ -33,6 +35,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     let curves = curves(model, opened, planned, what);
     let now = model.clock.step() as f64 * dt;
     let (name, unit) = match what {
+        Drives::Risk => ("attacker's risk", ""),
         Drives::Speed => ("speed", "m/s"),
         Drives::Distance => ("from planned to recorded ego", "m"),
     };
@@ -45,7 +48,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
         let value = at.map_or("–".to_string(), |(_, v)| quantity(*v, unit));
         title.push_span(Span::raw(" · "));
         let words = match what {
-            Drives::Speed => format!("{}{} {value}", curve.sign, curve.name),
+            Drives::Risk | Drives::Speed => format!("{}{} {value}", curve.sign, curve.name),
             Drives::Distance => format!("now {value}"),
         };
         title.push_span(Span::styled(words, Style::new().fg(curve.color)));
@@ -57,7 +60,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     let (first, last) = model.clock.range();
     let (from, to) = (first as f64 * dt, last as f64 * dt);
     let to = to.max(from + dt);
-    let upwards = Ticks::around(low, high, axes::most_upwards(inner));
+    let most = axes::most_upwards(inner);
+    let upwards = match what {
+        Drives::Risk => super::risk_axis(most),
+        _ => Ticks::around(low, high, most),
+    };
     let plot = axes::draw(f, inner, (from, to), &upwards, unit, model.theme.dim);
     let (low, high) = upwards.bounds();
     let canvas = Canvas::default()
@@ -93,6 +100,7 @@ fn curves(model: &Model, opened: &Opened, planned: &Planned, what: Drives) -> Ve
             .collect()
     };
     match what {
+        Drives::Risk => risks(model, dt),
         Drives::Speed => {
             let planned = own.map(|track| Curve {
                 name: "planned",
@@ -128,4 +136,34 @@ fn curves(model: &Model, opened: &Opened, planned: &Planned, what: Drives) -> Ve
             }]
         }
     }
+}
+
+/// The attacker's risk scores: with the changed motion, and against the ego in the original.
+fn risks(model: &Model, dt: f64) -> Vec<Curve> {
+    let Some(shown) = model.variant() else {
+        return Vec::new();
+    };
+    let theme = &model.theme;
+    let points = |curve: &RiskCurve| -> Vec<(f64, f64)> {
+        let points = curve.iter();
+        points
+            .map(|&(step, score)| (step as f64 * dt, f64::from(score)))
+            .collect()
+    };
+    let effect = &shown.made.effect;
+    let after = Curve {
+        name: "after",
+        sign: "━",
+        color: theme.attacker,
+        dotted: false,
+        points: points(&effect.after),
+    };
+    let before = Curve {
+        name: "before",
+        sign: "··",
+        color: theme.text,
+        dotted: true,
+        points: points(&effect.before),
+    };
+    vec![after, before]
 }

@@ -1,0 +1,110 @@
+//! Making a scenario dangerous in the background, until it is done or nobody wants it any more; writing a variant.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::super::loaded::{Made, Opened};
+use super::super::message::Msg;
+use super::super::message::making::{MakeAsk, MakeId, MakeNews};
+use super::Tasks;
+use crate::generation::{Effort, Saved};
+use crate::simulation::Settings;
+
+/// The search that is under way.
+#[derive(Debug, Default)]
+pub struct Making {
+    under_way: Option<(MakeId, Arc<AtomicBool>)>,
+}
+
+impl Making {
+    /// It shall end.
+    pub fn stop(&mut self) {
+        if let Some((_, stop)) = self.under_way.take() {
+            stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Tasks {
+    pub(super) fn make(&mut self, ask: MakeAsk) {
+        match ask {
+            MakeAsk::Begin(id, wish) => {
+                self.driving.making.stop();
+                let settings = match self.driving.settings() {
+                    Ok(settings) => Settings {
+                        forecast: wish.forecast,
+                        ..settings
+                    },
+                    Err(why) => {
+                        // Nobody listens when the loop has ended.
+                        let _ = self.sender.send(Msg::Make(MakeNews::Ended(id, Err(why))));
+                        return;
+                    }
+                };
+                let stop = Arc::new(AtomicBool::new(false));
+                self.driving.making.under_way = Some((id, stop.clone()));
+                let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
+                let sender = self.sender.clone();
+                tokio::task::spawn_blocking(move || {
+                    let news = sender.clone();
+                    let mut watch = |at| {
+                        let heard = news.send(Msg::Make(MakeNews::Working(id, at)));
+                        heard.is_ok() && !stop.load(Ordering::Relaxed)
+                    };
+                    let how = (&settings, &Effort::default());
+                    let made = Opened::generated(&wish, &ego, &thresholds, how, &mut watch);
+                    if let Some(made) = made.transpose() {
+                        let _ = sender.send(Msg::Make(MakeNews::Ended(id, made)));
+                    }
+                });
+            }
+            MakeAsk::Stop(id) => {
+                if self
+                    .driving
+                    .making
+                    .under_way
+                    .as_ref()
+                    .is_some_and(|u| u.0 == id)
+                {
+                    self.driving.making.stop();
+                }
+            }
+            MakeAsk::Save(made, folder) => self.background(move || {
+                let written = write(&made, folder.as_deref());
+                Msg::Make(MakeNews::Saved(made, written))
+            }),
+        }
+    }
+}
+
+/// Writes a variant with its papers; gives their names.
+///
+/// # Errors
+/// They cannot be made or written: in words, with what to do.
+pub fn write(made: &Made, folder: Option<&Path>) -> Result<String, String> {
+    let folder = folder.unwrap_or(Path::new("."));
+    let variant = made.variant();
+    let id = variant.free_id(folder);
+    let saved = variant.save(folder, &id, false);
+    let saved =
+        saved.map_err(|e| format!("{e}; `pictures` in config.toml names another folder"))?;
+    Ok(names(&saved))
+}
+
+fn names(saved: &Saved) -> String {
+    let shown = |path: &Path| {
+        let path = path.strip_prefix(".").unwrap_or(path);
+        path.display().to_string()
+    };
+    let name = |path: &Path| {
+        let name = path.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    };
+    let beside = [&saved.ego, &saved.solution];
+    let mut beside: Vec<String> = beside.into_iter().map(|path| name(path)).collect();
+    beside.extend(saved.avoiding.iter().map(|(_, path)| name(path)));
+    let scenario = shown(&saved.scenario);
+    let document = name(&saved.document);
+    format!("{scenario}, beside it {} and {document}", beside.join(", "))
+}

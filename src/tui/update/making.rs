@@ -1,0 +1,356 @@
+//! Making the open scenario dangerous, and showing the variant beside its original.
+
+use std::sync::Arc;
+
+use super::super::action::{Action, Scope};
+use super::super::keymap::Key;
+use super::super::loaded::{Generated, Made, Opened, VariantShown, Wish, Working};
+use super::super::message::making::{MakeAsk, MakeId, MakeNews};
+use super::super::message::{Effect, OpenId};
+use super::super::model::{
+    Drives, JobKind, JobState, Model, Overlay, Search, consequence_words, forecast_words,
+};
+use super::{actions, opening, planning, values};
+use crate::generation::Consequence;
+use crate::scenario::{ContentHash, ObstacleRole, Transform};
+
+/// Does what an action about variants says.
+pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
+    match action {
+        Action::Generate => return generate(model, None),
+        Action::GenerateWith => return generate_with(model),
+        Action::SwitchVariant => return switch(model),
+        Action::SaveVariant => return save(model),
+        Action::VariantPanel => match model.variant() {
+            Some(_) => model.overlays.push(Overlay::Variant(0)),
+            None => {
+                let why = none_made(model);
+                model.say(why);
+            }
+        },
+        _ => {}
+    }
+    Vec::new()
+}
+
+/// What variants of the open scenario are kept under: those of its original.
+fn key_of(model: &Model) -> Option<(ContentHash, Option<Transform>)> {
+    let opened = model.opened.as_deref()?;
+    let hash = match &opened.variant {
+        Some(shown) => shown.made.original(),
+        None => opened.scenario.hash,
+    };
+    Some((hash, opened.change))
+}
+
+/// Why there is no variant to show, and what to do.
+fn none_made(model: &Model) -> String {
+    if model.maker.under_way.is_some() {
+        return "the variant is still being made".into();
+    }
+    if model.opened.is_none() {
+        return "no scenario is open".into();
+    }
+    let generate = model.look.key(Action::Generate);
+    let kept = key_of(model).and_then(|(hash, change)| model.maker.find(hash, change));
+    match kept {
+        Some(_) => format!(
+            "the variant is not shown: {generate} or {} shows it",
+            model.look.key(Action::SwitchVariant)
+        ),
+        None => format!("no variant was made; {generate} makes the scenario dangerous"),
+    }
+}
+
+/// Lets the picked obstacle attack.
+fn generate_with(model: &mut Model) -> Vec<Effect> {
+    let Some(id) = model.picked else {
+        let key = model.look.key(Action::NextObstacle);
+        model.say(format!("pick the attacker first, with {key} or the mouse"));
+        return Vec::new();
+    };
+    let opened = model.opened.as_deref();
+    let picked = opened.and_then(|opened| opened.scenario.obstacle(id));
+    if picked.is_some_and(|o| o.role != ObstacleRole::Dynamic) {
+        model.say(format!(
+            "{id} does not move by itself, so it cannot attack: pick another one"
+        ));
+        return Vec::new();
+    }
+    generate(model, Some(id))
+}
+
+/// Searches for a variant; or stops that; or shows the one that was made.
+fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
+    if model.maker.under_way.is_some() {
+        return cancel(model);
+    }
+    let (Some((hash, change)), Some(place)) = (key_of(model), model.list.opened) else {
+        model.say("no scenario is open");
+        return Vec::new();
+    };
+    if model.opening.is_some() {
+        model.say("the scenario is not open yet");
+        return Vec::new();
+    }
+    if let Some(why) = planning::nothing_to_plan(model) {
+        model.say(why);
+        return Vec::new();
+    }
+    if model.variant().is_none() && only.is_none() && model.maker.find(hash, change).is_some() {
+        return show(model, true);
+    }
+    let seed = model.maker.next_seed(hash, only);
+    let id = MakeId(model.new_id());
+    model.maker.under_way = Some(Search {
+        id,
+        place,
+        at: None,
+    });
+    let who = only.map_or("somebody".to_string(), |id| id.to_string());
+    let words = forecast_words(model.driver.forecast);
+    let key = model.look.key(Action::Cancel);
+    model.say(format!(
+        "looking for a motion of {who} that endangers the ego, which is planned with {words}; seed {seed}; {key} stops it"
+    ));
+    vec![Effect::Make(MakeAsk::Begin(
+        id,
+        Box::new(Wish {
+            entry: model.list.rows[place].entry.clone(),
+            change,
+            forecast: model.driver.forecast,
+            only,
+            seed,
+            folder: model.config.pictures.clone(),
+        }),
+    ))]
+}
+
+/// Stops what is under way.
+pub fn cancel(model: &mut Model) -> Vec<Effect> {
+    let effects = stop(model);
+    if !effects.is_empty() {
+        model.say("the search is cancelled");
+    }
+    effects
+}
+
+fn stop(model: &mut Model) -> Vec<Effect> {
+    let under_way = model.maker.under_way.take();
+    let stop = |search: Search| Effect::Make(MakeAsk::Stop(search.id));
+    under_way.map(stop).into_iter().collect()
+}
+
+/// What is searched for belongs to what is open: where something else is opened, the search stops.
+pub fn follow(model: &mut Model) -> Vec<Effect> {
+    if model.variant().is_none() && model.plot.drives == Some(Drives::Risk) {
+        model.plot.drives = None;
+    }
+    let leaves =
+        |search: &Search| model.opened.is_none() || model.list.opened != Some(search.place);
+    match model.maker.under_way.as_ref().is_some_and(leaves) {
+        true => stop(model),
+        false => Vec::new(),
+    }
+}
+
+/// News of the search that is under way; that of others is dropped.
+pub fn heard(model: &mut Model, news: MakeNews) -> Vec<Effect> {
+    if let MakeNews::Saved(made, result) = news {
+        saved(model, &made, result);
+        return Vec::new();
+    }
+    let search = model.maker.under_way.as_mut();
+    let Some(search) = search.filter(|search| news.id() == Some(search.id)) else {
+        return Vec::new();
+    };
+    match news {
+        MakeNews::Working(_, at) => {
+            search.at = Some(at);
+            return Vec::new();
+        }
+        MakeNews::Ended(_, result) => {
+            model.maker.under_way = None;
+            match result {
+                Ok(Generated::Found { original, variant }) => {
+                    return found(model, original, variant);
+                }
+                Ok(Generated::Nothing(words)) => {
+                    let key = model.look.key(Action::Generate);
+                    model.tell(format!("{words}; {key} tries another seed"));
+                }
+                Err(why) => model.complain(format!("no variant was made: {why}")),
+            }
+        }
+        MakeNews::Saved(..) => {}
+    }
+    Vec::new()
+}
+
+fn found(model: &mut Model, original: Box<Opened>, variant: Box<Opened>) -> Vec<Effect> {
+    if let Some(shown) = &variant.variant {
+        let made = shown.made.clone();
+        model.maker.keep(original, variant, made);
+    }
+    let effects = show(model, true);
+    let at = model.variant().map(|shown| moment(&shown.made));
+    if let Some(step) = at {
+        model.clock.go(step);
+    }
+    effects
+}
+
+/// The step that says most of a variant: of the contact, or else of the lowest risk.
+fn moment(made: &Made) -> i64 {
+    let effect = &made.effect;
+    let lowest = effect.after.iter().min_by_key(|(_, score)| *score);
+    let contact = effect.collision().map(|c| c.step);
+    contact
+        .or(lowest.map(|(step, _)| *step))
+        .unwrap_or(effect.from)
+}
+
+/// Shows the kept variant of what is open, or its original.
+fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
+    let kept = key_of(model).and_then(|(hash, change)| model.maker.find(hash, change));
+    let Some(kept) = kept else {
+        let why = none_made(model);
+        model.say(why);
+        return Vec::new();
+    };
+    let made = kept.made.clone();
+    let mut opened = match changed {
+        true => kept.variant.clone(),
+        false => kept.original.clone(),
+    };
+    opened.variant = Some(VariantShown {
+        made: made.clone(),
+        changed,
+    });
+    let again = model.variant().is_some();
+    let (step, drives) = (model.clock.step(), model.plot.drives);
+    if let Some(planned) = &opened.planned {
+        model.driver.forecast = planned.forecast;
+    }
+    let id = OpenId(model.new_id());
+    model.opening = Some((id, None));
+    let effects = opening::opened(model, id, Ok(opened));
+    model.picked = Some(made.effect.attacker);
+    model.clock.go(step);
+    model.plot.drives = if again { drives } else { Some(Drives::Risk) };
+    model.refresh();
+    let words = in_words(model, &made, changed);
+    model.tell(words);
+    effects
+}
+
+/// What is shown, and what can be done.
+fn in_words(model: &Model, made: &Made, changed: bool) -> String {
+    let switch = model.look.key(Action::SwitchVariant);
+    if !changed {
+        return format!("the original, its ego planned; {switch} shows the variant again");
+    }
+    let dt = made.closed.driver().dt();
+    let attacker = made.effect.attacker;
+    let what = match made.effect.consequence {
+        Consequence::Collision(c) => {
+            format!("collision with {} at {:.1} s", c.with, c.step as f64 * dt)
+        }
+        other => consequence_words(&other).to_string(),
+    };
+    format!(
+        "variant: {attacker} moves in another way, {what}; {switch} shows the original, {} tells all, {} leaves it",
+        model.look.key(Action::VariantPanel),
+        model.look.key(Action::RecordedEgo)
+    )
+}
+
+fn switch(model: &mut Model) -> Vec<Effect> {
+    let changed = model.variant().is_some_and(|shown| shown.changed);
+    show(model, !changed)
+}
+
+/// The variant, or the original beside it, gives its place back.
+pub fn left(model: &mut Model) {
+    let key = model.look.key(Action::Generate);
+    model.say(format!(
+        "the scenario as it is; {key} shows the variant again"
+    ));
+}
+
+/// Why nothing else can be planned in a variant.
+pub fn fixed(model: &Model) -> String {
+    let key = model.look.key(Action::RecordedEgo);
+    format!("the variant was made for what this planner was told; {key} leaves it")
+}
+
+/// Writes the variant.
+fn save(model: &mut Model) -> Vec<Effect> {
+    match model.variant() {
+        Some(shown) => {
+            let made: Arc<Made> = shown.made.clone();
+            let folder = model.config.pictures.clone();
+            vec![Effect::Make(MakeAsk::Save(made, folder))]
+        }
+        None => {
+            let why = none_made(model);
+            model.say(format!("nothing to write: {why}"));
+            Vec::new()
+        }
+    }
+}
+
+/// A variant was written, or not.
+fn saved(model: &mut Model, made: &Arc<Made>, result: Result<String, String>) {
+    match result {
+        Ok(files) => {
+            model.maker.saved(made, &files);
+            model.say(format!("saved as {files}"));
+        }
+        Err(error) => model.complain(format!("the variant is not written: {error}")),
+    }
+}
+
+/// A key while the panel is shown: what moves the clock or changes the variant goes through.
+pub fn panel_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
+    match model.look.keymap.action(key, Scope::Global)? {
+        Action::VariantPanel => {
+            model.overlays.pop();
+            Some(Vec::new())
+        }
+        action @ (Action::Play
+        | Action::PlotDrives
+        | Action::SwitchVariant
+        | Action::SaveVariant
+        | Action::Palette) => Some(actions::perform(model, action)),
+        _ => values::on_key(model, key),
+    }
+}
+
+/// Notes in the list of tasks how far it is.
+pub fn note(model: &mut Model, news: &MakeNews) {
+    let now = model.uptime;
+    let job = news.id().map(JobKind::Make);
+    let Some(job) = job.and_then(|kind| model.jobs.running_mut(kind)) else {
+        return;
+    };
+    match news {
+        MakeNews::Working(_, Working::Searching(progress, of)) => {
+            (job.done, job.of) = (progress.tried.min(*of), *of);
+        }
+        MakeNews::Working(..) | MakeNews::Saved(..) => {}
+        MakeNews::Ended(_, Ok(Generated::Found { variant, .. })) => {
+            let shown = variant.variant.as_ref();
+            let effect = shown.map(|shown| &shown.made.effect);
+            let words = effect.map_or(String::new(), |effect| {
+                let what = consequence_words(&effect.consequence);
+                format!("{what}, attacker {}", effect.attacker)
+            });
+            job.end(JobState::Done(words), now);
+        }
+        MakeNews::Ended(_, Ok(Generated::Nothing(words))) => {
+            job.end(JobState::Done(words.clone()), now);
+        }
+        MakeNews::Ended(_, Err(why)) => job.end(JobState::Failed(why.clone()), now),
+    }
+}
