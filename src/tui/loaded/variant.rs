@@ -180,6 +180,9 @@ impl Opened {
         let mut problems = scenario.planning_problems.iter();
         let problem = problems.find(|problem| problem.id == planned.problem);
         let problem = problem.ok_or("the planning problem is gone")?;
+        if !watch(Working::Searching(Progress::default(), effort.candidates)) {
+            return Ok(None);
+        }
         let closed = ClosedLoop::new(scenario.clone(), problem, settings);
         let closed = closed.map_err(|error| error.to_string())?;
         let effort = Effort {

@@ -5,14 +5,17 @@ use std::sync::{Mutex, OnceLock};
 
 use super::super::bench::answer;
 use super::super::driven::planned;
+use super::super::generated::generated;
 use super::super::kept::FIRST;
 use super::world::{CLAIMS, HOSTILE};
 use crate::evaluation::Answer;
+use crate::generation::Progress;
 use crate::metrics::Thresholds;
 use crate::scenario::{Entry, WantedEgo};
 use crate::store::{Choice, RatedAnswer, Rating, RunId};
-use crate::tui::loaded::{Facts, Verdicts};
+use crate::tui::loaded::{Facts, Generated, Verdicts, Wish, Working};
 use crate::tui::message::Msg;
+use crate::tui::message::making::{MakeAsk, MakeNews};
 use crate::tui::message::planning::{PlanAsk, PlanNews};
 use crate::tui::message::runs::{BatchAsk, BatchNews, Counts, Ended, Priced};
 use crate::verdict::Task;
@@ -111,6 +114,35 @@ pub fn plan(ask: PlanAsk, n: usize) -> Vec<Msg> {
         .take(1 + usize::from(!n.is_multiple_of(5)))
         .map(Msg::Plan)
         .collect()
+}
+
+pub fn make(ask: MakeAsk, n: usize) -> Vec<Msg> {
+    let MakeAsk::Begin(id, wish) = ask else {
+        return Vec::new();
+    };
+    let progress = Progress {
+        tried: n,
+        ..Progress::default()
+    };
+    let ended = match n % 4 {
+        0 => Err(format!("nothing can be tried {HOSTILE}")),
+        // Only of one scenario, unchanged: a search takes long.
+        1 if wish.entry.name.contains("RightTurn") && wish.change.is_none() => {
+            let wish = Wish {
+                only: None,
+                seed: 1,
+                ..*wish
+            };
+            generated(&wish)
+        }
+        _ => Ok(Generated::Nothing(HOSTILE.into())),
+    };
+    let news = [
+        MakeNews::Working(id, Working::Driving(1, n)),
+        MakeNews::Working(id, Working::Searching(progress, 600)),
+        MakeNews::Ended(id, ended),
+    ];
+    news.into_iter().take(1 + n % 3).map(Msg::Make).collect()
 }
 
 pub fn facts(entry: &Entry) -> Result<Facts, String> {

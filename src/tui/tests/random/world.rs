@@ -12,7 +12,7 @@ use ratatui::layout::Position;
 
 use super::super::bench::{no_verdict, opened};
 use super::super::kept::{FIRST, Kept};
-use super::plausible::{batch, facts, plan, rating, stored};
+use super::plausible::{batch, facts, make, plan, rating, stored};
 use super::{ESCAPES, Input, sound};
 use crate::config::Keys;
 use crate::evaluation::Event;
@@ -316,6 +316,7 @@ impl World {
             }
             Effect::Batch(ask) => batch(ask, n),
             Effect::Plan(ask) => plan(ask, n),
+            Effect::Make(ask) => make(ask, n),
             Effect::EditOutside(sent) => vec![Msg::EditedOutside(
                 sent.clone(),
                 match n % 2 {

@@ -1,0 +1,53 @@
+//! Variants for tests: made by short searches with a coarse planner, each once.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use super::driven::coarse;
+use crate::generation::Effort;
+use crate::metrics::Thresholds;
+use crate::scenario::WantedEgo;
+use crate::tui::loaded::{Generated, Opened, Wish};
+
+/// Few motions: a test waits for it.
+pub const SHORT: Effort = Effort {
+    candidates: 90,
+    rounds: 3,
+    drives: 3,
+    attackers: 3,
+    delay: 0.5,
+    seed: 1,
+};
+
+/// What is made of a bundled scenario, each searched for once for all tests; planning takes 12 ms in all of them.
+pub fn generated(wish: &Wish) -> Result<Generated, String> {
+    type Made = HashMap<(String, Option<i64>, u64), Result<Generated, String>>;
+    static MADE: Mutex<Option<Made>> = Mutex::new(None);
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    let make = || {
+        // A folder in which nothing lies decides the name.
+        let wish = Wish {
+            folder: Some("/nonexistent".into()),
+            ..wish.clone()
+        };
+        let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
+        let (how, mut go_on) = ((&settings, &SHORT), |_| true);
+        let made = Opened::generated(&wish, &WantedEgo::Beside, thresholds, how, &mut go_on);
+        let mut made = made?.expect("nobody stopped it");
+        if let Generated::Found { original, variant } = &mut made {
+            for opened in [original, variant] {
+                let planned = opened.planned.as_mut().unwrap();
+                for cycle in &mut Arc::get_mut(planned).unwrap().cycles {
+                    cycle.took = Duration::from_millis(12);
+                }
+            }
+        }
+        Ok(made)
+    };
+    let key = (wish.entry.name.clone(), wish.only, wish.seed);
+    made.get_or_insert_default()
+        .entry(key)
+        .or_insert_with(make)
+        .clone()
+}

@@ -1,0 +1,390 @@
+//! A scenario is made dangerous: by a key, stopped, seen on the map, in the panel and in the plot, and written.
+
+use super::bench::Bench;
+use super::generated::{SHORT, generated};
+use crate::generation::{Consequence, Progress};
+use crate::scenario::{ContentHash, Entry, ObstacleRole, Scenario, WantedEgo, commonroad};
+use crate::tui::loaded::{Generated, Made, Opened, VariantShown, Wish, Working};
+use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
+use crate::tui::message::{Effect, Msg};
+use crate::tui::model::{Drives, JobState, Overlay};
+use crate::tui::tasks::making::write;
+
+/// The searches that were asked for.
+fn asked(bench: &Bench) -> Vec<(MakeId, Wish)> {
+    let asks = bench.effects.iter();
+    let asks = asks.filter_map(|effect| match effect {
+        Effect::Make(MakeAsk::Begin(id, wish)) => Some((*id, (**wish).clone())),
+        _ => None,
+    });
+    asks.collect()
+}
+
+fn stopped(bench: &Bench) -> usize {
+    let stop = |effect: &&Effect| matches!(effect, Effect::Make(MakeAsk::Stop(_)));
+    bench.effects.iter().filter(stop).count()
+}
+
+/// The last search that was asked for ends.
+fn arrive(bench: &mut Bench) {
+    let (id, wish) = asked(bench).pop().expect("a search was asked for");
+    bench.send(Msg::Make(MakeNews::Ended(id, generated(&wish))));
+}
+
+/// A bundled scenario that is open.
+fn open(name: &str) -> Bench {
+    let mut bench = Bench::bundled();
+    bench.press("/");
+    bench.type_text(name);
+    bench.press("enter");
+    bench
+}
+
+/// One that was made dangerous.
+fn dangerous() -> Bench {
+    let mut bench = open("rightturn");
+    bench.press("!");
+    arrive(&mut bench);
+    assert!(bench.model.variant().is_some(), "{}", said(&bench));
+    bench
+}
+
+fn said(bench: &Bench) -> String {
+    let last = bench.model.toasts.last();
+    last.map_or(String::new(), |toast| toast.text.clone())
+}
+
+fn shown(bench: &Bench) -> &VariantShown {
+    bench.model.variant().expect("a variant is shown")
+}
+
+fn made(bench: &Bench) -> &Made {
+    &shown(bench).made
+}
+
+fn hash(bench: &Bench) -> ContentHash {
+    bench.model.opened.as_ref().unwrap().scenario.hash
+}
+
+/// The wish for a bundled scenario.
+fn entry(name: &str) -> Entry {
+    let mut all = crate::scenario::bundled().into_iter();
+    all.find(|entry| entry.name.contains(name)).unwrap()
+}
+
+#[test]
+fn a_key_makes_it_dangerous_and_shows_how_far_it_is() {
+    let mut bench = open("rightturn");
+    bench.press("!");
+    let (id, wish) = asked(&bench).pop().unwrap();
+    assert_eq!((wish.only, wish.seed), (None, 1));
+    assert_eq!(wish.forecast, bench.model.driver.forecast);
+    let progress = Progress {
+        tried: 210,
+        refused: 96,
+        driven: 5,
+        best: Some(Consequence::NearMiss),
+    };
+    bench.send(Msg::Make(MakeNews::Working(id, Working::Driving(3, 90))));
+    assert!(bench.frame(120, 40).contains("generating: ego 3/90"));
+    let searching = Working::Searching(progress, 600);
+    bench.send(Msg::Make(MakeNews::Working(id, searching)));
+    let wide = bench.frame(200, 60);
+    let words = "generating 210/600, 96 refused, 5 driven, best near miss";
+    assert!(wide.contains(words), "{wide}");
+    assert!(bench.frame(80, 24).contains("generating 210/600"));
+    let job = bench.model.jobs.all.last().unwrap();
+    assert_eq!((job.done, job.of), (210, 600));
+    assert!(bench.model.variant().is_none(), "not before it is found");
+
+    let before = hash(&bench);
+    arrive(&mut bench);
+    let (effect, attacker) = (&made(&bench).effect, made(&bench).effect.attacker);
+    let Consequence::Collision(collision) = effect.consequence else {
+        panic!("{:?}", effect.consequence);
+    };
+    assert_eq!(bench.model.clock.step(), collision.step);
+    assert_eq!(bench.model.picked, Some(attacker));
+    assert_eq!(bench.model.plot.drives, Some(Drives::Risk));
+    assert!(said(&bench).contains(&format!("collision with {}", collision.with)));
+    let frame = bench.frame(200, 60);
+    assert!(
+        frame.contains("variant · ego planned, collision"),
+        "{frame}"
+    );
+    assert!(frame.contains("━after 0 · ··before"), "{frame}");
+    assert!(frame.contains("contact attacker"), "{frame}");
+    assert!(frame.contains(&format!("{attacker} recorded")), "{frame}");
+    let job = bench.model.jobs.all.last().unwrap();
+    assert_eq!(
+        job.state,
+        JobState::Done(format!("collision, attacker {attacker}"))
+    );
+    // Answers about it are no answers about the original.
+    let opened = bench.model.opened.as_ref().unwrap();
+    assert_ne!(opened.scenario.hash, before);
+    assert_ne!(opened.name, wish.entry.name);
+    assert_eq!(made(&bench).original(), before);
+}
+
+#[test]
+fn original_and_variant_take_turns_and_both_can_be_left() {
+    let mut bench = dangerous();
+    let (step, variant) = (bench.model.clock.step() - 3, hash(&bench));
+    bench.model.clock.go(step);
+    let attacker = made(&bench).effect.attacker;
+    let place = |bench: &Bench| {
+        let opened = bench.model.opened.as_ref().unwrap();
+        let obstacle = opened.scenario.obstacle(attacker).unwrap();
+        obstacle.motion_at(step).unwrap().pose.position
+    };
+    let changed = place(&bench);
+    bench.press("U");
+    assert!(!shown(&bench).changed);
+    assert_eq!(hash(&bench), made(&bench).original());
+    assert_eq!(bench.model.clock.step(), step, "the clock stays");
+    assert!((place(&bench) - changed).norm() > 0.1);
+    assert!(bench.model.planned().is_some());
+    let frame = bench.frame(200, 60);
+    assert!(frame.contains("original · ego planned"), "{frame}");
+    assert!(frame.contains(&format!("{attacker} changed")), "{frame}");
+    bench.press("U");
+    assert!(shown(&bench).changed && hash(&bench) == variant);
+    // What the planner is told belongs to the variant.
+    bench.press("F");
+    assert!(said(&bench).contains("was made for what this planner was told"));
+    assert!(bench.model.driver.under_way.is_none());
+
+    bench.press("backspace");
+    assert!(bench.model.variant().is_none() && bench.model.planned().is_none());
+    assert_eq!(bench.model.plot.drives, None);
+    bench.press("K");
+    assert!(bench.model.overlays.is_empty());
+    bench.press("!");
+    assert_eq!(asked(&bench).len(), 1, "it is shown again, not made again");
+    assert!(shown(&bench).changed);
+    bench.press("!");
+    let (_, wish) = asked(&bench).pop().unwrap();
+    assert_eq!((asked(&bench).len(), wish.seed), (2, 2), "the next seed");
+    bench.press("down up");
+    assert!(bench.model.variant().is_none());
+    bench.press("U");
+    assert!(shown(&bench).changed, "it is kept");
+}
+
+#[test]
+fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
+    let mut bench = open("rightturn");
+    bench.press("! esc");
+    assert_eq!((asked(&bench).len(), stopped(&bench)), (1, 1));
+    assert!(bench.model.maker.under_way.is_none());
+    let job = bench.model.jobs.all.last().unwrap();
+    assert!(matches!(job.state, JobState::Cancelled(_)));
+    // What still arrives of it is dropped.
+    arrive(&mut bench);
+    assert!(bench.model.variant().is_none());
+    bench.press("! !");
+    assert_eq!((asked(&bench).len(), stopped(&bench)), (2, 2));
+    bench.press("! J x esc");
+    assert_eq!((asked(&bench).len(), stopped(&bench)), (3, 3));
+    bench.press("/");
+    for _ in 0..9 {
+        bench.press("backspace");
+    }
+    bench.press("enter ! down");
+    assert_eq!((asked(&bench).len(), stopped(&bench)), (4, 4));
+}
+
+#[test]
+fn that_nothing_is_found_or_can_be_tried_is_said() {
+    let mut bench = open("rightturn");
+    bench.press("!");
+    let (id, _) = asked(&bench).pop().unwrap();
+    let words = "nothing dangerous was found for anybody with seed 1";
+    let nothing = Generated::Nothing(words.into());
+    bench.send(Msg::Make(MakeNews::Ended(id, Ok(nothing))));
+    assert_eq!(said(&bench), format!("{words}; ! tries another seed"));
+    assert!(bench.model.maker.under_way.is_none());
+    bench.press("!");
+    let (id, wish) = asked(&bench).pop().unwrap();
+    assert_eq!(wish.seed, 2);
+    let why = "no way leads from the start to the goal";
+    bench.send(Msg::Make(MakeNews::Ended(id, Err(why.into()))));
+    assert_eq!(said(&bench), format!("no variant was made: {why}"));
+    bench.press("U");
+    assert!(said(&bench).contains("no variant was made; !"));
+    bench.perform("save-variant");
+    assert!(said(&bench).starts_with("nothing to write: "));
+
+    let mut opened = (**bench.model.opened.as_ref().unwrap()).clone();
+    let mut scenario = Scenario::clone(&opened.scenario);
+    scenario.planning_problems.clear();
+    opened.scenario = scenario.into();
+    bench.model.opened = Some(Box::new(opened));
+    bench.press("!");
+    assert_eq!(asked(&bench).len(), 2);
+    assert!(said(&bench).contains("no planning problem"));
+}
+
+#[test]
+fn the_picked_obstacle_attacks_if_it_can() {
+    let mut bench = open("rightturn");
+    let opened = bench.model.opened.as_ref().unwrap();
+    let mut obstacles = opened.scenario.obstacles.iter();
+    let moving = obstacles
+        .find(|o| o.role == ObstacleRole::Dynamic)
+        .unwrap()
+        .id;
+    let mut obstacles = opened.scenario.obstacles.iter();
+    let parked = obstacles
+        .find(|o| o.role == ObstacleRole::Static)
+        .map(|o| o.id);
+    bench.model.picked = None;
+    bench.press("@");
+    assert!(said(&bench).contains("pick the attacker first"));
+    if let Some(parked) = parked {
+        bench.model.picked = Some(parked);
+        bench.press("@");
+        assert!(said(&bench).contains("does not move by itself"));
+    }
+    assert!(asked(&bench).is_empty());
+    bench.model.picked = Some(moving);
+    bench.press("@");
+    let (_, wish) = asked(&bench).pop().unwrap();
+    assert_eq!(wish.only, Some(moving));
+}
+
+#[test]
+fn who_says_no_is_asked_for_nothing_more() {
+    let wish = Wish {
+        entry: entry("RightTurn"),
+        change: None,
+        forecast: crate::planner::Forecast::Lane,
+        only: None,
+        seed: 1,
+        folder: None,
+    };
+    let settings = super::driven::coarse(wish.forecast);
+    let thresholds = crate::metrics::Thresholds::shipped();
+    let mut last = None;
+    let mut no = |at| {
+        last = Some(at);
+        !matches!(at, Working::Driving(4, _))
+    };
+    let how = (&settings, &SHORT);
+    let made = Opened::generated(&wish, &WantedEgo::Beside, thresholds, how, &mut no);
+    assert!(matches!(made, Ok(None)));
+    assert!(matches!(last, Some(Working::Driving(4, _))));
+}
+
+#[test]
+fn the_panel_tells_everything_and_follows_the_clock() {
+    let mut bench = dangerous();
+    bench.press("K");
+    assert!(matches!(
+        bench.model.overlays.last(),
+        Some(Overlay::Variant(0))
+    ));
+    let effect = &made(&bench).effect;
+    let attacker = effect.attacker;
+    let last = bench.model.clock.step();
+    let panel = bench.frame(200, 60);
+    for words in [
+        format!("car {attacker}"),
+        "search, seed 1: computed, not recorded".into(),
+        format!("X collision with {attacker}"),
+        format!("{} → 0", effect.lowest_before().unwrap()),
+        "after 0.5 s".into(),
+        format!("step {last}: recorded → changed"),
+        "apart".into(),
+        "until you quit".into(),
+    ] {
+        assert!(panel.contains(&words), "{words}\n{panel}");
+    }
+    let steps = format!("{} held against", made(&bench).passed.steps);
+    assert!(panel.contains(&steps), "{panel}");
+    bench.press("left");
+    let panel = bench.frame(200, 60);
+    let words = format!("step {}: recorded → changed", last - 1);
+    assert!(panel.contains(&words), "{panel}");
+    bench.model.clock.go(made(&bench).effect.from);
+    let panel = bench.frame(200, 60);
+    assert!(panel.contains("as recorded until here"), "{panel}");
+    assert!(panel.contains("apart      0"), "{panel}");
+    bench.press("U");
+    assert!(!shown(&bench).changed);
+    assert!(bench.frame(200, 60).contains("the original; U the variant"));
+    bench.press("K");
+    assert!(bench.model.overlays.is_empty());
+}
+
+#[test]
+fn the_layer_can_be_switched_off() {
+    let mut bench = dangerous();
+    bench.model.toasts.clear();
+    let recorded = format!("{} recorded", made(&bench).effect.attacker);
+    assert!(bench.frame(200, 60).contains(&recorded));
+    bench.model.map.layers.variant = false;
+    let without = bench.frame(200, 60);
+    assert!(!without.contains(&recorded), "{without}");
+    assert!(
+        without.contains("attacker"),
+        "who attacks is said in any case"
+    );
+}
+
+#[test]
+fn it_is_written_and_nothing_is_written_over() {
+    let mut bench = dangerous();
+    let folder = tempfile::tempdir().unwrap();
+    bench.model.config.pictures = Some(folder.path().into());
+    bench.perform("save-variant");
+    let asks = bench.effects.iter().rev();
+    let mut asks = asks.filter_map(|effect| match effect {
+        Effect::Make(MakeAsk::Save(made, folder)) => Some((made.clone(), folder.clone())),
+        _ => None,
+    });
+    let (made, into) = asks.next().unwrap();
+    assert_eq!(into.as_deref(), Some(folder.path()));
+    let count = || std::fs::read_dir(folder.path()).unwrap().count();
+    let words = write(&made, into.as_deref()).unwrap();
+    let (first, opened) = (count(), bench.model.opened.as_ref().unwrap());
+    let file = folder.path().join(format!("{}.xml", opened.name));
+    assert!(words.starts_with(&file.display().to_string()), "{words}");
+    // What was shown is what is written: answers about the one are about the other.
+    let written = commonroad::read_file(&file).unwrap();
+    assert_eq!(written.hash, opened.scenario.hash);
+    assert_eq!(written.obstacles.len(), opened.scenario.obstacles.len());
+    for ending in [".ego_trajectory.csv", ".solution.xml", ".json"] {
+        let name = format!("{}{ending}", opened.name);
+        assert!(words.contains(&name) && folder.path().join(name).exists());
+    }
+    let again = write(&made, into.as_deref()).unwrap();
+    assert_ne!(again, words);
+    assert_eq!(count(), 2 * first);
+    bench.send(Msg::Make(MakeNews::Saved(made.clone(), Ok(words))));
+    bench.press("K");
+    assert!(bench.frame(200, 60).contains("the variant is kept"));
+    assert!(bench.model.maker.files(&made).is_some());
+    let nowhere = folder.path().join("none");
+    let why = write(&made, Some(&nowhere)).unwrap_err();
+    assert!(why.contains("none") && why.contains("`pictures`"), "{why}");
+}
+
+#[test]
+fn a_variant_at_both_sizes() {
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let mut bench = open("rightturn");
+        bench.send(Msg::Resize(columns, rows));
+        bench.frame(columns, rows);
+        bench.press("!");
+        arrive(&mut bench);
+        bench.model.toasts.clear();
+        bench.press("tab");
+        bench.model.map.layers.planner = false;
+        let at = format!("at_{columns}_by_{rows}");
+        insta::assert_snapshot!(format!("both_motions_{at}"), bench.frame(columns, rows));
+        bench.press("K");
+        insta::assert_snapshot!(format!("the_variant_{at}"), bench.frame(columns, rows));
+    }
+}
