@@ -8,7 +8,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
 use super::cycle::{Lines, width};
-use crate::generation::{Certificate, Consequence};
+use crate::generation::{Certificate, Consequence, Reason};
 use crate::scenario::Motion as State;
 use crate::text::visible;
 use crate::tui::action::Action;
@@ -133,7 +133,10 @@ fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
     let anyone = change(effect.anyone_before, effect.anyone_after);
     lines.say("", &format!("lowest {anyone} of anybody"));
     if let Some(distance) = effect.distance {
-        lines.say("distance", &format!("{} m at least", hundredths(distance)));
+        lines.say(
+            "distance",
+            &format!("{} m, the smallest", hundredths(distance)),
+        );
     }
     lines.say(
         "without it",
@@ -142,9 +145,9 @@ fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
 }
 
 fn avoidable(lines: &mut Lines, model: &Model, made: &Made) {
-    lines.title("can a good driver avoid it? (computed)");
+    lines.title("avoided by a good driver who reacts after");
     for (delay, certificate) in &made.avoidability.certificates {
-        let name = format!("after {delay:.1} s");
+        let name = format!("{delay:.1} s");
         match certificate {
             Certificate::Avoided(way) => lines.say(&name, &format!("yes: {}", way.found)),
             Certificate::NotFound(nothing) => {
@@ -161,17 +164,20 @@ fn refused(lines: &mut Lines, made: &Made) {
         "{} motions tried, {} driven against",
         progress.tried, progress.driven
     ));
+    let passed = progress.tried.saturating_sub(progress.refused);
+    lines.say(&passed.to_string(), "passed the gate");
     let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
     for refusal in &made.refused {
-        *reasons.entry(refusal.reason.name()).or_default() += 1;
+        let why = match &refusal.reason {
+            Reason::Answer(words) => words,
+            reason => reason.name(),
+        };
+        *reasons.entry(why).or_default() += 1;
     }
     let mut reasons: Vec<(&str, usize)> = reasons.into_iter().collect();
     reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-    let of = progress.tried.max(1) as f64;
-    let passed = progress.tried.saturating_sub(progress.refused);
-    lines.bar("passed the gate", &passed.to_string(), passed as f64 / of);
-    for (name, count) in reasons {
-        lines.bar(name, &count.to_string(), count as f64 / of);
+    for (why, count) in reasons {
+        lines.say(&count.to_string(), &format!("refused: {}", visible(why)));
     }
 }
 

@@ -166,7 +166,7 @@ fn original_and_variant_take_turns_and_both_can_be_left() {
     bench.press("!");
     let (_, wish) = asked(&bench).pop().unwrap();
     assert_eq!((asked(&bench).len(), wish.seed), (2, 2), "the next seed");
-    bench.press("down up");
+    bench.press("esc esc down up");
     assert!(bench.model.variant().is_none());
     bench.press("U");
     assert!(shown(&bench).changed, "it is kept");
@@ -287,14 +287,15 @@ fn the_panel_tells_everything_and_follows_the_clock() {
     ));
     let effect = &made(&bench).effect;
     let attacker = effect.attacker;
+    let obstacle = effect.scenario.obstacle(attacker).unwrap();
     let last = bench.model.clock.step();
     let panel = bench.frame(200, 60);
     for words in [
-        format!("car {attacker}"),
+        format!("{} {attacker}", obstacle.kind),
         "search, seed 1: computed, not recorded".into(),
         format!("X collision with {attacker}"),
         format!("{} → 0", effect.lowest_before().unwrap()),
-        "after 0.5 s".into(),
+        "0.5 s      ".into(),
         format!("step {last}: recorded → changed"),
         "apart".into(),
         "until you quit".into(),
