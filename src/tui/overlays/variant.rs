@@ -42,9 +42,9 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
 fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
     let mut lines = Lines::new(&model.theme, width);
     let made = &*shown.made;
-    attack(&mut lines, model, shown);
     outcome(&mut lines, model, made);
     difference(&mut lines, model, made);
+    attack(&mut lines, model, shown);
     avoidable(&mut lines, model, made);
     refused(&mut lines, made);
     gate(&mut lines, made);
@@ -62,11 +62,7 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
 
 fn attack(lines: &mut Lines, model: &Model, shown: &VariantShown) {
     let made = &*shown.made;
-    let id = made.effect.attacker;
     lines.title("the attack");
-    let kind = made.closed.scenario().obstacle(id).map(|o| o.kind);
-    let who = kind.map_or(id.to_string(), |kind| format!("{kind} {id}"));
-    lines.say("attacker", &visible(&who));
     match &made.asked {
         Motion::Manoeuvre(manoeuvre) => lines.say("does", &manoeuvre_words(manoeuvre)),
         Motion::Waypoints(points) => {
@@ -83,8 +79,6 @@ fn attack(lines: &mut Lines, model: &Model, shown: &VariantShown) {
             from as f64 * dt
         ),
     );
-    let by = format!("{}: computed, not recorded", made.by);
-    lines.say("source", &visible(&by));
     if let Some(only) = made.only {
         lines.say("", &format!("only {only} was allowed to attack"));
     }
@@ -115,7 +109,13 @@ fn manoeuvre_words(m: &Manoeuvre) -> String {
 
 fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
     let effect = &made.effect;
-    lines.title("what it leads to, in the closed loop");
+    lines.title("what the attack leads to");
+    let id = effect.attacker;
+    let kind = made.closed.scenario().obstacle(id).map(|o| o.kind);
+    let who = kind.map_or(id.to_string(), |kind| format!("{kind} {id}"));
+    lines.say("attacker", &visible(&who));
+    let by = format!("{}: computed, not recorded", made.by);
+    lines.say("source", &visible(&by));
     let (words, color) = match effect.consequence {
         Consequence::Collision(c) => (format!("X collision with {c}"), model.theme.danger),
         Consequence::NearMiss => ("! near miss".to_string(), model.theme.warning),
@@ -126,12 +126,9 @@ fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
     let score = |score: Option<u8>| score.map_or("–".to_string(), |s| s.to_string());
     let change = |before, after| format!("{} → {}", score(before), score(after));
     let (before, after) = (effect.lowest_before(), effect.lowest_after());
-    lines.say(
-        "risk",
-        &format!("lowest {} of the attacker", change(before, after)),
-    );
     let anyone = change(effect.anyone_before, effect.anyone_after);
-    lines.say("", &format!("lowest {anyone} of anybody"));
+    let risk = format!("lowest {}; of anybody {anyone}", change(before, after));
+    lines.say("risk", &risk);
     if let Some(distance) = effect.distance {
         lines.say(
             "distance",
