@@ -77,7 +77,7 @@ table! {
     GroupScenarios, Global, "group", ["shift-s"], 0, "group", "Group the list by country, folder, tag, what answers say, or not at all.";
     EditTags, Global, "tags", ["#"], 0, "tags", "Give the selected scenario tags of your own.";
     TakeAsEgo, Global, "take-as-ego", ["shift-e"], 0, "as ego", "Take the picked obstacle as the ego.";
-    RecordedEgo, Global, "recorded-ego", ["backspace"], 0, "recorded ego", "Go back from an obstacle or a planned drive as the ego to the recorded one, or to that of --ego; from a changed scene to the scenario as it is.";
+    RecordedEgo, Global, "recorded-ego", ["backspace"], 0, "recorded ego", "Go back from an obstacle or a planned drive as the ego to the recorded one, or to that of --ego; from a changed scene or a variant to the scenario as it is.";
     DrivePlanner, Global, "drive", ["shift-w"], 0, "drive", "Let the planner drive the ego from the start of the planning problem; while it does, stop it.";
     NextForecast, Global, "forecast", ["shift-f"], 0, "forecast", "Tell the planner something else of the others' future: predictions along the lanes, of constant velocity, or what was recorded.";
     PlannerCycle, Global, "planner-cycle", ["shift-y"], 0, "why so", "What the planner saw and chose at this step: candidates, rejections, costs.";

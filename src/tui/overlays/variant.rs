@@ -143,10 +143,17 @@ fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
 
 fn avoidable(lines: &mut Lines, model: &Model, made: &Made) {
     lines.title("avoided by a good driver who reacts after");
+    let mut last = None;
     for (delay, certificate) in &made.avoidability.certificates {
         let name = format!("{delay:.1} s");
         match certificate {
-            Certificate::Avoided(way) => lines.say(&name, &format!("yes: {}", way.found)),
+            Certificate::Avoided(way) if last == Some(way.found) => {
+                lines.say(&name, "yes, in the same way");
+            }
+            Certificate::Avoided(way) => {
+                last = Some(way.found);
+                lines.say(&name, &format!("yes: {}", way.found));
+            }
             Certificate::NotFound(nothing) => {
                 let style = Style::new().fg(model.theme.warning);
                 lines.say_in(&name, &format!("no: {}", nothing.why), style);

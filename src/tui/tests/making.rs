@@ -147,7 +147,11 @@ fn original_and_variant_take_turns_and_both_can_be_left() {
     assert!(bench.model.planned().is_some());
     let frame = bench.frame(200, 60);
     assert!(frame.contains("original · ego planned"), "{frame}");
-    assert!(frame.contains(&format!("{attacker} changed")), "{frame}");
+    for words in ["changed", "recorded"] {
+        let words = format!("{attacker} {words}");
+        assert!(frame.contains(&words), "{words}\n{frame}");
+    }
+    assert!(!frame.contains("attacker "), "{frame}");
     bench.press("U");
     assert!(shown(&bench).changed && hash(&bench) == variant);
     // What the planner is told belongs to the variant.
@@ -266,15 +270,22 @@ fn who_says_no_is_asked_for_nothing_more() {
     };
     let settings = super::driven::coarse(wish.forecast);
     let thresholds = crate::metrics::Thresholds::shipped();
-    let mut last = None;
-    let mut no = |at| {
-        last = Some(at);
-        !matches!(at, Working::Driving(4, _))
-    };
-    let how = (&settings, &SHORT);
-    let made = Opened::generated(&wish, &WantedEgo::Beside, thresholds, how, &mut no);
-    assert!(matches!(made, Ok(None)));
-    assert!(matches!(last, Some(Working::Driving(4, _))));
+    let ends = [
+        |at: Working| matches!(at, Working::Driving(4, _)),
+        |at: Working| matches!(at, Working::Searching(progress, _) if progress.tried > 0),
+    ];
+    for end in ends {
+        let mut heard = Vec::new();
+        let mut watch = |at| {
+            heard.push(at);
+            !end(at)
+        };
+        let how = (&settings, &SHORT);
+        let made = Opened::generated(&wish, &WantedEgo::Beside, thresholds, how, &mut watch);
+        assert!(matches!(made, Ok(None)));
+        let said_no = heard.iter().position(|at| end(*at));
+        assert_eq!(said_no, Some(heard.len() - 1), "{heard:?}");
+    }
 }
 
 #[test]

@@ -57,14 +57,10 @@ pub fn draw(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projec
             _ => (id.to_string(), Style::new().fg(theme.dim)),
         };
         let (text, style) = match model.variant() {
-            Some(shown) if shown.made.effect.attacker == id => {
-                let word = if shown.changed {
-                    "attacker"
-                } else {
-                    "attacker, recorded"
-                };
-                (format!("{text} {word}"), bold(theme.attacker))
-            }
+            Some(shown) if shown.made.effect.attacker == id => match shown.changed {
+                true => (format!("{text} attacker"), bold(theme.attacker)),
+                false => (format!("{text} recorded"), style),
+            },
             _ => (text, style),
         };
         let body = board.cells(&body);

@@ -117,7 +117,8 @@ fn is_arrow(view: &Projection, body: &Footprint) -> bool {
 fn seen<'a>(model: &Model, opened: &'a Opened, view: &Projection, step: i64) -> Vec<Drawn<'a>> {
     let ego = opened.scene.as_ref().map(|s| s.ego.id);
     let theme = &model.theme;
-    let attacker = model.variant().map(|shown| shown.made.effect.attacker);
+    let variant = model.variant().filter(|shown| shown.changed);
+    let attacker = variant.map(|shown| shown.made.effect.attacker);
     let others = opened
         .scenario
         .obstacles
