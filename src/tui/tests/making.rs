@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use super::generated::{SHORT, generated};
 use crate::generation::{Consequence, Progress};
-use crate::scenario::{ContentHash, Entry, ObstacleRole, Scenario, WantedEgo, commonroad};
+use crate::scenario::{ContentHash, ObstacleRole, Scenario, WantedEgo, commonroad};
 use crate::tui::loaded::{Generated, Made, Opened, VariantShown, Wish, Working};
 use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
 use crate::tui::message::{Effect, Msg};
@@ -64,12 +64,6 @@ fn made(bench: &Bench) -> &Made {
 
 fn hash(bench: &Bench) -> ContentHash {
     bench.model.opened.as_ref().unwrap().scenario.hash
-}
-
-/// The wish for a bundled scenario.
-fn entry(name: &str) -> Entry {
-    let mut all = crate::scenario::bundled().into_iter();
-    all.find(|entry| entry.name.contains(name)).unwrap()
 }
 
 #[test]
@@ -260,8 +254,9 @@ fn the_picked_obstacle_attacks_if_it_can() {
 
 #[test]
 fn who_says_no_is_asked_for_nothing_more() {
+    let mut all = crate::scenario::bundled().into_iter();
     let wish = Wish {
-        entry: entry("RightTurn"),
+        entry: all.find(|e| e.name.contains("RightTurn")).unwrap(),
         change: None,
         forecast: crate::planner::Forecast::Lane,
         only: None,
