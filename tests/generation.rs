@@ -11,8 +11,8 @@ use nearmiss::generation::{Consequence, Effort, Gate, Made, Workshop};
 use nearmiss::scenario::{Entry, Scenario, commonroad, find};
 
 /// Every so many scenarios are taken, with fewer motions: the search is slow without optimisation.
-const EVERY: usize = if cfg!(debug_assertions) { 10 } else { 1 };
-const CANDIDATES: usize = if cfg!(debug_assertions) { 100 } else { 600 };
+const EVERY: usize = if cfg!(debug_assertions) { 15 } else { 1 };
+const CANDIDATES: usize = if cfg!(debug_assertions) { 60 } else { 600 };
 
 fn made(scenario: &Arc<Scenario>, effort: &Effort, only: Option<i64>) -> (Workshop, Made) {
     let problem = &scenario.planning_problems[0];
