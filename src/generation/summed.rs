@@ -9,6 +9,8 @@ pub struct Summed {
     pub worst: Refusal,
     /// How many there are.
     pub count: usize,
+    /// The first step of them, where they concern steps.
+    pub first: Option<i64>,
 }
 
 /// Refusals summed up by their reasons, in the order in which these come first.
@@ -21,6 +23,7 @@ pub fn summed(refusals: &[Refusal]) -> Vec<Summed> {
             all.push(Summed {
                 worst: refusal.clone(),
                 count: 1,
+                first: refusal.step,
             });
             continue;
         };
@@ -42,9 +45,10 @@ fn excess(refusal: &Refusal) -> f64 {
 impl std::fmt::Display for Summed {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}", self.worst)?;
-        match self.count {
-            1 => Ok(()),
-            count => write!(f, ", the worst of {count} steps"),
+        match (self.count, self.first) {
+            (1, _) => Ok(()),
+            (count, Some(first)) => write!(f, ", the worst of {count} steps from {first} on"),
+            (count, None) => write!(f, ", {count} times"),
         }
     }
 }
@@ -65,7 +69,7 @@ mod tests {
         assert_eq!(
             words,
             [
-                "step 4: jerk 90.0000 m/s³, at most 30.0000, the worst of 3 steps",
+                "step 4: jerk 90.0000 m/s³, at most 30.0000, the worst of 3 steps from 3 on",
                 "step 9: overlap with 7"
             ]
         );
