@@ -5,9 +5,11 @@
 
 use super::manoeuvre::Plan;
 use super::motion::{self, follow};
-use super::{Attack, Change, Ground, Reason, Refusal, Rehearsal, waypoints};
+use super::{Attack, Capability, Change, Ground, Reason, Refusal, Rehearsal, Stage, waypoints};
+use crate::geometry::angle_between;
+use crate::planner::Bound;
 use crate::scenario::Obstacle;
-use crate::verdict::{Manoeuvre, ManoeuvreKind, Motion, Waypoint};
+use crate::verdict::{Manoeuvre, ManoeuvreKind, Moment, Motion, Waypoint};
 
 /// An attack as somebody asked for it.
 #[derive(Debug, Clone)]
@@ -32,7 +34,7 @@ pub struct Repair {
 /// A repair moves nobody farther than this at any step, metres: what needs more was asked otherwise.
 pub const FARTHEST: f64 = 1.0;
 
-/// So much may heading (rad) and speed (m/s) be off at the start to be repaired.
+/// So much may heading (rad) and speed (m/s) differ from those of the waypoints, and from the recorded ones at the start.
 const TURNED: f64 = 0.2;
 const FASTER: f64 = 2.0;
 
@@ -121,6 +123,13 @@ fn sensible(
             "the manoeuvre begins at {start:.2} s and takes {duration:.2} s, and the scenario ends at {whole:.2} s"
         )));
     }
+    let fastest = Capability::of(obstacle).map(|able| able.limits.speed);
+    if let (Some(speed), Some(most)) = (manoeuvre.speed, fastest)
+        && speed > most
+    {
+        let reason = Reason::Kinematics(Bound::Speed);
+        return Err(Refusal::of(reason).with(speed, most));
+    }
     Ok(())
 }
 
@@ -154,10 +163,8 @@ fn through(
         }
     };
     let (step, moved) = farthest(&given, &driven);
-    if moved > FARTHEST {
-        refused.push(Refusal::answer(format!(
-            "the nearest motion that it can drive is {moved:.2} m away from this one at step {step}, at most {FARTHEST:.2} m are repaired"
-        )));
+    if let Some(words) = otherwise(ground.stage, points, &driven, (step, moved)) {
+        refused.push(Refusal::answer(words));
         return Err(refused);
     }
     match ground.attack(asked, driven) {
@@ -200,6 +207,37 @@ fn is_near(ground: &Ground<'_>, obstacle: &Obstacle, given: &Change, refused: &[
             Reason::OffRoad | Reason::Overlap(_) => refusal.step.is_some_and(|step| step > over),
             _ => false,
         }
+    })
+}
+
+/// What a motion that can be driven does not do of what was asked, in words; nothing where it comes near enough.
+fn otherwise(
+    stage: &Stage<'_>,
+    points: &[Waypoint],
+    driven: &Change,
+    (step, moved): (i64, f64),
+) -> Option<String> {
+    if moved > FARTHEST {
+        return Some(format!(
+            "the nearest motion that it can drive is {moved:.2} m away from this one at step {step}, at most {FARTHEST:.2} m are repaired"
+        ));
+    }
+    points.iter().enumerate().find_map(|(place, point)| {
+        let step = match point.at {
+            Moment::Step(step) => step,
+            Moment::Seconds(time) => stage.step_at(time),
+        };
+        let (_, motion) = driven.motions.iter().find(|(s, _)| *s == step)?;
+        let turned = point.heading.map(|h| angle_between(h, motion.pose.heading).abs());
+        let faster = point.velocity.map(|v| (v - motion.velocity).abs());
+        let off = [(turned, TURNED, "rad"), (faster, FASTER, "m/s")];
+        let (value, most, unit) = off
+            .into_iter()
+            .find_map(|(value, most, unit)| Some((value.filter(|v| *v > most)?, most, unit)))?;
+        Some(format!(
+            "the nearest motion that it can drive differs by {value:.2} {unit} from waypoint {}, at most {most:.2} {unit} are repaired",
+            place + 1
+        ))
     })
 }
 

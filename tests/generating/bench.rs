@@ -5,10 +5,14 @@ use std::sync::{Arc, Mutex, OnceLock};
 use nearmiss::evaluation::generating::{Author, AuthorError, Authored, Progress, write};
 use nearmiss::evaluation::{Judge, ModelJudge, Settings, usual_planning};
 use nearmiss::generation::{ClosedLoop, Gate, Ground, Stage, made};
+use nearmiss::geometry::{Footprint, Point, Shape};
 use nearmiss::llm::{Client, Endpoint, Parameters, Price, PriceEntry, Prices};
 use nearmiss::metrics::Thresholds;
 use nearmiss::prompts::Library;
-use nearmiss::scenario::{Motion as State, Scenario, Scene, bundled};
+use nearmiss::scenario::{
+    Motion as State, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Position, Prediction,
+    Quantity, Scenario, Scene, Steps, bundled,
+};
 use nearmiss::store::Store;
 use nearmiss::verdict::{Manoeuvre, ManoeuvreKind, Motion};
 use serde_json::{Value, json};
@@ -20,6 +24,9 @@ pub const ATTACKER: i64 = 301;
 
 /// Another one who is there.
 pub const OTHER: i64 = 304;
+
+/// One who is parked.
+pub const PARKED: i64 = 900;
 
 const USAGE: &str =
     "data: {\"choices\":[],\"usage\":{\"prompt_tokens\":1000,\"completion_tokens\":100}}\n\n";
@@ -33,15 +40,34 @@ pub fn closed_loop() -> &'static ClosedLoop {
     CLOSED.get_or_init(|| {
         let all = bundled();
         let entry = all.iter().find(|e| e.name.contains("CutIn")).unwrap();
-        let scenario = entry.read().unwrap();
+        let mut scenario = Scenario::clone(&entry.read().unwrap());
+        scenario.obstacles.push(parked(scenario.dt()));
         // Few samples: this is about who writes attacks, and not about how well is driven.
         let mut settings = usual_planning();
         let few = &mut settings.planner.sampling;
         (few.durations, few.speeds, few.offsets) = (2, 5, 5);
         (few.changes, few.refinements) = (1, 1);
         let problem = scenario.planning_problems[0].clone();
-        ClosedLoop::new(scenario, &problem, &settings).unwrap()
+        ClosedLoop::new(Arc::new(scenario), &problem, &settings).unwrap()
     })
+}
+
+/// Somebody who is parked, far away from the road.
+fn parked(dt: f64) -> Obstacle {
+    let parts = ObstacleParts {
+        id: PARKED,
+        role: ObstacleRole::Static,
+        kind: ObstacleType::ParkedVehicle,
+        footprint: Some(Footprint::new(Shape::rectangle(4.5, 1.8)).unwrap()),
+        initial: Some(nearmiss::scenario::State {
+            position: Some(Position::Point(Point::new(0.0, 0.0))),
+            orientation: Some(Quantity::Exact(0.0)),
+            ..nearmiss::scenario::State::at(Steps::exact(0))
+        }),
+        prediction: Prediction::None,
+        signals: Vec::new(),
+    };
+    Obstacle::new(parts, dt)
 }
 
 pub fn scenario() -> &'static Scenario {
@@ -122,22 +148,23 @@ pub fn recorded(obstacle: i64, step: i64) -> State {
     *obstacle.track().at(step).unwrap()
 }
 
-/// Half a second apart, with decimals as people write them.
-pub fn waypoints(states: impl Fn(i64) -> State) -> Value {
+/// Half a second apart, with so many decimals, and one more for headings.
+pub fn waypoints(decimals: i32, states: impl Fn(i64) -> State) -> Value {
     let places = (45..=90).step_by(5).map(|step| {
         let state = states(step);
         let at = state.pose.position;
+        let to = 10.0_f64.powi(decimals);
         let round = |x: f64, to: f64| (x * to).round() / to;
         json!({
-            "step": step, "time": null, "x": round(at.x, 100.0), "y": round(at.y, 100.0),
-            "heading": round(state.pose.heading, 1000.0), "velocity": round(state.velocity, 100.0),
+            "step": step, "time": null, "x": round(at.x, to), "y": round(at.y, to),
+            "heading": round(state.pose.heading, 10.0 * to), "velocity": round(state.velocity, to),
         })
     });
     places.collect()
 }
 
 /// The cut-in of [`cut_in`] as waypoints: what a model that knows its physics would write.
-pub fn driven() -> Value {
+pub fn driven(decimals: i32) -> Value {
     let scene = scene();
     let manoeuvre = Motion::Manoeuvre(Manoeuvre {
         kind: ManoeuvreKind::CutIn,
@@ -148,7 +175,7 @@ pub fn driven() -> Value {
     });
     let change = on_ground(&scene, |ground| made(ground, ATTACKER, &manoeuvre));
     let motions = change.unwrap().attack.change.motions;
-    waypoints(|step| {
+    waypoints(decimals, |step| {
         let changed = motions.iter().find(|(s, _)| *s == step);
         changed.map_or_else(|| recorded(ATTACKER, step), |(_, motion)| *motion)
     })
@@ -156,7 +183,7 @@ pub fn driven() -> Value {
 
 /// The recorded motion with a jump of 10.7 m to the side in one step, as in the published example.
 pub fn jumping() -> Value {
-    let mut points = waypoints(|step| recorded(ATTACKER, step));
+    let mut points = waypoints(2, |step| recorded(ATTACKER, step));
     let list = points.as_array_mut().unwrap();
     let mut second = list[0].clone();
     second["step"] = json!(46);

@@ -1,22 +1,16 @@
 //! The attacker is chosen by the model where that can be taken, else by the reference, and the report says which.
 
 use nearmiss::evaluation::generating::{AuthorError, ChosenBy};
-use nearmiss::scenario::ObstacleRole;
 use serde_json::json;
 
-use super::bench::{ATTACKER, OTHER, chooses, cut_in, does, says, scenario, scene, written};
+use super::bench::{ATTACKER, OTHER, PARKED, chooses, cut_in, does, says, scene, written};
 
 #[tokio::test]
 async fn a_choice_that_cannot_be_taken_is_refused_with_the_reason() {
-    let standing = scenario()
-        .obstacles
-        .iter()
-        .find(|o| o.role == ObstacleRole::Static);
-    let standing = standing.unwrap().id;
     let cases = [
         (json!(null), "nobody can attack"),
         (json!(424_242), "no obstacle 424242 in the scenario"),
-        (json!(standing), "does not move"),
+        (json!(PARKED), "is parked and does not move"),
         (json!(scene().ego.id), "is the ego itself"),
     ];
     for (choice, why) in cases {

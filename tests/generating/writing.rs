@@ -51,7 +51,7 @@ async fn a_jump_goes_back_with_the_gates_words_and_is_mended() {
     let scripts = vec![
         chooses(json!(ATTACKER)),
         through(ATTACKER, &jumping()),
-        through(ATTACKER, &driven()),
+        through(ATTACKER, &driven(2)),
     ];
     let written = written(scripts, |_| {}).await;
     let authored = written.authored();
@@ -82,13 +82,29 @@ async fn a_jump_goes_back_with_the_gates_words_and_is_mended() {
 }
 
 #[tokio::test]
+async fn what_can_be_driven_is_taken_as_it_is() {
+    let scripts = vec![chooses(json!(ATTACKER)), through(ATTACKER, &driven(2))];
+    let written = written(scripts, |_| {}).await;
+    let made = &written.authored().attacks[0].made;
+    assert!(made.repair.is_none());
+    for point in driven(2).as_array().unwrap() {
+        let change = &made.attack.change;
+        let motion = change.motions.iter().find(|(s, _)| point["step"] == *s);
+        let at = motion.unwrap().1.pose.position;
+        let off = (at.x - point["x"].as_f64().unwrap()).abs();
+        assert!(off < 0.006, "{off}");
+    }
+}
+
+#[tokio::test]
 async fn rounded_waypoints_are_repaired_and_the_attack_is_driven() {
-    let scripts = vec![chooses(json!(ATTACKER)), through(ATTACKER, &driven())];
+    let scripts = vec![chooses(json!(ATTACKER)), through(ATTACKER, &driven(1))];
     let mut written = written(scripts, |_| {}).await;
     let authored = written.outcome.as_mut().unwrap();
     let repair = authored.attacks[0].made.repair.clone().unwrap();
     assert!(repair.moved > 0.0 && repair.moved < 0.5, "{repair:?}");
-    assert!(!repair.refused.is_empty());
+    let reasons: Vec<&str> = { repair.refused.iter() }.map(|r| r.reason.name()).collect();
+    assert!(reasons.contains(&"start"), "{reasons:?}");
     let chosen = on_ground(&scene(), |ground| {
         authored.drive(ground);
         choose(closed_loop(), &authored.plain(), 0.5)
@@ -103,7 +119,7 @@ async fn rounded_waypoints_are_repaired_and_the_attack_is_driven() {
 #[tokio::test]
 async fn waypoints_by_times_and_places_alone_are_enough() {
     // Over to the ego's side by 0.8 m, smoothly.
-    let mut points = waypoints(|step| {
+    let mut points = waypoints(2, |step| {
         let mut state = recorded(ATTACKER, step);
         let ego = scene().ego.track.at(step).unwrap().pose.position;
         let side = state.pose.to_local(&ego).y.signum();
@@ -141,8 +157,8 @@ async fn a_manoeuvre_becomes_an_attack() {
 async fn the_wrong_obstacle_is_refused() {
     let scripts = vec![
         chooses(json!(ATTACKER)),
-        through(OTHER, &driven()),
-        through(90_210, &driven()),
+        through(OTHER, &driven(2)),
+        through(90_210, &driven(2)),
         says(""),
     ];
     let written = written(scripts, |_| {}).await;
@@ -167,7 +183,7 @@ async fn a_blank_answer_is_not_sent_back() {
     let scripts = vec![
         chooses(json!(ATTACKER)),
         says(""),
-        through(ATTACKER, &driven()),
+        through(ATTACKER, &driven(2)),
     ];
     let written = written(scripts, |_| {}).await;
     assert_eq!(written.authored().attacks.len(), 1);
@@ -178,7 +194,7 @@ async fn a_blank_answer_is_not_sent_back() {
 
 /// The driven waypoints with a change in one of them.
 fn with(place: usize, key: &str, value: Value) -> Value {
-    let mut points = driven();
+    let mut points = driven(2);
     points[place][key] = value;
     points
 }
@@ -199,7 +215,7 @@ async fn impossible_physics_is_refused_by_name() {
         (through(ATTACKER, &with(4, "y", json!(1e9))), "jump"),
         (
             through(ATTACKER, &with(3, "velocity", json!(-3.0))),
-            "driving backwards 3.0",
+            "speed backwards 3.0",
         ),
         (
             through(ATTACKER, &with(3, "velocity", json!(45.0))),
@@ -245,7 +261,7 @@ async fn nothing_is_paid_for_twice() {
     let scripts = vec![
         chooses(json!(ATTACKER)),
         through(ATTACKER, &jumping()),
-        through(ATTACKER, &driven()),
+        through(ATTACKER, &driven(2)),
     ];
     let first = written(scripts, |author| author.store = Some(store.clone())).await;
     assert_eq!(first.requests.len(), 3);

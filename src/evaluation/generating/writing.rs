@@ -15,7 +15,7 @@ use crate::scenario::{Motion, Window};
 use crate::verdict::{NewMotion, Said, Task};
 
 /// The described steps go on for so long after the attacker could be at the ego, seconds.
-const AFTER: f64 = 1.5;
+const AFTER: f64 = 2.0;
 
 /// What came of one conversation.
 #[derive(Default)]
