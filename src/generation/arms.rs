@@ -21,18 +21,10 @@ pub struct Arm {
     spread: Numbers,
     lowest: Numbers,
     highest: Numbers,
-    /// The best cost so far.
-    pub best: f64,
 }
 
 /// No manoeuvre takes less, seconds.
 const SHORTEST: f64 = 0.8;
-
-/// A change of the distribution keeps this share of the old one.
-const KEEP: f64 = 0.2;
-
-/// Spreads do not shrink below this share of the first ones.
-const LEAST_SPREAD: f64 = 0.04;
 
 impl Arm {
     /// What a candidate can try, all of it.
@@ -58,7 +50,6 @@ impl Arm {
             spread,
             lowest: [first, SHORTEST, low[2], low[3]],
             highest: [(last - SHORTEST).max(first), high[1], high[2], high[3]],
-            best: f64::INFINITY,
         };
         use ManoeuvreKind as Kind;
         let most = ego + 5.0;
@@ -116,18 +107,23 @@ impl Arm {
         })
     }
 
-    /// A manoeuvre from the distribution, and its numbers. A gap below 0 is none, as is one that the kind does not have.
-    pub fn sample(&self, random: &mut fastrand::Rng) -> (Manoeuvre, Numbers) {
-        let mut x = self.mean;
+    /// Numbers from the distribution.
+    pub fn sample(&self, random: &mut fastrand::Rng) -> Numbers {
+        self.around(&self.mean, 1.0, random)
+    }
+
+    /// Numbers around others, with a share of the spread.
+    pub fn around(&self, mean: &Numbers, share: f64, random: &mut fastrand::Rng) -> Numbers {
+        let mut x = *mean;
         for (x, spread) in x.iter_mut().zip(self.spread) {
-            *x += spread * normal(random);
+            *x += share * spread * normal(random);
         }
-        let manoeuvre = self.manoeuvre(&mut x);
-        (manoeuvre, x)
+        x
     }
 
     /// The manoeuvre with these numbers, which are taken into their bounds.
-    fn manoeuvre(&self, x: &mut Numbers) -> Manoeuvre {
+    /// A gap below 0 is none, as is one that the kind does not have.
+    pub fn manoeuvre(&self, x: &mut Numbers) -> Manoeuvre {
         for (i, x) in x.iter_mut().enumerate() {
             *x = x.clamp(self.lowest[i], self.highest[i]);
         }
@@ -138,22 +134,6 @@ impl Arm {
             duration: x[1],
             gap,
             speed: Some(x[3]),
-        }
-    }
-
-    /// Moves the distribution to the best ones of those that were tried.
-    pub fn learn(&mut self, best: &[Numbers]) {
-        if best.is_empty() {
-            return;
-        }
-        let count = best.len() as f64;
-        for i in 0..4 {
-            let mean = best.iter().map(|x| x[i]).sum::<f64>() / count;
-            let spread = best.iter().map(|x| (x[i] - mean).powi(2)).sum::<f64>() / count;
-            let first = self.highest[i] - self.lowest[i];
-            self.mean[i] = KEEP * self.mean[i] + (1.0 - KEEP) * mean;
-            let spread = KEEP * self.spread[i] + (1.0 - KEEP) * spread.sqrt();
-            self.spread[i] = spread.max(LEAST_SPREAD * first.min(3.0));
         }
     }
 }

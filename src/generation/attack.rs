@@ -1,6 +1,8 @@
 //! One attack: a changed motion that has passed the gate, and what the ego makes of it.
 
-use super::{Change, ClosedLoop, Consequence, Effect, Gate, Reason, Refusal, Rehearsal, Stage};
+use super::{
+    Avoidability, Change, ClosedLoop, Consequence, Effect, Gate, Reason, Refusal, Rehearsal, Stage,
+};
 use crate::scenario::Obstacle;
 use crate::verdict::Motion;
 
@@ -15,6 +17,8 @@ pub struct Attack {
     pub rehearsal: Rehearsal,
     /// What the ego makes of it, where it was driven.
     pub effect: Option<Effect>,
+    /// Whether a good driver survives it with the reaction time that is asked for, where that was looked for.
+    pub survivable: Option<bool>,
 }
 
 /// What attacks are made on, and what they have to pass.
@@ -30,6 +34,12 @@ pub struct Ground<'a> {
 
 /// So long after it was nearest to the ego an attack is over, seconds.
 const OVER: f64 = 2.0;
+
+/// What an attack costs more that nobody survives.
+const HOPELESS: f64 = 3.2;
+
+/// The ego is driven for so long after the attack should be nearest, seconds: it slows down before that.
+const ENOUGH: f64 = 3.0;
 
 /// What an attack that was not driven yet costs more: driving shows what a rehearsal only hopes.
 const UNTRIED: f64 = 0.8;
@@ -57,12 +67,23 @@ impl Ground<'_> {
             change: self.admitted(change, &rehearsal)?,
             rehearsal,
             effect: None,
+            survivable: None,
         })
     }
 
-    /// Drives the ego against an attack.
+    /// Drives the ego against an attack, until that should be over.
     pub fn drive(&self, attack: &mut Attack) {
+        let until = attack.rehearsal.step + (ENOUGH / self.stage.dt()).ceil() as i64;
+        attack.effect = self.closed_loop.effect_until(&attack.change, until).ok();
+    }
+
+    /// Drives the ego against it to the end, and looks whether a good driver survives it with a reaction time of
+    /// `delay` seconds.
+    pub fn survive(&self, attack: &mut Attack, delay: f64) {
         attack.effect = self.closed_loop.effect(&attack.change).ok();
+        if let Some(effect) = attack.effect.as_ref().filter(|_| attack.has_effect()) {
+            attack.survivable = Some(Avoidability::with(self.closed_loop, effect, delay));
+        }
     }
 
     /// The step after which an attack is over.
@@ -91,21 +112,36 @@ impl Ground<'_> {
 }
 
 impl Attack {
+    /// Whether the ego, where it was driven, was touched by the attacker or nearly so, and not just hit from behind.
+    #[must_use]
+    pub fn has_effect(&self) -> bool {
+        self.effect.as_ref().is_some_and(|e| match e.consequence {
+            Consequence::Collision(_) => e.hits_attacker() && !e.is_hit_from_behind(),
+            Consequence::NearMiss => true,
+            Consequence::NoEffect => false,
+        })
+    }
+
     /// How good it is, the less the better: below 0 where the ego was driven and did not get away.
     #[must_use]
     pub fn cost(&self) -> f64 {
         let Some(effect) = &self.effect else {
             return UNTRIED + self.rehearsal.cost();
         };
-        match effect.consequence {
-            Consequence::Collision(_) if effect.is_hit_from_behind() => -0.5,
-            Consequence::Collision(c) if c.with == effect.attacker => -3.0,
-            Consequence::NearMiss => -2.0,
-            Consequence::Collision(_) => 0.5,
-            Consequence::NoEffect => {
-                let distance = effect.distance.unwrap_or(20.0).min(20.0);
-                0.5 + 0.3 * distance
+        let hopeless = match self.survivable {
+            Some(false) => HOPELESS,
+            _ => 0.0,
+        };
+        hopeless
+            + match effect.consequence {
+                Consequence::Collision(_) if effect.is_hit_from_behind() => -0.5,
+                Consequence::Collision(c) if c.with == effect.attacker => -3.0,
+                Consequence::NearMiss => -2.0,
+                Consequence::Collision(_) => 0.5,
+                Consequence::NoEffect => {
+                    let distance = effect.distance.unwrap_or(20.0).min(20.0);
+                    0.5 + 0.3 * distance
+                }
             }
-        }
     }
 }

@@ -123,6 +123,14 @@ impl Avoidability {
         Self { certificates }
     }
 
+    /// Whether it can be avoided with this one reaction time, seconds.
+    #[must_use]
+    pub fn with(closed: &ClosedLoop, effect: &Effect, delay: f64) -> bool {
+        let search = Search::new(closed, effect);
+        let found = search.from(search.reaction(delay));
+        found.avoidance().is_some()
+    }
+
     /// Whether it can be avoided with this reaction time, seconds; of other ones than [`DELAYS`] nothing is known.
     #[must_use]
     pub fn at(&self, delay: f64) -> Option<bool> {

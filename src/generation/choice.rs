@@ -1,7 +1,7 @@
 //! Which attack is taken: the most dangerous one that a good driver survives.
 
 use super::attack::Attack;
-use super::{Avoidability, ClosedLoop, Consequence};
+use super::{Avoidability, ClosedLoop};
 
 /// An attack with the proof that it can be survived, or that this was searched for.
 #[derive(Debug, Clone)]
@@ -22,10 +22,7 @@ const LOOKED_AT: usize = 8;
 #[must_use]
 pub fn choose(closed: &ClosedLoop, attacks: &[Attack], delay: f64) -> Option<Chosen> {
     let driven = attacks.iter().filter(|a| a.effect.is_some());
-    let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) = driven.partition(|a| {
-        let effect = a.effect.as_ref();
-        effect.is_some_and(|e| e.consequence != Consequence::NoEffect && !e.is_hit_from_behind())
-    });
+    let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) = driven.partition(|a| a.has_effect());
     let mut best: Option<(usize, Chosen)> = None;
     for attack in effective.into_iter().take(LOOKED_AT) {
         let chosen = look(closed, attack)?;
@@ -43,11 +40,15 @@ pub fn choose(closed: &ClosedLoop, attacks: &[Attack], delay: f64) -> Option<Cho
     }
 }
 
+/// Drives to the end, since searches stop when an attack seems over, and looks for ways out.
 fn look(closed: &ClosedLoop, attack: &Attack) -> Option<Chosen> {
-    let effect = attack.effect.as_ref()?;
+    let effect = closed.effect(&attack.change).ok()?;
     Some(Chosen {
-        attack: attack.clone(),
-        avoidability: Avoidability::search(closed, effect),
+        avoidability: Avoidability::search(closed, &effect),
+        attack: Attack {
+            effect: Some(effect),
+            ..attack.clone()
+        },
     })
 }
 

@@ -90,7 +90,7 @@ impl ClosedLoop {
         settings: &Settings,
     ) -> Result<Self, DriveError> {
         let driver = Driver::new(&scenario, problem, settings)?;
-        let noted = driver.drive_noted(&scenario);
+        let noted = driver.drive_noted(&scenario, i64::MAX);
         let scores = readings(&driver, &scenario, &noted.drive, "risk");
         Ok(Self {
             scenario,
@@ -125,13 +125,21 @@ impl ClosedLoop {
     /// # Errors
     /// The scenario has no such obstacle, or it cannot be changed so.
     pub fn effect(&self, change: &Change) -> Result<Effect, ChangeError> {
+        self.effect_until(change, i64::MAX)
+    }
+
+    /// The same, but nothing is looked at after step `until`: a drive that has not ended then counts as a time-out.
+    ///
+    /// # Errors
+    /// Those of [`Self::effect`].
+    pub fn effect_until(&self, change: &Change, until: i64) -> Result<Effect, ChangeError> {
         let attacker = change.obstacle;
         let changed = Arc::new(change.apply(&self.scenario)?);
         let noted = match self.same_until(&changed, change) {
             Some(same) => self
                 .driver
-                .drive_again(&changed, &self.baseline.noted, same),
-            None => self.driver.drive_noted(&changed),
+                .drive_again(&changed, &self.baseline.noted, same, until),
+            None => self.driver.drive_noted(&changed, until),
         };
         let drive = noted.drive;
         let scores = readings(&self.driver, &changed, &drive, "risk");

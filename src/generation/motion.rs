@@ -1,7 +1,9 @@
 //! From what is wanted of an attacker to a motion that it can drive.
 
+use std::ops::RangeInclusive;
+
 use super::manoeuvre::{self, Plan};
-use super::{Capability, Change, Refusal, Stage, Wanted, track};
+use super::{Capability, Change, Joint, Refusal, Stage, Wanted, track};
 use crate::planner::{Limits, VehicleState};
 use crate::scenario::{Motion, Obstacle};
 use crate::verdict::Manoeuvre;
@@ -11,9 +13,6 @@ const GRIP: f64 = 8.0;
 
 /// How fast attackers change their acceleration, m/s³.
 const JERK: f64 = 15.0;
-
-/// Below this speed a change of heading does not tell how the wheels stand, m/s.
-const SLOW: f64 = 0.5;
 
 /// The motion of an obstacle that does a manoeuvre; `way` as in [`manoeuvre::plan`].
 ///
@@ -52,7 +51,7 @@ pub fn follow(
         )));
     }
     let able = moderate(able);
-    let start = start(stage, obstacle, from, &now, &able.limits);
+    let start = start(stage, obstacle, from, &now, &able);
     let states = track(&start, &plan.wanted, &able, stage.dt());
     let motions = (from + 1..).zip(states.iter().skip(1));
     let motions = motions.map(|(step, state)| (step, state.centre(&able.limits)));
@@ -73,28 +72,28 @@ fn moderate(able: Capability) -> Capability {
     }
 }
 
-/// The recorded state, as that of a vehicle: the wheels as it turns, the acceleration as its speed has changed.
+/// The recorded state, as that of a vehicle whose wheels and acceleration are in the middle of what the recording says.
 fn start(
     stage: &Stage<'_>,
     obstacle: &Obstacle,
     step: i64,
     now: &Motion,
-    limits: &Limits,
+    able: &Capability,
 ) -> VehicleState {
-    let dt = stage.dt();
-    let turning = obstacle.yaw_rate_at(step, dt).map_or(0.0, |(rate, _)| rate);
-    let curvature = if now.velocity > SLOW {
-        turning / now.velocity
-    } else {
-        0.0
-    };
-    let before = obstacle.track().at(step - 1);
-    let acceleration = before.map_or(now.acceleration, |m| (now.velocity - m.velocity) / dt);
-    let most = limits.curvature();
+    let limits = &able.limits;
+    let joint = Joint::of(obstacle.track(), step, able, stage.dt());
+    let steering = joint.as_ref().and_then(|j| j.steering.clone());
+    let angle = steering.map_or(0.0, |range| middle(&range));
+    let angle = angle.clamp(-limits.steering, limits.steering);
+    let acceleration = joint.map_or(now.acceleration, |j| middle(&j.acceleration));
     VehicleState {
         acceleration: acceleration.clamp(-limits.acceleration, limits.acceleration),
-        ..VehicleState::of_centre(now, curvature.clamp(-most, most), limits)
+        ..VehicleState::of_centre(now, angle.tan() / limits.wheelbase, limits)
     }
+}
+
+fn middle(range: &RangeInclusive<f64>) -> f64 {
+    f64::midpoint(*range.start(), *range.end())
 }
 
 /// What is wanted of a motion that keeps to nothing but its own places: those of a given motion.

@@ -1,5 +1,8 @@
 //! Attacks without any model: a cross-entropy search over the numbers of manoeuvres.
 //!
+//! The density that is drawn from is a mixture: normal distributions around what did best, and those that each
+//! manoeuvre begins with.
+//!
 //! Source: Rubinstein and Kroese, The Cross-Entropy Method (2004), as O'Kelly et al. 2018 use it for rare events. Each
 //! round draws manoeuvres, makes motions of them, leaves out what the gate refuses, looks at the rest beside an ego
 //! that only brakes, and drives the ego against the most promising ones. What worked is drawn more often. The
@@ -24,6 +27,8 @@ pub struct Effort {
     pub drives: usize,
     /// Obstacles that are tried, those that need the least change.
     pub attackers: usize,
+    /// A good driver has to survive it with this reaction time, seconds; one of [`super::DELAYS`].
+    pub delay: f64,
     /// Of the random numbers.
     pub seed: u64,
 }
@@ -31,10 +36,11 @@ pub struct Effort {
 impl Default for Effort {
     fn default() -> Self {
         Self {
-            candidates: 200,
-            rounds: 6,
+            candidates: 600,
+            rounds: 12,
             drives: 5,
             attackers: 6,
+            delay: 0.5,
             seed: 1,
         }
     }
@@ -51,18 +57,41 @@ pub struct Found {
     pub candidates: usize,
 }
 
-/// The share of what an arm tried that it learns from.
-const ELITE: f64 = 0.25;
+/// An attack of this cost is as good as one can be: a collision that a good driver survives.
+const BEST: f64 = -3.0;
 
-/// A share of the draws that goes to all arms alike, in every round.
-const EXPLORE: f64 = 0.3;
+/// One of this cost is a near miss that a good driver survives; half of the rounds are spent to find better ones.
+const GOOD: f64 = -2.0;
 
-/// How much more often an arm is drawn that is better by 1.
+/// So many attacks with an effect are looked at in a round for whether they can be survived.
+const LOOKED_AT: usize = 2;
+
+/// So many are learned from.
+const ELITE: usize = 9;
+
+/// The share of the motions that is tried in the first round.
+const FIRST: f64 = 0.35;
+
+/// The share of later draws that goes to all arms alike.
+const EXPLORE: f64 = 0.25;
+
+/// How widely is drawn around what did well, as a share of an arm's first spread; in the nth round an nth of it.
+const SPREAD: f64 = 0.5;
+
+/// How much more often is drawn around what is better by 1.
 const SHARPNESS: f64 = 2.0;
 
 /// The search in one scenario.
 struct Search<'a> {
     ground: &'a Ground<'a>,
+}
+
+/// What was tried, and how good it was.
+#[derive(Debug, Clone, Copy)]
+struct Tried {
+    arm: usize,
+    numbers: Numbers,
+    cost: f64,
 }
 
 /// What became of one draw.
@@ -85,7 +114,7 @@ impl Search<'_> {
             .iter()
             .filter(|c| only.is_none_or(|id| c.obstacle == id));
         let chosen: Vec<&Candidate> = chosen.take(effort.attackers).collect();
-        let mut arms: Vec<Arm> = chosen
+        let arms: Vec<Arm> = chosen
             .iter()
             .flat_map(|c| Arm::all(self.ground.stage, c))
             .collect();
@@ -94,27 +123,24 @@ impl Search<'_> {
         if arms.is_empty() {
             return found;
         }
-        let each = (effort.candidates / effort.rounds.max(1)).max(1);
-        let mut past: Vec<(usize, Numbers, f64)> = Vec::new();
-        for round in 0..effort.rounds {
-            let count = if round + 1 == effort.rounds {
-                effort.candidates - each * round
-            } else {
-                each
+        let first = (effort.candidates as f64 * FIRST).round() as usize;
+        let rounds = effort.rounds.max(1);
+        let mut past: Vec<Tried> = Vec::new();
+        for round in 0..rounds {
+            let count = match round {
+                0 if rounds > 1 => first,
+                _ => {
+                    let left = effort.candidates.saturating_sub(found.candidates);
+                    left / (rounds - round)
+                }
             };
-            let asked: Vec<(usize, Manoeuvre, Numbers)> = pick(&arms, count, round, &mut random)
-                .into_iter()
-                .map(|arm| {
-                    let (manoeuvre, numbers) = arms[arm].sample(&mut random);
-                    (arm, manoeuvre, numbers)
-                })
-                .collect();
+            let asked = draw(&arms, &past, count, round, &mut random);
             let draws: Vec<Draw> = asked
                 .into_par_iter()
-                .map(|(arm, manoeuvre, numbers)| Draw {
+                .map(|(arm, mut numbers)| Draw {
                     arm,
+                    made: self.make(&arms[arm], arms[arm].manoeuvre(&mut numbers)),
                     numbers,
-                    made: self.make(&arms[arm], manoeuvre),
                 })
                 .collect();
             found.candidates += draws.len();
@@ -126,14 +152,19 @@ impl Search<'_> {
                 }
             }
             self.drive(&mut tried, effort.drives);
+            self.look(&mut tried, effort.delay);
             for (arm, numbers, attack) in tried {
-                let cost = attack.cost();
-                arms[arm].best = arms[arm].best.min(cost);
-                past.push((arm, numbers, cost));
+                past.push(Tried {
+                    arm,
+                    numbers,
+                    cost: attack.cost(),
+                });
                 found.attacks.push(attack);
             }
-            for (place, arm) in arms.iter_mut().enumerate() {
-                arm.learn(&elite(&past, place));
+            past.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let best = past.first().map_or(f64::INFINITY, |t| t.cost);
+            if best <= BEST || best <= GOOD && 2 * round >= rounds {
+                break;
             }
         }
         found.attacks.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
@@ -144,6 +175,19 @@ impl Search<'_> {
         let obstacle = self.ground.obstacle(arm.obstacle)?;
         let change = motion::of_manoeuvre(self.ground.stage, obstacle, &manoeuvre, arm.way)?;
         self.ground.attack(Motion::Manoeuvre(manoeuvre), change)
+    }
+
+    /// Looks whether a good driver survives what the ego did not, the most dangerous first.
+    fn look(&self, tried: &mut [(usize, Numbers, Attack)], delay: f64) {
+        tried.sort_by(|a, b| a.2.cost().total_cmp(&b.2.cost()));
+        let effective = tried.iter_mut().map(|t| &mut t.2);
+        let effective = effective.filter(|a| a.has_effect()).take(LOOKED_AT);
+        for attack in effective {
+            self.ground.survive(attack, delay);
+            if attack.cost() <= BEST {
+                break;
+            }
+        }
     }
 
     /// Drives the ego against the most promising attacks, not more than half of them by one arm.
@@ -164,39 +208,53 @@ impl Search<'_> {
     }
 }
 
-/// Which arm each draw is of: in the first round all alike, later mostly those that did well.
-fn pick(arms: &[Arm], count: usize, round: usize, random: &mut fastrand::Rng) -> Vec<usize> {
-    if round == 0 {
-        return (0..count).map(|i| i % arms.len()).collect();
-    }
-    let best = arms.iter().map(|arm| arm.best);
-    let best = best.fold(f64::INFINITY, f64::min);
-    let weight = |arm: &Arm| match arm.best.is_finite() {
-        true => (SHARPNESS * (best - arm.best)).exp(),
-        false => 0.0,
-    };
-    let total: f64 = arms.iter().map(weight).sum();
+/// What is to be tried: in the first round of all arms alike, later mostly around what did well, ever closer.
+fn draw(
+    arms: &[Arm],
+    past: &[Tried],
+    count: usize,
+    round: usize,
+    random: &mut fastrand::Rng,
+) -> Vec<(usize, Numbers)> {
+    let elite = elite(past);
+    let best = elite.first().map_or(0.0, |t| t.cost);
+    let weights: Vec<f64> = { elite.iter() }
+        .map(|t| (SHARPNESS * (best - t.cost)).exp())
+        .collect();
+    let total: f64 = weights.iter().sum();
+    let spread = SPREAD / round.max(1) as f64;
     (0..count)
-        .map(|_| {
-            if total <= 0.0 || random.f64() < EXPLORE {
-                return random.usize(..arms.len());
+        .map(|i| {
+            if elite.is_empty() || random.f64() < EXPLORE {
+                let arm = if round == 0 {
+                    i % arms.len()
+                } else {
+                    random.usize(..arms.len())
+                };
+                return (arm, arms[arm].sample(random));
             }
             let mut left = random.f64() * total;
-            for (place, arm) in arms.iter().enumerate() {
-                left -= weight(arm);
-                if left <= 0.0 {
-                    return place;
-                }
-            }
-            arms.len() - 1
+            let chosen = weights.iter().position(|w| {
+                left -= w;
+                left <= 0.0
+            });
+            let parent = elite[chosen.unwrap_or(0)];
+            (
+                parent.arm,
+                arms[parent.arm].around(&parent.numbers, spread, random),
+            )
         })
         .collect()
 }
 
-/// The numbers of the best that an arm has tried.
-fn elite(past: &[(usize, Numbers, f64)], arm: usize) -> Vec<Numbers> {
-    let mut of_arm: Vec<&(usize, Numbers, f64)> = past.iter().filter(|p| p.0 == arm).collect();
-    of_arm.sort_by(|a, b| a.2.total_cmp(&b.2));
-    let count = (of_arm.len() as f64 * ELITE).ceil() as usize;
-    of_arm.iter().take(count).map(|p| p.1).collect()
+/// The best of those that were tried, which are in order; of no arm more than a few.
+fn elite(past: &[Tried]) -> Vec<&Tried> {
+    let mut elite: Vec<&Tried> = Vec::new();
+    for tried in past {
+        let same = elite.iter().filter(|t| t.arm == tried.arm).count();
+        if elite.len() < ELITE && same < ELITE / 3 {
+            elite.push(tried);
+        }
+    }
+    elite
 }

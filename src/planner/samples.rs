@@ -119,10 +119,13 @@ impl Sampler<'_> {
         let mut next: Option<(f64, f64)> = None;
         for other in self.traffic.at(step) {
             let at = crate::geometry::Point::new(other.x, other.y);
-            let Ok(on) = path.project_near(&at, from[0] + from[1] * duration, REACH) else {
+            let Ok(on) = path.project(&at) else {
                 continue;
             };
-            if on.d.abs() > BESIDE + other.half_width || on.s <= from[0] {
+            if (on.s - from[0] - from[1] * duration).abs() > REACH
+                || on.d.abs() > BESIDE + other.half_width
+                || on.s <= from[0]
+            {
                 continue;
             }
             let point = path.at(on.s);

@@ -156,8 +156,8 @@ impl Driver {
 
     /// Drives the whole problem, so that other drives can take over its first cycles.
     #[must_use]
-    pub fn drive_noted(&self, scenario: &Scenario) -> Noted {
-        self.run(scenario, &self.whole(), None, &mut |_, _| true)
+    pub fn drive_noted(&self, scenario: &Scenario, until: i64) -> Noted {
+        self.run(scenario, &self.until(until), None, &mut |_, _| true)
     }
 
     /// Drives the whole problem in traffic of which the planner is told the same as in the drive `before` in every
@@ -167,13 +167,22 @@ impl Driver {
     /// the vehicle's state, on what is told of the traffic and on what the planner carries from cycle to cycle, and on
     /// nothing else. Contacts and arrivals are looked for at every step again.
     #[must_use]
-    pub fn drive_again(&self, scenario: &Scenario, before: &Noted, same: i64) -> Noted {
+    pub fn drive_again(&self, scenario: &Scenario, before: &Noted, same: i64, until: i64) -> Noted {
         self.run(
             scenario,
-            &self.whole(),
+            &self.until(until),
             Some((before, same)),
             &mut |_, _| true,
         )
+    }
+
+    /// The whole drive, but no farther than to step `until`.
+    fn until(&self, until: i64) -> Stretch {
+        let whole = self.whole();
+        Stretch {
+            last: whole.last.min(until),
+            ..whole
+        }
     }
 
     fn run(
