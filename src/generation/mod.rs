@@ -43,7 +43,7 @@ pub use gate::{Comparison, Gate, Joint, Judged, Passed};
 pub use made::{Made, Workshop, WorkshopError};
 pub use refusal::{Reason, Refusal};
 pub use rehearsal::Rehearsal;
-pub use repair::{FARTHEST, Made, Repair, made};
+pub use repair::{Admitted, FARTHEST, Repair, admit};
 pub use search::{Effort, Found, search};
 pub use stage::Stage;
 pub use summed::{Summed, summed};

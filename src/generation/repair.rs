@@ -13,7 +13,7 @@ use crate::verdict::{Manoeuvre, ManoeuvreKind, Moment, Motion, Waypoint};
 
 /// An attack as somebody asked for it.
 #[derive(Debug, Clone)]
-pub struct Made {
+pub struct Admitted {
     /// The attack.
     pub attack: Attack,
     /// What was repaired, where waypoints were not taken as they are.
@@ -47,7 +47,7 @@ const BESIDE: f64 = 0.1;
 ///
 /// # Errors
 /// All reasons why there is none, never none.
-pub fn made(ground: &Ground<'_>, id: i64, asked: &Motion) -> Result<Made, Vec<Refusal>> {
+pub fn admit(ground: &Ground<'_>, id: i64, asked: &Motion) -> Result<Admitted, Vec<Refusal>> {
     let obstacle = ground.obstacle(id).map_err(|refusal| vec![refusal])?;
     match asked {
         Motion::Waypoints(points) => through(ground, obstacle, points),
@@ -62,7 +62,7 @@ fn by_manoeuvre(
     ground: &Ground<'_>,
     obstacle: &Obstacle,
     manoeuvre: &Manoeuvre,
-) -> Result<Made, Vec<Refusal>> {
+) -> Result<Admitted, Vec<Refusal>> {
     sensible(ground, obstacle, manoeuvre).map_err(|refusal| vec![refusal])?;
     let ways = match manoeuvre.kind {
         ManoeuvreKind::LateTurn | ManoeuvreKind::PullOut => WAYS,
@@ -72,10 +72,10 @@ fn by_manoeuvre(
     for way in 0..ways {
         let change = motion::of_manoeuvre(ground.stage, obstacle, manoeuvre, way);
         let attack = change.map_err(|refusal| vec![refusal]);
-        let attack = attack.and_then(|change| admitted(ground, manoeuvre, change));
+        let attack = attack.and_then(|change| passing(ground, manoeuvre, change));
         match attack {
             Ok(attack) => {
-                return Ok(Made {
+                return Ok(Admitted {
                     attack,
                     repair: None,
                 });
@@ -87,7 +87,7 @@ fn by_manoeuvre(
 }
 
 /// The attack with this motion, or all that is wrong with it.
-fn admitted(
+fn passing(
     ground: &Ground<'_>,
     manoeuvre: &Manoeuvre,
     change: Change,
@@ -137,12 +137,12 @@ fn through(
     ground: &Ground<'_>,
     obstacle: &Obstacle,
     points: &[Waypoint],
-) -> Result<Made, Vec<Refusal>> {
+) -> Result<Admitted, Vec<Refusal>> {
     let asked = Motion::Waypoints(points.to_vec());
     let given = waypoints::as_given(ground.stage, obstacle, points)?;
     let Err(mut refused) = ground.gate.check(&given, None) else {
         let attack = ground.attack(asked, given).map_err(|refusal| vec![refusal]);
-        return attack.map(|attack| Made {
+        return attack.map(|attack| Admitted {
             attack,
             repair: None,
         });
@@ -168,7 +168,7 @@ fn through(
         return Err(refused);
     }
     match ground.attack(asked, driven) {
-        Ok(attack) => Ok(Made {
+        Ok(attack) => Ok(Admitted {
             attack,
             repair: Some(Repair {
                 moved,

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use nearmiss::evaluation::generating::{Author, AuthorError, Authored, Progress, write};
 use nearmiss::evaluation::{Judge, ModelJudge, Settings, usual_planning};
-use nearmiss::generation::{ClosedLoop, Gate, Ground, Stage, made};
+use nearmiss::generation::{ClosedLoop, Gate, Ground, Stage, admit};
 use nearmiss::geometry::{Footprint, Point, Shape};
 use nearmiss::llm::{Client, Endpoint, Parameters, Price, PriceEntry, Prices};
 use nearmiss::metrics::Thresholds;
@@ -173,7 +173,7 @@ pub fn driven(decimals: i32) -> Value {
         gap: Some(1.0),
         speed: None,
     });
-    let change = on_ground(&scene, |ground| made(ground, ATTACKER, &manoeuvre));
+    let change = on_ground(&scene, |ground| admit(ground, ATTACKER, &manoeuvre));
     let motions = change.unwrap().attack.change.motions;
     waypoints(decimals, |step| {
         let changed = motions.iter().find(|(s, _)| *s == step);
@@ -261,7 +261,7 @@ async fn ask(author: &Author) -> (Result<Authored, AuthorError>, Vec<Progress>) 
     if let Ok(authored) = &outcome {
         // Whoever wrote it: what comes out has passed.
         for attack in &authored.attacks {
-            let change = &attack.made.attack.change;
+            let change = &attack.admitted.attack.change;
             assert!(gate.check(change, None).is_ok());
             let first = &change.motions[0];
             let recorded = recorded(change.obstacle, first.0);

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use nearmiss::evaluation::generating::{AuthorError, Progress};
-use nearmiss::generation::{Reason, choose};
+use nearmiss::generation::Reason;
 use nearmiss::store::{Filter, Store};
 use serde_json::{Value, json};
 
 use super::bench::{
-    ATTACKER, COST, OTHER, again, chooses, closed_loop, cut_in, does, driven, jumping, on_ground,
-    recorded, says, scene, through, waypoints, written,
+    ATTACKER, COST, OTHER, again, chooses, cut_in, does, driven, jumping, on_ground, recorded,
+    says, scene, through, waypoints, written,
 };
 use super::support::server::{Recorded, Script};
 
@@ -85,7 +85,7 @@ async fn a_jump_goes_back_with_the_gates_words_and_is_mended() {
 async fn what_can_be_driven_is_taken_as_it_is() {
     let scripts = vec![chooses(json!(ATTACKER)), through(ATTACKER, &driven(2))];
     let written = written(scripts, |_| {}).await;
-    let made = &written.authored().attacks[0].made;
+    let made = &written.authored().attacks[0].admitted;
     assert!(made.repair.is_none());
     for point in driven(2).as_array().unwrap() {
         let change = &made.attack.change;
@@ -101,15 +101,12 @@ async fn rounded_waypoints_are_repaired_and_the_attack_is_driven() {
     let scripts = vec![chooses(json!(ATTACKER)), through(ATTACKER, &driven(1))];
     let mut written = written(scripts, |_| {}).await;
     let authored = written.outcome.as_mut().unwrap();
-    let repair = authored.attacks[0].made.repair.clone().unwrap();
+    let repair = authored.attacks[0].admitted.repair.clone().unwrap();
     assert!(repair.moved > 0.0 && repair.moved < 0.5, "{repair:?}");
     let reasons: Vec<&str> = { repair.refused.iter() }.map(|r| r.reason.name()).collect();
     assert!(reasons.contains(&"start"), "{reasons:?}");
-    let chosen = on_ground(&scene(), |ground| {
-        authored.drive(ground);
-        choose(closed_loop(), &authored.plain(), 0.5)
-    });
-    let chosen = chosen.unwrap();
+    let chosen = on_ground(&scene(), |ground| authored.made(ground, 0.5));
+    let chosen = chosen.chosen.unwrap();
     assert_eq!(authored.of(&chosen.attack).unwrap().source.sample, 0);
     let effect = chosen.attack.effect.unwrap();
     assert_eq!(effect.attacker, ATTACKER);
@@ -137,7 +134,7 @@ async fn waypoints_by_times_and_places_alone_are_enough() {
     let written = written(scripts, |author| author.retries = 0).await;
     let attacks = &written.authored().attacks;
     assert_eq!(attacks.len(), 1, "{:?}", written.authored().declined);
-    let change = &attacks[0].made.attack.change;
+    let change = &attacks[0].admitted.attack.change;
     assert_eq!((change.from(), change.until()), (Some(45), Some(90)));
     let moved = change.motions[45].1.pose.position - recorded(ATTACKER, 90).pose.position;
     assert!((moved.norm() - 0.8).abs() < 0.4, "{}", moved.norm());
@@ -149,8 +146,8 @@ async fn a_manoeuvre_becomes_an_attack() {
     let written = written(scripts, |_| {}).await;
     let attacks = &written.authored().attacks;
     assert_eq!(attacks.len(), 1);
-    assert!(attacks[0].made.repair.is_none());
-    assert_eq!(attacks[0].made.attack.rehearsal.distance, 0.0);
+    assert!(attacks[0].admitted.repair.is_none());
+    assert_eq!(attacks[0].admitted.attack.rehearsal.distance, 0.0);
 }
 
 #[tokio::test]
@@ -223,7 +220,7 @@ async fn impossible_physics_is_refused_by_name() {
         ),
         (
             through(ATTACKER, &with(3, "heading", json!(3.0))),
-            "heading",
+            "rad from waypoint 4",
         ),
         (
             through(ATTACKER, &with(9, "step", json!(i64::MAX))),
@@ -269,7 +266,7 @@ async fn nothing_is_paid_for_twice() {
     // The server is gone: what is answered now comes from the store.
     let again = again(&first).await;
     let (one, two) = (first.authored(), again.authored());
-    let change = |place: usize| &[one, two][place].attacks[0].made.attack.change;
+    let change = |place: usize| &[one, two][place].attacks[0].admitted.attack.change;
     assert_eq!(change(0), change(1));
     assert_eq!((two.spent.stored, two.spent.requests), (3, 3));
     assert!((two.spent.usd_before - 3.0 * COST).abs() < 1e-12);

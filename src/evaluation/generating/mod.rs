@@ -2,7 +2,7 @@
 //!
 //! Every request goes the way of all others, see [`super::run`]: an answer is in the store before it is used, and one
 //! that is there is not paid for again. What a model answers becomes an attack only through
-//! [`crate::generation::made`]; nothing else gets past the gate.
+//! [`crate::generation::admit`]; nothing else gets past the gate.
 
 mod choosing;
 mod outcome;

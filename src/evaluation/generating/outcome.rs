@@ -1,7 +1,7 @@
 //! What an author has written: attacks that pass the gate, and what was refused.
 
 use super::{Choice, Spent};
-use crate::generation::{Attack, Ground, Made, Refusal};
+use crate::generation::{Admitted, Attack, Found, Ground, Made, Refusal, choose};
 use crate::store::RunId;
 use crate::verdict::NewMotion;
 
@@ -24,7 +24,7 @@ pub struct Authored {
 #[derive(Debug, Clone)]
 pub struct AuthoredAttack {
     /// The attack, and what was repaired.
-    pub made: Made,
+    pub admitted: Admitted,
     /// Which answer it is from.
     pub source: Source,
     /// Why it endangers the ego, as the model says.
@@ -72,30 +72,42 @@ impl Authored {
         self.attacks.len() + self.declined.len()
     }
 
-    /// Drives the ego against every attack that was not driven yet, and puts the best one first.
-    pub fn drive(&mut self, ground: &Ground<'_>) {
+    /// Drives the ego against every attack, looks whether a good driver survives those that have an effect with a reaction
+    /// time of `delay` seconds, and puts the best one first.
+    pub fn drive(&mut self, ground: &Ground<'_>, delay: f64) {
         for one in &mut self.attacks {
-            let attack = &mut one.made.attack;
-            if attack.effect.is_none() {
-                ground.drive(attack);
+            let attack = &mut one.admitted.attack;
+            ground.drive(attack);
+            if attack.has_effect() {
+                ground.survive(attack, delay);
             }
         }
-        let cost = |one: &AuthoredAttack| one.made.attack.cost();
+        let cost = |one: &AuthoredAttack| one.admitted.attack.cost();
         self.attacks.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
     }
 
-    /// The attacks in their order, for [`crate::generation::choose`].
-    #[must_use]
-    pub fn plain(&self) -> Vec<Attack> {
-        self.attacks.iter().map(|a| a.made.attack.clone()).collect()
+    /// Drives, and takes the most dangerous attack that a good driver survives: what a search gives, too. Of each refused
+    /// answer it has the first reason; [`Authored::refusals`] are all.
+    pub fn made(&mut self, ground: &Ground<'_>, delay: f64) -> Made {
+        self.drive(ground, delay);
+        let all = self.attacks.iter();
+        let attacks: Vec<Attack> = all.map(|a| a.admitted.attack.clone()).collect();
+        let chosen = choose(ground.closed_loop, &attacks, delay);
+        let first = |declined: &Declined| declined.refusals.first().cloned();
+        let found = Found {
+            attacks,
+            refused: self.declined.iter().filter_map(first).collect(),
+            candidates: self.candidates(),
+        };
+        Made { found, chosen }
     }
 
-    /// Where an attack of [`Authored::plain`] comes from.
+    /// Where an attack of [`Authored::made`] comes from.
     #[must_use]
     pub fn of(&self, attack: &Attack) -> Option<&AuthoredAttack> {
-        self.attacks
-            .iter()
-            .find(|a| a.made.attack.change == attack.change && a.made.attack.asked == attack.asked)
+        self.attacks.iter().find(|a| {
+            a.admitted.attack.change == attack.change && a.admitted.attack.asked == attack.asked
+        })
     }
 
     /// All refusals of all answers, those of a choice of the attacker first.

@@ -10,7 +10,7 @@ use super::super::usual::usual_frame;
 use super::choosing::other_task;
 use super::outcome::{Authored, AuthoredAttack, Declined, Source};
 use super::{AuthorError, Desk, Progress, Spent, words};
-use crate::generation::{Refusal, made};
+use crate::generation::{Admitted, Refusal, admit};
 use crate::scenario::{Motion, Window};
 use crate::verdict::{NewMotion, Said, Task};
 
@@ -102,16 +102,16 @@ impl Desk<'_> {
                 run: answer.run,
             };
             let said = motion_of(&answer);
-            let made = match &said {
-                Ok(motion) => self.made(attacker, motion),
+            let admitted = match &said {
+                Ok(motion) => self.admitted(attacker, motion),
                 Err(refusal) => Err(vec![refusal.clone()]),
             };
-            match made {
-                Ok(made) => {
+            match admitted {
+                Ok(admitted) => {
                     (self.listener)(Progress::Made(source));
                     let justification = said.map(|said| said.justification);
                     talk.attack = Some(AuthoredAttack {
-                        made,
+                        admitted,
                         source,
                         justification: justification.unwrap_or_default(),
                         reasoning: answer.reasoning,
@@ -139,11 +139,7 @@ impl Desk<'_> {
         talk
     }
 
-    fn made(
-        &self,
-        attacker: i64,
-        said: &NewMotion,
-    ) -> Result<crate::generation::Made, Vec<Refusal>> {
+    fn admitted(&self, attacker: i64, said: &NewMotion) -> Result<Admitted, Vec<Refusal>> {
         if said.obstacle != attacker {
             let there = match self.ground.obstacle(said.obstacle) {
                 Ok(_) => "",
@@ -154,7 +150,7 @@ impl Desk<'_> {
                 "it moves obstacle {other}{there}, but a motion of obstacle {attacker} was asked for"
             ))]);
         }
-        made(self.ground, attacker, &said.motion)
+        admit(self.ground, attacker, &said.motion)
     }
 
     /// The first described step and the attacker's recorded state there.

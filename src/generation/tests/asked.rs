@@ -4,7 +4,7 @@ use super::{CAR, behind_a_car, braking, car, state};
 use crate::generation::manoeuvre::Plan;
 use crate::generation::waypoints::as_given;
 use crate::generation::{
-    Change, ClosedLoop, Gate, Ground, Made, Reason, Refusal, Stage, made, motion,
+    Admitted, Change, ClosedLoop, Gate, Ground, Reason, Refusal, Stage, admit, motion,
 };
 use crate::geometry::{Pose, Vector};
 use crate::planner::{Bound, Forecast};
@@ -42,10 +42,10 @@ fn points(change: &Change) -> Vec<Waypoint> {
         .collect()
 }
 
-fn asked(closed: &ClosedLoop, points: &[Waypoint]) -> Result<Made, Vec<Refusal>> {
+fn asked(closed: &ClosedLoop, points: &[Waypoint]) -> Result<Admitted, Vec<Refusal>> {
     let motion = Asked::Waypoints(points.to_vec());
     on_ground(closed, |ground| {
-        let made = made(ground, CAR, &motion)?;
+        let made = admit(ground, CAR, &motion)?;
         let change = &made.attack.change;
         assert!(ground.gate.check(change, None).is_ok());
         Ok(made)
@@ -240,7 +240,7 @@ fn numbers_of_manoeuvres_stay_within_the_scenario() {
     };
     let ask = |manoeuvre: &Manoeuvre| {
         let motion = Asked::Manoeuvre(manoeuvre.clone());
-        on_ground(&closed, |ground| made(ground, CAR, &motion))
+        on_ground(&closed, |ground| admit(ground, CAR, &motion))
     };
     assert!(ask(&manoeuvre).unwrap().repair.is_none());
     for (kind, start, duration, speed) in [
