@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use nearmiss::evaluation::Judge;
 use nearmiss::evaluation::generating::{AuthorError, Progress};
 use nearmiss::generation::Reason;
+use nearmiss::llm::Budget;
 use nearmiss::store::{Filter, Store};
 use serde_json::{Value, json};
 
@@ -219,7 +221,7 @@ async fn impossible_physics_is_refused_by_name() {
             "acceleration",
         ),
         (
-            through(ATTACKER, &with(3, "heading", json!(3.0))),
+            through(ATTACKER, &with(3, "heading", json!(2.8))),
             "rad from waypoint 4",
         ),
         (
@@ -289,10 +291,41 @@ async fn a_server_that_lets_nobody_in_is_asked_once() {
 #[tokio::test]
 async fn what_is_refused_before_it_is_sent_is_an_error() {
     let reference = written(Vec::new(), |author| {
-        author.judge = nearmiss::evaluation::Judge::Reference;
+        author.judge = Judge::Reference;
     })
     .await;
     let why = reference.outcome.unwrap_err();
     assert!(matches!(why, AuthorError::Ask(_)), "{why}");
     assert!(why.to_string().contains("choose a model"), "{why}");
+}
+
+#[tokio::test]
+async fn several_conversations_at_once_keep_to_their_own_and_to_the_budget() {
+    let scripts = vec![through(ATTACKER, &driven(1)); 4];
+    let all = written(scripts, |author| {
+        author.attacker = Some(ATTACKER);
+        (author.samples, author.at_once) = (4, 4);
+    })
+    .await;
+    let samples: Vec<u32> = { all.authored().attacks.iter() }
+        .map(|a| a.source.sample)
+        .collect();
+    assert_eq!(samples, [0, 1, 2, 3]);
+    assert_eq!((all.requests.len(), all.authored().spent.answers), (4, 4));
+
+    // What is left of the budget is enough for the first answer alone.
+    let scripts = vec![says("none"), through(ATTACKER, &driven(1))];
+    let short = written(scripts, |author| {
+        author.attacker = Some(ATTACKER);
+        let Judge::Model(model) = &mut author.judge else {
+            panic!()
+        };
+        model.parameters.max_tokens = Some(1000);
+        model.endpoint.budget = Some(Budget::new(0.022));
+    })
+    .await;
+    let authored = short.authored();
+    let stopped = authored.stopped.as_deref().unwrap_or_default();
+    assert_eq!((short.requests.len(), authored.declined.len()), (1, 1));
+    assert!(stopped.contains("budget"), "{stopped}");
 }
