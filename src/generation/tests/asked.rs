@@ -101,7 +101,7 @@ fn the_example_of_the_prompt_is_near_enough_to_be_repaired() {
     scenario.obstacles = vec![car(&states, scenario.dt())];
     let example = [
         (0.0, 10.00, 3.50, 0.000, 10.0),
-        (0.5, 14.73, 3.141, -0.207, 9.0),
+        (0.5, 14.73, 3.50 - 0.36, -0.207, 9.0),
         (1.0, 18.73, 1.75, -0.423, 8.0),
         (1.5, 22.21, 0.36, -0.267, 7.0),
         (2.0, 25.43, 0.00, 0.000, 6.0),
