@@ -19,13 +19,16 @@ pub mod manoeuvre;
 pub mod motion;
 mod refusal;
 mod rehearsal;
+mod repair;
 mod search;
 mod stage;
+mod summed;
 #[cfg(test)]
 mod tests;
 mod tracking;
 mod variant;
 mod variant_document;
+mod waypoints;
 
 pub use attack::{Attack, Ground};
 pub use avoidable::{
@@ -40,7 +43,9 @@ pub use gate::{Comparison, Gate, Joint, Judged, Passed};
 pub use made::{Made, Workshop, WorkshopError};
 pub use refusal::{Reason, Refusal};
 pub use rehearsal::Rehearsal;
+pub use repair::{Admitted, FARTHEST, Repair, admit};
 pub use search::{Effort, Found, search};
 pub use stage::Stage;
+pub use summed::{Summed, summed};
 pub use tracking::{Wanted, track};
 pub use variant::{Saved, Variant, VariantError};
