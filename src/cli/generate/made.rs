@@ -5,15 +5,19 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::document;
+use super::model::{Writer, WriterError};
 use super::summary::Summary;
 use crate::cli::plan::{Missed, chosen, within_horizon};
 use crate::cli::{Failure, output};
-use crate::generation::{Effort, Made, Saved, Variant, Workshop};
+use crate::evaluation::generating::Authored;
+use crate::generation::{Effort, Made, Refusal, Saved, Variant, Workshop};
 use crate::scenario::Entry;
 use crate::simulation::Settings;
 
 /// What is asked for.
 pub struct Wanted {
+    /// The model; nothing for the search.
+    pub writer: Option<Writer>,
     pub settings: Settings,
     pub problem: Option<i64>,
     pub effort: Effort,
@@ -26,7 +30,19 @@ pub struct Generated {
     pub file: String,
     pub workshop: Workshop,
     pub made: Made,
+    /// What a model wrote, and what it took.
+    pub authored: Option<Authored>,
     pub took: Duration,
+}
+
+impl Generated {
+    /// Why motions were refused: of a model's answers all reasons, of a search's motions the first.
+    pub fn refusals(&self) -> Vec<Refusal> {
+        match &self.authored {
+            Some(authored) => authored.refusals(),
+            None => self.made.found.refused.clone(),
+        }
+    }
 }
 
 /// Drives the ego of a scenario, searches, and chooses.
@@ -44,13 +60,27 @@ pub fn make(entry: &Entry, wanted: &Wanted) -> Result<Generated, Missed> {
     }
     let workshop = Workshop::new(Arc::clone(&scenario), problem, &wanted.settings);
     let workshop = workshop.map_err(|e| nothing(&e))?;
-    let made = workshop.search(&wanted.effort, wanted.only);
-    let made = made.map_err(|e| nothing(&e))?;
+    let (made, authored) = match &wanted.writer {
+        None => {
+            let made = workshop.search(&wanted.effort, wanted.only);
+            (made.map_err(|e| nothing(&e))?, None)
+        }
+        Some(writer) => {
+            let written = writer.write(&entry.name, &workshop, wanted.effort.delay);
+            let (made, authored) = written.map_err(|error| match error {
+                // Whatever the scenario, the question would fail.
+                WriterError::Author(_) => Missed::Unfit(format!("{}: {error}", entry.display())),
+                WriterError::Workshop(_) => nothing(&error),
+            })?;
+            (made, Some(authored))
+        }
+    };
     Ok(Generated {
         name: output::visible(&entry.name),
         file: entry.display(),
         workshop,
         made,
+        authored,
         took: began.elapsed(),
     })
 }
@@ -60,7 +90,7 @@ pub struct Job<'a> {
     pub entries: &'a [Entry],
     pub folder: Option<&'a Path>,
     pub json: bool,
-    pub seed: u64,
+    pub by: &'a str,
     pub summary: Summary,
     pub next: usize,
 }
@@ -83,8 +113,13 @@ impl Job<'_> {
         };
         let saved = self.save(&generated)?;
         self.summary.count(&generated);
+        if let Some(authored) = &generated.authored {
+            for words in document::said(authored) {
+                output::say(&format!("nearmiss: {}: {words}", generated.file));
+            }
+        }
         if self.json {
-            return output::json(&document::document(&generated, saved.as_ref(), self.seed));
+            return output::json(&document::document(&generated, saved.as_ref(), self.by));
         }
         let row = self.summary.row(&generated, saved.as_ref());
         output::text(&row)
@@ -110,8 +145,8 @@ impl Job<'_> {
             change,
             effect,
             avoidability: &chosen.avoidability,
-            refusals: &generated.made.found.refused,
-            by: &format!("search, seed {}", self.seed),
+            refusals: &generated.refusals(),
+            by: self.by,
         };
         let id = variant.free_id(folder);
         let saved = variant.save(folder, &id, false);

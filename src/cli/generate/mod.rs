@@ -3,12 +3,14 @@
 mod check;
 mod document;
 mod made;
+mod model;
 mod summary;
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use super::ask::budget;
 use super::in_order::in_order;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{configuration, found};
@@ -17,6 +19,7 @@ use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::generation::Effort;
 use made::{Job, Wanted};
+use model::Writer;
 use summary::Summary;
 
 /// Arguments of `nearmiss generate`.
@@ -30,9 +33,27 @@ pub struct GenerateArguments {
     /// Scenario files, or folders with them.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// Who thinks of the attack: `search` needs no model and no key.
-    #[arg(long, value_name = "search", default_value = "search", value_parser = ["search"])]
+    /// Who thinks of the attack: `search` needs no model and no key; or provider/model.
+    #[arg(long, default_value = SEARCH)]
     model: String,
+    /// Where the model's server is, in place of the provider's usual place.
+    #[arg(long, value_name = "URL")]
+    base_url: Option<String>,
+    /// Motions that a model is asked for, each in a conversation of its own.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    samples: u32,
+    /// How often, at most, a refused motion goes back to the model with what the gate says.
+    #[arg(long, value_name = "K", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=100))]
+    retries: u32,
+    /// Generate nothing where the model's choice of the attacker cannot be taken, instead of taking the nearest.
+    #[arg(long)]
+    obey: bool,
+    /// Ask the model in any case, even where the store has its answer.
+    #[arg(long)]
+    fresh: bool,
+    /// The most that all answers together may cost, US dollars.
+    #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
+    budget: Option<f64>,
     /// Only this obstacle may attack.
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     attacker: Option<i64>,
@@ -61,6 +82,9 @@ pub struct GenerateArguments {
     check: Option<PathBuf>,
 }
 
+/// The search's name among the models.
+const SEARCH: &str = "search";
+
 fn count(word: &str) -> Result<usize, String> {
     match word.parse() {
         Ok(n) if (1..=100_000).contains(&n) => Ok(n),
@@ -70,7 +94,7 @@ fn count(word: &str) -> Result<usize, String> {
 
 /// Runs it.
 pub fn run(arguments: &GenerateArguments) -> Outcome {
-    let (_, config) = configuration()?;
+    let (folders, config) = configuration()?;
     let settings = arguments.how.settings(&config)?;
     let entries = found(&arguments.paths)?;
     if let Some(variant) = &arguments.check {
@@ -82,7 +106,16 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         delay: arguments.survive.parse().unwrap_or(Effort::default().delay),
         ..Effort::default()
     };
+    let searching = arguments.model == SEARCH;
+    let writer = (!searching)
+        .then(|| Writer::new(arguments, &folders, &config))
+        .transpose()?;
+    let by = match &writer {
+        Some(writer) => writer.id().to_owned(),
+        None => format!("search, seed {}", arguments.seed),
+    };
     let wanted = Wanted {
+        writer,
         settings,
         problem: arguments.how.planning_problem,
         effort,
@@ -96,7 +129,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         entries: &entries,
         folder: arguments.output.as_deref(),
         json: arguments.json,
-        seed: arguments.seed,
+        by: &by,
         summary: Summary::new(&entries),
         next: 0,
     };

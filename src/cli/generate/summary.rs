@@ -38,6 +38,11 @@ pub struct Summary {
     candidates: usize,
     refused: BTreeMap<String, usize>,
     seconds: Vec<f64>,
+    /// Of models.
+    requests: u32,
+    tokens: u64,
+    usd: f64,
+    unpriced: u32,
 }
 
 impl Summary {
@@ -64,6 +69,13 @@ impl Summary {
         self.generated += 1;
         self.candidates += made.found.candidates;
         self.seconds.push(generated.took.as_secs_f64());
+        if let Some(authored) = &generated.authored {
+            let spent = &authored.spent;
+            self.requests += spent.requests;
+            self.tokens += spent.input_tokens + spent.output_tokens;
+            self.usd += spent.usd;
+            self.unpriced += spent.unpriced;
+        }
         for refusal in &made.found.refused {
             let name = refusal.reason.name().to_owned();
             *self.refused.entry(name).or_default() += 1;
@@ -184,6 +196,18 @@ impl Summary {
         if !kinds.is_empty() {
             text.push_str(&format!("manoeuvres: {}\n", kinds.join(", ")));
         }
+        if self.requests > 0 {
+            text.push_str(&format!(
+                "{} requests, {} tokens, {:.4} USD{}\n",
+                self.requests,
+                self.tokens,
+                self.usd,
+                match self.unpriced {
+                    0 => String::new(),
+                    n => format!(", and {n} answers whose price is not known"),
+                }
+            ));
+        }
         text
     }
 
@@ -215,7 +239,10 @@ impl Summary {
             "manoeuvres": self.kinds,
             "distinct_manoeuvres": self.kinds.len(),
             "median_seconds": seconds.get(seconds.len() / 2),
-            "cost_usd": 0.0,
+            "requests": self.requests,
+            "tokens": self.tokens,
+            "cost_usd": self.usd,
+            "unpriced": self.unpriced,
         })
     }
 
