@@ -2,9 +2,10 @@
 
 use nearmiss::generation::Gate;
 use nearmiss::scenario::commonroad;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::support::program::{Ended, Home};
+use super::support::server::{Script, Server};
 use super::{CUT_IN, bundled_xml};
 
 /// A road with nobody on it and nothing to plan.
@@ -134,4 +135,44 @@ fn what_cannot_be_driven_is_named_and_does_not_stop_the_others() {
     );
     let model = home.run(&["generate", CUT_IN, "--candidates", "0"]);
     assert!(model.status(2).stderr.contains("a number from 1"));
+}
+
+/// A model that says `words` to whatever it is asked, up to `times`.
+fn says(words: &str, times: usize) -> Vec<Script> {
+    let chunk = json!({"choices": [{"index": 0, "delta": {"content": words}}]});
+    let end = json!({"choices": [{"index": 0, "delta": {}, "finish_reason": "stop"}]});
+    let body = format!("data: {chunk}\n\ndata: {end}\n\ndata: [DONE]\n\n");
+    vec![Script::events().send(body); times]
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_model_that_answers_nonsense_exports_nothing() {
+    let home = Home::new();
+    let server = Server::start(says("I like trains.", 12)).await;
+    let url = server.base_url().to_owned();
+    let told = [
+        "generate",
+        CUT_IN,
+        "--model",
+        "local/any",
+        "--base-url",
+        &url,
+        "--json",
+        "-o",
+        "out",
+    ];
+    let few = ["--samples", "2", "--retries", "1"];
+    let ended = tokio::task::block_in_place(|| home.run(&[&told[..], &few[..]].concat()));
+    let said = ended.status(1).json();
+    assert_eq!(said["outcome"], "none");
+    assert!(said["variant"].is_null() && said["ego"].is_null());
+    assert_eq!(said["candidates"], 4);
+    let rejected = said["rejected"].as_array().unwrap();
+    assert!(rejected.len() >= 4, "{rejected:?}");
+    assert_eq!(said["model"]["requests"], 5);
+    assert_eq!(said["model"]["attacker_by"], "reference");
+    assert_eq!(
+        std::fs::read_dir(home.files().join("out")).unwrap().count(),
+        0
+    );
 }
