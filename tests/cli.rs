@@ -21,6 +21,8 @@ mod encode;
 mod evaluate;
 #[path = "cli/extended.rs"]
 mod extended;
+#[path = "cli/generate.rs"]
+mod generate;
 #[path = "cli/hostile.rs"]
 mod hostile;
 #[path = "cli/inspecting.rs"]

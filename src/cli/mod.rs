@@ -9,6 +9,7 @@ mod doctor;
 mod evaluate;
 mod export;
 mod filters;
+mod generate;
 mod generated;
 mod import;
 mod in_order;
@@ -92,6 +93,8 @@ pub enum Command {
     Ratings(ratings::Ratings),
     /// Plans the ego's motion and drives it through the recorded traffic, which does not react; how it ends.
     Plan(plan::PlanArguments),
+    /// Makes safe scenarios dangerous: one obstacle moves otherwise, physically possible and survivable.
+    Generate(generate::GenerateArguments),
     /// Runs of the store as a file.
     Export(export::Export),
     /// Figures for papers: the map, measures over time, or the workbench, as SVG, PNG or GIF.
@@ -181,6 +184,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Runs(arguments) => runs::run(arguments),
         Command::Ratings(arguments) => ratings::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),
+        Command::Generate(arguments) => generate::run(arguments),
         Command::Export(arguments) => export::run(arguments),
         Command::Render(arguments) => render::run(arguments, workbench.screen),
         Command::Import(arguments) => import::run(arguments),

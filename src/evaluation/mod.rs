@@ -10,6 +10,8 @@ mod case;
 /// Claims about obstacles in the text of an answer.
 pub mod claims;
 mod confusion;
+/// Attacks that a model writes.
+pub mod generating;
 mod how;
 mod invariance;
 mod judges;

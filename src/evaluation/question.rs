@@ -51,6 +51,8 @@ pub struct Question {
     pub template_hash: String,
     /// The temperature that the template asks for.
     pub temperature: Option<f64>,
+    /// What was said after the prompt: answers, and what was said to them.
+    pub turns: Vec<Message>,
 }
 
 /// Why a case cannot be asked.
@@ -116,6 +118,7 @@ pub fn prepare(
         temperature: template.front.defaults.temperature,
         description: described.text,
         spans: described.spans,
+        turns: Vec::new(),
         case,
     })
 }
@@ -164,15 +167,43 @@ impl Question {
             role,
             content: content.clone(),
         };
-        vec![
+        let prompt = [
             message(Role::System, &self.prompt.system),
             message(Role::User, &self.prompt.user),
-        ]
+        ];
+        prompt.into_iter().chain(self.turns.clone()).collect()
+    }
+
+    /// The same conversation after `answer`, with `words` said to it. A blank answer is left out, since many servers
+    /// take no blank messages, and the words follow what was said last.
+    #[must_use]
+    pub fn after(&self, answer: &str, words: &str) -> Self {
+        let mut next = self.clone();
+        if answer.trim().is_empty() {
+            let last = match next.turns.last_mut() {
+                Some(last) => &mut last.content,
+                None => &mut next.prompt.user,
+            };
+            last.push_str("\n\n");
+            last.push_str(words);
+            return next;
+        }
+        for (role, content) in [(Role::Assistant, answer), (Role::User, words)] {
+            next.turns.push(Message {
+                role,
+                content: content.to_string(),
+            });
+        }
+        next
     }
 
     /// Roughly how many tokens the messages are.
     #[must_use]
     pub fn tokens(&self) -> usize {
-        prompts::estimate_tokens(&self.prompt.system) + prompts::estimate_tokens(&self.prompt.user)
+        let turns = self.turns.iter().map(|turn| &turn.content);
+        let all = [&self.prompt.system, &self.prompt.user]
+            .into_iter()
+            .chain(turns);
+        all.map(|text| prompts::estimate_tokens(text)).sum()
     }
 }

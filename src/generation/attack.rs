@@ -86,10 +86,15 @@ impl Ground<'_> {
         }
     }
 
+    /// The step after which an attack is over.
+    pub(super) fn over(&self, seen: &Rehearsal) -> i64 {
+        seen.step + (OVER / self.stage.dt()).ceil() as i64
+    }
+
     /// The change as it passes the gate. Where it would overlap somebody or leave the road only long after it was nearest
     /// to the ego, the attacker's motion ends before that: the others do not answer to it, and it is gone.
     fn admitted(&self, mut change: Change, seen: &Rehearsal) -> Result<Change, Refusal> {
-        let over = seen.step + (OVER / self.stage.dt()).ceil() as i64;
+        let over = self.over(seen);
         loop {
             let refusal = match self.gate.passes(&change, None) {
                 Ok(_) => return Ok(change),

@@ -150,7 +150,9 @@ impl ClosedLoop {
         let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
         let near = lowest(&after).is_some_and(|score| score <= NEAR_MISS);
         let consequence = match drive.outcome {
-            Outcome::Collision(collision) if !same => Consequence::Collision(collision),
+            Outcome::Collision(collision) if !same && !recorded.touches(collision.with) => {
+                Consequence::Collision(collision)
+            }
             _ if near && !(same && after == before) => Consequence::NearMiss,
             _ => Consequence::NoEffect,
         };

@@ -74,7 +74,7 @@ pub fn plan(
         ManoeuvreKind::CutIn => aim.cut_in(recorded)?,
         ManoeuvreKind::Drift => aim.drift(recorded)?,
         ManoeuvreKind::DoorToDoor => aim.door_to_door(recorded)?,
-        ManoeuvreKind::RunTheLight => aim.cross(&[recorded.clone()], 0)?,
+        ManoeuvreKind::RunTheLight => aim.cross(std::slice::from_ref(recorded), 0)?,
         ManoeuvreKind::LateTurn => aim.cross(&ways[1..], way)?,
         ManoeuvreKind::PullOut => {
             if now.velocity > STANDING {

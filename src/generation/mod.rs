@@ -14,17 +14,21 @@ mod closed_loop;
 mod escape;
 mod evasion;
 mod gate;
+mod made;
 pub mod manoeuvre;
 pub mod motion;
 mod refusal;
 mod rehearsal;
+mod repair;
 mod search;
 mod stage;
+mod summed;
 #[cfg(test)]
 mod tests;
 mod tracking;
 mod variant;
 mod variant_document;
+mod waypoints;
 
 pub use attack::{Attack, Ground};
 pub use avoidable::{
@@ -36,9 +40,12 @@ pub use choice::{Chosen, choose};
 pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
 pub use evasion::Evasion;
 pub use gate::{Comparison, Gate, Joint, Judged, Passed};
+pub use made::{Made, Workshop, WorkshopError};
 pub use refusal::{Reason, Refusal};
 pub use rehearsal::Rehearsal;
+pub use repair::{Admitted, FARTHEST, Repair, admit};
 pub use search::{Effort, Found, Progress, search, search_watched};
 pub use stage::Stage;
+pub use summed::{Summed, summed};
 pub use tracking::{Wanted, track};
 pub use variant::{Saved, Variant, VariantError};

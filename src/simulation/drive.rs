@@ -134,6 +134,12 @@ pub(super) fn start(
 const SLOW: f64 = 0.1;
 
 impl Drive {
+    /// Whether it ends with a contact with this obstacle.
+    #[must_use]
+    pub fn touches(&self, obstacle: i64) -> bool {
+        matches!(self.outcome, Outcome::Collision(collision) if collision.with == obstacle)
+    }
+
     /// The motion of the body's centre.
     #[must_use]
     pub fn track(&self) -> Track {

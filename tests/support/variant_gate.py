@@ -274,4 +274,5 @@ def main():
     print(json.dumps({"passed": passed, "scenario": whole, "changed": judged}, indent=1))
 
 
-main()
+if __name__ == "__main__":
+    main()

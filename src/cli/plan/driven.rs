@@ -73,7 +73,7 @@ pub fn drive(
     })
 }
 
-fn chosen<'a>(
+pub fn chosen<'a>(
     entry: &Entry,
     scenario: &'a Scenario,
     wanted: Option<i64>,
@@ -107,7 +107,11 @@ fn chosen<'a>(
 }
 
 /// A plan ends at the horizon: nothing of it can be driven beyond.
-fn within_horizon(entry: &Entry, scenario: &Scenario, settings: &Settings) -> Result<(), Missed> {
+pub fn within_horizon(
+    entry: &Entry,
+    scenario: &Scenario,
+    settings: &Settings,
+) -> Result<(), Missed> {
     let (dt, horizon) = (scenario.dt(), settings.planner.horizon);
     let most = settings.planner.steps(dt);
     if settings.replan <= most {

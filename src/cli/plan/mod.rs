@@ -18,9 +18,11 @@ use super::open::{configuration, found};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::scenario::{Entry, VehicleType};
-use driven::{Driven, Missed};
+use driven::Driven;
+pub use driven::Missed;
+pub use driven::{chosen, within_horizon};
 use files::{Files, Targets};
-pub use how::with;
+pub use how::{How, with};
 use table::Table;
 
 /// Arguments of `plan`.

@@ -12,7 +12,8 @@ fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
         let closed = behind_a_car(25.0, forecast);
         let change = braking(&closed, from, 7.0);
         let effect = closed.effect(&change).unwrap();
-        let anew = closed.driver().drive_noted(&effect.scenario, i64::MAX);
+        let last = closed.driver().whole().last;
+        let anew = closed.driver().drive_noted(&effect.scenario, last);
         // The oracle knows of the change a horizon of 40 steps earlier.
         assert_eq!(effect.taken_over, most, "{}", forecast.name());
         assert_eq!(anew.taken_over, 0);

@@ -1,6 +1,7 @@
 //! Tests of what a change leads to: drives, certificates, files.
 #![allow(clippy::unwrap_used)]
 
+mod asked;
 mod avoiding;
 mod driving;
 mod files;
@@ -56,6 +57,12 @@ fn behind_a_car(gap: f64, forecast: Forecast) -> ClosedLoop {
     let states: Vec<State> = (first..=last)
         .map_while(|step| Some(state(step, &motion(step)?)))
         .collect();
+    scenario.obstacles.push(car(&states, scenario.dt()));
+    ClosedLoop::new(Arc::new(scenario), &problem, &settings).unwrap()
+}
+
+/// The car with these states.
+fn car(states: &[State], dt: f64) -> Obstacle {
     let parts = ObstacleParts {
         id: CAR,
         role: ObstacleRole::Dynamic,
@@ -65,8 +72,7 @@ fn behind_a_car(gap: f64, forecast: Forecast) -> ClosedLoop {
         prediction: Prediction::Trajectory(states[1..].to_vec()),
         signals: Vec::new(),
     };
-    scenario.obstacles.push(Obstacle::new(parts, scenario.dt()));
-    ClosedLoop::new(Arc::new(scenario), &problem, &settings).unwrap()
+    Obstacle::new(parts, dt)
 }
 
 fn state(step: i64, motion: &Motion) -> State {

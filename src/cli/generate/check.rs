@@ -1,0 +1,74 @@
+//! A variant that somebody else made, held against its original: everything that the gate finds.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use super::document::refusal;
+use crate::cli::{Failure, Outcome, output};
+use crate::generation::{Gate, Refusal};
+use crate::scenario::{Entry, commonroad};
+
+/// Files round to four digits, mostly: half of the last one.
+const ROUNDING: f64 = 5e-5;
+
+/// Says what is wrong with `variant` beside the one scenario of `entries`.
+pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
+    let [entry] = entries else {
+        return Err(Failure::input(format!(
+            "--check holds a variant against one scenario, and {} are given",
+            entries.len()
+        )));
+    };
+    let original = entry.read().map_err(Failure::input)?;
+    let changed = commonroad::read_file(variant).map_err(Failure::input)?;
+    let gate = Gate::new(&original).rounded_to(ROUNDING);
+    let found = gate.compare(&changed, None);
+    if as_json {
+        let motions = found.changed.iter().map(|one| {
+            let wrong = one.verdict.as_ref().err();
+            json!({
+                "obstacle": one.change.obstacle,
+                "from_step": one.from,
+                "passed": wrong.is_none(),
+                "rejected": wrong.into_iter().flatten().map(refusal).collect::<Vec<_>>(),
+            })
+        });
+        output::json(&json!({
+            "passed": found.passed(),
+            "rejected": found.refusals.iter().map(refusal).collect::<Vec<_>>(),
+            "changed": motions.collect::<Vec<_>>(),
+        }))?;
+    } else {
+        let mut words = String::new();
+        let line = |refusal: &Refusal| format!("  {}\n", output::visible(&refusal.to_string()));
+        for refusal in &found.refusals {
+            words.push_str(&line(refusal));
+        }
+        for one in &found.changed {
+            let id = one.change.obstacle;
+            match &one.verdict {
+                Ok(passed) => words.push_str(&format!(
+                    "obstacle {id}, changed from step {}: passes; {} steps held against the limits, {} left as recorded, at most {:.0} % of the friction circle\n",
+                    one.from, passed.steps, passed.exempt, 100.0 * passed.friction
+                )),
+                Err(refusals) => {
+                    words.push_str(&format!(
+                        "obstacle {id}, changed from step {}: {} refusals\n",
+                        one.from,
+                        refusals.len()
+                    ));
+                    refusals.iter().for_each(|r| words.push_str(&line(r)));
+                }
+            }
+        }
+        output::text(&words)?;
+    }
+    if found.passed() {
+        return Ok(());
+    }
+    Err(Failure {
+        message: "the variant does not pass the gate".into(),
+        status: 1,
+    })
+}

@@ -1,0 +1,143 @@
+//! A variant as one line of JSON.
+
+use serde_json::{Map, Value, json};
+
+use super::made::Generated;
+use crate::cli::output;
+use crate::cli::plan::Missed;
+use crate::evaluation::generating::Authored;
+use crate::generation::{Avoidability, Chosen, Refusal, Saved};
+use crate::scenario::Entry;
+use crate::verdict::{Motion, TrajectoryAnswer};
+
+/// What was made of a scenario.
+pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value {
+    let made = &generated.made;
+    let path = |path: &std::path::Path| output::visible(&path.display().to_string());
+    let chosen = made.chosen.as_ref();
+    let effect = chosen.and_then(|c| c.attack.effect.as_ref());
+    let collision = effect.and_then(|e| e.collision());
+    let baseline = generated.workshop.closed.baseline();
+    json!({
+        "variant": saved.map(|s| path(&s.scenario)),
+        "ego": saved.map(|s| path(&s.ego)),
+        "attacker": effect.map(|e| e.attacker),
+        "outcome": effect.map_or("none", |e| e.consequence.name()),
+        "min_risk_before": effect.map_or(baseline.lowest(), |e| e.lowest_before()),
+        "min_risk_after": effect.map_or(baseline.lowest(), |e| e.lowest_after()),
+        "avoidable": chosen.map(|c| avoidable(&c.avoidability)),
+        "candidates": made.found.candidates,
+        "rejected": generated.refusals().iter().map(refusal).collect::<Vec<_>>(),
+        "scenario": generated.name,
+        "file": generated.file,
+        "id": saved.map(|s| &s.id),
+        "by": by,
+        "asked": chosen.map(|c| asked(&c.attack.asked)),
+        "from_step": effect.map(|e| e.from),
+        "until_step": chosen.and_then(|c| c.attack.change.until()),
+        "collision_with": collision.map(|c| c.with),
+        "collision_step": collision.map(|c| c.step),
+        "ego_side": collision.map(|c| c.ego.name()),
+        "other_side": collision.map(|c| c.other.name()),
+        "min_distance": effect.and_then(|e| e.distance),
+        "min_risk_of_anyone_before": baseline.lowest(),
+        "min_risk_of_anyone_after": effect.map_or(baseline.lowest(), |e| e.anyone_after),
+        "baseline": baseline.drive().outcome.name(),
+        "passed": made.found.attacks.len(),
+        "driven": made.found.attacks.iter().filter(|a| a.effect.is_some()).count(),
+        "model": generated.authored.as_ref().map(|a| model(a, chosen)),
+        "seconds": (generated.took.as_secs_f64() * 1e3).round() / 1e3,
+    })
+}
+
+/// What a model chose and wrote, and what that took.
+fn model(authored: &Authored, chosen: Option<&Chosen>) -> Value {
+    let (choice, spent) = (&authored.choice, &authored.spent);
+    let taken = chosen.and_then(|c| authored.of(&c.attack));
+    let ranked = choice.ranked.iter().map(|c| {
+        json!({"id": c.obstacle, "acceleration": c.acceleration, "step": c.step, "near": c.near})
+    });
+    let proposal = choice.proposal.as_ref();
+    json!({
+        "attacker_by": choice.by.name(),
+        "reference_ranking": ranked.collect::<Vec<_>>(),
+        "proposal": proposal.and_then(|p| p.said.as_ref()),
+        "proposal_refused": proposal.and_then(|p| p.refused.as_ref()).map(refusal),
+        "justification": taken.map(|t| output::visible(&t.justification)),
+        "reasoning": taken.map(|t| output::visible(&t.reasoning)),
+        "run": taken.and_then(|t| t.source.run).map(|run| run.to_string()),
+        "repaired_by": taken.and_then(|t| t.admitted.repair.as_ref()).map(|r| r.moved),
+        "requests": spent.requests,
+        "answers": spent.answers,
+        "from_store": spent.stored,
+        "input_tokens": spent.input_tokens,
+        "output_tokens": spent.output_tokens,
+        "cost_usd": spent.usd,
+        "cost_usd_paid_before": spent.usd_before,
+        "unpriced": spent.unpriced,
+        "stopped": authored.stopped.as_deref().map(output::visible),
+    })
+}
+
+/// What has to be told of a model's work beside the table.
+pub fn said(authored: &Authored) -> Vec<String> {
+    let proposal = authored.choice.proposal.as_ref();
+    let choice = proposal.and_then(|p| p.refused.as_ref()).map(|why| {
+        format!(
+            "the choice of the attacker was refused: {why}; taken by: {}",
+            authored.choice.by.name()
+        )
+    });
+    let refused = authored.declined.iter().map(|d| {
+        let why = d.refusals.first().map(ToString::to_string);
+        format!(
+            "answer {}, try {}: refused: {}",
+            d.source.sample + 1,
+            d.source.retry + 1,
+            why.unwrap_or_default()
+        )
+    });
+    let stopped = authored.stopped.iter().map(|why| format!("stopped: {why}"));
+    choice.into_iter().chain(refused).chain(stopped).collect()
+}
+
+/// A scenario of which nothing was made, and why.
+pub fn missing(entry: &Entry, missed: &Missed) -> Value {
+    json!({
+        "outcome": null,
+        "scenario": output::visible(&entry.name),
+        "file": entry.display(),
+        "error": missed.words(),
+    })
+}
+
+fn avoidable(avoidability: &Avoidability) -> Value {
+    let all = avoidability.certificates.iter();
+    let pairs = all.map(|(delay, certificate)| {
+        let found = certificate.avoidance().is_some();
+        (format!("{delay:.1}"), Value::Bool(found))
+    });
+    Value::Object(pairs.collect::<Map<_, _>>())
+}
+
+/// A refusal: reason, step, limit, value.
+pub fn refusal(refusal: &Refusal) -> Value {
+    json!({
+        "reason": refusal.reason.name(),
+        "step": refusal.step,
+        "limit": refusal.limit,
+        "value": refusal.value,
+        "unit": refusal.reason.unit(),
+        "words": output::visible(&refusal.to_string()),
+    })
+}
+
+/// What was asked of the attacker, as a model would say it.
+fn asked(motion: &Motion) -> Value {
+    let answer = TrajectoryAnswer::from(crate::verdict::NewMotion {
+        obstacle: 0,
+        motion: motion.clone(),
+        justification: String::new(),
+    });
+    json!({ "manoeuvre": answer.manoeuvre, "waypoints": answer.waypoints })
+}

@@ -1,0 +1,177 @@
+//! `nearmiss generate`: safe scenarios are made dangerous, and whatever is written has passed the gate.
+
+mod check;
+mod document;
+mod made;
+mod model;
+mod summary;
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use super::ask::budget;
+use super::in_order::in_order;
+use super::interrupt::{INTERRUPTED, interrupted};
+use super::open::{configuration, found};
+use super::plan::How;
+use super::progress::Progress;
+use super::{Failure, Outcome, output};
+use crate::generation::Effort;
+use made::{Job, Wanted};
+use model::Writer;
+use summary::Summary;
+
+/// Arguments of `nearmiss generate`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Outcomes: collision and near_miss (lowest risk score of the attacker 1 at most), with the ego planning anew against the
+changed traffic; no_effect; none where no motion got through the gate.
+Exit status: 0 every scenario has a collision or a near miss; 1 some have none, or could not be driven, or --check finds
+something; 2 usage or input error; 130 interrupted, with the files that were written.")]
+pub struct GenerateArguments {
+    /// Scenario files, or folders with them.
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    /// Who thinks of the attack: `search` needs no model and no key; or provider/model.
+    #[arg(long, default_value = SEARCH)]
+    model: String,
+    /// Where the model's server is, in place of the provider's usual place.
+    #[arg(long, value_name = "URL")]
+    base_url: Option<String>,
+    /// Motions that a model is asked for, each in a conversation of its own.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    samples: u32,
+    /// How often, at most, a refused motion goes back to the model with what the gate says.
+    #[arg(long, value_name = "K", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=100))]
+    retries: u32,
+    /// Generate nothing where the model's choice of the attacker cannot be taken, instead of taking the nearest.
+    #[arg(long)]
+    obey: bool,
+    /// Ask the model in any case, even where the store has its answer.
+    #[arg(long)]
+    fresh: bool,
+    /// The most that all answers together may cost, US dollars.
+    #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
+    budget: Option<f64>,
+    /// Only this obstacle may attack.
+    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
+    attacker: Option<i64>,
+    /// Motions that are tried in a scenario, at most.
+    #[arg(long, value_name = "N", default_value_t = Effort::default().candidates, value_parser = count)]
+    candidates: usize,
+    /// Another seed finds other attacks; the same one the same.
+    #[arg(long, value_name = "N", default_value_t = Effort::default().seed)]
+    seed: u64,
+    /// Reaction time (s) of the good driver who has to survive it.
+    #[arg(long, value_name = "S", default_value = "0.5", value_parser = ["0.0", "0.5", "1.0", "1.5"])]
+    survive: String,
+    #[command(flatten)]
+    how: How,
+    /// One line of JSON a scenario.
+    #[arg(long)]
+    json: bool,
+    /// Folder for variants, egos, solutions, ways out and what is known of each; it is made if it is not there.
+    #[arg(short = 'o', long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Writes the figures of all scenarios together, as JSON.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Generates nothing: holds this variant, made by whomever, against the one scenario that is given.
+    #[arg(long, value_name = "VARIANT", conflicts_with_all = ["output", "report", "attacker"])]
+    check: Option<PathBuf>,
+}
+
+/// The search's name among the models.
+const SEARCH: &str = "search";
+
+fn count(word: &str) -> Result<usize, String> {
+    match word.parse() {
+        Ok(n) if (1..=100_000).contains(&n) => Ok(n),
+        _ => Err("a number from 1 to 100000 is needed".into()),
+    }
+}
+
+/// Runs it.
+pub fn run(arguments: &GenerateArguments) -> Outcome {
+    let (folders, config) = configuration()?;
+    let settings = arguments.how.settings(&config)?;
+    let entries = found(&arguments.paths)?;
+    if let Some(variant) = &arguments.check {
+        return check::run(&entries, variant, arguments.json);
+    }
+    let effort = Effort {
+        candidates: arguments.candidates,
+        seed: arguments.seed,
+        delay: arguments.survive.parse().unwrap_or(Effort::default().delay),
+        ..Effort::default()
+    };
+    let searching = arguments.model == SEARCH;
+    let writer = (!searching)
+        .then(|| Writer::new(arguments, &folders, &config))
+        .transpose()?;
+    let by = match &writer {
+        Some(writer) => writer.id().to_owned(),
+        None => format!("search, seed {}", arguments.seed),
+    };
+    let wanted = Wanted {
+        writer,
+        settings,
+        problem: arguments.how.planning_problem,
+        effort,
+        only: arguments.attacker,
+    };
+    if let Some(folder) = &arguments.output {
+        std::fs::create_dir_all(folder).map_err(|e| Failure::system(folder.display(), &e))?;
+    }
+    let stop = interrupted(true).map_err(|e| Failure::system("Ctrl-C", &e))?;
+    let mut job = Job {
+        entries: &entries,
+        folder: arguments.output.as_deref(),
+        json: arguments.json,
+        by: &by,
+        summary: Summary::new(&entries),
+        next: 0,
+    };
+    let progress = Progress::new(entries.len(), "scenarios", true);
+    let mut failure = None;
+    in_order(
+        entries.len(),
+        &stop,
+        |i| made::make(&entries[i], &wanted),
+        |made| {
+            let mut taken = Ok(());
+            progress.suspend(|| taken = job.take(made));
+            progress.step();
+            match taken {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(error) => {
+                    failure = Some(error);
+                    ControlFlow::Break(())
+                }
+            }
+        },
+    );
+    drop(progress);
+    let done = job.next;
+    let summary = job.summary;
+    if !arguments.json && done > 0 {
+        output::text(&summary.words())?;
+    }
+    if let Some(path) = &arguments.report {
+        summary.save(path)?;
+    }
+    if let Some(failure) = failure {
+        return Err(failure);
+    }
+    if stop.load(Ordering::Relaxed) {
+        return Err(Failure {
+            message: format!(
+                "interrupted after {done} of {} scenarios; what was written of these stays",
+                entries.len()
+            ),
+            status: INTERRUPTED,
+        });
+    }
+    summary.outcome()
+}

@@ -1,0 +1,211 @@
+//! A model as the author of attacks: it chooses the attacker, writes motions for it, and is told what the gate refuses.
+//!
+//! Every request goes the way of all others, see [`super::run`]: an answer is in the store before it is used, and one
+//! that is there is not paid for again. What a model answers becomes an attack only through
+//! [`crate::generation::admit`]; nothing else gets past the gate.
+
+mod choosing;
+mod outcome;
+mod spent;
+mod words;
+mod writing;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+pub use choosing::{Choice, ChosenBy, Proposal};
+pub use outcome::{Authored, AuthoredAttack, Declined, Source};
+pub use spent::Spent;
+
+use super::answer::Answer;
+use super::case::{self, AskError, Event, Wanted};
+use super::judges::Judge;
+use super::question::{Case, CaseError, Question, prepare, template};
+use super::settings::Settings;
+use crate::generation::{Ground, Refusal};
+use crate::metrics::Thresholds;
+use crate::prompts::Library;
+use crate::scenario::{Scene, Window};
+use crate::store::Store;
+use crate::text::Frame;
+use crate::verdict::Task;
+
+/// Who writes, and how it is asked.
+#[derive(Debug, Clone)]
+pub struct Author {
+    /// Name of the scenario, for people and for the store.
+    pub name: String,
+    /// The model.
+    pub judge: Judge,
+    /// Where answers are kept, and looked for; nothing to keep none.
+    pub store: Option<Arc<Store>>,
+    /// The templates.
+    pub library: Library,
+    /// What risk scores are.
+    pub thresholds: Arc<Thresholds>,
+    /// What the user says about descriptions and techniques. The obstacle in it is not looked at.
+    pub settings: Settings,
+    /// How the choice of the attacker is described; nothing for the usual frame, which is the metrics.
+    pub frame: Option<Frame>,
+    /// How many motions are asked for, each in a conversation of its own.
+    pub samples: u32,
+    /// How often, at most, a refused motion goes back to the model with the reasons, in each conversation.
+    pub retries: u32,
+    /// How many conversations go on at once.
+    pub at_once: usize,
+    /// The attacker, where the user names it; the model is not asked to choose then.
+    pub attacker: Option<i64>,
+    /// Whether nothing is written where the model's choice of the attacker cannot be taken. Otherwise the first of the
+    /// reference's ranking is taken in its place, and [`Choice::by`] says so.
+    pub obey: bool,
+    /// Ask in any case, even where the store has the answer.
+    pub fresh: bool,
+    /// The batch that the runs are for.
+    pub batch: Option<String>,
+}
+
+/// What happens while a model writes.
+#[derive(Debug, Clone)]
+pub enum Progress {
+    /// The model is asked who is to attack.
+    Choosing,
+    /// It is decided who attacks.
+    Chosen(Box<Choice>),
+    /// A motion is asked for: the conversation, from 0, and the retry in it, 0 for the first answer.
+    Writing {
+        /// Which conversation.
+        sample: u32,
+        /// Which answer in it.
+        retry: u32,
+    },
+    /// What happens to a request: of a conversation, or of the choice.
+    Heard {
+        /// Which conversation; nothing for the choice.
+        sample: Option<u32>,
+        /// What happens.
+        event: Event,
+    },
+    /// An answer became an attack that passes the gate.
+    Made(Source),
+    /// An answer was refused.
+    Refused(Box<Declined>),
+}
+
+/// Who hears of it.
+pub type Listener<'a> = &'a (dyn Fn(Progress) + Sync);
+
+/// Why nothing was written at all.
+#[derive(Debug, thiserror::Error)]
+pub enum AuthorError {
+    /// The first request was refused before it was sent, or the store failed.
+    #[error(transparent)]
+    Ask(#[from] AskError),
+    /// No prompt can be made.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// The attacker that the user names cannot be one.
+    #[error("no attacker: {0}")]
+    Attacker(Refusal),
+}
+
+/// Lets a model choose the attacker and write motions for it, on the ego's drive in `scene`, which is the ground's
+/// baseline: at most `samples × (1 + retries) + 1` requests. The attacks are not driven yet, see [`Authored::drive`].
+///
+/// Dropping the future cancels what is on its way and writes that down; what was answered is in the store.
+///
+/// # Errors
+/// Nothing could be asked. A request that is refused later ends the work, and [`Authored::stopped`] says why.
+pub async fn write(
+    author: &Author,
+    ground: &Ground<'_>,
+    scene: &Arc<Scene>,
+    listener: Listener<'_>,
+) -> Result<Authored, AuthorError> {
+    let desk = Desk {
+        author,
+        ground,
+        scene,
+        listener,
+        barred: AtomicBool::new(false),
+    };
+    let mut spent = Spent::default();
+    let choice = desk.choose(&mut spent).await?;
+    listener(Progress::Chosen(Box::new(choice.clone())));
+    let mut authored = Authored::new(choice, spent);
+    if desk.is_barred() {
+        let refused = authored.choice.proposal.as_ref();
+        let why = refused.and_then(|p| p.refused.as_ref());
+        authored.stopped = why.map(ToString::to_string);
+        return Ok(authored);
+    }
+    if let Some(attacker) = authored.choice.attacker {
+        desk.write(attacker, &mut authored).await?;
+    }
+    Ok(authored)
+}
+
+/// One author at work on one scenario.
+struct Desk<'a> {
+    author: &'a Author,
+    ground: &'a Ground<'a>,
+    scene: &'a Arc<Scene>,
+    listener: Listener<'a>,
+    /// Whether a request has failed in a way in which all others would.
+    barred: AtomicBool,
+}
+
+impl Desk<'_> {
+    fn is_barred(&self) -> bool {
+        self.barred.load(Ordering::Relaxed)
+    }
+
+    /// The steps in a window of a task, as the user or the template says.
+    fn history(&self, task: Task, frame: Frame) -> Result<usize, CaseError> {
+        let (_, template) = template(&self.author.library, task, frame)?;
+        Ok(self.author.settings.with(&template.front.defaults).history)
+    }
+
+    fn question(
+        &self,
+        task: Task,
+        frame: Frame,
+        window: Window,
+        obstacle: Option<i64>,
+    ) -> Result<Question, CaseError> {
+        let author = self.author;
+        let (_, template) = template(&author.library, task, frame)?;
+        let settings = Settings {
+            obstacle,
+            ..author.settings
+        };
+        let decided = settings.with(&template.front.defaults);
+        let case = Case {
+            name: author.name.clone(),
+            scene: Arc::clone(self.scene),
+            task,
+            frame,
+            techniques: decided.techniques,
+            window,
+            options: decided.options,
+            thresholds: Arc::clone(&author.thresholds),
+        };
+        prepare(case, &author.library, None)
+    }
+
+    /// Asks, as everybody asks.
+    async fn ask(&self, question: &Question, sample: Option<u32>) -> Result<Answer, AskError> {
+        let wanted = Wanted {
+            sample: sample.unwrap_or(0),
+            fresh: self.author.fresh,
+            batch: self.author.batch.clone(),
+        };
+        let store = self.author.store.clone();
+        case::run(question, &self.author.judge, store, &wanted, |event| {
+            if let Event::Barred(_) = event {
+                self.barred.store(true, Ordering::Relaxed);
+            }
+            (self.listener)(Progress::Heard { sample, event });
+        })
+        .await
+    }
+}

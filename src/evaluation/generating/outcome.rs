@@ -1,0 +1,121 @@
+//! What an author has written: attacks that pass the gate, and what was refused.
+
+use super::{Choice, Spent};
+use crate::generation::{Admitted, Attack, Found, Ground, Made, Refusal, choose};
+use crate::store::RunId;
+use crate::verdict::NewMotion;
+
+/// Everything that a model wrote for one scenario.
+#[derive(Debug, Clone)]
+pub struct Authored {
+    /// Who attacks.
+    pub choice: Choice,
+    /// Attacks, which all pass the gate; in the order of the conversations until they are driven.
+    pub attacks: Vec<AuthoredAttack>,
+    /// Answers that are none, with all reasons; also those that were mended later.
+    pub declined: Vec<Declined>,
+    /// What all of it consumed, the choice included.
+    pub spent: Spent,
+    /// Why the work ended before all conversations, where it did.
+    pub stopped: Option<String>,
+}
+
+/// An attack and where it comes from.
+#[derive(Debug, Clone)]
+pub struct AuthoredAttack {
+    /// The attack, and what was repaired.
+    pub admitted: Admitted,
+    /// Which answer it is from.
+    pub source: Source,
+    /// Why it endangers the ego, as the model says.
+    pub justification: String,
+    /// The model's reasoning, where that came apart from the answer.
+    pub reasoning: String,
+}
+
+/// One answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Source {
+    /// Which conversation, from 0.
+    pub sample: u32,
+    /// Which answer in it, 0 for the first.
+    pub retry: u32,
+    /// Its run in the store.
+    pub run: Option<RunId>,
+}
+
+/// An answer that became no attack.
+#[derive(Debug, Clone)]
+pub struct Declined {
+    /// Which answer.
+    pub source: Source,
+    /// What it says, where that could be read.
+    pub said: Option<NewMotion>,
+    /// All that is wrong with it, never nothing; see [`crate::generation::summed`] for few words.
+    pub refusals: Vec<Refusal>,
+}
+
+impl Authored {
+    pub(super) fn new(choice: Choice, spent: Spent) -> Self {
+        Self {
+            choice,
+            attacks: Vec::new(),
+            declined: Vec::new(),
+            spent,
+            stopped: None,
+        }
+    }
+
+    /// How many motions were answered, refused or not.
+    #[must_use]
+    pub fn candidates(&self) -> usize {
+        self.attacks.len() + self.declined.len()
+    }
+
+    /// Drives the ego against every attack, looks whether a good driver survives those that have an effect with a reaction
+    /// time of `delay` seconds, and puts the best one first.
+    pub fn drive(&mut self, ground: &Ground<'_>, delay: f64) {
+        for one in &mut self.attacks {
+            let attack = &mut one.admitted.attack;
+            ground.drive(attack);
+            if attack.has_effect() {
+                ground.survive(attack, delay);
+            }
+        }
+        let cost = |one: &AuthoredAttack| one.admitted.attack.cost();
+        self.attacks.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+    }
+
+    /// Drives, and takes the most dangerous attack that a good driver survives: what a search gives, too. Of each refused
+    /// answer it has the first reason; [`Authored::refusals`] are all.
+    pub fn made(&mut self, ground: &Ground<'_>, delay: f64) -> Made {
+        self.drive(ground, delay);
+        let all = self.attacks.iter();
+        let attacks: Vec<Attack> = all.map(|a| a.admitted.attack.clone()).collect();
+        let chosen = choose(ground.closed_loop, &attacks, delay);
+        let first = |declined: &Declined| declined.refusals.first().cloned();
+        let found = Found {
+            attacks,
+            refused: self.declined.iter().filter_map(first).collect(),
+            candidates: self.candidates(),
+        };
+        Made { found, chosen }
+    }
+
+    /// Where an attack of [`Authored::made`] comes from.
+    #[must_use]
+    pub fn of(&self, attack: &Attack) -> Option<&AuthoredAttack> {
+        self.attacks.iter().find(|a| {
+            a.admitted.attack.change == attack.change && a.admitted.attack.asked == attack.asked
+        })
+    }
+
+    /// All refusals of all answers, those of a choice of the attacker first.
+    #[must_use]
+    pub fn refusals(&self) -> Vec<Refusal> {
+        let choice = self.choice.proposal.iter();
+        let choice = choice.filter_map(|proposal| proposal.refused.clone());
+        let declined = self.declined.iter().flat_map(|d| d.refusals.clone());
+        choice.chain(declined).collect()
+    }
+}

@@ -1,0 +1,58 @@
+//! What a model is told about an answer that was refused.
+
+use crate::generation::{Refusal, summed};
+use crate::scenario::Motion;
+
+/// Most kinds of reasons that are told.
+const MOST: usize = 12;
+
+/// Most characters of an answer that are sent back with the reasons: who rambled is not to pay for it twice.
+const ANSWER: usize = 8000;
+
+/// The reasons, and what is asked for again. `start` is the recorded state of the obstacle at a step.
+pub(super) fn refused(attacker: i64, refusals: &[Refusal], start: Option<(i64, Motion)>) -> String {
+    let mut words = String::from("This motion cannot be used:\n");
+    let all = summed(refusals);
+    for one in all.iter().take(MOST) {
+        words.push_str(&format!("- {one}\n"));
+    }
+    if all.len() > MOST {
+        words.push_str(&format!("- and {} more reasons\n", all.len() - MOST));
+    }
+    words.push_str(&format!(
+        "\nGive the whole answer again for obstacle {attacker}, in the same form, with a motion to which none of this applies."
+    ));
+    if let Some((step, motion)) = start {
+        let at = motion.pose.position;
+        words.push_str(&format!(
+            " At step {step} the obstacle is recorded at ({:.2}, {:.2}) m with heading {:.3} rad and velocity {:.2} m/s.",
+            at.x, at.y, motion.pose.heading, motion.velocity
+        ));
+    }
+    words
+}
+
+/// The answer as it is sent back.
+pub(super) fn shortened(answer: &str) -> String {
+    match answer.char_indices().nth(ANSWER) {
+        Some((end, _)) => format!("{} …", &answer[..end]),
+        None => answer.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generation::Reason;
+
+    #[test]
+    fn the_gate_is_quoted_and_ramblings_are_cut() {
+        let refusal = Refusal::at(7, Reason::Jump).with(10.7, 2.5);
+        let words = refused(12, &[refusal], None);
+        assert!(words.contains("- step 7: jump 10.7000 m, at most 2.5000\n"));
+        assert!(words.contains("for obstacle 12,"));
+        let long = "ä".repeat(ANSWER + 1);
+        assert_eq!(shortened(&long).chars().count(), ANSWER + 2);
+        assert_eq!(shortened("no"), "no");
+    }
+}

@@ -1,0 +1,176 @@
+//! The conversations in which motions are written: an answer, the gate's words, another answer.
+
+use futures_util::future::BoxFuture;
+use futures_util::{FutureExt, StreamExt, stream};
+
+use super::super::answer::{Answer, Judged, Missing};
+use super::super::case::AskError;
+use super::super::question::Question;
+use super::super::usual::usual_frame;
+use super::choosing::other_task;
+use super::outcome::{Authored, AuthoredAttack, Declined, Source};
+use super::{AuthorError, Desk, Progress, Spent, words};
+use crate::generation::{Admitted, Refusal, admit};
+use crate::scenario::{Motion, Window};
+use crate::verdict::{NewMotion, Said, Task};
+
+/// The described steps go on for so long after the attacker could be at the ego, seconds.
+const AFTER: f64 = 2.0;
+
+/// What came of one conversation.
+#[derive(Default)]
+struct Conversation {
+    attack: Option<AuthoredAttack>,
+    declined: Vec<Declined>,
+    spent: Spent,
+    error: Option<AskError>,
+}
+
+impl Desk<'_> {
+    /// Lets motions be written for the attacker.
+    pub(super) async fn write(
+        &self,
+        attacker: i64,
+        authored: &mut Authored,
+    ) -> Result<(), AuthorError> {
+        let question = self.motion_question(attacker, authored)?;
+        let samples = 0..self.author.samples;
+        let talks: Vec<BoxFuture<'_, Conversation>> = samples
+            .map(|sample| self.converse(&question, attacker, sample).boxed())
+            .collect();
+        let mut talks = stream::iter(talks).buffered(self.author.at_once.max(1));
+        let mut refused = None;
+        while let Some(talk) = talks.next().await {
+            authored.attacks.extend(talk.attack);
+            authored.declined.extend(talk.declined);
+            authored.spent.join(&talk.spent);
+            refused = refused.or(talk.error);
+        }
+        match refused {
+            // Nothing was paid, and nothing is lost.
+            Some(error) if authored.spent.requests == 0 => return Err(error.into()),
+            Some(error) => authored.stopped = Some(error.to_string()),
+            None if self.is_barred() => {
+                let last = authored.declined.last().and_then(|d| d.refusals.last());
+                authored.stopped = last.map(ToString::to_string);
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    /// The question for a motion, about steps at all of which the attacker is there, until a little after it could be
+    /// at the ego.
+    fn motion_question(&self, attacker: i64, authored: &Authored) -> Result<Question, AuthorError> {
+        let task = Task::Trajectory;
+        let frame = usual_frame(&self.author.library, task);
+        let stage = self.ground.stage;
+        let obstacle = self.ground.obstacle(attacker);
+        let track = obstacle.map_err(AuthorError::Attacker)?.track().steps();
+        let ranked = &authored.choice.ranked;
+        let met = ranked.iter().find(|c| c.obstacle == attacker);
+        let met = met.map_or(*stage.steps.end(), |candidate| candidate.step);
+        let last = met + (AFTER / stage.dt()).ceil() as i64;
+        let last = last.min(track.end - 1).min(*stage.steps.end());
+        let first = track.start.max(*stage.steps.start());
+        let room = usize::try_from(last - first + 1).unwrap_or(1);
+        let history = self.history(task, frame)?.min(room);
+        let window = Window::ending_at(self.scene, last, history);
+        Ok(self.question(task, frame, window, Some(attacker))?)
+    }
+
+    /// One conversation, until a motion passes the gate or all retries are used up.
+    async fn converse(&self, question: &Question, attacker: i64, sample: u32) -> Conversation {
+        let mut talk = Conversation::default();
+        let mut question = question.clone();
+        for retry in 0..=self.author.retries {
+            if self.is_barred() {
+                break;
+            }
+            (self.listener)(Progress::Writing { sample, retry });
+            let answer = match self.ask(&question, Some(sample)).await {
+                Ok(answer) => answer,
+                Err(error) => {
+                    talk.error = Some(error);
+                    break;
+                }
+            };
+            talk.spent.add(&answer);
+            let source = Source {
+                sample,
+                retry,
+                run: answer.run,
+            };
+            let said = motion_of(&answer);
+            let admitted = match &said {
+                Ok(motion) => self.admitted(attacker, motion),
+                Err(refusal) => Err(vec![refusal.clone()]),
+            };
+            match admitted {
+                Ok(admitted) => {
+                    (self.listener)(Progress::Made(source));
+                    let justification = said.map(|said| said.justification);
+                    talk.attack = Some(AuthoredAttack {
+                        admitted,
+                        source,
+                        justification: justification.unwrap_or_default(),
+                        reasoning: answer.reasoning,
+                    });
+                    break;
+                }
+                Err(refusals) => {
+                    let start = self.start(&question, attacker);
+                    let words = words::refused(attacker, &refusals, start);
+                    let declined = Declined {
+                        source,
+                        said: said.ok(),
+                        refusals,
+                    };
+                    (self.listener)(Progress::Refused(Box::new(declined.clone())));
+                    talk.declined.push(declined);
+                    if !answer.arrived() {
+                        // It is no use to speak to nobody.
+                        break;
+                    }
+                    question = question.after(&words::shortened(&answer.text), &words);
+                }
+            }
+        }
+        talk
+    }
+
+    fn admitted(&self, attacker: i64, said: &NewMotion) -> Result<Admitted, Vec<Refusal>> {
+        if said.obstacle != attacker {
+            let there = match self.ground.obstacle(said.obstacle) {
+                Ok(_) => "",
+                Err(_) => ", which is not in the scenario",
+            };
+            let other = said.obstacle;
+            return Err(vec![Refusal::answer(format!(
+                "it moves obstacle {other}{there}, but a motion of obstacle {attacker} was asked for"
+            ))]);
+        }
+        admit(self.ground, attacker, &said.motion)
+    }
+
+    /// The first described step and the attacker's recorded state there.
+    fn start(&self, question: &Question, attacker: i64) -> Option<(i64, Motion)> {
+        let case = &question.case;
+        let step = case.options.steps(&case.window).first().copied()?;
+        let obstacle = self.ground.obstacle(attacker).ok()?;
+        Some((step, *obstacle.track().at(step)?))
+    }
+}
+
+/// The motion that an answer says.
+fn motion_of(answer: &Answer) -> Result<NewMotion, Refusal> {
+    match &answer.judged {
+        Judged::Other(reading) => match &reading.said {
+            Said::Trajectory(motion) => Ok(motion.clone()),
+            other => Err(other_task(other.task())),
+        },
+        Judged::Verdict(parsed) => Err(other_task(parsed.verdict.task)),
+        Judged::Missing(Missing::NotInAnswer(why)) => Err(Refusal::answer(why.clone())),
+        Judged::Missing(missing) => Err(Refusal::answer(missing.to_string())),
+    }
+}

@@ -1,0 +1,92 @@
+//! From a scenario to its dangerous variant, without any model.
+
+use std::sync::Arc;
+
+use super::attack::Ground;
+use super::{Chosen, ClosedLoop, Effort, Found, Gate, Stage, choose, search};
+use crate::scenario::{Ego, PlanningProblem, Scenario};
+use crate::simulation::{DriveError, Settings};
+
+/// A scenario whose ego has been driven once, ready to be attacked.
+#[derive(Debug)]
+pub struct Workshop {
+    /// What drives the ego, and its drive in the scenario as it was recorded.
+    pub closed: ClosedLoop,
+    /// The ego of that drive.
+    pub ego: Ego,
+}
+
+/// What was made.
+#[derive(Debug)]
+pub struct Made {
+    /// Everything that was tried.
+    pub found: Found,
+    /// What was taken.
+    pub chosen: Option<Chosen>,
+}
+
+/// Why nothing can be made.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkshopError {
+    /// The ego cannot be driven.
+    #[error(transparent)]
+    Drive(#[from] DriveError),
+    /// Nobody can be attacked who stands.
+    #[error("the planned ego never moves, so there is nothing to attack")]
+    Stands,
+}
+
+impl Workshop {
+    /// Drives the ego of a planning problem.
+    ///
+    /// # Errors
+    /// See [`WorkshopError`].
+    pub fn new(
+        scenario: Arc<Scenario>,
+        problem: &PlanningProblem,
+        settings: &Settings,
+    ) -> Result<Self, WorkshopError> {
+        let closed = ClosedLoop::new(scenario, problem, settings)?;
+        let ego = closed.baseline().drive().ego(problem, settings);
+        let workshop = Self { closed, ego };
+        workshop.stage().ok_or(WorkshopError::Stands)?;
+        Ok(workshop)
+    }
+
+    fn stage(&self) -> Option<Stage<'_>> {
+        Stage::new(self.closed.scenario(), &self.ego.footprint, &self.ego.track)
+    }
+
+    /// Gives the ground for attacks to `work`.
+    ///
+    /// # Errors
+    /// The ego stands.
+    pub fn on<T>(&self, work: impl FnOnce(&Ground<'_>) -> T) -> Result<T, WorkshopError> {
+        let stage = self.stage().ok_or(WorkshopError::Stands)?;
+        let gate = self.gate();
+        Ok(work(&Ground {
+            stage: &stage,
+            gate: &gate,
+            closed_loop: &self.closed,
+        }))
+    }
+
+    /// What every changed motion has to pass.
+    #[must_use]
+    pub fn gate(&self) -> Gate<'_> {
+        Gate::new(self.closed.scenario()).with_ego(&self.ego)
+    }
+
+    /// Searches, and takes the most dangerous attack that a good driver survives; `only` names the one obstacle that
+    /// may attack.
+    ///
+    /// # Errors
+    /// The ego stands.
+    pub fn search(&self, effort: &Effort, only: Option<i64>) -> Result<Made, WorkshopError> {
+        self.on(|ground| {
+            let found = search(ground, effort, only);
+            let chosen = choose(&self.closed, &found.attacks, effort.delay);
+            Made { found, chosen }
+        })
+    }
+}

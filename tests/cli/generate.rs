@@ -1,0 +1,178 @@
+//! `generate`: what is written passes the gate and opens again; what is refused and told.
+
+use nearmiss::generation::Gate;
+use nearmiss::scenario::commonroad;
+use serde_json::{Value, json};
+
+use super::support::program::{Ended, Home};
+use super::support::server::{Script, Server};
+use super::{CUT_IN, bundled_xml};
+
+/// A road with nobody on it and nothing to plan.
+const NO_PROBLEM: &str = r#"<commonRoad timeStepSize="0.1" commonRoadVersion="2020a" benchmarkID="ZAM_None-1_1_T-1" date="2026-01-31">
+  <lanelet id="1">
+    <leftBound><point><x>0</x><y>3</y></point><point><x>50</x><y>3</y></point></leftBound>
+    <rightBound><point><x>0</x><y>0</y></point><point><x>50</x><y>0</y></point></rightBound>
+  </lanelet>
+</commonRoad>"#;
+
+fn lines(ended: &Ended) -> Vec<Value> {
+    let lines = ended.stdout.lines();
+    lines.map(|l| serde_json::from_str(l).unwrap()).collect()
+}
+
+/// Few motions: the search is slow without optimisation.
+const FEW: [&str; 2] = ["--candidates", "40"];
+
+#[test]
+fn a_variant_is_written_that_passes_the_gate_and_opens_again() {
+    let home = Home::new();
+    let told = [
+        "generate", CUT_IN, "--model", "search", "--json", "-o", "out",
+    ];
+    let ended = home.run(&[&told[..], &FEW[..]].concat());
+    let said = ended.json();
+    let keys: Vec<&str> = { said.as_object().unwrap().keys() }
+        .map(String::as_str)
+        .collect();
+    let first = [
+        "variant",
+        "ego",
+        "attacker",
+        "outcome",
+        "min_risk_before",
+        "min_risk_after",
+        "avoidable",
+        "candidates",
+        "rejected",
+    ];
+    assert_eq!(keys[..9], first);
+    let outcome = said["outcome"].as_str().unwrap();
+    let effective = matches!(outcome, "collision" | "near_miss");
+    assert_eq!(ended.status, Some(i32::from(!effective)), "{outcome}");
+    assert!(said["candidates"].as_u64().unwrap() <= 40);
+    for refused in said["rejected"].as_array().unwrap() {
+        assert!(refused["reason"].is_string() && refused["words"].is_string());
+    }
+    let avoidable: Vec<&String> = said["avoidable"].as_object().unwrap().keys().collect();
+    assert_eq!(avoidable, ["0.0", "0.5", "1.0", "1.5"]);
+    let file = |key: &str| home.files().join(said[key].as_str().unwrap());
+    let variant = commonroad::read_file(&file("variant")).unwrap();
+    let original = commonroad::read(bundled_xml(CUT_IN).as_bytes(), CUT_IN).unwrap();
+    let compared = Gate::new(&original).compare(&variant, None);
+    assert!(compared.passed(), "{compared:?}");
+    let changed = &compared.changed[..];
+    assert!(matches!(changed, [one] if said["attacker"] == one.change.obstacle));
+    assert!(std::fs::metadata(file("ego")).unwrap().len() > 0);
+    // The variant finds its ego by itself.
+    let name = said["variant"].as_str().unwrap();
+    let looked = home.run(&["inspect", name, "--json"]).status(0).json();
+    assert!(
+        looked.to_string().contains("ego_trajectory.csv"),
+        "{looked}"
+    );
+    // Made a second time it gets another name, and the first one stays.
+    let before = std::fs::read(file("variant")).unwrap();
+    let again = home.run(&[&told[..], &FEW[..]].concat()).json();
+    assert_ne!(again["variant"], said["variant"]);
+    assert_eq!(std::fs::read(file("variant")).unwrap(), before);
+}
+
+#[test]
+fn what_others_made_is_held_against_the_gate() {
+    let home = Home::new();
+    let xml = bundled_xml(CUT_IN);
+    home.write("original.xml", &xml);
+    home.write("same.xml", &xml);
+    let same = home.run(&["generate", "original.xml", "--check", "same.xml", "--json"]);
+    assert_eq!(same.status(1).json()["passed"], false);
+    // Somebody is 8 m aside for one step.
+    let at = xml.rfind("<dynamicObstacle").unwrap();
+    let (head, tail) = xml.split_at(at);
+    let state = tail.match_indices("<state>").nth(10).unwrap().0;
+    let y = state + tail[state..].find("<y>").unwrap() + 3;
+    let end = y + tail[y..].find("</y>").unwrap();
+    let moved: f64 = tail[y..end].parse::<f64>().unwrap() + 8.0;
+    let jumped = format!("{head}{}{moved}{}", &tail[..y], &tail[end..]);
+    home.write("jumped.xml", &jumped);
+    let found = home.run(&[
+        "generate",
+        "original.xml",
+        "--check",
+        "jumped.xml",
+        "--json",
+    ]);
+    let found = found.status(1).json();
+    let one = &found["changed"][0];
+    let reasons: Vec<&str> = { one["rejected"].as_array().unwrap().iter() }
+        .map(|r| r["reason"].as_str().unwrap())
+        .collect();
+    assert!(reasons.contains(&"jump"), "{reasons:?}");
+    let words = home.run(&["generate", "original.xml", "--check", "jumped.xml"]);
+    assert!(words.status(1).stdout.contains("step "));
+}
+
+#[test]
+fn what_cannot_be_driven_is_named_and_does_not_stop_the_others() {
+    let home = Home::new();
+    home.write("none.xml", NO_PROBLEM);
+    let ended = home.run(&[&["generate", "none.xml", "--json"][..], &FEW[..]].concat());
+    let said = lines(&ended.status(1));
+    assert_eq!(said.len(), 1);
+    assert!(said[0]["outcome"].is_null());
+    assert!(
+        said[0]["error"]
+            .as_str()
+            .unwrap()
+            .contains("planning problem")
+    );
+    let wrong = home.run(&["generate", CUT_IN, "--attacker", "999999"]);
+    assert!(
+        wrong
+            .status(2)
+            .stderr
+            .contains("there is no obstacle 999999")
+    );
+    let model = home.run(&["generate", CUT_IN, "--candidates", "0"]);
+    assert!(model.status(2).stderr.contains("a number from 1"));
+}
+
+/// A model that says `words` to whatever it is asked, up to `times`.
+fn says(words: &str, times: usize) -> Vec<Script> {
+    let chunk = json!({"choices": [{"index": 0, "delta": {"content": words}}]});
+    let end = json!({"choices": [{"index": 0, "delta": {}, "finish_reason": "stop"}]});
+    let body = format!("data: {chunk}\n\ndata: {end}\n\ndata: [DONE]\n\n");
+    vec![Script::events().send(body); times]
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_model_that_answers_nonsense_exports_nothing() {
+    let home = Home::new();
+    let server = Server::start(says("I like trains.", 12)).await;
+    let url = server.base_url().to_owned();
+    let told = [
+        "generate",
+        CUT_IN,
+        "--model",
+        "local/any",
+        "--base-url",
+        &url,
+        "--json",
+        "-o",
+        "out",
+    ];
+    let few = ["--samples", "2", "--retries", "1"];
+    let ended = tokio::task::block_in_place(|| home.run(&[&told[..], &few[..]].concat()));
+    let said = ended.status(1).json();
+    assert_eq!(said["outcome"], "none");
+    assert!(said["variant"].is_null() && said["ego"].is_null());
+    assert_eq!(said["candidates"], 4);
+    let rejected = said["rejected"].as_array().unwrap();
+    assert!(rejected.len() >= 4, "{rejected:?}");
+    assert_eq!(said["model"]["requests"], 5);
+    assert_eq!(said["model"]["attacker_by"], "reference");
+    assert_eq!(
+        std::fs::read_dir(home.files().join("out")).unwrap().count(),
+        0
+    );
+}

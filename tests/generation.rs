@@ -1,0 +1,81 @@
+//! Variants of the published scenarios: all pass the gate, most have an effect, and a good driver survives it.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod support;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use nearmiss::evaluation::usual_planning;
+use nearmiss::generation::{Consequence, Effort, Gate, Made, Workshop};
+use nearmiss::scenario::{Entry, Scenario, commonroad, find};
+
+/// Every so many scenarios are taken, with fewer motions: the search is slow without optimisation.
+const EVERY: usize = if cfg!(debug_assertions) { 15 } else { 1 };
+const CANDIDATES: usize = if cfg!(debug_assertions) { 60 } else { 600 };
+
+fn made(scenario: &Arc<Scenario>, effort: &Effort, only: Option<i64>) -> (Workshop, Made) {
+    let problem = &scenario.planning_problems[0];
+    let workshop = Workshop::new(Arc::clone(scenario), problem, &usual_planning()).unwrap();
+    let made = workshop.search(effort, only).unwrap();
+    (workshop, made)
+}
+
+fn published(folder: &str) -> Option<PathBuf> {
+    let root = support::recorded::folder()?;
+    Some(root.join(folder))
+}
+
+#[test]
+fn variants_of_safe_scenarios_pass_the_gate_and_most_have_an_effect() {
+    let Some(folder) = published("Scenarios/normal_scenarios") else {
+        return;
+    };
+    let found = find(&[folder]).unwrap();
+    assert_eq!(found.entries.len(), 30);
+    let some: Vec<&Entry> = found.entries.iter().step_by(EVERY).collect();
+    let effort = Effort {
+        candidates: CANDIDATES,
+        ..Effort::default()
+    };
+    let (mut effective, mut fall) = (0, 0.0);
+    for entry in &some {
+        let scenario = entry.read().unwrap();
+        let (workshop, made) = made(&scenario, &effort, None);
+        for attack in &made.found.attacks {
+            let passed = workshop.gate().check(&attack.change, None);
+            assert!(passed.is_ok(), "{}: {passed:?}", entry.display());
+        }
+        let Some(chosen) = &made.chosen else { continue };
+        let effect = chosen.attack.effect.as_ref().unwrap();
+        let survived = chosen.avoidability.at(0.5) == Some(true);
+        effective += usize::from(effect.consequence != Consequence::NoEffect && survived);
+        let score = |s: Option<u8>| f64::from(s.unwrap_or(5));
+        fall += score(effect.lowest_before()) - score(effect.lowest_after());
+    }
+    let all = some.len();
+    let mean = fall / all as f64;
+    println!("{effective} of {all} with an effect that is survived, mean fall {mean}");
+    if EVERY == 1 {
+        assert!(effective * 10 >= all * 6, "{effective} of {all}");
+        assert!(mean >= 1.5, "{mean}");
+    } else {
+        assert!(effective > 0 && mean > 0.0, "{effective} of {all}, {mean}");
+    }
+}
+
+#[test]
+fn the_published_attacker_attacks_possibly() {
+    let Some(folder) = published("Generation/BEL_Antwerp-1_14_T-1") else {
+        return;
+    };
+    let file = folder.join("BEL_Antwerp-1_14_T-1.xml");
+    let scenario = Arc::new(commonroad::read_file(&file).unwrap());
+    let (_, made) = made(&scenario, &Effort::default(), Some(30762));
+    let chosen = made.chosen.unwrap();
+    let effect = chosen.attack.effect.as_ref().unwrap();
+    assert!(effect.hits_attacker() && !effect.is_hit_from_behind());
+    assert_eq!(chosen.avoidability.at(0.5), Some(true));
+    let passed = Gate::new(&scenario).check(&chosen.attack.change, None);
+    assert!(passed.is_ok(), "{passed:?}");
+}
