@@ -17,7 +17,7 @@ const CANDIDATES: usize = if cfg!(debug_assertions) { 60 } else { 600 };
 fn made(scenario: &Arc<Scenario>, effort: &Effort, only: Option<i64>) -> (Workshop, Made) {
     let problem = &scenario.planning_problems[0];
     let workshop = Workshop::new(Arc::clone(scenario), problem, &usual_planning()).unwrap();
-    let made = workshop.search(effort, only).unwrap();
+    let made = workshop.search(effort, only, &|| true).unwrap();
     (workshop, made)
 }
 

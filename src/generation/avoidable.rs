@@ -31,9 +31,11 @@ pub enum Certificate {
 
 /// A trajectory that touches nobody.
 ///
-/// It was held, once it was finished, against the exact bodies of everyone at every step, against the road, and, from
+/// It was held, once it was finished, against the exact bodies of everyone at every step and between two steps, against
+/// the road, and, from
 /// the end of the reaction time on, against the limits of the vehicle. It ends at the goal, at least a second after
-/// the contact that it avoids; or at the problem's deadline; or when nobody is left to be touched.
+/// the contact that it avoids; or at the problem's deadline; or when nobody is left to be touched. From its
+/// end on it could go straight on for two seconds, braking or accelerating, without being touched.
 #[derive(Debug, Clone)]
 pub struct Avoidance {
     /// The ego from its start on.

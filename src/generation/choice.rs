@@ -15,8 +15,9 @@ pub struct Chosen {
 /// How many attacks are looked at, at most: a search that finds no way out takes long.
 const LOOKED_AT: usize = 8;
 
-/// The first of `attacks`, which are in order, that has an effect and can be avoided with a reaction time of `delay` seconds; where
-/// none is, the one that can be avoided with the longest reaction time, or else the first. Nothing where no attack was driven.
+/// The first of `attacks`, which are in order, that has an effect and can be avoided with a reaction time of `delay`
+/// seconds; where none is, the one that can be avoided with the longest reaction time, or else the first. Nothing where
+/// no attack was driven.
 ///
 /// Being hit from behind proves nothing and is never preferred to a near miss.
 #[must_use]

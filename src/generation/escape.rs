@@ -1,10 +1,12 @@
 //! The search for a trajectory that touches nobody, and the check of what it finds.
 
+mod verify;
+
 use std::sync::Arc;
 
 use super::avoidable::{Avoidance, Certificate, Finder, NotFound, Searched, Why};
 use super::{ClosedLoop, Effect, Evasion};
-use crate::planner::{Feasibility, Forecast, VehicleState};
+use crate::planner::{Forecast, VehicleState};
 use crate::scenario::{ObstacleRole, Scenario};
 use crate::simulation::{Collision, Cycle, Drive, Driver, Look, Outcome, Settings, Stretch};
 
@@ -297,30 +299,6 @@ impl<'a> Search<'a> {
                 let without = driver.settings().without;
                 Collision::at(self.scenario, &body, step, without).is_some()
             })
-    }
-
-    /// Whether a finished trajectory touches nobody, stays on the road, gets to its end, and can be driven from step
-    /// `reaction` on.
-    pub fn verify(&self, avoidance: &Avoidance, reaction: i64) -> bool {
-        let driver = self.closed.driver();
-        let drive = &avoidance.drive;
-        let mut look = Look::new(driver, self.scenario, self.goal_from);
-        let mut goal = None;
-        for (step, state) in &drive.states {
-            match look.at(*step, state) {
-                Some(Outcome::Goal(_)) => goal = Some(*step),
-                Some(_) => return false,
-                None => {}
-            }
-        }
-        let end = drive.states.last().map(|(step, _)| *step);
-        let arrived = end.is_some_and(|end| end >= self.last) || goal == end;
-        // The unchanged drive may be over before: then there is nothing to avoid.
-        let over = avoidance.found == Finder::Unchanged;
-        let changed = drive.states.iter().filter(|(step, _)| *step >= reaction);
-        let changed: Vec<VehicleState> = changed.map(|(_, state)| *state).collect();
-        let check = Feasibility::new(*driver.limits(), driver.dt());
-        (arrived || over) && check.states(reaction, &changed).is_ok()
     }
 }
 

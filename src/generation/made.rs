@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::attack::Ground;
-use super::{Chosen, ClosedLoop, Effort, Found, Gate, Stage, choose, search};
+use super::{Chosen, ClosedLoop, Effort, Found, Gate, Stage, choose, search_watched};
 use crate::scenario::{Ego, PlanningProblem, Scenario};
-use crate::simulation::{DriveError, Settings};
+use crate::simulation::{Collision, DriveError, Outcome, Settings};
 
 /// A scenario whose ego has been driven once, ready to be attacked.
 #[derive(Debug)]
@@ -23,6 +23,15 @@ pub struct Made {
     pub found: Found,
     /// What was taken.
     pub chosen: Option<Chosen>,
+}
+
+impl Made {
+    fn nothing() -> Self {
+        Self {
+            found: Found::default(),
+            chosen: None,
+        }
+    }
 }
 
 /// Why nothing can be made.
@@ -77,14 +86,31 @@ impl Workshop {
         Gate::new(self.closed.scenario()).with_ego(&self.ego)
     }
 
+    /// The contact that the ego has in the original scenario: then that is not safe, and nothing is to be made dangerous.
+    #[must_use]
+    pub fn unsafe_already(&self) -> Option<Collision> {
+        match self.closed.baseline().drive().outcome {
+            Outcome::Collision(collision) => Some(collision),
+            _ => None,
+        }
+    }
+
     /// Searches, and takes the most dangerous attack that a good driver survives; `only` names the one obstacle that
-    /// may attack.
+    /// may attack. After each round `watch` says whether to go on. Nothing is tried where the original is not safe.
     ///
     /// # Errors
     /// The ego stands.
-    pub fn search(&self, effort: &Effort, only: Option<i64>) -> Result<Made, WorkshopError> {
+    pub fn search(
+        &self,
+        effort: &Effort,
+        only: Option<i64>,
+        watch: &dyn Fn() -> bool,
+    ) -> Result<Made, WorkshopError> {
+        if self.unsafe_already().is_some() {
+            return Ok(Made::nothing());
+        }
         self.on(|ground| {
-            let found = search(ground, effort, only);
+            let found = search_watched(ground, effort, only, &mut |_| watch());
             let chosen = choose(&self.closed, &found.attacks, effort.delay);
             Made { found, chosen }
         })

@@ -35,11 +35,13 @@ const SIDEWAYS: f64 = 1.8;
 const STAY: f64 = 1.0;
 
 /// What is wanted of `obstacle` for a manoeuvre, until the end of its recording or of the ego's motion, whichever is
-/// later. `way` names the way it takes among those of [`Stage::ways`] where it crosses the ego's: 0 is the first of them that does.
+/// later. `way` names the way it takes among those of [`Stage::ways`] where it crosses the ego's: 0 is the first of
+/// them that does.
 ///
-/// Gaps are between the bodies, with the ego where it is while nobody attacks it: behind the attacker's rear for cutting in;
-/// to the side for drifting and door-to-door (without one, a drift aims at the ego's own line); before the crossing for those who cross the ego's way, who then arrive when the ego
-/// has this left to it, whatever the duration says.
+/// Gaps are between the bodies, with the ego where it is while nobody attacks it: behind the attacker's rear for
+/// cutting in; to the side for drifting and door-to-door (without one, a drift aims at the ego's own line); before the
+/// crossing for those who cross the ego's way, who then arrive when the ego has this left to it, whatever the duration
+/// says.
 ///
 /// # Errors
 /// The obstacle is not there, or its ways do not allow it.
@@ -179,7 +181,8 @@ impl Aim<'_> {
     }
 
     /// From its own way to the ego's, `to_side` metres to the left of it, within the duration; back again at `until`
-    /// seconds where that is said. `end` are the distance and the speed at the end of the duration, where they are asked for.
+    /// seconds where that is said. `end` are the distance and the speed at the end of the duration, where they are
+    /// asked for.
     fn beside(
         &self,
         way: &Polyline,

@@ -49,3 +49,4 @@ pub use stage::Stage;
 pub use summed::{Summed, summed};
 pub use tracking::{Wanted, track};
 pub use variant::{Saved, Variant, VariantError};
+pub use variant_document::asked;

@@ -10,6 +10,7 @@ use crate::scenario::commonroad::{
     self, NewFile, SaveError, SolutionError, WriteError, write_solution,
 };
 use crate::scenario::{Scenario, VehicleModel, write_recording};
+use crate::verdict::Motion;
 
 /// A change with everything that is known about it.
 #[derive(Debug, Clone, Copy)]
@@ -18,6 +19,8 @@ pub struct Variant<'a> {
     pub closed: &'a ClosedLoop,
     /// The change.
     pub change: &'a Change,
+    /// What was asked of the attacker.
+    pub asked: &'a Motion,
     /// What it leads to.
     pub effect: &'a Effect,
     /// Whether a good driver avoids it.

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::variant::{OTHERS, PROGRAM};
 use super::{Avoidance, Certificate, Finder, Refusal, RiskCurve, Saved, Searched, Variant};
 use crate::simulation::{Collision, Drive, Face};
+use crate::verdict::{Motion, NewMotion, TrajectoryAnswer};
 
 /// The document of a variant whose files are these.
 pub(super) fn of(variant: &Variant<'_>, saved: &Saved) -> Value {
@@ -28,6 +29,7 @@ pub(super) fn of(variant: &Variant<'_>, saved: &Saved) -> Value {
         },
         "other_traffic": OTHERS,
         "attacker": effect.attacker,
+        "asked": asked(variant.asked),
         "change": {
             "from_step": effect.from,
             "until_step": variant.change.until(),
@@ -55,6 +57,17 @@ pub(super) fn of(variant: &Variant<'_>, saved: &Saved) -> Value {
         "avoidable": certificates(variant, saved),
         "rejected": variant.refusals.iter().map(refusal).collect::<Vec<_>>(),
     })
+}
+
+/// What was asked of an attacker, as a model would say it.
+#[must_use]
+pub fn asked(motion: &Motion) -> Value {
+    let answer = TrajectoryAnswer::from(NewMotion {
+        obstacle: 0,
+        motion: motion.clone(),
+        justification: String::new(),
+    });
+    json!({ "manoeuvre": answer.manoeuvre, "waypoints": answer.waypoints })
 }
 
 /// Files lie beside the document: only the name counts.

@@ -29,7 +29,8 @@ pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
             let wrong = one.verdict.as_ref().err();
             json!({
                 "obstacle": one.change.obstacle,
-                "from_step": one.from,
+                "first_changed_step": one.from,
+                "ends_early": one.verdict.as_ref().ok().map(|p| p.early),
                 "passed": wrong.is_none(),
                 "rejected": wrong.into_iter().flatten().map(refusal).collect::<Vec<_>>(),
             })
@@ -49,8 +50,15 @@ pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
             let id = one.change.obstacle;
             match &one.verdict {
                 Ok(passed) => words.push_str(&format!(
-                    "obstacle {id}, changed from step {}: passes; {} steps held against the limits, {} left as recorded, at most {:.0} % of the friction circle\n",
-                    one.from, passed.steps, passed.exempt, 100.0 * passed.friction
+                    "obstacle {id}, changed from step {}: passes; {} steps held against the limits, {} left as recorded, at most {:.0} % of the friction circle{}\n",
+                    one.from,
+                    passed.steps,
+                    passed.exempt,
+                    100.0 * passed.friction,
+                    match passed.early {
+                        n if n > 0 => format!("; it is gone {n} steps before its recording ends"),
+                        _ => String::new(),
+                    }
                 )),
                 Err(refusals) => {
                     words.push_str(&format!(

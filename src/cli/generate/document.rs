@@ -6,9 +6,8 @@ use super::made::Generated;
 use crate::cli::output;
 use crate::cli::plan::Missed;
 use crate::evaluation::generating::Authored;
-use crate::generation::{Avoidability, Chosen, Refusal, Saved};
+use crate::generation::{Avoidability, Chosen, Refusal, Saved, asked, attacker};
 use crate::scenario::Entry;
-use crate::verdict::{Motion, TrajectoryAnswer};
 
 /// What was made of a scenario.
 pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value {
@@ -42,7 +41,10 @@ pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value
         "min_distance": effect.and_then(|e| e.distance),
         "min_risk_of_anyone_before": baseline.lowest(),
         "min_risk_of_anyone_after": effect.map_or(baseline.lowest(), |e| e.anyone_after),
+        "note": generated.note(),
         "baseline": baseline.drive().outcome.name(),
+        "drive": effect.map(|e| e.drive.outcome.name()),
+        "reference_ranking": ranking(generated),
         "passed": made.found.attacks.len(),
         "driven": made.found.attacks.iter().filter(|a| a.effect.is_some()).count(),
         "model": generated.authored.as_ref().map(|a| model(a, chosen)),
@@ -50,17 +52,30 @@ pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value
     })
 }
 
+/// Who could reach the ego with the least change, by the reference: the acceleration (m/s²) that it takes, and when.
+fn ranking(generated: &Generated) -> Value {
+    let ranked = generated.workshop.on(|ground| attacker::rank(ground.stage));
+    let ranked = ranked.unwrap_or_default();
+    let ranked = ranked.iter().map(|c| {
+        json!({
+            "id": c.obstacle,
+            "acceleration": c.acceleration,
+            "step": c.step,
+            "distance": c.distance,
+            "near": c.near,
+            "behind": c.behind,
+        })
+    });
+    ranked.collect()
+}
+
 /// What a model chose and wrote, and what that took.
 fn model(authored: &Authored, chosen: Option<&Chosen>) -> Value {
     let (choice, spent) = (&authored.choice, &authored.spent);
     let taken = chosen.and_then(|c| authored.of(&c.attack));
-    let ranked = choice.ranked.iter().map(|c| {
-        json!({"id": c.obstacle, "acceleration": c.acceleration, "step": c.step, "near": c.near})
-    });
     let proposal = choice.proposal.as_ref();
     json!({
         "attacker_by": choice.by.name(),
-        "reference_ranking": ranked.collect::<Vec<_>>(),
         "proposal": proposal.and_then(|p| p.said.as_ref()),
         "proposal_refused": proposal.and_then(|p| p.refused.as_ref()).map(refusal),
         "justification": taken.map(|t| output::visible(&t.justification)),
@@ -130,14 +145,4 @@ pub fn refusal(refusal: &Refusal) -> Value {
         "unit": refusal.reason.unit(),
         "words": output::visible(&refusal.to_string()),
     })
-}
-
-/// What was asked of the attacker, as a model would say it.
-fn asked(motion: &Motion) -> Value {
-    let answer = TrajectoryAnswer::from(crate::verdict::NewMotion {
-        obstacle: 0,
-        motion: motion.clone(),
-        justification: String::new(),
-    });
-    json!({ "manoeuvre": answer.manoeuvre, "waypoints": answer.waypoints })
 }

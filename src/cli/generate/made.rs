@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::document;
@@ -10,8 +11,8 @@ use super::summary::Summary;
 use crate::cli::plan::{Missed, chosen, within_horizon};
 use crate::cli::{Failure, output};
 use crate::evaluation::generating::Authored;
-use crate::generation::{Effort, Made, Refusal, Saved, Variant, Workshop};
-use crate::scenario::Entry;
+use crate::generation::{Capability, Effort, Made, Refusal, Saved, Variant, Workshop};
+use crate::scenario::{Entry, ObstacleRole};
 use crate::simulation::Settings;
 
 /// What is asked for.
@@ -36,6 +37,16 @@ pub struct Generated {
 }
 
 impl Generated {
+    /// Why nothing was tried, where nothing was.
+    pub fn note(&self) -> Option<String> {
+        if let Some(collision) = self.workshop.unsafe_already() {
+            return Some(format!("not safe as it is: the ego touches {collision}"));
+        }
+        let made = &self.made;
+        (made.found.candidates == 0 && made.chosen.is_none())
+            .then(|| "nobody is there who could attack".into())
+    }
+
     /// Why motions were refused: of a model's answers all reasons, of a search's motions the first.
     pub fn refusals(&self) -> Vec<Refusal> {
         match &self.authored {
@@ -46,23 +57,33 @@ impl Generated {
 }
 
 /// Drives the ego of a scenario, searches, and chooses.
-pub fn make(entry: &Entry, wanted: &Wanted) -> Result<Generated, Missed> {
+pub fn make(entry: &Entry, wanted: &Wanted, stop: &AtomicBool) -> Result<Generated, Missed> {
     let began = Instant::now();
     let scenario = entry.read().map_err(|e| Missed::Unread(e.to_string()))?;
     let problem = chosen(entry, &scenario, wanted.problem)?;
     within_horizon(entry, &scenario, &wanted.settings)?;
     let nothing = |e: &dyn std::fmt::Display| Missed::Nothing(format!("{}: {e}", entry.display()));
-    if let Some(id) = wanted.only.filter(|id| scenario.obstacle(*id).is_none()) {
-        return Err(Missed::Unfit(format!(
-            "{}: there is no obstacle {id} in it",
-            entry.display()
-        )));
+    if let Some(id) = wanted.only {
+        let unfit = |why: &str| Missed::Unfit(format!("{}: {why}", entry.display()));
+        let obstacle = scenario.obstacle(id);
+        let obstacle =
+            obstacle.ok_or_else(|| unfit(&format!("there is no obstacle {id} in it")))?;
+        if obstacle.role != ObstacleRole::Dynamic || Capability::of(obstacle).is_none() {
+            return Err(unfit(&format!("obstacle {id} does not move by itself")));
+        }
     }
     let workshop = Workshop::new(Arc::clone(&scenario), problem, &wanted.settings);
     let workshop = workshop.map_err(|e| nothing(&e))?;
-    let (made, authored) = match &wanted.writer {
+    // No model is paid for what cannot be made dangerous.
+    let writer = wanted
+        .writer
+        .as_ref()
+        .filter(|_| workshop.unsafe_already().is_none());
+    let (made, authored) = match writer {
         None => {
-            let made = workshop.search(&wanted.effort, wanted.only);
+            let made = workshop.search(&wanted.effort, wanted.only, &|| {
+                !stop.load(Ordering::Relaxed)
+            });
             (made.map_err(|e| nothing(&e))?, None)
         }
         Some(writer) => {
@@ -143,6 +164,7 @@ impl Job<'_> {
         let variant = Variant {
             closed: &generated.workshop.closed,
             change,
+            asked: &chosen.attack.asked,
             effect,
             avoidability: &chosen.avoidability,
             refusals: &generated.refusals(),

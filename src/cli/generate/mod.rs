@@ -18,6 +18,7 @@ use super::plan::How;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::generation::Effort;
+use crate::scenario::commonroad::NewFile;
 use made::{Job, Wanted};
 use model::Writer;
 use summary::Summary;
@@ -112,7 +113,10 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         .transpose()?;
     let by = match &writer {
         Some(writer) => writer.id().to_owned(),
-        None => format!("search, seed {}", arguments.seed),
+        None => format!(
+            "search, seed {}, at most {} motions, to be survived {} s late",
+            arguments.seed, arguments.candidates, arguments.survive
+        ),
     };
     let wanted = Wanted {
         writer,
@@ -123,6 +127,10 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     };
     if let Some(folder) = &arguments.output {
         std::fs::create_dir_all(folder).map_err(|e| Failure::system(folder.display(), &e))?;
+    }
+    if let Some(path) = &arguments.report {
+        // Found out now, and not when all is done.
+        drop(NewFile::begin(path, false).map_err(Failure::input)?);
     }
     let stop = interrupted(true).map_err(|e| Failure::system("Ctrl-C", &e))?;
     let mut job = Job {
@@ -138,7 +146,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     in_order(
         entries.len(),
         &stop,
-        |i| made::make(&entries[i], &wanted),
+        |i| made::make(&entries[i], &wanted, &stop),
         |made| {
             let mut taken = Ok(());
             progress.suspend(|| taken = job.take(made));
@@ -159,7 +167,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         output::text(&summary.words())?;
     }
     if let Some(path) = &arguments.report {
-        summary.save(path)?;
+        summary.save(path, stop.load(Ordering::Relaxed))?;
     }
     if let Some(failure) = failure {
         return Err(failure);

@@ -128,7 +128,8 @@ impl Summary {
                 .reduce(f64::max)
                 .map_or("not found".into(), |d| format!("{d:.1} s late"))
         });
-        let written = saved.map_or(String::new(), |s| output::visible(&s.id));
+        let written = saved.map(|s| output::visible(&s.id));
+        let written = written.or(generated.note()).unwrap_or_default();
         let cells = [
             effect.map_or("none", |e| e.consequence.name()),
             &effect.map_or("-".into(), |e| e.attacker.to_string()),
@@ -247,10 +248,13 @@ impl Summary {
     }
 
     /// Writes the figures.
-    pub fn save(&self, path: &Path) -> Result<(), Failure> {
+    pub fn save(&self, path: &Path, interrupted: bool) -> Result<(), Failure> {
         use std::io::Write;
         let mut file = NewFile::begin(path, false).map_err(Failure::input)?;
-        let text = format!("{}\n", output::escaped(&self.document().to_string()));
+        let mut document = self.document();
+        document["interrupted"] = interrupted.into();
+        document["asked_for"] = self.all.into();
+        let text = format!("{}\n", output::escaped(&document.to_string()));
         file.write_all(text.as_bytes())
             .map_err(|e| Failure::system(path.display(), &e))?;
         file.finish().map_err(Failure::input)

@@ -10,6 +10,7 @@ use crate::planner::Forecast;
 use crate::scenario::benchmark_id::is_valid;
 use crate::scenario::commonroad::{SaveError, read_file, read_solution};
 use crate::scenario::{find_recording, read_ego_file};
+use crate::verdict::{Manoeuvre, ManoeuvreKind, Motion};
 
 fn names(folder: &Path) -> Vec<String> {
     let files = std::fs::read_dir(folder).unwrap();
@@ -32,9 +33,17 @@ fn a_variant_is_read_back_as_it_was() {
         value: Some(88.0),
         limit: Some(30.0),
     };
+    let asked = Motion::Manoeuvre(Manoeuvre {
+        kind: ManoeuvreKind::HardBrake,
+        start: 0.5,
+        duration: 1.0,
+        gap: None,
+        speed: Some(0.0),
+    });
     let variant = Variant {
         closed: &closed,
         change: &change,
+        asked: &asked,
         effect: &effect,
         avoidability: &avoidability,
         refusals: &[refusal],

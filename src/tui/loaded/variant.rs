@@ -101,6 +101,7 @@ impl Made {
         Variant {
             closed: &self.closed,
             change: &self.change,
+            asked: &self.asked,
             effect: &self.effect,
             avoidability: &self.avoidability,
             refusals: &self.refused,

@@ -1,0 +1,77 @@
+//! A finished way out, looked at once more: nobody is touched, and a vehicle can drive it.
+
+use super::super::avoidable::{Avoidance, Finder};
+use super::Search;
+use crate::geometry::Pose;
+use crate::planner::{Feasibility, VehicleState};
+use crate::simulation::{Collision, Drive, Look, Outcome, touches_between};
+
+/// Who got away has to be able to go on for so long, seconds, with one of these accelerations, m/s².
+const GOING_ON: f64 = 2.0;
+const GOING_ON_WITH: [f64; 4] = [-8.0, -3.0, 0.0, 3.0];
+
+impl Search<'_> {
+    /// Whether a finished trajectory touches nobody, stays on the road, gets to its end, and can be driven from step
+    /// `reaction` on.
+    pub fn verify(&self, avoidance: &Avoidance, reaction: i64) -> bool {
+        let driver = self.closed.driver();
+        let drive = &avoidance.drive;
+        let mut look = Look::new(driver, self.scenario, self.goal_from);
+        let mut goal = None;
+        for (step, state) in &drive.states {
+            match look.at(*step, state) {
+                Some(Outcome::Goal(_)) => goal = Some(*step),
+                Some(_) => return false,
+                None => {}
+            }
+        }
+        let end = drive.states.last().map(|(step, _)| *step);
+        let arrived = end.is_some_and(|end| end >= self.last) || goal == end;
+        // The unchanged drive may be over before: then there is nothing to avoid.
+        let over = avoidance.found == Finder::Unchanged;
+        let changed = drive.states.iter().filter(|(step, _)| *step >= reaction);
+        let changed: Vec<VehicleState> = changed.map(|(_, state)| *state).collect();
+        let check = Feasibility::new(*driver.limits(), driver.dt());
+        (arrived || over)
+            && check.states(reaction, &changed).is_ok()
+            && self.is_clear_between(drive)
+            && (over || self.can_go_on(drive))
+    }
+
+    /// Whether nobody is touched between two steps either.
+    fn is_clear_between(&self, drive: &Drive) -> bool {
+        let driver = self.closed.driver();
+        let (limits, without) = (driver.limits(), driver.settings().without);
+        drive.states.windows(2).all(|pair| {
+            let poses = (pair[0].1.centre(limits).pose, pair[1].1.centre(limits).pose);
+            let body = driver.road().body();
+            !touches_between(self.scenario, body, poses, pair[0].0, without)
+        })
+    }
+
+    /// Whether who ends here does not end right before somebody's bumper: straight on, with one of a few accelerations,
+    /// nobody is touched for a while.
+    fn can_go_on(&self, drive: &Drive) -> bool {
+        let Some((end, state)) = drive.states.last() else {
+            return false;
+        };
+        let driver = self.closed.driver();
+        let (dt, limits, without) = (driver.dt(), driver.limits(), driver.settings().without);
+        let later = (GOING_ON / dt).round() as i64;
+        let start = state.centre(limits);
+        GOING_ON_WITH.iter().any(|acceleration| {
+            let (mut s, mut v) = (0.0, start.velocity);
+            (1..=later).all(|k| {
+                let next = (v + acceleration * dt).clamp(0.0, limits.speed);
+                s += f64::midpoint(v, next) * dt;
+                v = next;
+                let pose = Pose {
+                    position: start.pose.position + start.pose.forward() * s,
+                    ..start.pose
+                };
+                let body = driver.road().body().at(pose);
+                Collision::at(self.scenario, &body, end + k, without).is_none()
+            })
+        })
+    }
+}
