@@ -1,6 +1,6 @@
 //! A model as the author of attacks: it chooses the attacker, writes motions for it, and is told what the gate refuses.
 //!
-//! Every request goes the way of all others, see [`super::run`]: an answer is in the store before it is used, and one
+//! Every request goes the way of all others, see [`crate::evaluation::run`]: an answer is in the store before it is used, and one
 //! that is there is not paid for again. What a model answers becomes an attack only through
 //! [`crate::generation::admit`]; nothing else gets past the gate.
 
