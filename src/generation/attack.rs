@@ -106,7 +106,11 @@ impl Ground<'_> {
             else {
                 return Err(refusal);
             };
+            let before = change.motions.len();
             change.motions.retain(|(s, _)| *s < step);
+            if change.motions.len() == before {
+                return Err(refusal);
+            }
         }
     }
 }

@@ -114,13 +114,8 @@ struct Draw {
     made: Result<Attack, Refusal>,
 }
 
-/// Searches for attacks; `only` names the one obstacle that may attack.
-#[must_use]
-pub fn search(ground: &Ground<'_>, effort: &Effort, only: Option<i64>) -> Found {
-    search_watched(ground, effort, only, &mut |_| true)
-}
-
-/// The same; `watch` hears after each round how far it is, and says whether to go on.
+/// Searches for attacks; `only` names the one obstacle that may attack. After each round `watch` hears how far it is, and
+/// says whether to go on.
 #[must_use]
 pub fn search_watched(
     ground: &Ground<'_>,
@@ -206,7 +201,9 @@ impl Search<'_> {
                 found.attacks.push(attack);
             }
             past.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            let best = past.first().map_or(f64::INFINITY, |t| t.cost);
+            // What was not looked at may be one that nobody survives.
+            let survived = found.attacks.iter().filter(|a| a.survivable == Some(true));
+            let best = survived.map(Attack::cost).fold(f64::INFINITY, f64::min);
             let goes_on = watch(found.progress());
             if !goes_on || best <= BEST || best <= GOOD && 2 * round >= rounds {
                 break;

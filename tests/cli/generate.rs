@@ -2,24 +2,12 @@
 
 use nearmiss::generation::Gate;
 use nearmiss::scenario::commonroad;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::support::program::{Ended, Home};
+use super::plan::{NO_PROBLEM, lines};
+use super::support::program::Home;
 use super::support::server::{Script, Server};
 use super::{CUT_IN, bundled_xml};
-
-/// A road with nobody on it and nothing to plan.
-const NO_PROBLEM: &str = r#"<commonRoad timeStepSize="0.1" commonRoadVersion="2020a" benchmarkID="ZAM_None-1_1_T-1" date="2026-01-31">
-  <lanelet id="1">
-    <leftBound><point><x>0</x><y>3</y></point><point><x>50</x><y>3</y></point></leftBound>
-    <rightBound><point><x>0</x><y>0</y></point><point><x>50</x><y>0</y></point></rightBound>
-  </lanelet>
-</commonRoad>"#;
-
-fn lines(ended: &Ended) -> Vec<Value> {
-    let lines = ended.stdout.lines();
-    lines.map(|l| serde_json::from_str(l).unwrap()).collect()
-}
 
 /// Few motions: the search is slow without optimisation.
 const FEW: [&str; 2] = ["--candidates", "40"];

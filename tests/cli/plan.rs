@@ -11,14 +11,14 @@ use super::{BUNDLED, CUT_IN, bundled_xml};
 const TURN: &str = "ZAM_RightTurn-1_1_T-1";
 
 /// A road without anything to plan.
-const NO_PROBLEM: &str = r#"<commonRoad timeStepSize="0.1" commonRoadVersion="2020a" benchmarkID="ZAM_None-1_1_T-1" date="2026-01-31">
+pub const NO_PROBLEM: &str = r#"<commonRoad timeStepSize="0.1" commonRoadVersion="2020a" benchmarkID="ZAM_None-1_1_T-1" date="2026-01-31">
   <lanelet id="1">
     <leftBound><point><x>0</x><y>3</y></point><point><x>50</x><y>3</y></point></leftBound>
     <rightBound><point><x>0</x><y>0</y></point><point><x>50</x><y>0</y></point></rightBound>
   </lanelet>
 </commonRoad>"#;
 
-fn lines(ended: &Ended) -> Vec<Value> {
+pub fn lines(ended: &Ended) -> Vec<Value> {
     let lines = ended.stdout.lines();
     lines.map(|l| serde_json::from_str(l).unwrap()).collect()
 }
