@@ -164,5 +164,7 @@ fn refusal(refusal: &Refusal) -> Value {
         "value": refusal.value,
         "unit": refusal.reason.unit(),
         "words": refusal.to_string(),
+        "attacker": refusal.attacker,
+        "manoeuvre": refusal.manoeuvre,
     })
 }

@@ -1,5 +1,7 @@
 //! A variant as one line of JSON.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Map, Value, json};
 
 use super::made::Generated;
@@ -31,6 +33,7 @@ pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value
         "file": generated.file,
         "id": saved.map(|s| &s.id),
         "by": by,
+        "manoeuvre": chosen.map(|c| c.attack.asked.name()),
         "asked": chosen.map(|c| asked(&c.attack.asked)),
         "from_step": effect.map(|e| e.from),
         "until_step": chosen.and_then(|c| c.attack.change.until()),
@@ -42,12 +45,15 @@ pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value
         "min_risk_of_anyone_before": baseline.lowest(),
         "min_risk_of_anyone_after": effect.map_or(baseline.lowest(), |e| e.anyone_after),
         "note": generated.note(),
+        "safe_before": generated.workshop.is_safe(),
         "baseline": baseline.drive().outcome.name(),
         "drive": effect.map(|e| e.drive.outcome.name()),
         "reference_ranking": ranking(generated),
         "passed": made.found.attacks.len(),
         "driven": made.found.attacks.iter().filter(|a| a.effect.is_some()).count(),
         "model": generated.authored.as_ref().map(|a| model(a, chosen)),
+        "refused": refused(&made.found.refused),
+        "taken_over": false,
         "seconds": (generated.took.as_secs_f64() * 1e3).round() / 1e3,
     })
 }
@@ -135,6 +141,15 @@ fn avoidable(avoidability: &Avoidability) -> Value {
     Value::Object(pairs.collect::<Map<_, _>>())
 }
 
+/// How many motions were refused for each reason; of each motion the first counts.
+fn refused(refusals: &[Refusal]) -> BTreeMap<&'static str, usize> {
+    let mut counts = BTreeMap::new();
+    for refusal in refusals {
+        *counts.entry(refusal.reason.name()).or_default() += 1;
+    }
+    counts
+}
+
 /// A refusal: reason, step, limit, value.
 pub fn refusal(refusal: &Refusal) -> Value {
     json!({
@@ -144,5 +159,7 @@ pub fn refusal(refusal: &Refusal) -> Value {
         "value": refusal.value,
         "unit": refusal.reason.unit(),
         "words": output::visible(&refusal.to_string()),
+        "attacker": refusal.attacker,
+        "manoeuvre": refusal.manoeuvre,
     })
 }

@@ -6,8 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::document;
+use super::line::Line;
 use super::model::{Writer, WriterError};
 use super::summary::Summary;
+use super::table::Table;
 use crate::cli::plan::{Missed, chosen, within_horizon};
 use crate::cli::{Failure, output};
 use crate::evaluation::generating::Authored;
@@ -41,6 +43,13 @@ impl Generated {
     pub fn note(&self) -> Option<String> {
         if let Some(collision) = self.workshop.unsafe_already() {
             return Some(format!("not safe as it is: the ego touches {collision}"));
+        }
+        if !self.workshop.is_safe() {
+            let lowest = self.workshop.closed.baseline().lowest();
+            let lowest = lowest.map_or(String::new(), |score| format!(" {score}"));
+            return Some(format!(
+                "not safe as it is: the lowest risk score of anybody is{lowest} already"
+            ));
         }
         let made = &self.made;
         (made.found.candidates == 0 && made.chosen.is_none())
@@ -113,6 +122,7 @@ pub struct Job<'a> {
     pub json: bool,
     pub by: &'a str,
     pub summary: Summary,
+    pub table: Table,
     pub next: usize,
 }
 
@@ -133,16 +143,22 @@ impl Job<'_> {
             }
         };
         let saved = self.save(&generated)?;
-        self.summary.count(&generated);
         if let Some(authored) = &generated.authored {
             for words in document::said(authored) {
                 output::say(&format!("nearmiss: {}: {words}", generated.file));
             }
         }
+        let document = document::document(&generated, saved.as_ref(), self.by);
+        self.tell(&Line::of(document).map_err(Failure::input)?)
+    }
+
+    /// Counts a line and writes it.
+    fn tell(&mut self, line: &Line) -> Result<(), Failure> {
+        self.summary.count(&line.figures);
         if self.json {
-            return output::json(&document::document(&generated, saved.as_ref(), self.by));
+            return output::json(&line.document);
         }
-        let row = self.summary.row(&generated, saved.as_ref());
+        let row = self.table.row(&line.figures);
         output::text(&row)
     }
 

@@ -2,9 +2,11 @@
 
 mod check;
 mod document;
+mod line;
 mod made;
 mod model;
 mod summary;
+mod table;
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -22,6 +24,7 @@ use crate::scenario::commonroad::NewFile;
 use made::{Job, Wanted};
 use model::Writer;
 use summary::Summary;
+use table::Table;
 
 /// Arguments of `nearmiss generate`.
 #[derive(Debug, clap::Args)]
@@ -138,7 +141,8 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         folder: arguments.output.as_deref(),
         json: arguments.json,
         by: &by,
-        summary: Summary::new(&entries),
+        summary: Summary::new(entries.len()),
+        table: Table::new(&entries),
         next: 0,
     };
     let progress = Progress::new(entries.len(), "scenarios", true);
