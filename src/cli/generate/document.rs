@@ -1,6 +1,7 @@
 //! A variant as one line of JSON.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
@@ -13,25 +14,42 @@ use crate::scenario::Entry;
 
 /// What was made of a scenario.
 pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value {
+    let mut line = unsaved(generated, by);
+    line["rejected"] = generated.refusals().iter().map(refusal).collect();
+    if let Some(saved) = saved {
+        place(&mut line, &saved.id, &saved.scenario, &saved.ego);
+    }
+    line
+}
+
+/// Says in a line where the variant lies.
+pub fn place(line: &mut Value, id: &str, scenario: &Path, ego: &Path) {
+    let path = |path: &Path| Value::String(output::visible(&path.display().to_string()));
+    line["variant"] = path(scenario);
+    line["ego"] = path(ego);
+    line["id"] = id.into();
+}
+
+/// The same before it is saved, and without what was refused: what the papers keep, which say that elsewhere.
+pub fn unsaved(generated: &Generated, by: &str) -> Value {
     let made = &generated.made;
-    let path = |path: &std::path::Path| output::visible(&path.display().to_string());
     let chosen = made.chosen.as_ref();
     let effect = chosen.and_then(|c| c.attack.effect.as_ref());
     let collision = effect.and_then(|e| e.collision());
     let baseline = generated.workshop.closed.baseline();
     json!({
-        "variant": saved.map(|s| path(&s.scenario)),
-        "ego": saved.map(|s| path(&s.ego)),
+        "variant": null,
+        "ego": null,
         "attacker": effect.map(|e| e.attacker),
         "outcome": effect.map_or("none", |e| e.consequence.name()),
         "min_risk_before": effect.map_or(baseline.lowest(), |e| e.lowest_before()),
         "min_risk_after": effect.map_or(baseline.lowest(), |e| e.lowest_after()),
         "avoidable": chosen.map(|c| avoidable(&c.avoidability)),
         "candidates": made.found.candidates,
-        "rejected": generated.refusals().iter().map(refusal).collect::<Vec<_>>(),
+        "rejected": null,
         "scenario": generated.name,
         "file": generated.file,
-        "id": saved.map(|s| &s.id),
+        "id": null,
         "by": by,
         "manoeuvre": chosen.map(|c| c.attack.asked.name()),
         "asked": chosen.map(|c| asked(&c.attack.asked)),

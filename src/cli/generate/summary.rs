@@ -219,9 +219,9 @@ impl Summary {
     }
 
     /// Writes the figures.
-    pub fn save(&self, path: &Path, interrupted: bool) -> Result<(), Failure> {
+    pub fn save(&self, path: &Path, interrupted: bool, overwrite: bool) -> Result<(), Failure> {
         use std::io::Write;
-        let mut file = NewFile::begin(path, false).map_err(Failure::input)?;
+        let mut file = NewFile::begin(path, overwrite).map_err(Failure::input)?;
         let mut document = self.document();
         document["interrupted"] = interrupted.into();
         document["asked_for"] = self.all.into();
