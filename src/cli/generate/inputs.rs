@@ -68,3 +68,34 @@ fn is_variant(path: &Path) -> bool {
     let read = file.take(HEAD).read_to_end(&mut head);
     read.is_ok() && head.windows(MARK.len()).any(|part| part == MARK.as_bytes())
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::scenario::find;
+
+    #[test]
+    fn variants_in_a_folder_are_left_out_unless_they_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let variant = format!("<commonRoad source=\"a field; {MARK}1.0: b\"/>");
+        std::fs::write(path("original.xml"), "<commonRoad/>").unwrap();
+        std::fs::write(path("variant.xml"), variant).unwrap();
+        let names = |paths: &[PathBuf]| {
+            let kept = originals(find(paths).unwrap().entries, paths);
+            kept.map(|kept| kept.into_iter().map(|e| e.name).collect::<Vec<_>>())
+        };
+        let all = [folder.path().to_path_buf()];
+        assert_eq!(names(&all).unwrap(), ["original"]);
+        let both = [folder.path().to_path_buf(), path("variant.xml")];
+        assert_eq!(names(&both).unwrap(), ["original", "variant"]);
+        // The same file by another way is there once.
+        let twice = [path("original.xml"), folder.path().join("./original.xml")];
+        assert_eq!(names(&twice).unwrap(), ["original"]);
+        std::fs::remove_file(path("original.xml")).unwrap();
+        let failure = names(&all).unwrap_err();
+        assert_eq!(failure.status, 2);
+        assert!(failure.message.contains("nothing but variants"));
+    }
+}

@@ -77,21 +77,23 @@ pub struct Generated {
 }
 
 impl Generated {
-    /// Why nothing was tried, where nothing was.
+    /// Why nothing was tried, where nothing was, and that the original is not safe, where it is not.
     pub fn note(&self) -> Option<String> {
         if let Some(collision) = self.workshop.unsafe_already() {
             return Some(format!("not safe as it is: the ego touches {collision}"));
         }
-        if !self.workshop.is_safe() {
-            let lowest = self.workshop.closed.baseline().lowest();
-            let lowest = lowest.map_or(String::new(), |score| format!(" {score}"));
-            return Some(format!(
-                "not safe as it is: the lowest risk score of anybody is{lowest} already"
+        let mut notes = Vec::new();
+        let made = &self.made;
+        if made.found.candidates == 0 && made.chosen.is_none() {
+            notes.push("nobody is there who could attack".into());
+        }
+        let lowest = self.workshop.closed.baseline().lowest();
+        if let Some(lowest) = lowest.filter(|_| !self.workshop.is_safe()) {
+            notes.push(format!(
+                "not safe as it is: the lowest risk score of anybody is {lowest} already"
             ));
         }
-        let made = &self.made;
-        (made.found.candidates == 0 && made.chosen.is_none())
-            .then(|| "nobody is there who could attack".into())
+        (!notes.is_empty()).then(|| notes.join("; "))
     }
 
     /// Why motions were refused: of a model's answers all reasons, of a search's motions the first.

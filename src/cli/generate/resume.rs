@@ -164,3 +164,7 @@ pub fn is_report(path: &Path) -> Result<(), String> {
 fn says_report(document: &Value) -> bool {
     document["asked_for"].is_u64() && document["scenarios"].is_u64()
 }
+
+#[cfg(test)]
+#[path = "resume_tests.rs"]
+mod tests;

@@ -92,3 +92,46 @@ impl Table {
         format!("{}\n", line.trim_end())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use serde_json::json;
+
+    use super::super::line::Line;
+    use super::*;
+
+    #[test]
+    fn a_row_says_how_the_drive_ended_and_what_is_to_be_noted() {
+        let mut document = json!({
+            "scenario": "a", "outcome": "near_miss", "attacker": 7, "manoeuvre": "cut-in", "min_risk_before": 1,
+            "min_risk_after": 0, "avoidable": {"0.0": true, "0.5": true, "1.0": false}, "candidates": 9,
+            "refused": {}, "id": "B_T-2", "note": "not safe as it is", "safe_before": false, "drive": "off_road",
+            "model": null, "taken_over": true, "seconds": 1.25,
+        });
+        let line = Line::of(document.clone()).unwrap();
+        let mut table = Table::new(&[]);
+        let text = table.row(&line.figures);
+        let rows: Vec<&str> = text.lines().collect();
+        assert!(rows[0].starts_with("scenario  outcome    drive"));
+        let cells: Vec<&str> = rows[1].split("  ").filter(|c| !c.is_empty()).collect();
+        let cells: Vec<&str> = cells.iter().map(|c| c.trim()).collect();
+        let wanted = [
+            "a",
+            "near_miss",
+            "off_road",
+            "7",
+            "cut-in",
+            "1 → 0",
+            "0.5 s late",
+            "1.2",
+            "B_T-2; taken over; not safe as it is",
+        ];
+        assert_eq!(cells, wanted);
+        // Columns lie under their names.
+        let drive = rows[0].find("drive").unwrap();
+        assert_eq!(rows[1].find("off_road"), Some(drive));
+        document["drive"] = 3.into();
+        assert!(Line::of(document).is_err());
+    }
+}
