@@ -207,8 +207,17 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
 fn prepared(arguments: &GenerateArguments) -> Result<Option<Past>, Failure> {
     let mut past = None;
     if let Some(folder) = &arguments.output {
-        std::fs::create_dir_all(folder).map_err(|e| Failure::system(folder.display(), &e))?;
-        drop(NewFile::begin(&folder.join(PROBE), true).map_err(Failure::input)?);
+        let shown = folder.display();
+        if folder.exists() && !folder.is_dir() {
+            return Err(Failure::input(format!("-o {shown}: this is no folder")));
+        }
+        std::fs::create_dir_all(folder).map_err(|e| Failure::system(shown, &e))?;
+        drop(NewFile::begin(&folder.join(PROBE), true).map_err(|e| {
+            Failure::input(format!(
+                "-o {}: nothing can be written there: {e}",
+                folder.display()
+            ))
+        })?);
         if arguments.resume {
             let (found, doubts) = Past::read(folder)?;
             for doubt in doubts {
@@ -218,8 +227,14 @@ fn prepared(arguments: &GenerateArguments) -> Result<Option<Past>, Failure> {
         }
     }
     if let Some(path) = &arguments.report {
-        if arguments.resume && path.exists() {
+        if path.exists() {
             resume::is_report(path).map_err(Failure::input)?;
+            if !arguments.resume {
+                return Err(Failure::input(format!(
+                    "{}: the report of an earlier run, which was left as it is; --resume goes on with that run and replaces it, or name another file",
+                    path.display()
+                )));
+            }
         }
         drop(NewFile::begin(path, arguments.resume).map_err(Failure::input)?);
     }

@@ -156,7 +156,7 @@ pub fn is_report(path: &Path) -> Result<(), String> {
     match serde_json::from_slice(&bytes) {
         Ok(document) if says_report(&document) => Ok(()),
         _ => Err(named(
-            "it exists and is no report of `nearmiss generate`, and would be replaced; name another file".into(),
+            "it exists, is no report of `nearmiss generate`, and was left as it is; name another file".into(),
         )),
     }
 }
