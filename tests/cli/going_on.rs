@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
+use super::generate::says;
 use super::plan::{NO_PROBLEM, lines};
 use super::support::program::{Ended, Home};
+use super::support::server::{Script, Server};
 use super::{CUT_IN, bundled_xml};
 
 /// Very few motions and plans: what is made need not be good.
@@ -135,6 +137,73 @@ fn an_interrupt_keeps_and_tells_what_is_finished() {
     let report = report(&home, "r.json");
     assert_eq!(report["interrupted"], true);
     assert_eq!(report["scenarios"], ids.len());
+}
+
+/// Asks a model at `url` for one motion of an obstacle.
+const ASKED: [&str; 13] = [
+    "generate",
+    CUT_IN,
+    "--model",
+    "local/any",
+    "--attacker",
+    "301",
+    "--samples",
+    "1",
+    "--retries",
+    "0",
+    "--json",
+    "-o",
+    "out",
+];
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_a_model_wrote_is_taken_over_too() {
+    let home = Home::new();
+    let answer = json!({
+        "obstacle": 301, "waypoints": null, "justification": "It cuts in.",
+        "manoeuvre": {"kind": "cut-in", "start": 7.5, "duration": 1.6, "gap": 1.0, "speed": null},
+    });
+    let server = Server::start(says(&answer.to_string(), 1)).await;
+    let url = server.base_url().to_owned();
+    let told = [&ASKED[..], &["--replan", "10", "--base-url", &url]].concat();
+    let run = |more: &[&str]| {
+        let told = [&told[..], more].concat();
+        tokio::task::block_in_place(|| home.run(&told)).json()
+    };
+    let before = run(&[]);
+    assert!(before["variant"].is_string(), "{before}");
+    assert_eq!(before["model"]["requests"], 1);
+    let again = run(&["--resume"]);
+    assert_eq!(again["taken_over"], true);
+    assert_eq!(again["model"], before["model"]);
+    // Another question is another matter.
+    let other = run(&["--resume", "--survive", "1.0"]);
+    assert_eq!(other["taken_over"], false);
+    assert_eq!(other["model"]["from_store"], 1);
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_interrupt_does_not_wait_for_a_model() {
+    let home = Home::new();
+    let server = Server::start(vec![Script::chunked_events().await_close()]).await;
+    let told = [&ASKED[..], &["--base-url", server.base_url()]].concat();
+    let child = home.start(&told);
+    let begun = Instant::now();
+    while home.runs().is_empty() {
+        assert!(
+            begun.elapsed() < Duration::from_secs(120),
+            "nothing is asked"
+        );
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    super::long_jobs::interrupt(&child);
+    let told = Instant::now();
+    let ended = tokio::task::block_in_place(|| child.wait_with_output()).unwrap();
+    assert!(told.elapsed() < Duration::from_secs(20));
+    let ended = Ended::of(&ended).status(130);
+    assert_eq!(ended.stdout, "");
+    ended.says(&["interrupted after 0 of 1", "--resume"]);
 }
 
 #[test]
