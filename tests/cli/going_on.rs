@@ -159,9 +159,12 @@ const ASKED: [&str; 13] = [
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_a_model_wrote_is_taken_over_too() {
     let home = Home::new();
+    // What the search found passes the gate also where a model says it.
+    let search = ["generate", CUT_IN, "--attacker", "301", "--json"];
+    let searched = tokio::task::block_in_place(|| home.run(&[&search[..], &FEW[..]].concat()));
     let answer = json!({
-        "obstacle": 301, "waypoints": null, "justification": "It cuts in.",
-        "manoeuvre": {"kind": "cut-in", "start": 7.5, "duration": 1.6, "gap": 1.0, "speed": null},
+        "obstacle": 301, "waypoints": null, "justification": "It is near.",
+        "manoeuvre": searched.json()["asked"]["manoeuvre"],
     });
     let server = Server::start(says(&answer.to_string(), 1)).await;
     let url = server.base_url().to_owned();
