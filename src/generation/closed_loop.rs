@@ -79,7 +79,7 @@ pub struct Effect {
 }
 
 /// At this risk score or below it was a near miss.
-const NEAR_MISS: u8 = 1;
+pub(super) const NEAR_MISS: u8 = 1;
 
 impl ClosedLoop {
     /// Drives the baseline of a problem of `scenario`.

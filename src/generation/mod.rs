@@ -49,5 +49,5 @@ pub use search::{Effort, Found, Progress, search_watched};
 pub use stage::Stage;
 pub use summed::{Summed, summed};
 pub use tracking::{Wanted, track};
-pub use variant::{Saved, Variant, VariantError};
+pub use variant::{MARK, Saved, Variant, VariantError};
 pub use variant_document::asked;

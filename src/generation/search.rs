@@ -205,9 +205,13 @@ impl Search<'_> {
     }
 
     fn make(&self, arm: &Arm, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
-        let obstacle = self.ground.obstacle(arm.obstacle)?;
-        let change = motion::of_manoeuvre(self.ground.stage, obstacle, &manoeuvre, arm.way)?;
-        self.ground.attack(Motion::Manoeuvre(manoeuvre), change)
+        let kind = manoeuvre.kind.name();
+        let attempt = || {
+            let obstacle = self.ground.obstacle(arm.obstacle)?;
+            let change = motion::of_manoeuvre(self.ground.stage, obstacle, &manoeuvre, arm.way)?;
+            self.ground.attack(Motion::Manoeuvre(manoeuvre), change)
+        };
+        attempt().map_err(|refusal: Refusal| refusal.about(arm.obstacle, Some(kind)))
     }
 
     /// Drives the ego against what is most promising.
