@@ -163,7 +163,11 @@ impl Summary {
         ));
         let kinds: Vec<String> = self.kinds.iter().map(|(k, n)| format!("{n} {k}")).collect();
         if !kinds.is_empty() {
-            text.push_str(&format!("manoeuvres: {}\n", kinds.join(", ")));
+            text.push_str(&format!(
+                "manoeuvres: {} (diversity {:.1} bits)\n",
+                kinds.join(", "),
+                entropy(&self.kinds)
+            ));
         }
         if self.requests > 0 {
             text.push_str(&format!(
@@ -209,7 +213,10 @@ impl Summary {
             "valid_share_of_candidates": share(self.candidates.saturating_sub(refused), self.candidates),
             "refused": self.refused,
             "manoeuvres": self.kinds,
-            "distinct_manoeuvres": self.kinds.len(),
+            "diversity": {
+                "distinct_manoeuvres": self.kinds.len(),
+                "entropy_bits": entropy(&self.kinds),
+            },
             "median_seconds": seconds.get(seconds.len() / 2),
             "requests": self.requests,
             "tokens": self.tokens,
@@ -251,7 +258,34 @@ impl Summary {
     }
 }
 
+/// How diverse the counted things are: the entropy of their shares, bits; 0 where all are the same (Shannon 1948).
+fn entropy(counts: &BTreeMap<String, usize>) -> f64 {
+    let all: usize = counts.values().sum();
+    let shares = counts.values().map(|n| *n as f64 / all as f64);
+    shares
+        .map(|share| -share * share.log2())
+        .sum::<f64>()
+        .max(0.0)
+}
+
 fn mean(scores: &[u8]) -> Option<f64> {
     let sum: f64 = scores.iter().map(|s| f64::from(*s)).sum();
     (!scores.is_empty()).then(|| sum / scores.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn diversity_is_the_entropy_of_the_kinds() {
+        let of = |counts: &[usize]| {
+            let named = counts.iter().enumerate();
+            entropy(&named.map(|(i, n)| (i.to_string(), *n)).collect())
+        };
+        assert_eq!(of(&[]), 0.0);
+        assert_eq!(of(&[7]), 0.0);
+        assert_eq!(of(&[3, 3]), 1.0);
+        assert_eq!(of(&[2, 1, 1]), 1.5);
+    }
 }
