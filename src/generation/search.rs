@@ -97,6 +97,7 @@ const SHARPNESS: f64 = 2.0;
 /// The search in one scenario.
 struct Search<'a> {
     ground: &'a Ground<'a>,
+    stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// What was tried, and how good it was.
@@ -123,7 +124,19 @@ pub fn search_watched(
     only: Option<i64>,
     watch: &mut dyn FnMut(Progress) -> bool,
 ) -> Found {
-    Search { ground }.run(effort, only, watch)
+    search_until(ground, effort, only, watch, &|| false)
+}
+
+/// The same, with a `stop` that is asked before every motion and every drive: once it says so, nothing more is begun.
+#[must_use]
+pub fn search_until(
+    ground: &Ground<'_>,
+    effort: &Effort,
+    only: Option<i64>,
+    watch: &mut dyn FnMut(Progress) -> bool,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Found {
+    Search { ground, stop }.run(effort, only, watch)
 }
 
 impl Found {
@@ -204,7 +217,7 @@ impl Search<'_> {
             // What was not looked at may be one that nobody survives.
             let survived = found.attacks.iter().filter(|a| a.survivable == Some(true));
             let best = survived.map(Attack::cost).fold(f64::INFINITY, f64::min);
-            let goes_on = watch(found.progress());
+            let goes_on = watch(found.progress()) && !(self.stop)();
             if !goes_on || best <= BEST || best <= GOOD && 2 * round >= rounds {
                 break;
             }
@@ -214,6 +227,9 @@ impl Search<'_> {
     }
 
     fn make(&self, arm: &Arm, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
+        if (self.stop)() {
+            return Err(Refusal::answer("the search was stopped"));
+        }
         let obstacle = self.ground.obstacle(arm.obstacle)?;
         let change = motion::of_manoeuvre(self.ground.stage, obstacle, &manoeuvre, arm.way)?;
         self.ground.attack(Motion::Manoeuvre(manoeuvre), change)
@@ -225,6 +241,9 @@ impl Search<'_> {
         let effective = tried.iter_mut().map(|t| &mut t.2);
         let effective = effective.filter(|a| a.has_effect()).take(LOOKED_AT);
         for attack in effective {
+            if (self.stop)() {
+                break;
+            }
             self.ground.survive(attack, delay);
             if attack.cost() <= BEST {
                 break;
@@ -245,7 +264,9 @@ impl Search<'_> {
             }
         }
         chosen.into_par_iter().for_each(|attack| {
-            self.ground.drive(attack);
+            if !(self.stop)() {
+                self.ground.drive(attack);
+            }
         });
     }
 }
