@@ -11,7 +11,6 @@ pub mod results;
 mod scenarios;
 pub mod session;
 mod templates;
-mod writing;
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -205,6 +205,23 @@ pub fn consequence_words(consequence: &Consequence) -> &'static str {
 }
 
 impl Model {
+    /// What a model wrote of what is open, where that came to nothing.
+    #[must_use]
+    pub fn unwritten(&self) -> Option<&Arc<Authorship>> {
+        self.maker.unwritten(self.made_of()?)
+    }
+
+    /// What variants of the open scenario are kept under: those of its original.
+    #[must_use]
+    pub fn made_of(&self) -> Option<(ContentHash, Option<Transform>)> {
+        let opened = self.opened.as_deref()?;
+        let hash = match &opened.variant {
+            Some(shown) => shown.made.original(),
+            None => opened.scenario.hash,
+        };
+        Some((hash, opened.change))
+    }
+
     /// The variant that is shown, or beside whose original stands what is shown.
     #[must_use]
     pub fn variant(&self) -> Option<&VariantShown> {

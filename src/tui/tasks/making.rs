@@ -1,13 +1,15 @@
 //! Making a scenario dangerous in the background, until it is done or nobody wants it any more; writing a variant.
 
+mod writing;
+
 use std::path::Path;
 use std::sync::Arc;
 
+use self::writing::Stop;
 use super::super::loaded::{How, Made, Opened};
 use super::super::message::Msg;
 use super::super::message::making::{MakeAsk, MakeId, MakeNews};
 use super::Tasks;
-use super::writing::Stop;
 use crate::evaluation::generating;
 use crate::generation::{Effort, Ground, Saved};
 use crate::scenario::Scene;
@@ -66,7 +68,9 @@ impl Tasks {
                     let made = match writing {
                         Some((author, held)) => {
                             let mut held = Some(held);
-                            let heard = |progress| drop(tell(MakeNews::Heard(id, progress)));
+                            let heard = |progress| {
+                                tell(MakeNews::Heard(id, progress));
+                            };
                             let mut pen = |ground: &Ground<'_>, scene: &Arc<Scene>| {
                                 let work = generating::write(&author, ground, scene, &heard);
                                 let written = runtime.block_on(stop.or(work));

@@ -1,20 +1,18 @@
 //! Making the open scenario dangerous, and showing the variant beside its original.
 
+mod noted;
 mod writing;
 
+pub use noted::{job, note};
+
 use std::sync::Arc;
-use std::time::Duration;
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
-use super::super::loaded::{
-    Authorship, Generated, Made, Opened, VariantShown, Wish, Working, Writer,
-};
+use super::super::loaded::{Generated, Made, Opened, VariantShown, Wish, Writer};
 use super::super::message::making::{MakeAsk, MakeId, MakeNews};
 use super::super::message::{Effect, OpenId};
-use super::super::model::{
-    Drives, Job, JobKind, JobState, Model, Overlay, Search, consequence_words, forecast_words,
-};
+use super::super::model::{Drives, Model, Overlay, Search, consequence_words, forecast_words};
 use super::{actions, opening, planning, values};
 use crate::generation::Consequence;
 use crate::scenario::{ContentHash, ObstacleRole, Transform};
@@ -30,7 +28,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Action::SaveVariant => return save(model),
         Action::VariantPanel => match model.variant() {
             Some(_) => model.overlays.push(Overlay::Variant(0)),
-            None if unwritten(model).is_some() => model.overlays.push(Overlay::Variant(0)),
+            None if model.unwritten().is_some() => model.overlays.push(Overlay::Variant(0)),
             None => {
                 let why = none_made(model);
                 model.say(why);
@@ -39,16 +37,6 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         _ => {}
     }
     Vec::new()
-}
-
-/// What variants of the open scenario are kept under: those of its original.
-fn key_of(model: &Model) -> Option<(ContentHash, Option<Transform>)> {
-    let opened = model.opened.as_deref()?;
-    let hash = match &opened.variant {
-        Some(shown) => shown.made.original(),
-        None => opened.scenario.hash,
-    };
-    Some((hash, opened.change))
 }
 
 /// Why there is no variant to show, and what to do.
@@ -60,7 +48,9 @@ fn none_made(model: &Model) -> String {
         return "no scenario is open".into();
     }
     let generate = model.look.key(Action::Generate);
-    let kept = key_of(model).and_then(|(hash, change)| model.maker.find(hash, change));
+    let kept = model
+        .made_of()
+        .and_then(|(hash, change)| model.maker.find(hash, change));
     match kept {
         Some(_) => format!(
             "the variant is not shown: {generate} or {} shows it",
@@ -68,12 +58,6 @@ fn none_made(model: &Model) -> String {
         ),
         None => format!("no variant was made; {generate} makes the scenario dangerous"),
     }
-}
-
-/// What a model wrote of what is open, where that came to nothing.
-#[must_use]
-pub fn unwritten(model: &Model) -> Option<&Arc<Authorship>> {
-    key_of(model).and_then(|of| model.maker.unwritten(of))
 }
 
 /// Lets the picked obstacle attack; a model writes its motion, or it is searched for.
@@ -120,7 +104,7 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
 
 /// What variants of the open scenario are kept under, where it can be made dangerous; else it is said why not.
 fn ready(model: &mut Model) -> Option<(ContentHash, Option<Transform>)> {
-    let of = key_of(model).filter(|_| model.list.opened.is_some());
+    let of = model.made_of().filter(|_| model.list.opened.is_some());
     let why = if of.is_none() {
         Some("no scenario is open".into())
     } else if model.opening.is_some() {
@@ -274,7 +258,9 @@ fn moment(made: &Made) -> i64 {
 
 /// Shows the kept variant of what is open, or its original.
 fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
-    let kept = key_of(model).and_then(|(hash, change)| model.maker.find(hash, change));
+    let kept = model
+        .made_of()
+        .and_then(|(hash, change)| model.maker.find(hash, change));
     let Some(kept) = kept else {
         let why = none_made(model);
         model.say(why);
@@ -386,62 +372,5 @@ pub fn panel_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
         | Action::SaveVariant
         | Action::Palette) => Some(actions::perform(model, action)),
         _ => values::on_key(model, key),
-    }
-}
-
-/// Work on a wish, for the list of tasks.
-pub fn job(id: MakeId, wish: &Wish, now: Duration) -> Job {
-    let name = &wish.entry.name;
-    match &wish.writer {
-        Some(writer) => writing::job(id, name, &writer.model, now),
-        None => {
-            let title = format!("{name} made dangerous, seed {}", wish.seed);
-            Job::new(JobKind::Make(id), title, 1, now)
-        }
-    }
-}
-
-/// Notes in the list of tasks how far it is.
-pub fn note(model: &mut Model, news: &MakeNews) {
-    let now = model.uptime;
-    let job = news.id().map(JobKind::Make);
-    let Some(job) = job.and_then(|kind| model.jobs.running_mut(kind)) else {
-        return;
-    };
-    match news {
-        MakeNews::Working(_, Working::Searching(progress, of)) => {
-            (job.done, job.of) = (progress.tried.min(*of), *of);
-        }
-        MakeNews::Working(..) if job.state != JobState::Stopping => job.state = JobState::Running,
-        MakeNews::Working(..) => {}
-        MakeNews::Heard(_, progress) => writing::note(job, progress),
-        MakeNews::Saved(..) => {}
-        // What it has found comes too late.
-        MakeNews::Stopped(_) | MakeNews::Ended(..) if job.state == JobState::Stopping => {
-            job.end(JobState::Cancelled(String::new()), now);
-        }
-        MakeNews::Stopped(_) => job.end(JobState::Cancelled(String::new()), now),
-        MakeNews::Ended(_, Ok(Generated::Unwritten(words, wrote))) => {
-            job.end(
-                match wrote.failed() {
-                    true => JobState::Failed(words.clone()),
-                    false => JobState::Done(words.clone()),
-                },
-                now,
-            );
-        }
-        MakeNews::Ended(_, Ok(Generated::Found { variant, .. })) => {
-            let shown = variant.variant.as_ref();
-            let effect = shown.map(|shown| &shown.made.effect);
-            let words = effect.map_or(String::new(), |effect| {
-                let what = consequence_words(&effect.consequence);
-                format!("{what}, attacker {}", effect.attacker)
-            });
-            job.end(JobState::Done(words), now);
-        }
-        MakeNews::Ended(_, Ok(Generated::Nothing(words))) => {
-            job.end(JobState::Done(words.clone()), now);
-        }
-        MakeNews::Ended(_, Err(why)) => job.end(JobState::Failed(why.clone()), now),
     }
 }

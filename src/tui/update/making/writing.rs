@@ -9,7 +9,7 @@ use super::super::super::message::Effect;
 use super::super::super::message::making::MakeId;
 use super::super::super::model::{Job, JobKind, JobState, Model, forecast_words};
 use super::super::list;
-use super::{begin as begin_with, cancel, key_of, ready, show};
+use super::{begin as begin_with, cancel, ready, show};
 use crate::evaluation::generating::{Progress, RETRIES, SAMPLES};
 use crate::evaluation::{Event, Settings};
 use crate::judge;
@@ -112,7 +112,7 @@ fn waiting(event: &Event) -> Option<String> {
 
 /// Nothing dangerous came of it; what it wrote can be read.
 pub fn unwritten(model: &mut Model, words: String, wrote: Arc<Authorship>) {
-    if let Some(of) = key_of(model) {
+    if let Some(of) = model.made_of() {
         model.maker.keep_unwritten(of, wrote.clone());
         heard_out(model, of.0, &wrote);
     }

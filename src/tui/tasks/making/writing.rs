@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use tokio::sync::{Notify, oneshot};
 
-use super::super::loaded::Writer;
-use super::Tasks;
+use super::super::super::loaded::Writer;
+use super::super::Tasks;
 use crate::evaluation::generating::{Author, RETRIES, SAMPLES};
 
 /// Tells work that it shall end, whether it waits or works.
@@ -43,7 +43,11 @@ impl Tasks {
     ///
     /// # Errors
     /// No such model is known: in words.
-    pub(super) fn author(&self, writer: &Writer, only: Option<i64>) -> Result<Author, String> {
+    pub(in crate::tui::tasks) fn author(
+        &self,
+        writer: &Writer,
+        only: Option<i64>,
+    ) -> Result<Author, String> {
         Ok(Author {
             name: writer.name.clone(),
             judge: self.judge(&writer.model)?,
@@ -63,7 +67,7 @@ impl Tasks {
     }
 
     /// Whoever ends the program waits until this is dropped: a request that was cancelled is written down by then.
-    pub(super) fn held(&mut self) -> oneshot::Sender<()> {
+    pub(in crate::tui::tasks) fn held(&mut self) -> oneshot::Sender<()> {
         let (held, dropped) = oneshot::channel();
         self.ending.retain(|handle| !handle.is_finished());
         let until = tokio::spawn(async { drop(dropped.await) });
