@@ -55,9 +55,8 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
     difference(&mut lines, model, made);
     attack(&mut lines, model, shown);
     avoidable(&mut lines, model, made);
-    authorship::ranking(&mut lines, made);
     match &made.authorship {
-        Some(wrote) => authorship::written(&mut lines, model, wrote),
+        Some(wrote) => authorship::written(&mut lines, model, wrote, Some(made.effect.attacker)),
         None => refused(&mut lines, made),
     }
     gate(&mut lines, made);
@@ -70,8 +69,9 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
         }
     };
     lines.plain(&kept);
-    if let Some(wrote) = &made.authorship {
-        authorship::reasons(&mut lines, wrote);
+    match &made.authorship {
+        Some(wrote) => authorship::reasons(&mut lines, wrote),
+        None => authorship::ranking(&mut lines, made),
     }
     lines.text
 }

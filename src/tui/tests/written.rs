@@ -313,7 +313,7 @@ fn what_came_to_nothing_can_be_read() {
     let panel = bench.frame(200, 60);
     for words in [
         "what the model wrote",
-        "1 answers, 0 passed the gate",
+        "1 answer, 0 passed the gate",
         "x refused: lab/␛[31msmall",
         "305, by the model",
     ] {
@@ -335,7 +335,7 @@ fn the_panel_tells_who_wrote_it_and_what_became_of_each_answer() {
         bench.press("tab K");
         bench.model.map.layers.planner = false;
         // On the small screen, from who could attack on.
-        let down = if rows < 40 { 44 } else { 24 };
+        let down = if rows < 40 { 44 } else { 34 };
         for _ in 0..down {
             bench.press("down");
         }

@@ -27,18 +27,14 @@ pub fn alone(model: &Model, wrote: &Authorship, width: usize) -> Text<'static> {
     let mut lines = Lines::new(&model.theme, width);
     lines.title("nothing dangerous came of it");
     lines.say("source", &visible(&wrote.model));
-    both(&mut lines, wrote, wrote.authored.choice.attacker);
-    written(&mut lines, model, wrote);
+    written(&mut lines, model, wrote, wrote.authored.choice.attacker);
     reasons(&mut lines, wrote);
     lines.text
 }
 
-/// Who could attack: by the reference, and by the model where one was asked.
+/// Who could attack, by the reference.
 pub fn ranking(lines: &mut Lines, made: &Made) {
     let attacker = Some(made.effect.attacker);
-    if let Some(wrote) = &made.authorship {
-        return both(lines, wrote, attacker);
-    }
     lines.title("who could attack, the least change first");
     for (place, candidate) in made.ranked.iter().take(PLACES).enumerate() {
         let id = marked(candidate.obstacle, attacker);
@@ -56,6 +52,7 @@ pub fn ranking(lines: &mut Lines, made: &Made) {
     more(lines, made.ranked.len());
 }
 
+/// Who could attack, by the model and by the reference.
 fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
     let choice = &wrote.authored.choice;
     let said = choice.proposal.as_ref().and_then(|p| p.said.as_ref());
@@ -109,14 +106,16 @@ fn chosen(choice: &Choice) -> String {
     }
 }
 
-/// Each answer with what became of it, and what all of them took.
-pub fn written(lines: &mut Lines, model: &Model, wrote: &Authorship) {
+/// Who could attack, each answer with what became of it, and what all of them took.
+pub fn written(lines: &mut Lines, model: &Model, wrote: &Authorship, attacker: Option<i64>) {
+    both(lines, wrote, attacker);
     let (authored, theme) = (&wrote.authored, &model.theme);
     let passed = authored.attacks.len();
-    lines.title(&format!(
-        "{} answers, {passed} passed the gate",
-        authored.candidates()
-    ));
+    let answers = match authored.candidates() {
+        1 => "1 answer".into(),
+        n => format!("{n} answers"),
+    };
+    lines.title(&format!("{answers}, {passed} passed the gate"));
     let mut all: Vec<(Source, String, Style)> = Vec::new();
     for attack in &authored.attacks {
         let mut words = match &attack.admitted.repair {
