@@ -4,7 +4,7 @@ mod batch;
 pub mod drives;
 pub mod history;
 pub mod making;
-mod pictures;
+pub mod pictures;
 pub mod planning;
 mod queue;
 pub mod results;
