@@ -19,6 +19,9 @@ const PLACES: usize = 8;
 /// Columns of the model's side of both rankings.
 const SIDE: usize = 17;
 
+/// Columns from which on there is room for both numbers and words in it.
+const WIDE: usize = 46;
+
 /// Kinds of reasons of one answer that are shown.
 const KINDS: usize = 4;
 
@@ -68,9 +71,15 @@ fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
         let left = its.get(place).map_or(String::new(), |risk| {
             format!("{} risk {}", marked(risk.id, attacker), risk.risk_score)
         });
+        let wide = lines.width >= WIDE;
         let right = |c: &Candidate| {
             let id = marked(c.obstacle, attacker);
-            format!("{id} {:.2} m/s²", c.acceleration)
+            match (c.behind, wide) {
+                (true, true) => format!("{id} {:.2} m/s², behind", c.acceleration),
+                // Why it comes after those that need more.
+                (true, false) => format!("{id} behind"),
+                (false, _) => format!("{id} {:.2} m/s²", c.acceleration),
+            }
         };
         let right = reference.get(place).map_or(String::new(), right);
         lines.row(&format!("{:>2} {}{right}", place + 1, pad(&left, SIDE)));
