@@ -102,10 +102,12 @@ impl Opened {
                     return Ok(None);
                 };
                 let mut authored = authored?;
-                if !watch(Working::Trying(authored.attacks.len())) {
+                let (of, delay) = (authored.attacks.len(), Effort::default().delay);
+                let mut drive = |driven| watch(Working::Trying(driven, of));
+                if !authored.drive_watched(ground, delay, &mut drive) || !watch(Working::Proving) {
                     return Ok(None);
                 }
-                let Taken { found, chosen } = authored.made(ground, Effort::default().delay);
+                let Taken { found, chosen } = authored.taken(ground, delay);
                 let taken = chosen.as_ref().and_then(|c| authored.of(&c.attack));
                 let taken = taken.map(|attack| attack.source);
                 Ok(Some(Thought {

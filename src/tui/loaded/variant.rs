@@ -46,8 +46,8 @@ pub enum Working {
     Searching(Progress, usize),
     /// A model chooses the attacker and writes motions.
     Writing(Writing),
-    /// The ego is driven against so many motions that a model wrote.
-    Trying(usize),
+    /// The ego is driven against motions that a model wrote: so many are done, of so many.
+    Trying(usize, usize),
     /// Ways out of the best attacks are searched for.
     Proving,
     /// The ego is planned in the variant: so many steps, of so many at most.

@@ -164,7 +164,7 @@ pub fn working_words(at: Option<Working>, whole: bool) -> String {
         Some(Working::Driving(done, of)) => format!("generating: ego {done}/{of}"),
         Some(Working::Showing(done, of)) => format!("generating: variant {done}/{of}"),
         Some(Working::Writing(at)) => writing_words(&at, whole),
-        Some(Working::Trying(motions)) => format!("generating: {motions} motions tried"),
+        Some(Working::Trying(done, of)) => format!("generating: motion {}/{of} driven", done + 1),
         Some(Working::Proving) => "generating: ways out".into(),
         Some(Working::Searching(progress, of)) if !whole => {
             format!("generating {}/{of}", progress.tried)

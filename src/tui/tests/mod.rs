@@ -32,6 +32,7 @@ mod random;
 mod rating;
 mod reasoning;
 mod results;
+mod served;
 mod session;
 mod side_by_side;
 mod stopping;

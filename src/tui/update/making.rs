@@ -17,6 +17,9 @@ use super::{actions, opening, planning, values};
 use crate::generation::Consequence;
 use crate::scenario::{ContentHash, ObstacleRole, Transform};
 
+/// What is said while it is waited for the end of what was cancelled.
+const STOPPING: &str = "stopping …";
+
 /// Does what an action about variants says.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     match action {
@@ -155,7 +158,7 @@ fn begin(
 pub fn cancel(model: &mut Model) -> Vec<Effect> {
     let effects = stop(model);
     if !effects.is_empty() {
-        model.say("stopping …");
+        model.say(STOPPING);
     }
     effects
 }
@@ -173,7 +176,11 @@ fn ended(model: &mut Model, id: MakeId) {
     let before = model.maker.stopping.len();
     model.maker.stopping.retain(|stopping| *stopping != id);
     if model.maker.stopping.len() < before && model.maker.stopping.is_empty() {
-        model.toasts.retain(|toast| toast.text != "stopping …");
+        let said = model.toasts.iter().any(|toast| toast.text == STOPPING);
+        if said {
+            model.toasts.retain(|toast| toast.text != STOPPING);
+            model.say("stopped");
+        }
     }
 }
 
