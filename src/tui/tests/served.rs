@@ -71,7 +71,7 @@ impl Whole {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_server_writes_it_and_nothing_is_paid_for_twice() {
     let (id, motion) = found();
-    let scripts = vec![vec![chooses(id)], vec![moves(id, &motion); 5]].concat();
+    let scripts = [vec![chooses(id)], vec![moves(id, &motion); 5]].concat();
     let server = Server::start(scripts).await;
     let mut whole = Whole::start(&server, COARSE);
     whole.attack().await;
