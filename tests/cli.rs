@@ -23,6 +23,8 @@ mod evaluate;
 mod extended;
 #[path = "cli/generate.rs"]
 mod generate;
+#[path = "cli/going_on.rs"]
+mod going_on;
 #[path = "cli/hostile.rs"]
 mod hostile;
 #[path = "cli/inspecting.rs"]

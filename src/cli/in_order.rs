@@ -16,6 +16,27 @@ pub fn in_order<T: Send>(
     count: usize,
     stop: &AtomicBool,
     work: impl Fn(usize) -> T + Sync,
+    take: impl FnMut(T) -> ControlFlow<()>,
+) {
+    ordered(count, stop, false, work, take);
+}
+
+/// The same for work that takes so long that nothing finished may be lost: when `stop` becomes true, what is being worked
+/// on is waited for, and all results are handed out that there are. Some before them may be missing then.
+pub fn in_order_and_kept<T: Send>(
+    count: usize,
+    stop: &AtomicBool,
+    work: impl Fn(usize) -> T + Sync,
+    take: impl FnMut(T) -> ControlFlow<()>,
+) {
+    ordered(count, stop, true, work, take);
+}
+
+fn ordered<T: Send>(
+    count: usize,
+    stop: &AtomicBool,
+    keep: bool,
+    work: impl Fn(usize) -> T + Sync,
     mut take: impl FnMut(T) -> ControlFlow<()>,
 ) {
     let ahead = 2 * rayon::current_num_threads() + 2;
@@ -42,8 +63,15 @@ pub fn in_order<T: Send>(
             };
             let result = loop {
                 match first.recv_timeout(PATIENCE) {
-                    Ok(result) if !stopped() => break result,
+                    Ok(result) if keep || !stopped() => break result,
                     Err(RecvTimeoutError::Timeout) if !stopped() => {}
+                    _ if keep => {
+                        let left = std::iter::once(first).chain(waiting);
+                        // Those that were not begun hang up.
+                        let finished = left.filter_map(|one| one.recv().ok());
+                        let _ = finished.map(&mut take).find(ControlFlow::is_break);
+                        return;
+                    }
                     _ => return,
                 }
             };
@@ -78,6 +106,27 @@ mod tests {
         });
         assert_eq!(taken, (0..200).collect::<Vec<_>>());
         in_order(0, &stop, |i| i, |_| unreachable!("there is nothing to do"));
+    }
+
+    #[test]
+    fn what_is_finished_when_it_is_stopped_is_kept_if_that_is_wanted() {
+        let stop = AtomicBool::new(false);
+        let finished = AtomicUsize::new(0);
+        let work = |i: usize| {
+            if i == 1 {
+                std::thread::sleep(Duration::from_millis(20));
+                stop.store(true, Ordering::SeqCst);
+            }
+            finished.fetch_add(1, Ordering::SeqCst);
+            i
+        };
+        let mut taken = Vec::new();
+        in_order_and_kept(1000, &stop, work, |i| {
+            taken.push(i);
+            ControlFlow::Continue(())
+        });
+        assert_eq!(taken.len(), finished.load(Ordering::SeqCst));
+        assert!(taken.contains(&1) && taken.is_sorted() && taken.len() < 1000);
     }
 
     #[test]

@@ -7,12 +7,16 @@ use crate::text::disguises;
 
 /// Writes text; a reader that closed the pipe ends the program's output, not the program.
 pub fn text(text: &str) -> Result<(), Failure> {
+    heard(text).map(drop)
+}
+
+/// Writes text, and says whether somebody still reads: false where the pipe is closed.
+pub fn heard(text: &str) -> Result<bool, Failure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::system("standard output", &e))
-        }
-        _ => Ok(()),
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+        Err(e) => Err(Failure::system("standard output", &e)),
+        Ok(()) => Ok(true),
     }
 }
 
@@ -29,9 +33,14 @@ pub fn lines(words: &str) {
 
 /// Writes one JSON document on one line.
 pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    text(&json_line(value)?)
+}
+
+/// One JSON document as a line that no terminal obeys.
+pub fn json_line(value: &impl serde::Serialize) -> Result<String, Failure> {
     let mut line = escaped(&serde_json::to_string(value).map_err(Failure::input)?);
     line.push('\n');
-    text(&line)
+    Ok(line)
 }
 
 /// JSON must escape only the control characters below U+0020; terminals obey those from U+007F on as well, and what

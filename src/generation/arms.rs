@@ -121,6 +121,14 @@ impl Arm {
         x
     }
 
+    /// How far numbers are from others, in spreads.
+    pub fn apart(&self, x: &Numbers, y: &Numbers) -> f64 {
+        let parts = x.iter().zip(y).zip(self.spread);
+        let apart = parts.filter(|(_, spread)| *spread > 0.0);
+        let squares = apart.map(|((x, y), spread)| ((x - y) / spread).powi(2));
+        squares.sum::<f64>().sqrt()
+    }
+
     /// The manoeuvre with these numbers, which are taken into their bounds.
     /// A gap below 0 is none, as is one that the kind does not have.
     pub fn manoeuvre(&self, x: &mut Numbers) -> Manoeuvre {

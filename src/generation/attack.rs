@@ -126,11 +126,17 @@ impl Attack {
         })
     }
 
+    /// How good it looks before it is driven, the less the better.
+    #[must_use]
+    pub fn hoped(&self) -> f64 {
+        UNTRIED + self.rehearsal.cost()
+    }
+
     /// How good it is, the less the better: below 0 where the ego was driven and did not get away.
     #[must_use]
     pub fn cost(&self) -> f64 {
         let Some(effect) = &self.effect else {
-            return UNTRIED + self.rehearsal.cost();
+            return self.hoped();
         };
         let hopeless = match self.survivable {
             Some(false) => HOPELESS,
@@ -144,7 +150,7 @@ impl Attack {
                 Consequence::Collision(_) => 0.5,
                 Consequence::NoEffect => {
                     let distance = effect.distance.unwrap_or(20.0).min(20.0);
-                    0.5 + 0.3 * distance
+                    0.5 + 0.1 * distance + 0.5 * (effect.unrounded.unwrap_or(5.0) - 1.0).max(0.0)
                 }
             }
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Change, ChangeError};
-use crate::metrics::{Context, Series, measure};
+use crate::metrics::{Context, Series, UNROUNDED_RISK, measure};
 use crate::planner::Forecast;
 use crate::scenario::{Obstacle, PlanningProblem, Scenario, Scene};
 use crate::simulation::{Collision, Drive, DriveError, Driver, Face, Noted, Outcome, Settings};
@@ -72,12 +72,14 @@ pub struct Effect {
     pub anyone_after: Option<u8>,
     /// The smallest distance of the attacker's body to the ego's in this drive, metres.
     pub distance: Option<f64>,
+    /// The attacker's lowest risk score in this drive before it is rounded, see [`UNROUNDED_RISK`].
+    pub unrounded: Option<f64>,
     /// Cycles that are the baseline's, as nothing had changed yet.
     pub taken_over: usize,
 }
 
 /// At this risk score or below it was a near miss.
-const NEAR_MISS: u8 = 1;
+pub(super) const NEAR_MISS: u8 = 1;
 
 impl ClosedLoop {
     /// Drives the baseline of a problem of `scenario`.
@@ -144,7 +146,7 @@ impl ClosedLoop {
         let drive = noted.drive;
         let scores = readings(&self.driver, &changed, &drive, "risk");
         let after = curve(&scores, attacker);
-        let distances = distances(&self.driver, &changed, &drive, attacker);
+        let least = least(&self.driver, &changed, &drive, attacker);
         let before = self.baseline.risk_of(attacker);
         let recorded = self.baseline.drive();
         let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
@@ -165,7 +167,8 @@ impl ClosedLoop {
             after,
             anyone_before: self.baseline.lowest(),
             anyone_after: lowest_of_all(&scores),
-            distance: distances.into_iter().min_by(f64::total_cmp),
+            distance: least("distance"),
+            unrounded: least(UNROUNDED_RISK.id),
             taken_over: noted.taken_over,
             drive,
         })
@@ -279,13 +282,22 @@ fn readings(driver: &Driver, scenario: &Arc<Scenario>, drive: &Drive, id: &str) 
     Series::compute(&scene, measure(id).into_iter().collect())
 }
 
-fn distances(driver: &Driver, scenario: &Arc<Scenario>, drive: &Drive, attacker: i64) -> Vec<f64> {
+/// The least values of how near the attacker comes, by the ids of their measures.
+fn least(
+    driver: &Driver,
+    scenario: &Arc<Scenario>,
+    drive: &Drive,
+    attacker: i64,
+) -> impl Fn(&str) -> Option<f64> + use<> {
     let scene = scene(driver, scenario, drive);
     let context = Context::new(&scene);
-    let measures = measure("distance").into_iter().collect();
-    let series = Series::of_obstacle(&context, measures, attacker);
-    let row = series.row("distance", attacker).iter();
-    row.filter_map(|reading| reading.value()).collect()
+    let measures = measure("distance").into_iter().chain([&UNROUNDED_RISK]);
+    let series = Series::of_obstacle(&context, measures.collect(), attacker);
+    move |id| {
+        let readings = series.row(id, attacker).iter();
+        let values = readings.filter_map(|reading| reading.value());
+        values.min_by(f64::total_cmp)
+    }
 }
 
 fn curve(scores: &Series, obstacle: i64) -> RiskCurve {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::attack::Ground;
+use super::closed_loop::NEAR_MISS;
 use super::{Chosen, ClosedLoop, Effort, Found, Gate, Stage, choose, search_watched};
 use crate::scenario::{Ego, PlanningProblem, Scenario};
 use crate::simulation::{Collision, DriveError, Outcome, Settings};
@@ -93,6 +94,14 @@ impl Workshop {
             Outcome::Collision(collision) => Some(collision),
             _ => None,
         }
+    }
+
+    /// Whether nobody comes near to the ego in the original: it touches nobody, and no risk score in it is that of a near
+    /// miss or lower. Otherwise that is no safe scenario, and what is made of it proves less.
+    #[must_use]
+    pub fn is_safe(&self) -> bool {
+        let lowest = self.closed.baseline().lowest();
+        self.unsafe_already().is_none() && lowest.is_none_or(|score| score > NEAR_MISS)
     }
 
     /// Searches, and takes the most dangerous attack that a good driver survives; `only` names the one obstacle that

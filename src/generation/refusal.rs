@@ -14,6 +14,10 @@ pub struct Refusal {
     pub value: Option<f64>,
     /// The most that is allowed, in the same unit.
     pub limit: Option<f64>,
+    /// Whose motion it is, where that is known.
+    pub attacker: Option<i64>,
+    /// What kind of motion, where that is known: see [`crate::verdict::Motion::name`].
+    pub manoeuvre: Option<&'static str>,
 }
 
 /// The kinds of reasons.
@@ -133,6 +137,8 @@ impl Refusal {
             step: None,
             value: None,
             limit: None,
+            attacker: None,
+            manoeuvre: None,
         }
     }
 
@@ -154,16 +160,21 @@ impl Refusal {
             ..self
         }
     }
+
+    /// The same with whose motion it is, and of what kind where there is one.
+    #[must_use]
+    pub fn about(self, attacker: i64, manoeuvre: Option<&'static str>) -> Self {
+        Self {
+            attacker: Some(attacker),
+            manoeuvre,
+            ..self
+        }
+    }
 }
 
 impl From<Broken> for Refusal {
     fn from(broken: Broken) -> Self {
-        Self {
-            reason: Reason::Kinematics(broken.bound),
-            step: Some(broken.step),
-            value: Some(broken.value),
-            limit: Some(broken.most),
-        }
+        Self::at(broken.step, Reason::Kinematics(broken.bound)).with(broken.value, broken.most)
     }
 }
 

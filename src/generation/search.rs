@@ -12,7 +12,8 @@ use rayon::prelude::*;
 
 use super::arms::{Arm, Numbers};
 use super::attack::{Attack, Ground};
-use super::attacker::{self, Candidate};
+use super::attacker;
+use super::lesson::{self, Tried};
 use super::{Consequence, Refusal, motion};
 use crate::verdict::{Manoeuvre, Motion};
 
@@ -79,9 +80,6 @@ const GOOD: f64 = -2.0;
 /// So many attacks with an effect are looked at in a round for whether they can be survived.
 const LOOKED_AT: usize = 2;
 
-/// So many are learned from.
-const ELITE: usize = 9;
-
 /// The share of the motions that is tried in the first round.
 const FIRST: f64 = 0.35;
 
@@ -93,27 +91,6 @@ const SPREAD: f64 = 0.5;
 
 /// How much more often is drawn around what is better by 1.
 const SHARPNESS: f64 = 2.0;
-
-/// The search in one scenario.
-struct Search<'a> {
-    ground: &'a Ground<'a>,
-    stop: &'a (dyn Fn() -> bool + Sync),
-}
-
-/// What was tried, and how good it was.
-#[derive(Debug, Clone, Copy)]
-struct Tried {
-    arm: usize,
-    numbers: Numbers,
-    cost: f64,
-}
-
-/// What became of one draw.
-struct Draw {
-    arm: usize,
-    numbers: Numbers,
-    made: Result<Attack, Refusal>,
-}
 
 /// Searches for attacks; `only` names the one obstacle that may attack. After each round `watch` hears how far it is, and
 /// says whether to go on.
@@ -136,111 +113,147 @@ pub fn search_until(
     watch: &mut dyn FnMut(Progress) -> bool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Found {
-    Search { ground, stop }.run(effort, only, watch)
+    let ranked = attacker::rank(ground.stage);
+    let chosen = { ranked.iter() }.filter(|c| only.is_none_or(|id| c.obstacle == id));
+    let arms = chosen
+        .take(effort.attackers)
+        .flat_map(|c| Arm::all(ground.stage, c));
+    let mut search = Search {
+        ground,
+        stop,
+        arms: arms.collect(),
+        tried: Vec::new(),
+        found: Found::default(),
+    };
+    if !search.arms.is_empty() {
+        search.run(effort, watch);
+    }
+    let mut found = search.found;
+    found.attacks = search.tried.into_iter().map(|t| t.attack).collect();
+    found.attacks.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+    found
 }
 
 impl Found {
     /// How far the search is that has found this.
     #[must_use]
     pub fn progress(&self) -> Progress {
-        let driven = || self.attacks.iter().filter(|a| a.effect.is_some());
-        let best = driven().min_by(|a, b| a.cost().total_cmp(&b.cost()));
+        self.so_far(self.attacks.iter())
+    }
+
+    /// The same, where the attacks are still somewhere else.
+    fn so_far<'a>(&self, attacks: impl Iterator<Item = &'a Attack>) -> Progress {
+        let driven: Vec<&Attack> = attacks.filter(|a| a.effect.is_some()).collect();
+        let best = { driven.iter() }.min_by(|a, b| a.cost().total_cmp(&b.cost()));
         Progress {
             tried: self.candidates,
             refused: self.refused.len(),
-            driven: driven().count(),
+            driven: driven.len(),
             best: best.and_then(|a| Some(a.effect.as_ref()?.consequence)),
         }
     }
 }
 
+/// The search in one scenario.
+struct Search<'a> {
+    ground: &'a Ground<'a>,
+    stop: &'a (dyn Fn() -> bool + Sync),
+    arms: Vec<Arm>,
+    tried: Vec<Tried>,
+    found: Found,
+}
+
 impl Search<'_> {
-    fn run(
-        &self,
-        effort: &Effort,
-        only: Option<i64>,
-        watch: &mut dyn FnMut(Progress) -> bool,
-    ) -> Found {
-        let ranked = attacker::rank(self.ground.stage);
-        let chosen = ranked
-            .iter()
-            .filter(|c| only.is_none_or(|id| c.obstacle == id));
-        let chosen: Vec<&Candidate> = chosen.take(effort.attackers).collect();
-        let arms: Vec<Arm> = chosen
-            .iter()
-            .flat_map(|c| Arm::all(self.ground.stage, c))
-            .collect();
+    fn run(&mut self, effort: &Effort, watch: &mut dyn FnMut(Progress) -> bool) {
         let mut random = fastrand::Rng::with_seed(effort.seed);
-        let mut found = Found::default();
-        if arms.is_empty() {
-            return found;
-        }
         let first = (effort.candidates as f64 * FIRST).round() as usize;
         let rounds = effort.rounds.max(1);
-        let mut past: Vec<Tried> = Vec::new();
         for round in 0..rounds {
             let count = match round {
                 0 if rounds > 1 => first,
                 _ => {
-                    let left = effort.candidates.saturating_sub(found.candidates);
+                    let left = effort.candidates.saturating_sub(self.found.candidates);
                     left / (rounds - round)
                 }
             };
-            let asked = draw(&arms, &past, count, round, &mut random);
-            let draws: Vec<Draw> = asked
-                .into_par_iter()
-                .map(|(arm, mut numbers)| Draw {
-                    arm,
-                    made: self.make(&arms[arm], arms[arm].manoeuvre(&mut numbers)),
-                    numbers,
-                })
-                .collect();
-            found.candidates += draws.len();
-            let mut tried: Vec<(usize, Numbers, Attack)> = Vec::new();
-            for draw in draws {
-                match draw.made {
-                    Ok(attack) => tried.push((draw.arm, draw.numbers, attack)),
-                    Err(refusal) => found.refused.push(refusal),
-                }
-            }
-            self.drive(&mut tried, effort.drives);
-            self.look(&mut tried, effort.delay);
-            for (arm, numbers, attack) in tried {
-                past.push(Tried {
-                    arm,
-                    numbers,
-                    cost: attack.cost(),
-                });
-                found.attacks.push(attack);
-            }
-            past.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let spread = SPREAD / round.max(1) as f64;
+            self.draw(count, round == 0, spread, &mut random);
+            self.drive(effort.drives, spread);
+            self.look(effort.delay);
             // What was not looked at may be one that nobody survives.
-            let survived = found.attacks.iter().filter(|a| a.survivable == Some(true));
+            let survived = self.attacks().filter(|a| a.survivable == Some(true));
             let best = survived.map(Attack::cost).fold(f64::INFINITY, f64::min);
-            let goes_on = watch(found.progress()) && !(self.stop)();
+            let goes_on = watch(self.found.so_far(self.attacks())) && !(self.stop)();
             if !goes_on || best <= BEST || best <= GOOD && 2 * round >= rounds {
                 break;
             }
         }
-        found.attacks.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
-        found
+    }
+
+    fn attacks(&self) -> impl Iterator<Item = &Attack> {
+        self.tried.iter().map(|t| &t.attack)
+    }
+
+    /// Draws motions, and keeps those that pass the gate.
+    fn draw(&mut self, count: usize, first: bool, spread: f64, random: &mut fastrand::Rng) {
+        let elite = lesson::elite(&self.arms, &self.tried);
+        let asked = draw(&self.arms, &elite, (count, first, spread), random);
+        let made: Vec<(usize, Numbers, Result<Attack, Refusal>)> = asked
+            .into_par_iter()
+            .map(|(arm, mut numbers)| {
+                let manoeuvre = self.arms[arm].manoeuvre(&mut numbers);
+                (arm, numbers, self.make(&self.arms[arm], manoeuvre))
+            })
+            .collect();
+        self.found.candidates += made.len();
+        for (arm, numbers, made) in made {
+            match made {
+                Ok(attack) => self.tried.push(Tried {
+                    arm,
+                    numbers,
+                    attack,
+                }),
+                Err(refusal) => self.found.refused.push(refusal),
+            }
+        }
     }
 
     fn make(&self, arm: &Arm, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
         if (self.stop)() {
             return Err(Refusal::answer("the search was stopped"));
         }
-        let obstacle = self.ground.obstacle(arm.obstacle)?;
-        let change = motion::of_manoeuvre(self.ground.stage, obstacle, &manoeuvre, arm.way)?;
-        self.ground.attack(Motion::Manoeuvre(manoeuvre), change)
+        let kind = manoeuvre.kind.name();
+        let attempt = || {
+            let obstacle = self.ground.obstacle(arm.obstacle)?;
+            let change = motion::of_manoeuvre(self.ground.stage, obstacle, &manoeuvre, arm.way)?;
+            self.ground.attack(Motion::Manoeuvre(manoeuvre), change)
+        };
+        attempt().map_err(|refusal: Refusal| refusal.about(arm.obstacle, Some(kind)))
+    }
+
+    /// Drives the ego against what is most promising.
+    fn drive(&mut self, drives: usize, apart: f64) {
+        let chosen = lesson::promising(&self.arms, &self.tried, drives, apart);
+        let all = self.tried.iter_mut().enumerate();
+        let chosen: Vec<&mut Attack> = all
+            .filter(|(i, _)| chosen.contains(i))
+            .map(|(_, tried)| &mut tried.attack)
+            .collect();
+        chosen.into_par_iter().for_each(|attack| {
+            if !(self.stop)() {
+                self.ground.drive(attack);
+            }
+        });
     }
 
     /// Looks whether a good driver survives what the ego did not, the most dangerous first.
-    fn look(&self, tried: &mut [(usize, Numbers, Attack)], delay: f64) {
-        tried.sort_by(|a, b| a.2.cost().total_cmp(&b.2.cost()));
-        let effective = tried.iter_mut().map(|t| &mut t.2);
-        let effective = effective.filter(|a| a.has_effect()).take(LOOKED_AT);
-        for attack in effective {
+    fn look(&mut self, delay: f64) {
+        let attacks = self.tried.iter_mut().map(|t| &mut t.attack);
+        let mut effective: Vec<&mut Attack> = attacks
+            .filter(|a| a.has_effect() && a.survivable.is_none())
+            .collect();
+        effective.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+        for attack in effective.into_iter().take(LOOKED_AT) {
             if (self.stop)() {
                 break;
             }
@@ -250,46 +263,24 @@ impl Search<'_> {
             }
         }
     }
-
-    /// Drives the ego against the most promising attacks, not more than half of them by one arm.
-    fn drive(&self, tried: &mut [(usize, Numbers, Attack)], drives: usize) {
-        tried.sort_by(|a, b| a.2.cost().total_cmp(&b.2.cost()));
-        let mut taken: Vec<usize> = Vec::new();
-        let mut chosen: Vec<&mut Attack> = Vec::new();
-        for (arm, _, attack) in tried.iter_mut() {
-            let same = taken.iter().filter(|a| *a == arm).count();
-            if chosen.len() < drives && same < drives.div_ceil(2) {
-                taken.push(*arm);
-                chosen.push(attack);
-            }
-        }
-        chosen.into_par_iter().for_each(|attack| {
-            if !(self.stop)() {
-                self.ground.drive(attack);
-            }
-        });
-    }
 }
 
-/// What is to be tried: in the first round of all arms alike, later mostly around what did well, ever closer.
+/// What is to be tried: in the first round of all arms alike, later mostly around what did well, within a share of its spread.
 fn draw(
     arms: &[Arm],
-    past: &[Tried],
-    count: usize,
-    round: usize,
+    elite: &[(f64, &Tried)],
+    (count, first, spread): (usize, bool, f64),
     random: &mut fastrand::Rng,
 ) -> Vec<(usize, Numbers)> {
-    let elite = elite(past);
-    let best = elite.first().map_or(0.0, |t| t.cost);
+    let best = elite.first().map_or(0.0, |(cost, _)| *cost);
     let weights: Vec<f64> = { elite.iter() }
-        .map(|t| (SHARPNESS * (best - t.cost)).exp())
+        .map(|(cost, _)| (SHARPNESS * (best - cost)).exp())
         .collect();
     let total: f64 = weights.iter().sum();
-    let spread = SPREAD / round.max(1) as f64;
     (0..count)
         .map(|i| {
             if elite.is_empty() || random.f64() < EXPLORE {
-                let arm = if round == 0 {
+                let arm = if first {
                     i % arms.len()
                 } else {
                     random.usize(..arms.len())
@@ -301,23 +292,9 @@ fn draw(
                 left -= w;
                 left <= 0.0
             });
-            let parent = elite[chosen.unwrap_or(0)];
-            (
-                parent.arm,
-                arms[parent.arm].around(&parent.numbers, spread, random),
-            )
+            let (_, parent) = elite[chosen.unwrap_or(0)];
+            let around = arms[parent.arm].around(&parent.numbers, spread, random);
+            (parent.arm, around)
         })
         .collect()
-}
-
-/// The best of those that were tried, which are in order; of no arm more than a few.
-fn elite(past: &[Tried]) -> Vec<&Tried> {
-    let mut elite: Vec<&Tried> = Vec::new();
-    for tried in past {
-        let same = elite.iter().filter(|t| t.arm == tried.arm).count();
-        if elite.len() < ELITE && same < ELITE / 3 {
-            elite.push(tried);
-        }
-    }
-    elite
 }

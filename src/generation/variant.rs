@@ -3,13 +3,15 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 use super::variant_document;
 use super::{Avoidability, Avoidance, Change, ClosedLoop, Consequence, Effect, Refusal};
 use crate::scenario::benchmark_id::other_traffic;
 use crate::scenario::commonroad::{
     self, NewFile, SaveError, SolutionError, WriteError, write_solution,
 };
-use crate::scenario::{Scenario, VehicleModel, write_recording};
+use crate::scenario::{ContentHash, Scenario, VehicleModel, write_recording};
 use crate::verdict::Motion;
 
 /// A change with everything that is known about it.
@@ -29,6 +31,8 @@ pub struct Variant<'a> {
     pub refusals: &'a [Refusal],
     /// Who or what thought of it, in words: a search with its seed, or a model's id.
     pub by: &'a str,
+    /// What a run in bulk needs to take it over later instead of making it again, kept in its papers under `made`.
+    pub made: Option<&'a Value>,
 }
 
 /// The files of a variant.
@@ -71,6 +75,9 @@ const HARMLESS: &str = "comfort";
 
 /// What is said of everyone but ego and attacker.
 pub(super) const OTHERS: &str = "other traffic as recorded; it does not react";
+
+/// What the `source` of every variant says, and that of no other scenario.
+pub const MARK: &str = "changed by nearmiss ";
 
 /// The program that changed it.
 pub(super) const PROGRAM: &str = concat!("nearmiss ", env!("CARGO_PKG_VERSION"));
@@ -168,10 +175,12 @@ impl Variant<'_> {
             let track = avoidance.drive.track();
             files.push((path, write_recording(problem, &track)?));
         }
-        let mut words = variant_document::of(self, &saved).to_string();
+        let xml = commonroad::write(&changed)?;
+        let hash = ContentHash::of(&xml);
+        let mut words = variant_document::of(self, &saved, &hash).to_string();
         words.push('\n');
         files.push((&saved.document, words.into_bytes()));
-        files.push((&saved.scenario, commonroad::write(&changed)?));
+        files.push((&saved.scenario, xml));
         save_all(&files, overwrite)?;
         Ok(saved)
     }

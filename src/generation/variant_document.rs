@@ -6,11 +6,12 @@ use serde_json::{Value, json};
 
 use super::variant::{OTHERS, PROGRAM};
 use super::{Avoidance, Certificate, Finder, Refusal, RiskCurve, Saved, Searched, Variant};
+use crate::scenario::ContentHash;
 use crate::simulation::{Collision, Drive, Face};
 use crate::verdict::{Motion, NewMotion, TrajectoryAnswer};
 
-/// The document of a variant whose files are these.
-pub(super) fn of(variant: &Variant<'_>, saved: &Saved) -> Value {
+/// The document of a variant whose files are these; `hash` is that of the changed scenario's.
+pub(super) fn of(variant: &Variant<'_>, saved: &Saved, hash: &ContentHash) -> Value {
     let effect = variant.effect;
     let original = variant.closed.scenario();
     let driver = variant.closed.driver();
@@ -18,6 +19,7 @@ pub(super) fn of(variant: &Variant<'_>, saved: &Saved) -> Value {
     let baseline = variant.closed.baseline().drive();
     json!({
         "variant": name(&saved.scenario),
+        "sha256": hash.to_string(),
         "benchmark_id": saved.id,
         "ego": name(&saved.ego),
         "solution": name(&saved.solution),
@@ -56,6 +58,7 @@ pub(super) fn of(variant: &Variant<'_>, saved: &Saved) -> Value {
         "risk_after": curve(&effect.after),
         "avoidable": certificates(variant, saved),
         "rejected": variant.refusals.iter().map(refusal).collect::<Vec<_>>(),
+        "made": variant.made,
     })
 }
 
@@ -164,5 +167,7 @@ fn refusal(refusal: &Refusal) -> Value {
         "value": refusal.value,
         "unit": refusal.reason.unit(),
         "words": refusal.to_string(),
+        "attacker": refusal.attacker,
+        "manoeuvre": refusal.manoeuvre,
     })
 }

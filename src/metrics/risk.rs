@@ -10,9 +10,7 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Danger, Direction, Encounter, Measure, Mirrored, Reading, Relation, time_to_collision,
-};
+use super::{Danger, Direction, Encounter, Measure, Mirrored, Reading, time_to_collision};
 
 /// One level of the table.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -59,7 +57,8 @@ impl RiskTable {
         time.map_or(5, |time| self.score(time, |level| level.time))
     }
 
-    fn score(&self, value: f64, bound: fn(&RiskLevel) -> Option<f64>) -> u8 {
+    /// The score of a gap or a time; beyond all bounds the least dangerous.
+    fn score(&self, value: f64, bound: Bound) -> u8 {
         let found = self
             .levels
             .iter()
@@ -74,39 +73,77 @@ impl RiskTable {
     }
 
     fn of(&self, encounter: &Encounter<'_>) -> u8 {
-        let relation = encounter.relation();
-        if relation.direction == Direction::Contact {
-            return 0;
-        }
-        let exact = f64::from(self.of_distance(encounter.distance()));
-        let (distance, time) = if relation.gap_long == 0.0 && relation.gap_lat == 0.0 {
-            let time = (time_to_collision::MEASURE.compute)(encounter).value();
-            (exact, f64::from(self.of_time(time)))
-        } else {
-            self.along_axes(&relation, exact)
-        };
+        let mean = self.mean(encounter, |value, bound| {
+            f64::from(self.score(value, bound))
+        });
         // Without contact the score is never that of a collision.
-        ((f64::midpoint(distance, time)).round() as u8).max(1)
+        mean.map_or(0, |mean| (mean.round() as u8).max(1))
     }
 
-    /// The grades of distance and time, weighted by the direction.
-    fn along_axes(&self, relation: &Relation, exact_distance: f64) -> (f64, f64) {
-        let weight = relation.direction.longitudinal_weight();
-        let mix = |long: u8, lat: u8| weight * f64::from(long) + (1.0 - weight) * f64::from(lat);
-        // A gap along one axis says nothing where the bodies are far apart along the other, so the
-        // weighted grade is never more dangerous than that of the exact distance.
-        let distance = mix(
-            self.of_distance(relation.gap_long.abs()),
-            self.of_distance(relation.gap_lat.abs()),
-        )
-        .max(exact_distance);
-        let time = mix(
-            self.of_time(relation.time_long()),
-            self.of_time(relation.time_lat()),
-        );
-        (distance, time)
+    /// The mean of the grades of distance and time, each weighted by the direction; nothing at contact.
+    fn mean(&self, encounter: &Encounter<'_>, grade: impl Fn(f64, Bound) -> f64) -> Option<f64> {
+        let relation = encounter.relation();
+        if relation.direction == Direction::Contact {
+            return None;
+        }
+        let of_distance = |gap: f64| grade(gap, |level| level.distance);
+        let of_time = |time: Option<f64>| grade(time.unwrap_or(NEVER), |level| level.time);
+        let exact = of_distance(encounter.distance());
+        let (distance, time) = if relation.gap_long == 0.0 && relation.gap_lat == 0.0 {
+            let time = (time_to_collision::MEASURE.compute)(encounter).value();
+            (exact, of_time(time))
+        } else {
+            let weight = relation.direction.longitudinal_weight();
+            let mix = |long: f64, lat: f64| weight * long + (1.0 - weight) * lat;
+            let (long, lat) = (relation.gap_long.abs(), relation.gap_lat.abs());
+            // A gap along one axis says nothing where the bodies are far apart along the other, so the
+            // weighted grade is never more dangerous than that of the exact distance.
+            (
+                mix(of_distance(long), of_distance(lat)).max(exact),
+                mix(of_time(relation.time_long()), of_time(relation.time_lat())),
+            )
+        };
+        Some(f64::midpoint(distance, time))
+    }
+
+    /// Like [`Self::score`], but it grows evenly between the bounds, where it is between two levels. Less than 1 it
+    /// never is: a gap that all but closed does not make up for one that closes slowly.
+    fn even(&self, value: f64, bound: Bound) -> f64 {
+        let mut from = (0.0, 0.0);
+        for level in &self.levels {
+            let Some(end) = bound(level) else { break };
+            let to = (end, f64::from(level.score) + 0.5);
+            if value <= end {
+                let part = (value - from.0) / (to.0 - from.0).max(f64::MIN_POSITIVE);
+                return (from.1 + part * (to.1 - from.1)).max(1.0);
+            }
+            from = to;
+        }
+        5.0
     }
 }
+
+/// Which bound of a level.
+type Bound = fn(&RiskLevel) -> Option<f64>;
+
+/// The time to close a gap that is not closing, seconds.
+const NEVER: f64 = f64::INFINITY;
+
+/// The risk score before it is rounded, with grades that grow evenly from level to level: of two
+/// encounters with the same score it says which is nearer to the next. For searches; not among [`super::MEASURES`].
+pub const UNROUNDED_RISK: Measure = Measure {
+    id: "risk_unrounded",
+    name: "unrounded risk score",
+    unit: "",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    source: "own",
+    compute: |encounter| {
+        let table = &encounter.thresholds().risk;
+        let mean = table.mean(encounter, |value, bound| table.even(value, bound));
+        Reading::Value(mean.unwrap_or(0.0))
+    },
+};
 
 pub(super) const MEASURE: Measure = Measure {
     id: "risk",
@@ -135,6 +172,34 @@ mod tests {
         assert_eq!(RISK_LEVELS.of_distance(0.5), 1);
         assert_eq!(RISK_LEVELS.of_distance(0.51), 2);
         assert_eq!(RISK_LEVELS.of_time(None), 5);
+    }
+
+    #[test]
+    fn unrounded_it_grows_evenly_and_rounds_to_the_score() {
+        let table = &*RISK_LEVELS;
+        let even = |gap| table.even(gap, |level| level.distance);
+        for (gap, grade) in [
+            (0.0, 1.0),
+            (0.25, 1.0),
+            (0.375, 1.25),
+            (0.5, 1.5),
+            (0.75, 2.0),
+            (4.0, 4.0),
+            (6.0, 5.0),
+        ] {
+            assert!((even(gap) - grade).abs() < 1e-9, "{gap} m: {}", even(gap));
+        }
+        let ego = motion(0., 0., 0., 10.);
+        let score = |x: f64, compute: fn(&Encounter<'_>) -> Reading| {
+            with(ego, motion(x, 0., 0., 5.), compute).value()
+        };
+        assert_eq!(score(3., UNROUNDED_RISK.compute), Some(0.0), "contact");
+        let near = score(4.3, UNROUNDED_RISK.compute);
+        assert!(
+            near < score(4.4, UNROUNDED_RISK.compute),
+            "0.3 m and 0.4 m ahead"
+        );
+        assert_eq!(score(4.3, compute), score(4.4, compute));
     }
 
     #[test]

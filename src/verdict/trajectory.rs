@@ -135,6 +135,17 @@ pub enum Motion {
     Manoeuvre(Manoeuvre),
 }
 
+impl Motion {
+    /// What kind of motion it is: the manoeuvre's word, or `waypoints`.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Waypoints(_) => "waypoints",
+            Self::Manoeuvre(manoeuvre) => manoeuvre.kind.name(),
+        }
+    }
+}
+
 /// What an answer to the trajectory task says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewMotion {

@@ -125,8 +125,44 @@ fn what_cannot_be_driven_is_named_and_does_not_stop_the_others() {
     assert!(model.status(2).stderr.contains("a number from 1"));
 }
 
+#[test]
+fn an_attacker_that_vanishes_is_noted_with_step_and_seconds() {
+    let home = Home::new();
+    home.write("original.xml", bundled_xml(CUT_IN));
+    let told = ["generate", "original.xml", "-o", "out", "--json"];
+    let few = ["--candidates", "6", "--replan", "10"];
+    let said = home.run(&[&told[..], &few[..]].concat()).json();
+    let file = home.files().join(said["variant"].as_str().unwrap());
+    let xml = std::fs::read_to_string(file).unwrap();
+    // The last five states of the attacker are taken away.
+    let start = format!("<dynamicObstacle id=\"{}\"", said["attacker"]);
+    let at = xml.find(&start).unwrap();
+    let end = at + xml[at..].find("</trajectory>").unwrap();
+    let states: Vec<_> = xml[at..end].match_indices("<state>").collect();
+    let cut = at + states[states.len() - 5].0;
+    home.write("short.xml", format!("{}{}", &xml[..cut], &xml[end..]));
+    let until = said["until_step"].as_i64().unwrap();
+    let check = ["generate", "original.xml", "--check", "short.xml"];
+    let words = home.run(&check).status(0).stdout;
+    let note = format!(
+        "NOTE: obstacle {} is gone from step {}",
+        said["attacker"],
+        until - 4
+    );
+    assert!(words.contains(&note), "{words}");
+    let found = home
+        .run(&[&check[..], &["--json"]].concat())
+        .status(0)
+        .json();
+    let one = &found["changed"][0];
+    assert_eq!(one["gone_from_step"], until - 4);
+    let early = one["ends_early"].as_i64().unwrap();
+    assert!(early >= 5 && words.contains(&format!("{early} steps ({:.1} s)", early as f64 * 0.1)));
+    assert!((one["gone_seconds_early"].as_f64().unwrap() - early as f64 * 0.1).abs() < 1e-9);
+}
+
 /// A model that says `words` to whatever it is asked, up to `times`.
-fn says(words: &str, times: usize) -> Vec<Script> {
+pub fn says(words: &str, times: usize) -> Vec<Script> {
     let chunk = json!({"choices": [{"index": 0, "delta": {"content": words}}]});
     let end = json!({"choices": [{"index": 0, "delta": {}, "finish_reason": "stop"}]});
     let body = format!("data: {chunk}\n\ndata: {end}\n\ndata: [DONE]\n\n");

@@ -6,8 +6,8 @@ use serde_json::json;
 
 use super::document::refusal;
 use crate::cli::{Failure, Outcome, output};
-use crate::generation::{Gate, Refusal};
-use crate::scenario::{Entry, commonroad};
+use crate::generation::{Gate, Judged, Refusal};
+use crate::scenario::{Entry, Scenario, commonroad};
 
 /// Files round to four digits, mostly: half of the last one.
 const ROUNDING: f64 = 5e-5;
@@ -27,12 +27,17 @@ pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
     if as_json {
         let motions = found.changed.iter().map(|one| {
             let wrong = one.verdict.as_ref().err();
+            let rejected = wrong.into_iter().flatten();
+            let rejected = rejected.map(|r| refusal(&r.clone().about(one.change.obstacle, None)));
+            let gone = Gone::of(one, &original);
             json!({
                 "obstacle": one.change.obstacle,
                 "first_changed_step": one.from,
                 "ends_early": one.verdict.as_ref().ok().map(|p| p.early),
+                "gone_from_step": gone.map(|gone| gone.from),
+                "gone_seconds_early": gone.map(|gone| gone.seconds),
                 "passed": wrong.is_none(),
-                "rejected": wrong.into_iter().flatten().map(refusal).collect::<Vec<_>>(),
+                "rejected": rejected.collect::<Vec<_>>(),
             })
         });
         output::json(&json!({
@@ -49,17 +54,18 @@ pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
         for one in &found.changed {
             let id = one.change.obstacle;
             match &one.verdict {
-                Ok(passed) => words.push_str(&format!(
-                    "obstacle {id}, changed from step {}: passes; {} steps held against the limits, {} left as recorded, at most {:.0} % of the friction circle{}\n",
-                    one.from,
-                    passed.steps,
-                    passed.exempt,
-                    100.0 * passed.friction,
-                    match passed.early {
-                        n if n > 0 => format!("; it is gone {n} steps before its recording ends"),
-                        _ => String::new(),
+                Ok(passed) => {
+                    words.push_str(&format!(
+                        "obstacle {id}, changed from step {}: passes; {} steps held against the limits, {} left as recorded, at most {:.0} % of the friction circle\n",
+                        one.from,
+                        passed.steps,
+                        passed.exempt,
+                        100.0 * passed.friction,
+                    ));
+                    if let Some(gone) = Gone::of(one, &original) {
+                        words.push_str(&format!("  NOTE: obstacle {id} {gone}\n"));
                     }
-                )),
+                }
                 Err(refusals) => {
                     words.push_str(&format!(
                         "obstacle {id}, changed from step {}: {} refusals\n",
@@ -79,4 +85,41 @@ pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
         message: "the variant does not pass the gate".into(),
         status: 1,
     })
+}
+
+/// An obstacle that vanishes before its recorded motion ends: no limit is broken by that, and nobody can do it.
+#[derive(Debug, Clone, Copy)]
+struct Gone {
+    /// The first step at which it is not there any more.
+    from: i64,
+    /// The last step of its recording.
+    recorded: i64,
+    /// How much earlier that is, steps and seconds.
+    early: i64,
+    seconds: f64,
+}
+
+impl Gone {
+    fn of(judged: &Judged, original: &Scenario) -> Option<Self> {
+        let early = judged.verdict.as_ref().ok()?.early;
+        let obstacle = original.obstacle(judged.change.obstacle)?;
+        let recorded = obstacle.track().steps().end - 1;
+        (early > 0).then(|| Self {
+            from: recorded - early + 1,
+            recorded,
+            early,
+            seconds: early as f64 * original.dt(),
+        })
+    }
+}
+
+impl std::fmt::Display for Gone {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let steps = if self.early == 1 { "step" } else { "steps" };
+        write!(
+            f,
+            "is gone from step {} on, {} {steps} ({:.1} s) before its recording ends at step {}",
+            self.from, self.early, self.seconds, self.recorded
+        )
+    }
 }

@@ -1,5 +1,8 @@
 //! A variant as one line of JSON.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use serde_json::{Map, Value, json};
 
 use super::made::Generated;
@@ -11,26 +14,44 @@ use crate::scenario::Entry;
 
 /// What was made of a scenario.
 pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value {
+    let mut line = unsaved(generated, by);
+    line["rejected"] = generated.refusals().iter().map(refusal).collect();
+    if let Some(saved) = saved {
+        place(&mut line, &saved.id, &saved.scenario, &saved.ego);
+    }
+    line
+}
+
+/// Says in a line where the variant lies.
+pub fn place(line: &mut Value, id: &str, scenario: &Path, ego: &Path) {
+    let path = |path: &Path| Value::String(output::visible(&path.display().to_string()));
+    line["variant"] = path(scenario);
+    line["ego"] = path(ego);
+    line["id"] = id.into();
+}
+
+/// The same before it is saved, and without what was refused: what the papers keep, which say that elsewhere.
+pub fn unsaved(generated: &Generated, by: &str) -> Value {
     let made = &generated.made;
-    let path = |path: &std::path::Path| output::visible(&path.display().to_string());
     let chosen = made.chosen.as_ref();
     let effect = chosen.and_then(|c| c.attack.effect.as_ref());
     let collision = effect.and_then(|e| e.collision());
     let baseline = generated.workshop.closed.baseline();
     json!({
-        "variant": saved.map(|s| path(&s.scenario)),
-        "ego": saved.map(|s| path(&s.ego)),
+        "variant": null,
+        "ego": null,
         "attacker": effect.map(|e| e.attacker),
         "outcome": effect.map_or("none", |e| e.consequence.name()),
         "min_risk_before": effect.map_or(baseline.lowest(), |e| e.lowest_before()),
         "min_risk_after": effect.map_or(baseline.lowest(), |e| e.lowest_after()),
         "avoidable": chosen.map(|c| avoidable(&c.avoidability)),
         "candidates": made.found.candidates,
-        "rejected": generated.refusals().iter().map(refusal).collect::<Vec<_>>(),
+        "rejected": null,
         "scenario": generated.name,
         "file": generated.file,
-        "id": saved.map(|s| &s.id),
+        "id": null,
         "by": by,
+        "manoeuvre": chosen.map(|c| c.attack.asked.name()),
         "asked": chosen.map(|c| asked(&c.attack.asked)),
         "from_step": effect.map(|e| e.from),
         "until_step": chosen.and_then(|c| c.attack.change.until()),
@@ -42,12 +63,15 @@ pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value
         "min_risk_of_anyone_before": baseline.lowest(),
         "min_risk_of_anyone_after": effect.map_or(baseline.lowest(), |e| e.anyone_after),
         "note": generated.note(),
+        "safe_before": generated.workshop.is_safe(),
         "baseline": baseline.drive().outcome.name(),
         "drive": effect.map(|e| e.drive.outcome.name()),
         "reference_ranking": ranking(generated),
         "passed": made.found.attacks.len(),
         "driven": made.found.attacks.iter().filter(|a| a.effect.is_some()).count(),
         "model": generated.authored.as_ref().map(|a| model(a, chosen)),
+        "refused": refused(&made.found.refused),
+        "taken_over": false,
         "seconds": (generated.took.as_secs_f64() * 1e3).round() / 1e3,
     })
 }
@@ -135,6 +159,15 @@ fn avoidable(avoidability: &Avoidability) -> Value {
     Value::Object(pairs.collect::<Map<_, _>>())
 }
 
+/// How many motions were refused for each reason; of each motion the first counts.
+fn refused(refusals: &[Refusal]) -> BTreeMap<&'static str, usize> {
+    let mut counts = BTreeMap::new();
+    for refusal in refusals {
+        *counts.entry(refusal.reason.name()).or_default() += 1;
+    }
+    counts
+}
+
 /// A refusal: reason, step, limit, value.
 pub fn refusal(refusal: &Refusal) -> Value {
     json!({
@@ -144,5 +177,7 @@ pub fn refusal(refusal: &Refusal) -> Value {
         "value": refusal.value,
         "unit": refusal.reason.unit(),
         "words": output::visible(&refusal.to_string()),
+        "attacker": refusal.attacker,
+        "manoeuvre": refusal.manoeuvre,
     })
 }

@@ -1,17 +1,21 @@
-//! One scenario's variant: made, saved, told.
+//! One scenario's variant: made, or taken over from an earlier run.
 
-use std::path::Path;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::document;
+use serde_json::{Value, json};
+
+use super::line::Line;
 use super::model::{Writer, WriterError};
-use super::summary::Summary;
+use super::resume::Past;
+use crate::cli::output;
 use crate::cli::plan::{Missed, chosen, within_horizon};
-use crate::cli::{Failure, output};
+use crate::config::PlannerKey;
 use crate::evaluation::generating::Authored;
-use crate::generation::{Capability, Effort, Made, Refusal, Saved, Variant, Workshop};
+use crate::evaluation::planning_value;
+use crate::generation::{Capability, Effort, Made, Refusal, Workshop};
 use crate::scenario::{Entry, ObstacleRole};
 use crate::simulation::Settings;
 
@@ -23,6 +27,40 @@ pub struct Wanted {
     pub problem: Option<i64>,
     pub effort: Effort,
     pub only: Option<i64>,
+    /// What an earlier run has left, where that is to be gone on with.
+    pub past: Option<Past>,
+}
+
+impl Wanted {
+    /// All that decides what is made of a scenario but for its content: two runs with the same one make the same.
+    pub fn said(&self, problem: i64) -> Value {
+        let effort = &self.effort;
+        let planning = PlannerKey::ALL.iter();
+        let planning = planning.map(|key| (key.id, planning_value(&self.settings, key.id)));
+        let search = json!({
+            "candidates": effort.candidates,
+            "rounds": effort.rounds,
+            "drives": effort.drives,
+            "attackers": effort.attackers,
+            "seed": effort.seed,
+        });
+        json!({
+            "problem": problem,
+            "planning": planning.collect::<BTreeMap<_, _>>(),
+            "attacker": self.only,
+            "survive": effort.delay,
+            "search": self.writer.is_none().then_some(search),
+            "model": self.writer.as_ref().map(Writer::settings),
+        })
+    }
+}
+
+/// What there is of one scenario.
+pub enum Product {
+    /// It was made now.
+    New(Box<Generated>),
+    /// It was there already.
+    TakenOver(Box<Line>),
 }
 
 /// What was made of one scenario.
@@ -34,17 +72,28 @@ pub struct Generated {
     /// What a model wrote, and what it took.
     pub authored: Option<Authored>,
     pub took: Duration,
+    /// What it was made with, see [`Wanted::said`].
+    pub settings: Value,
 }
 
 impl Generated {
-    /// Why nothing was tried, where nothing was.
+    /// Why nothing was tried, where nothing was, and that the original is not safe, where it is not.
     pub fn note(&self) -> Option<String> {
         if let Some(collision) = self.workshop.unsafe_already() {
             return Some(format!("not safe as it is: the ego touches {collision}"));
         }
+        let mut notes = Vec::new();
         let made = &self.made;
-        (made.found.candidates == 0 && made.chosen.is_none())
-            .then(|| "nobody is there who could attack".into())
+        if made.found.candidates == 0 && made.chosen.is_none() {
+            notes.push("nobody is there who could attack".into());
+        }
+        let lowest = self.workshop.closed.baseline().lowest();
+        if let Some(lowest) = lowest.filter(|_| !self.workshop.is_safe()) {
+            notes.push(format!(
+                "not safe as it is: the lowest risk score of anybody is {lowest} already"
+            ));
+        }
+        (!notes.is_empty()).then(|| notes.join("; "))
     }
 
     /// Why motions were refused: of a model's answers all reasons, of a search's motions the first.
@@ -56,8 +105,20 @@ impl Generated {
     }
 }
 
-/// Drives the ego of a scenario, searches, and chooses.
-pub fn make(entry: &Entry, wanted: &Wanted, stop: &AtomicBool) -> Result<Generated, Missed> {
+/// Drives the ego of a scenario, searches, and chooses; nothing where `stop` ended that before it was done.
+pub fn make(entry: &Entry, wanted: &Wanted, stop: &AtomicBool) -> Option<Result<Product, Missed>> {
+    let cut = AtomicBool::new(false);
+    let made = make_watched(entry, wanted, stop, &cut);
+    (!cut.load(Ordering::Relaxed)).then_some(made)
+}
+
+/// The same; `cut` becomes true where `stop` ends it.
+fn make_watched(
+    entry: &Entry,
+    wanted: &Wanted,
+    stop: &AtomicBool,
+    cut: &AtomicBool,
+) -> Result<Product, Missed> {
     let began = Instant::now();
     let scenario = entry.read().map_err(|e| Missed::Unread(e.to_string()))?;
     let problem = chosen(entry, &scenario, wanted.problem)?;
@@ -72,6 +133,11 @@ pub fn make(entry: &Entry, wanted: &Wanted, stop: &AtomicBool) -> Result<Generat
             return Err(unfit(&format!("obstacle {id} does not move by itself")));
         }
     }
+    let settings = wanted.said(problem.id);
+    let past = wanted.past.as_ref();
+    if let Some(line) = past.and_then(|past| past.of(entry, &scenario.hash, &settings)) {
+        return Ok(Product::TakenOver(Box::new(line)));
+    }
     let workshop = Workshop::new(Arc::clone(&scenario), problem, &wanted.settings);
     let workshop = workshop.map_err(|e| nothing(&e))?;
     // No model is paid for what cannot be made dangerous.
@@ -82,13 +148,18 @@ pub fn make(entry: &Entry, wanted: &Wanted, stop: &AtomicBool) -> Result<Generat
     let (made, authored) = match writer {
         None => {
             let made = workshop.search(&wanted.effort, wanted.only, &|| {
-                !stop.load(Ordering::Relaxed)
+                cut.fetch_or(stop.load(Ordering::Relaxed), Ordering::Relaxed);
+                !cut.load(Ordering::Relaxed)
             });
             (made.map_err(|e| nothing(&e))?, None)
         }
         Some(writer) => {
-            let written = writer.write(&entry.name, &workshop, wanted.effort.delay);
+            let written = writer.write(&entry.name, &workshop, wanted.effort.delay, stop);
             let (made, authored) = written.map_err(|error| match error {
+                WriterError::Interrupted => {
+                    cut.store(true, Ordering::Relaxed);
+                    nothing(&error)
+                }
                 // Whatever the scenario, the question would fail.
                 WriterError::Author(_) => Missed::Unfit(format!("{}: {error}", entry.display())),
                 WriterError::Workshop(_) => nothing(&error),
@@ -96,82 +167,13 @@ pub fn make(entry: &Entry, wanted: &Wanted, stop: &AtomicBool) -> Result<Generat
             (made, Some(authored))
         }
     };
-    Ok(Generated {
+    Ok(Product::New(Box::new(Generated {
         name: output::visible(&entry.name),
         file: entry.display(),
         workshop,
         made,
         authored,
         took: began.elapsed(),
-    })
-}
-
-/// What is done with each scenario, in order.
-pub struct Job<'a> {
-    pub entries: &'a [Entry],
-    pub folder: Option<&'a Path>,
-    pub json: bool,
-    pub by: &'a str,
-    pub summary: Summary,
-    pub next: usize,
-}
-
-impl Job<'_> {
-    /// Saves and tells what became of the next scenario.
-    pub fn take(&mut self, generated: Result<Generated, Missed>) -> Result<(), Failure> {
-        let entry = &self.entries[self.next];
-        self.next += 1;
-        let generated = match generated {
-            Ok(generated) => generated,
-            Err(missed) => {
-                self.summary.missed(&missed);
-                output::say(&format!("nearmiss: {}", missed.words()));
-                if self.json {
-                    output::json(&document::missing(entry, &missed))?;
-                }
-                return Ok(());
-            }
-        };
-        let saved = self.save(&generated)?;
-        self.summary.count(&generated);
-        if let Some(authored) = &generated.authored {
-            for words in document::said(authored) {
-                output::say(&format!("nearmiss: {}: {words}", generated.file));
-            }
-        }
-        if self.json {
-            return output::json(&document::document(&generated, saved.as_ref(), self.by));
-        }
-        let row = self.summary.row(&generated, saved.as_ref());
-        output::text(&row)
-    }
-
-    fn save(&self, generated: &Generated) -> Result<Option<Saved>, Failure> {
-        let (Some(folder), Some(chosen)) = (self.folder, &generated.made.chosen) else {
-            return Ok(None);
-        };
-        let Some(effect) = &chosen.attack.effect else {
-            return Ok(None);
-        };
-        // The search has asked the gate; nothing is written that it does not let through here, too.
-        let change = &chosen.attack.change;
-        if let Err(refusals) = generated.workshop.gate().check(change, None) {
-            return Err(Failure::input(format!(
-                "{}: the chosen motion does not pass the gate ({}), and was not written: this is a fault of nearmiss",
-                generated.file, refusals[0]
-            )));
-        }
-        let variant = Variant {
-            closed: &generated.workshop.closed,
-            change,
-            asked: &chosen.attack.asked,
-            effect,
-            avoidability: &chosen.avoidability,
-            refusals: &generated.refusals(),
-            by: self.by,
-        };
-        let id = variant.free_id(folder);
-        let saved = variant.save(folder, &id, false);
-        saved.map(Some).map_err(Failure::input)
-    }
+        settings,
+    })))
 }

@@ -2,16 +2,21 @@
 
 mod check;
 mod document;
+mod inputs;
+mod job;
+mod line;
 mod made;
 mod model;
+mod resume;
 mod summary;
+mod table;
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use super::ask::budget;
-use super::in_order::in_order;
+use super::in_order::in_order_and_kept;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{configuration, found};
 use super::plan::How;
@@ -20,9 +25,12 @@ use super::{Failure, Outcome, output};
 use crate::evaluation::generating::{RETRIES, SAMPLES};
 use crate::generation::Effort;
 use crate::scenario::commonroad::NewFile;
-use made::{Job, Wanted};
+use job::Job;
+use made::Wanted;
 use model::Writer;
+use resume::Past;
 use summary::Summary;
+use table::Table;
 
 /// Arguments of `nearmiss generate`.
 #[derive(Debug, clap::Args)]
@@ -76,6 +84,10 @@ pub struct GenerateArguments {
     /// Folder for variants, egos, solutions, ways out and what is known of each; it is made if it is not there.
     #[arg(short = 'o', long, value_name = "FOLDER")]
     output: Option<PathBuf>,
+    /// Go on with what lies in the folder of -o: no scenario is attacked of which there is a variant made with the same
+    /// settings; what its papers say counts instead. A report of an earlier run is replaced.
+    #[arg(long, requires = "output", conflicts_with_all = ["fresh", "check"])]
+    resume: bool,
     /// Writes the figures of all scenarios together, as JSON.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -83,6 +95,9 @@ pub struct GenerateArguments {
     #[arg(long, value_name = "VARIANT", conflicts_with_all = ["output", "report", "attacker"])]
     check: Option<PathBuf>,
 }
+
+/// A file of this name is never written.
+const PROBE: &str = ".nearmiss-can-write";
 
 /// The search's name among the models.
 const SEARCH: &str = "search";
@@ -119,68 +134,110 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
             arguments.seed, arguments.candidates, arguments.survive
         ),
     };
+    let entries = inputs::originals(entries, &arguments.paths)?;
+    let past = prepared(arguments)?;
     let wanted = Wanted {
         writer,
         settings,
         problem: arguments.how.planning_problem,
         effort,
         only: arguments.attacker,
+        past,
     };
-    if let Some(folder) = &arguments.output {
-        std::fs::create_dir_all(folder).map_err(|e| Failure::system(folder.display(), &e))?;
-    }
-    if let Some(path) = &arguments.report {
-        // Found out now, and not when all is done.
-        drop(NewFile::begin(path, false).map_err(Failure::input)?);
-    }
     let stop = interrupted(true).map_err(|e| Failure::system("Ctrl-C", &e))?;
     let mut job = Job {
-        entries: &entries,
         folder: arguments.output.as_deref(),
         json: arguments.json,
         by: &by,
-        summary: Summary::new(&entries),
-        next: 0,
+        unheard: arguments.output.is_some() || arguments.report.is_some(),
+        summary: Summary::new(entries.len()),
+        table: Table::new(&entries),
+        done: 0,
     };
     let progress = Progress::new(entries.len(), "scenarios", true);
     let mut failure = None;
-    in_order(
+    in_order_and_kept(
         entries.len(),
         &stop,
-        |i| made::make(&entries[i], &wanted, &stop),
-        |made| {
-            let mut taken = Ok(());
-            progress.suspend(|| taken = job.take(made));
+        |i| (i, made::make(&entries[i], &wanted, &stop)),
+        |(i, made)| {
+            let Some(made) = made else {
+                return ControlFlow::Continue(());
+            };
+            let mut taken = Ok(ControlFlow::Continue(()));
+            progress.suspend(|| taken = job.take(&entries[i], made));
             progress.step();
-            match taken {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(error) => {
-                    failure = Some(error);
-                    ControlFlow::Break(())
-                }
-            }
+            taken.unwrap_or_else(|error| {
+                failure = Some(error);
+                ControlFlow::Break(())
+            })
         },
     );
     drop(progress);
-    let done = job.next;
+    let done = job.done;
     let summary = job.summary;
     if !arguments.json && done > 0 {
         output::text(&summary.words())?;
     }
     if let Some(path) = &arguments.report {
-        summary.save(path, stop.load(Ordering::Relaxed))?;
+        summary.save(path, done < entries.len(), arguments.resume)?;
     }
     if let Some(failure) = failure {
         return Err(failure);
     }
-    if stop.load(Ordering::Relaxed) {
+    if stop.load(Ordering::Relaxed) && done < entries.len() {
         return Err(Failure {
             message: format!(
-                "interrupted after {done} of {} scenarios; what was written of these stays",
-                entries.len()
+                "interrupted after {done} of {} scenarios; {}",
+                entries.len(),
+                match arguments.output {
+                    Some(_) =>
+                        "what was written of these stays, and the same command with --resume goes on",
+                    None =>
+                        "nothing was written (-o FOLDER keeps variants, and --resume goes on with them)",
+                }
             ),
             status: INTERRUPTED,
         });
     }
     summary.outcome()
+}
+
+/// Makes the folder for variants, and finds out now, and not when all is done, whether files can be written. Gives what is
+/// gone on with.
+fn prepared(arguments: &GenerateArguments) -> Result<Option<Past>, Failure> {
+    let mut past = None;
+    if let Some(folder) = &arguments.output {
+        let shown = folder.display();
+        if folder.exists() && !folder.is_dir() {
+            return Err(Failure::input(format!("-o {shown}: this is no folder")));
+        }
+        std::fs::create_dir_all(folder).map_err(|e| Failure::system(shown, &e))?;
+        drop(NewFile::begin(&folder.join(PROBE), true).map_err(|e| {
+            Failure::input(format!(
+                "-o {}: nothing can be written there: {e}",
+                folder.display()
+            ))
+        })?);
+        if arguments.resume {
+            let (found, doubts) = Past::read(folder)?;
+            for doubt in doubts {
+                output::say(&format!("nearmiss: {doubt}"));
+            }
+            past = Some(found);
+        }
+    }
+    if let Some(path) = &arguments.report {
+        if path.exists() {
+            resume::is_report(path).map_err(Failure::input)?;
+            if !arguments.resume {
+                return Err(Failure::input(format!(
+                    "{}: the report of an earlier run, which was left as it is; --resume goes on with that run and replaces it, or name another file",
+                    path.display()
+                )));
+            }
+        }
+        drop(NewFile::begin(path, arguments.resume).map_err(Failure::input)?);
+    }
+    Ok(past)
 }

@@ -2,13 +2,17 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
+use serde_json::{Value, json};
 use tokio::runtime::{Builder, Runtime};
 
 use super::GenerateArguments;
 use crate::cli::open::user_thresholds;
 use crate::cli::{Failure, output};
 use crate::config::{Config, Folders};
+use crate::evaluation::batch::Spec;
 use crate::evaluation::generating::{Author, AuthorError, Authored, write};
 use crate::evaluation::{Judge, Settings, usable};
 use crate::generation::{Made, Workshop, WorkshopError};
@@ -21,6 +25,7 @@ use crate::store::Store;
 /// The model, ready to be asked.
 pub struct Writer {
     author: Author,
+    parameters: Parameters,
     runtime: Runtime,
 }
 
@@ -33,6 +38,19 @@ pub enum WriterError {
     /// Nothing could be asked.
     #[error(transparent)]
     Author(#[from] AuthorError),
+    /// It was not waited for; what was answered is in the store.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// How soon an interrupt is noticed while a model answers.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// Until the user wants no more.
+async fn stopped(stop: &AtomicBool) {
+    while !stop.load(Ordering::Relaxed) {
+        tokio::time::sleep(PATIENCE).await;
+    }
 }
 
 impl Writer {
@@ -97,7 +115,11 @@ impl Writer {
             .enable_all()
             .build()
             .map_err(Failure::input)?;
-        Ok(Self { author, runtime })
+        Ok(Self {
+            author,
+            parameters,
+            runtime,
+        })
     }
 
     /// Lets it write attacks on a scenario, drives the ego against those that pass the gate, and takes the most dangerous
@@ -107,6 +129,7 @@ impl Writer {
         name: &str,
         workshop: &Workshop,
         delay: f64,
+        stop: &AtomicBool,
     ) -> Result<(Made, Authored), WriterError> {
         let scenario = Arc::clone(workshop.closed.scenario());
         let scene = Arc::new(Scene::new(scenario, workshop.ego.clone()));
@@ -115,12 +138,29 @@ impl Writer {
             ..self.author.clone()
         };
         workshop.on(|ground| {
-            let mut authored = self
-                .runtime
-                .block_on(write(&author, ground, &scene, &|_| {}))?;
+            let mut authored = self.runtime.block_on(async {
+                tokio::select! {
+                    written = write(&author, ground, &scene, &|_| {}) => Ok(written?),
+                    () = stopped(stop) => Err(WriterError::Interrupted),
+                }
+            })?;
             let made = authored.made(ground, delay);
             Ok((made, authored))
         })?
+    }
+
+    /// All that decides what it is asked, and how often.
+    pub fn settings(&self) -> Value {
+        let author = &self.author;
+        json!({
+            "id": self.id(),
+            "samples": author.samples,
+            "retries": author.retries,
+            "obey": author.obey,
+            "parameters": self.parameters,
+            "templates": author.templates(),
+            "thresholds": Spec::thresholds_of(&author.thresholds),
+        })
     }
 
     /// Its id.

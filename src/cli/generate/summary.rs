@@ -1,40 +1,37 @@
-//! The table of variants, a line a scenario as soon as it is made, and the figures of all together.
+//! The figures of all scenarios together.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::made::Generated;
+use super::line::{Figures, Named};
 use crate::cli::plan::Missed;
 use crate::cli::{Failure, Outcome, output};
-use crate::generation::{Consequence, Saved};
-use crate::scenario::Entry;
 use crate::scenario::commonroad::NewFile;
-use crate::verdict::Motion;
-
-/// Longer names push the columns behind them.
-const WIDEST: usize = 48;
 
 /// What is counted.
 #[derive(Debug, Default)]
 pub struct Summary {
-    width: usize,
-    begun: bool,
     all: usize,
     generated: usize,
+    taken_over: usize,
     unfit: usize,
     missed: usize,
     collisions: usize,
     near_misses: usize,
     no_effect: usize,
     none: usize,
+    /// Originals that were dangerous already.
+    unsafe_before: usize,
     /// Lowest risk scores of the attackers before and after.
     before: Vec<u8>,
     after: Vec<u8>,
     /// Of collisions and near misses, by reaction time.
     avoidable: BTreeMap<String, usize>,
-    kinds: BTreeMap<&'static str, usize>,
+    kinds: BTreeMap<String, usize>,
+    /// How the ego's drives in the variants ended.
+    drives: BTreeMap<String, usize>,
     candidates: usize,
     refused: BTreeMap<String, usize>,
     seconds: Vec<f64>,
@@ -45,14 +42,17 @@ pub struct Summary {
     unpriced: u32,
 }
 
+/// How a drive ends that is no collision, and no good either.
+const ASTRAY: [(&str, &str); 2] = [
+    ("off_road", "off the road"),
+    ("infeasible", "with nothing that it can drive"),
+];
+
 impl Summary {
-    pub fn new(entries: &[Entry]) -> Self {
-        let names = entries
-            .iter()
-            .map(|e| output::visible(&e.name).chars().count());
+    /// Of so many scenarios.
+    pub fn new(all: usize) -> Self {
         Self {
-            width: names.max().unwrap_or(0).clamp("scenario".len(), WIDEST),
-            all: entries.len(),
+            all,
             ..Self::default()
         }
     }
@@ -64,102 +64,46 @@ impl Summary {
         }
     }
 
-    pub fn count(&mut self, generated: &Generated) {
-        let made = &generated.made;
+    pub fn count(&mut self, figures: &Figures) {
         self.generated += 1;
-        self.candidates += made.found.candidates;
-        self.seconds.push(generated.took.as_secs_f64());
-        if let Some(authored) = &generated.authored {
-            let spent = &authored.spent;
-            self.requests += spent.requests;
-            self.tokens += spent.input_tokens + spent.output_tokens;
-            self.usd += spent.usd;
-            self.unpriced += spent.unpriced;
+        self.taken_over += usize::from(figures.taken_over);
+        self.unsafe_before += usize::from(!figures.safe_before);
+        self.candidates += figures.candidates;
+        self.seconds.push(figures.seconds);
+        if let Some(consumed) = &figures.model {
+            self.requests += consumed.requests;
+            self.tokens += consumed.input_tokens + consumed.output_tokens;
+            self.usd += consumed.cost_usd;
+            self.unpriced += consumed.unpriced;
         }
-        for refusal in &made.found.refused {
-            let name = refusal.reason.name().to_owned();
-            *self.refused.entry(name).or_default() += 1;
+        for (reason, count) in &figures.refused {
+            *self.refused.entry(reason.clone()).or_default() += count;
         }
-        let chosen = made.chosen.as_ref();
-        let Some((chosen, effect)) = chosen.and_then(|c| Some((c, c.attack.effect.as_ref()?)))
-        else {
-            self.none += 1;
-            return;
-        };
-        match effect.consequence {
-            Consequence::Collision(_) => self.collisions += 1,
-            Consequence::NearMiss => self.near_misses += 1,
-            Consequence::NoEffect => self.no_effect += 1,
-        }
-        self.before.extend(effect.lowest_before());
-        self.after.extend(effect.lowest_after());
-        if effect.consequence != Consequence::NoEffect {
-            for (delay, certificate) in &chosen.avoidability.certificates {
-                let count = self.avoidable.entry(format!("{delay:.1}")).or_default();
-                *count += usize::from(certificate.avoidance().is_some());
+        match figures.outcome {
+            Named::Collision => self.collisions += 1,
+            Named::NearMiss => self.near_misses += 1,
+            Named::NoEffect => self.no_effect += 1,
+            Named::None => {
+                self.none += 1;
+                return;
             }
         }
-        *self.kinds.entry(kind(&chosen.attack.asked)).or_default() += 1;
-    }
-
-    /// A line of the table, the first time with its header.
-    pub fn row(&mut self, generated: &Generated, saved: Option<&Saved>) -> String {
-        let mut text = String::new();
-        if !std::mem::replace(&mut self.begun, true) {
-            let cells = [
-                "outcome",
-                "attacker",
-                "manoeuvre",
-                "risk",
-                "avoidable",
-                "s",
-                "written",
-            ];
-            text.push_str(&self.line("scenario", &cells));
+        self.before.extend(figures.min_risk_before);
+        self.after.extend(figures.min_risk_after);
+        if figures.outcome.is_effective() {
+            for (delay, avoided) in figures.avoidable.iter().flatten() {
+                *self.avoidable.entry(delay.clone()).or_default() += usize::from(*avoided);
+            }
         }
-        let made = &generated.made;
-        let chosen = made.chosen.as_ref();
-        let effect = chosen.and_then(|c| c.attack.effect.as_ref());
-        let score = |score: Option<u8>| score.map_or("-".into(), |s| s.to_string());
-        let avoidable = chosen.map_or("-".into(), |c| {
-            let all = c.avoidability.certificates.iter();
-            let late = all.filter(|(_, c)| c.avoidance().is_some()).map(|(d, _)| d);
-            late.copied()
-                .reduce(f64::max)
-                .map_or("not found".into(), |d| format!("{d:.1} s late"))
-        });
-        let written = saved.map(|s| output::visible(&s.id));
-        let written = written.or(generated.note()).unwrap_or_default();
-        let cells = [
-            effect.map_or("none", |e| e.consequence.name()),
-            &effect.map_or("-".into(), |e| e.attacker.to_string()),
-            chosen.map_or("-", |c| kind(&c.attack.asked)),
-            &effect.map_or("-".into(), |e| {
-                format!("{} → {}", score(e.lowest_before()), score(e.lowest_after()))
-            }),
-            &avoidable,
-            &format!("{:.1}", generated.took.as_secs_f64()),
-            &written,
+        let named = [
+            (&mut self.kinds, &figures.manoeuvre),
+            (&mut self.drives, &figures.drive),
         ];
-        text.push_str(&self.line(&generated.name, &cells));
-        text
-    }
-
-    fn line(&self, scenario: &str, cells: &[&str; 7]) -> String {
-        let [
-            outcome,
-            attacker,
-            manoeuvre,
-            risk,
-            avoidable,
-            seconds,
-            written,
-        ] = cells;
-        let width = self.width;
-        let line = format!(
-            "{scenario:<width$}  {outcome:<9}  {attacker:>8}  {manoeuvre:<13}  {risk:<7}  {avoidable:<10}  {seconds:>5}  {written}"
-        );
-        format!("{}\n", line.trim_end())
+        for (counts, name) in named {
+            if let Some(name) = name {
+                *counts.entry(name.clone()).or_default() += 1;
+            }
+        }
     }
 
     /// The figures in words.
@@ -186,6 +130,30 @@ impl Summary {
             text.push_str(&format!(
                 "of the {effective} with an effect a good driver avoids, reacting late: {}\n",
                 late.join(", ")
+            ));
+        }
+        let astray = ASTRAY.iter().filter_map(|(outcome, words)| {
+            let n = self.drives.get(*outcome)?;
+            Some(format!("{n} {words}"))
+        });
+        let astray: Vec<String> = astray.collect();
+        if !astray.is_empty() {
+            text.push_str(&format!(
+                "the ego ends, touched by nobody: {}\n",
+                astray.join(", ")
+            ));
+        }
+        if self.unsafe_before > 0 {
+            text.push_str(&format!(
+                "not safe as recorded (a collision, or a risk score of 1 or below): {} of the originals\n",
+                self.unsafe_before
+            ));
+        }
+        if self.taken_over > 0 {
+            text.push_str(&format!(
+                "{} taken over from an earlier run, {} made now\n",
+                self.taken_over,
+                self.generated - self.taken_over
             ));
         }
         let refused: usize = self.refused.values().sum();
@@ -225,11 +193,14 @@ impl Summary {
         json!({
             "scenarios": self.done(),
             "driven": self.generated,
+            "taken_over": self.taken_over,
             "not_driven": self.missed + self.unfit,
             "collisions": self.collisions,
             "near_misses": self.near_misses,
             "no_effect": self.no_effect,
             "none": self.none,
+            "not_safe_before": self.unsafe_before,
+            "drives": self.drives,
             "effective_share": share(effective, self.generated),
             "mean_min_risk_before": mean(&self.before),
             "mean_min_risk_after": mean(&self.after),
@@ -248,9 +219,9 @@ impl Summary {
     }
 
     /// Writes the figures.
-    pub fn save(&self, path: &Path, interrupted: bool) -> Result<(), Failure> {
+    pub fn save(&self, path: &Path, interrupted: bool, overwrite: bool) -> Result<(), Failure> {
         use std::io::Write;
-        let mut file = NewFile::begin(path, false).map_err(Failure::input)?;
+        let mut file = NewFile::begin(path, overwrite).map_err(Failure::input)?;
         let mut document = self.document();
         document["interrupted"] = interrupted.into();
         document["asked_for"] = self.all.into();
@@ -277,13 +248,6 @@ impl Summary {
                 self.all
             )),
         }
-    }
-}
-
-fn kind(asked: &Motion) -> &'static str {
-    match asked {
-        Motion::Manoeuvre(manoeuvre) => manoeuvre.kind.name(),
-        Motion::Waypoints(_) => "waypoints",
     }
 }
 

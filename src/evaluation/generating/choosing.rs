@@ -127,6 +127,11 @@ impl Desk<'_> {
             Judged::Verdict(parsed) => (None, Some(other_task(parsed.verdict.task))),
             Judged::Missing(missing) => (None, Some(Refusal::answer(missing.to_string()))),
         };
+        let proposed = said.as_ref().and_then(|said| said.attacker);
+        let refused = match proposed {
+            Some(id) => refused.map(|refusal: Refusal| refusal.about(id, None)),
+            None => refused,
+        };
         Proposal {
             run: answer.run,
             window: (window.first(), window.last()),

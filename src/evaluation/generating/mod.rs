@@ -10,6 +10,7 @@ mod spent;
 mod words;
 mod writing;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -22,6 +23,7 @@ use super::case::{self, AskError, Event, Wanted};
 use super::judges::Judge;
 use super::question::{Case, CaseError, Question, prepare, template};
 use super::settings::Settings;
+use super::usual::usual_frame;
 use crate::generation::{Ground, Refusal};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
@@ -62,6 +64,25 @@ pub struct Author {
     pub fresh: bool,
     /// The batch that the runs are for.
     pub batch: Option<String>,
+}
+
+impl Author {
+    /// The templates that are asked with: file and hash.
+    #[must_use]
+    pub fn templates(&self) -> BTreeMap<String, String> {
+        let usual = |task| usual_frame(&self.library, task);
+        let choice = self.frame.unwrap_or_else(|| usual(Task::Attacker));
+        let asked = [
+            (Task::Attacker, choice),
+            (Task::Trajectory, usual(Task::Trajectory)),
+        ];
+        let found = asked
+            .iter()
+            .filter_map(|(task, frame)| template(&self.library, *task, *frame).ok());
+        found
+            .map(|(file, template)| (file.to_string(), self.library.hash(&template.source)))
+            .collect()
+    }
 }
 
 /// What happens while a model writes.

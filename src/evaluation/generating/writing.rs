@@ -119,6 +119,12 @@ impl Desk<'_> {
                     break;
                 }
                 Err(refusals) => {
+                    let mut about = (attacker, None);
+                    if let Ok(said) = &said {
+                        about = (said.obstacle, Some(said.motion.name()));
+                    }
+                    let refusals = refusals.into_iter();
+                    let refusals: Vec<_> = refusals.map(|r| r.about(about.0, about.1)).collect();
                     let start = self.start(&question, attacker);
                     let words = words::refused(attacker, &refusals, start);
                     let declined = Declined {

@@ -32,6 +32,8 @@ fn a_variant_is_read_back_as_it_was() {
         step: Some(7),
         value: Some(88.0),
         limit: Some(30.0),
+        attacker: Some(5),
+        manoeuvre: Some("hard-brake"),
     };
     let asked = Motion::Manoeuvre(Manoeuvre {
         kind: ManoeuvreKind::HardBrake,
@@ -46,6 +48,7 @@ fn a_variant_is_read_back_as_it_was() {
         asked: &asked,
         effect: &effect,
         avoidability: &avoidability,
+        made: None,
         refusals: &[refusal],
         by: "a test",
     };

@@ -141,6 +141,7 @@ impl Made {
             avoidability: &self.avoidability,
             refusals: &self.refused,
             by: &self.by,
+            made: None,
         }
     }
 

@@ -1,0 +1,116 @@
+//! What is done with each scenario: saved, counted, told.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use serde_json::json;
+
+use super::document;
+use super::line::Line;
+use super::made::{Generated, Product};
+use super::summary::Summary;
+use super::table::Table;
+use crate::cli::plan::Missed;
+use crate::cli::{Failure, output};
+use crate::generation::{Saved, Variant};
+use crate::scenario::Entry;
+
+/// The work so far.
+pub struct Job<'a> {
+    pub folder: Option<&'a Path>,
+    pub json: bool,
+    pub by: &'a str,
+    /// Whether it is of use where nobody reads standard output any more: files are written.
+    pub unheard: bool,
+    pub summary: Summary,
+    pub table: Table,
+    /// How many scenarios are done.
+    pub done: usize,
+}
+
+impl Job<'_> {
+    /// Saves and tells what became of a scenario.
+    pub fn take(
+        &mut self,
+        entry: &Entry,
+        product: Result<Product, Missed>,
+    ) -> Result<ControlFlow<()>, Failure> {
+        self.done += 1;
+        match product {
+            Ok(Product::New(generated)) => self.made(&generated),
+            Ok(Product::TakenOver(line)) => self.tell(&line),
+            Err(missed) => {
+                self.summary.missed(&missed);
+                output::say(&format!("nearmiss: {}", missed.words()));
+                match self.json {
+                    true => self.show(&output::json_line(&document::missing(entry, &missed))?),
+                    false => Ok(ControlFlow::Continue(())),
+                }
+            }
+        }
+    }
+
+    fn made(&mut self, generated: &Generated) -> Result<ControlFlow<()>, Failure> {
+        // Files first: who reads a line finds them.
+        let saved = self.save(generated)?;
+        if let Some(authored) = &generated.authored {
+            for words in document::said(authored) {
+                output::say(&format!("nearmiss: {}: {words}", generated.file));
+            }
+        }
+        let document = document::document(generated, saved.as_ref(), self.by);
+        self.tell(&Line::of(document).map_err(Failure::input)?)
+    }
+
+    /// Counts a line and writes it.
+    fn tell(&mut self, line: &Line) -> Result<ControlFlow<()>, Failure> {
+        self.summary.count(&line.figures);
+        let text = match self.json {
+            true => output::json_line(&line.document)?,
+            false => self.table.row(&line.figures),
+        };
+        self.show(&text)
+    }
+
+    /// Where nobody reads any more, only files are worth going on for.
+    fn show(&self, text: &str) -> Result<ControlFlow<()>, Failure> {
+        Ok(match output::heard(text)? || self.unheard {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
+        })
+    }
+
+    fn save(&self, generated: &Generated) -> Result<Option<Saved>, Failure> {
+        let (Some(folder), Some(chosen)) = (self.folder, &generated.made.chosen) else {
+            return Ok(None);
+        };
+        let Some(effect) = &chosen.attack.effect else {
+            return Ok(None);
+        };
+        // The search has asked the gate; nothing is written that it does not let through here, too.
+        let change = &chosen.attack.change;
+        if let Err(refusals) = generated.workshop.gate().check(change, None) {
+            return Err(Failure::input(format!(
+                "{}: the chosen motion does not pass the gate ({}), and was not written: this is a fault of nearmiss",
+                generated.file, refusals[0]
+            )));
+        }
+        let made = json!({
+            "settings": generated.settings,
+            "line": document::unsaved(generated, self.by),
+        });
+        let variant = Variant {
+            closed: &generated.workshop.closed,
+            change,
+            asked: &chosen.attack.asked,
+            effect,
+            avoidability: &chosen.avoidability,
+            refusals: &generated.refusals(),
+            by: self.by,
+            made: Some(&made),
+        };
+        let id = variant.free_id(folder);
+        let saved = variant.save(folder, &id, false);
+        saved.map(Some).map_err(Failure::input)
+    }
+}

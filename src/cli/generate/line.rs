@@ -1,0 +1,101 @@
+//! What is known of one scenario's variant: the line of JSON, and the figures in it that table and report are made of.
+//!
+//! Both read the line and nothing else, so that one that was taken over from an earlier run counts like a new one.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use serde_json::Value;
+
+/// The outcome of a scenario of which nothing was made.
+pub const NONE: &str = "none";
+
+/// A line with its figures.
+#[derive(Debug, Clone)]
+pub struct Line {
+    pub document: Value,
+    pub figures: Figures,
+}
+
+/// What is counted and shown of a line.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Figures {
+    pub scenario: String,
+    pub outcome: Named,
+    pub attacker: Option<i64>,
+    pub manoeuvre: Option<String>,
+    pub min_risk_before: Option<u8>,
+    pub min_risk_after: Option<u8>,
+    /// Reaction times (s) and whether a good driver avoids it.
+    pub avoidable: Option<BTreeMap<String, bool>>,
+    pub candidates: usize,
+    /// Motions that were refused, by reason.
+    pub refused: BTreeMap<String, usize>,
+    pub id: Option<String>,
+    pub note: Option<String>,
+    pub safe_before: bool,
+    /// How the ego's drive in the variant ended.
+    pub drive: Option<String>,
+    pub model: Option<Consumed>,
+    pub taken_over: bool,
+    pub seconds: f64,
+}
+
+/// The outcomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Named {
+    Collision,
+    NearMiss,
+    NoEffect,
+    None,
+}
+
+/// What a model consumed.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Consumed {
+    pub requests: u32,
+    pub input_tokens: u64,
+    pub output_tokens: u64,
+    pub cost_usd: f64,
+    pub unpriced: u32,
+    /// Why it did not get to the end, where it did not.
+    pub stopped: Option<String>,
+}
+
+impl Named {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Collision => "collision",
+            Self::NearMiss => "near_miss",
+            Self::NoEffect => "no_effect",
+            Self::None => NONE,
+        }
+    }
+
+    pub fn is_effective(self) -> bool {
+        matches!(self, Self::Collision | Self::NearMiss)
+    }
+}
+
+impl Line {
+    /// The line with this document.
+    ///
+    /// # Errors
+    /// Something is missing in it, or of another kind: in words.
+    pub fn of(document: Value) -> Result<Self, String> {
+        match Figures::deserialize(&document) {
+            Ok(figures) => Ok(Self { document, figures }),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+}
+
+impl Figures {
+    /// The longest reaction time (s) with which a good driver avoids it.
+    pub fn latest(&self) -> Option<&str> {
+        let all = self.avoidable.iter().flatten();
+        let avoided = all.filter(|(_, avoided)| **avoided);
+        avoided.map(|(delay, _)| delay.as_str()).next_back()
+    }
+}

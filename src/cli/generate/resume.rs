@@ -1,0 +1,170 @@
+//! Going on where an earlier run ended: variants that it has made are taken over with all that their papers say.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::document;
+use super::line::{Line, Named};
+use crate::cli::{Failure, output};
+use crate::scenario::{ContentHash, Entry};
+use crate::system;
+
+/// What an earlier run has left, by the hash of the original.
+#[derive(Debug, Default)]
+pub struct Past {
+    papers: HashMap<String, Vec<Papers>>,
+}
+
+/// What is known of one variant.
+#[derive(Debug)]
+struct Papers {
+    original: String,
+    settings: Value,
+    line: Line,
+}
+
+/// What a file says.
+enum Said {
+    /// How a variant was made.
+    Papers(Box<Papers>),
+    /// The figures of a run.
+    Report,
+}
+
+impl Past {
+    /// What lies in `folder`, and in words which files there are not trusted.
+    ///
+    /// # Errors
+    /// The folder cannot be read.
+    pub fn read(folder: &Path) -> Result<(Self, Vec<String>), Failure> {
+        let failed = |e: &std::io::Error| Failure::system(folder.display(), e);
+        let mut paths = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(|e| failed(&e))? {
+            let path = entry.map_err(|e| failed(&e))?.path();
+            if path.extension().is_some_and(|ending| ending == "json") {
+                paths.push(path);
+            }
+        }
+        // The first of several that fit is taken, in every run the same.
+        paths.sort();
+        let (mut past, mut doubts) = (Self::default(), Vec::new());
+        for path in paths {
+            match read(&path) {
+                Ok(Said::Papers(papers)) => {
+                    let same = past.papers.entry(papers.original.clone()).or_default();
+                    same.push(*papers);
+                }
+                Ok(Said::Report) => {}
+                Err(why) => doubts.push(format!("{}: not taken over: {why}", path.display())),
+            }
+        }
+        Ok((past, doubts))
+    }
+
+    /// The line of a variant of a scenario with this content that was made with these settings: first of all of one that
+    /// was called so.
+    pub fn of(&self, entry: &Entry, original: &ContentHash, settings: &Value) -> Option<Line> {
+        // As a file says it: digits that no file keeps make no difference.
+        let settings: Value = serde_json::from_str(&settings.to_string()).ok()?;
+        let same = self.papers.get(&original.to_string())?.iter();
+        let mut same = same.filter(|papers| papers.settings == settings);
+        let name = output::visible(&entry.name);
+        let named = same.clone().find(|p| p.line.figures.scenario == name);
+        let mut line = named.or_else(|| same.next())?.line.clone();
+        line.document["scenario"] = name.clone().into();
+        line.document["file"] = entry.display().into();
+        line.figures.scenario = name;
+        Some(line)
+    }
+}
+
+/// Reads papers, and holds them against the variant that they are of.
+fn read(path: &Path) -> Result<Said, String> {
+    let bytes = system::read_file(path, system::LARGEST).map_err(|e| system::words(&e))?;
+    let papers: Value =
+        serde_json::from_slice(&bytes).map_err(|e| format!("no papers of a variant: {e}"))?;
+    if says_report(&papers) {
+        return Ok(Said::Report);
+    }
+    let word = |value: &Value, what: &str| match value.as_str() {
+        Some(word) => Ok(word.to_owned()),
+        None => Err(format!("no papers of a variant: {what} is not in it")),
+    };
+    let original = word(&papers["original"]["sha256"], "original.sha256")?;
+    let id = word(&papers["benchmark_id"], "benchmark_id")?;
+    let made = &papers["made"];
+    if made.is_null() {
+        return Err("it does not say with which settings it was made".into());
+    }
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let beside = |key: &str| {
+        let name = word(&papers[key], key)?;
+        // A name is meant, not a way out of the folder.
+        match Path::new(&name).file_name() {
+            Some(file) if file == name.as_str() => Ok(folder.join(&name)),
+            _ => Err(format!("{key} is not the name of a file: {name}")),
+        }
+    };
+    let (scenario, ego) = (beside("variant")?, beside("ego")?);
+    let hash = word(&papers["sha256"], "sha256")?;
+    let named = |file: &Path, words: &str| format!("{}: {words}", file.display());
+    let variant = system::read_file(&scenario, system::LARGEST);
+    let variant = variant.map_err(|e| named(&scenario, &system::words(&e)))?;
+    if ContentHash::of(&variant).to_string() != hash {
+        return Err(named(&scenario, "it was changed after it was made"));
+    }
+    let there = ego
+        .metadata()
+        .map_err(|e| named(&ego, &system::words(&e)))?;
+    if !there.is_file() {
+        return Err(named(&ego, "it is no file"));
+    }
+    let mut line = made["line"].clone();
+    if !line.is_object() {
+        return Err("no papers of a variant: made.line is not in it".into());
+    }
+    line["rejected"] = papers["rejected"].clone();
+    line["taken_over"] = true.into();
+    document::place(&mut line, &id, &scenario, &ego);
+    let line = Line::of(line).map_err(|e| format!("no papers of a variant: made.line: {e}"))?;
+    if line.figures.outcome == Named::None {
+        return Err("no papers of a variant: nothing was made".into());
+    }
+    let stopped = line.figures.model.as_ref();
+    if let Some(why) = stopped.and_then(|model| model.stopped.as_ref()) {
+        return Err(format!(
+            "the model did not get to the end of its work: {why}"
+        ));
+    }
+    Ok(Said::Papers(Box::new(Papers {
+        original,
+        settings: made["settings"].clone(),
+        line,
+    })))
+}
+
+/// Whether the file at `path` is a report of an earlier run, which may be replaced.
+///
+/// # Errors
+/// It is not, or cannot be read: in words.
+pub fn is_report(path: &Path) -> Result<(), String> {
+    let named = |words: String| format!("{}: {words}", path.display());
+    let bytes = system::read_file(path, system::LARGEST);
+    let bytes = bytes.map_err(|e| named(system::words(&e)))?;
+    match serde_json::from_slice(&bytes) {
+        Ok(document) if says_report(&document) => Ok(()),
+        _ => Err(named(
+            "it exists, is no report of `nearmiss generate`, and was left as it is; name another file".into(),
+        )),
+    }
+}
+
+fn says_report(document: &Value) -> bool {
+    document["asked_for"].is_u64() && document["scenarios"].is_u64()
+}
+
+#[cfg(test)]
+#[path = "resume_tests.rs"]
+mod tests;

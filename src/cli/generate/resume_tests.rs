@@ -1,0 +1,118 @@
+//! Which papers are trusted, and for which scenario.
+#![allow(clippy::unwrap_used)]
+
+use serde_json::json;
+
+use super::*;
+
+const XML: &[u8] = b"<commonRoad/>";
+
+/// The settings of all papers here; the last digit of the number is one that a file may lose.
+fn settings() -> Value {
+    json!({"problem": 1, "survive": 0.5, "planning": {"margin": 0.1 + 0.2}})
+}
+
+fn line(scenario: &str) -> Value {
+    json!({
+        "variant": null, "ego": null, "attacker": 7, "outcome": "near_miss", "min_risk_before": 4, "min_risk_after": 1,
+        "avoidable": {"0.0": true, "0.5": false}, "candidates": 9, "rejected": null, "scenario": scenario,
+        "file": "elsewhere.xml", "id": null, "manoeuvre": "cut-in", "note": null, "safe_before": true, "drive": "goal",
+        "refused": {"jerk": 2}, "taken_over": false, "model": null, "seconds": 1.5,
+    })
+}
+
+fn papers(id: &str, scenario: &str) -> Value {
+    json!({
+        "variant": format!("{id}.xml"), "ego": format!("{id}.csv"), "benchmark_id": id,
+        "sha256": ContentHash::of(XML).to_string(), "original": {"sha256": ContentHash::of(b"original").to_string()},
+        "rejected": [{"reason": "jerk"}], "made": {"settings": settings(), "line": line(scenario)},
+    })
+}
+
+fn lay(folder: &Path, id: &str, papers: &Value) {
+    std::fs::write(folder.join(format!("{id}.xml")), XML).unwrap();
+    std::fs::write(folder.join(format!("{id}.csv")), "step").unwrap();
+    std::fs::write(folder.join(format!("{id}.json")), papers.to_string()).unwrap();
+}
+
+fn entry(name: &str) -> Entry {
+    Entry::of_file(Path::new(&format!("here/{name}.xml")))
+}
+
+#[test]
+fn a_variant_of_the_same_content_made_with_the_same_settings_is_taken_over() {
+    let folder = tempfile::tempdir().unwrap();
+    lay(folder.path(), "A_T-2", &papers("A_T-2", "other"));
+    lay(folder.path(), "A_T-3", &papers("A_T-3", "mine"));
+    let report = json!({"scenarios": 2, "asked_for": 2});
+    std::fs::write(folder.path().join("report.json"), report.to_string()).unwrap();
+    let (past, doubts) = Past::read(folder.path()).unwrap();
+    assert_eq!(doubts, Vec::<String>::new());
+    let original = ContentHash::of(b"original");
+    let of = |name: &str| past.of(&entry(name), &original, &settings()).unwrap();
+    let mine = of("mine");
+    assert_eq!(mine.figures.id.as_deref(), Some("A_T-3"));
+    assert!(mine.figures.taken_over && mine.document["taken_over"] == true);
+    assert_eq!(mine.document["rejected"], json!([{"reason": "jerk"}]));
+    assert_eq!(mine.document["file"], "here/mine.xml");
+    let variant = folder.path().join("A_T-3.xml");
+    assert_eq!(mine.document["variant"], variant.to_str().unwrap());
+    // The content counts, and the name only chooses among several.
+    let third = of("third");
+    assert_eq!(third.figures.id.as_deref(), Some("A_T-2"));
+    assert_eq!(third.document["scenario"], "third");
+    let changed = ContentHash::of(b"another original");
+    assert!(past.of(&entry("mine"), &changed, &settings()).is_none());
+    let mut others = settings();
+    others["survive"] = 1.0.into();
+    assert!(past.of(&entry("mine"), &original, &others).is_none());
+}
+
+#[test]
+fn what_cannot_be_trusted_is_named_with_the_reason() {
+    let of = |spoil: &dyn Fn(&Path, &mut Value)| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut said = papers("A", "a");
+        lay(folder.path(), "A", &said);
+        spoil(folder.path(), &mut said);
+        std::fs::write(folder.path().join("A.json"), said.to_string()).unwrap();
+        let (past, doubts) = Past::read(folder.path()).unwrap();
+        assert!(past.papers.is_empty());
+        let [doubt] = &doubts[..] else {
+            panic!("{doubts:?}")
+        };
+        assert!(doubt.contains("A.json: not taken over: "), "{doubt}");
+        doubt.clone()
+    };
+    let no_settings = of(&|_, said| said["made"] = Value::Null);
+    assert!(no_settings.contains("with which settings"));
+    let missing = of(&|folder, _| std::fs::remove_file(folder.join("A.xml")).unwrap());
+    assert!(missing.contains("A.xml: "), "{missing}");
+    let changed = of(&|folder, _| std::fs::write(folder.join("A.xml"), "<other/>").unwrap());
+    assert!(changed.contains("changed after it was made"));
+    let no_ego = of(&|folder, _| std::fs::remove_file(folder.join("A.csv")).unwrap());
+    assert!(no_ego.contains("A.csv: "), "{no_ego}");
+    let away = of(&|_, said| said["variant"] = "../A.xml".into());
+    assert!(away.contains("not the name of a file"));
+    let odd = of(&|_, said| said["made"]["line"]["outcome"] = "splendid".into());
+    assert!(odd.contains("no papers") && odd.contains("splendid"));
+    let stopped = of(&|_, said| {
+        said["made"]["line"]["model"] = json!({
+            "requests": 1, "input_tokens": 1, "output_tokens": 1, "cost_usd": 0.1, "unpriced": 0,
+            "stopped": "the budget is used up",
+        });
+    });
+    assert!(stopped.contains("the budget is used up"));
+}
+
+#[test]
+fn a_file_that_is_no_papers_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("half.json"), "{\"variant\": ").unwrap();
+    std::fs::write(folder.path().join("list.json"), "[1, 2]").unwrap();
+    std::fs::write(folder.path().join("notes.txt"), "nothing").unwrap();
+    let (_, doubts) = Past::read(folder.path()).unwrap();
+    assert_eq!(doubts.len(), 2, "{doubts:?}");
+    assert!(doubts.iter().all(|doubt| doubt.contains("no papers")));
+    assert!(is_report(&folder.path().join("half.json")).is_err());
+}

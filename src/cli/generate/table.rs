@@ -1,0 +1,137 @@
+//! The table of variants: a line a scenario, as soon as it is made.
+
+use super::line::Figures;
+use crate::cli::output;
+use crate::scenario::Entry;
+
+/// Longer names push the columns behind them.
+const WIDEST: usize = 48;
+
+/// How wide the first column is, and whether the header is written.
+#[derive(Debug)]
+pub struct Table {
+    width: usize,
+    begun: bool,
+}
+
+impl Table {
+    pub fn new(entries: &[Entry]) -> Self {
+        let names = entries
+            .iter()
+            .map(|e| output::visible(&e.name).chars().count());
+        Self {
+            width: names.max().unwrap_or(0).clamp("scenario".len(), WIDEST),
+            begun: false,
+        }
+    }
+
+    /// The line of a scenario, the first time with the header.
+    pub fn row(&mut self, figures: &Figures) -> String {
+        let mut text = String::new();
+        if !std::mem::replace(&mut self.begun, true) {
+            let cells = [
+                "outcome",
+                "drive",
+                "attacker",
+                "manoeuvre",
+                "risk",
+                "avoidable",
+                "s",
+                "written",
+            ];
+            text.push_str(&self.line("scenario", &cells));
+        }
+        let score = |score: Option<u8>| score.map_or("-".into(), |s| s.to_string());
+        let made = figures.attacker.is_some();
+        let risk = match made {
+            true => format!(
+                "{} → {}",
+                score(figures.min_risk_before),
+                score(figures.min_risk_after)
+            ),
+            false => "-".into(),
+        };
+        let avoidable = match figures.latest() {
+            Some(delay) => format!("{delay} s late"),
+            None if made => "not found".into(),
+            None => "-".into(),
+        };
+        let written = figures.id.as_deref().map(output::visible);
+        let taken_over = figures.taken_over.then(|| "taken over".into());
+        let said = [written, taken_over, figures.note.clone()];
+        let said: Vec<String> = said.into_iter().flatten().collect();
+        let cells = [
+            figures.outcome.name(),
+            figures.drive.as_deref().unwrap_or("-"),
+            &figures.attacker.map_or("-".into(), |id| id.to_string()),
+            figures.manoeuvre.as_deref().unwrap_or("-"),
+            &risk,
+            &avoidable,
+            &format!("{:.1}", figures.seconds),
+            &said.join("; "),
+        ];
+        text.push_str(&self.line(&figures.scenario, &cells));
+        text
+    }
+
+    fn line(&self, scenario: &str, cells: &[&str; 8]) -> String {
+        let [
+            outcome,
+            drive,
+            attacker,
+            manoeuvre,
+            risk,
+            avoidable,
+            seconds,
+            written,
+        ] = cells;
+        let width = self.width;
+        let line = format!(
+            "{scenario:<width$}  {outcome:<9}  {drive:<10}  {attacker:>8}  {manoeuvre:<13}  {risk:<7}  {avoidable:<10}  {seconds:>5}  {written}"
+        );
+        format!("{}\n", line.trim_end())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use serde_json::json;
+
+    use super::super::line::Line;
+    use super::*;
+
+    #[test]
+    fn a_row_says_how_the_drive_ended_and_what_is_to_be_noted() {
+        let mut document = json!({
+            "scenario": "a", "outcome": "near_miss", "attacker": 7, "manoeuvre": "cut-in", "min_risk_before": 1,
+            "min_risk_after": 0, "avoidable": {"0.0": true, "0.5": true, "1.0": false}, "candidates": 9,
+            "refused": {}, "id": "B_T-2", "note": "not safe as it is", "safe_before": false, "drive": "off_road",
+            "model": null, "taken_over": true, "seconds": 1.25,
+        });
+        let line = Line::of(document.clone()).unwrap();
+        let mut table = Table::new(&[]);
+        let text = table.row(&line.figures);
+        let rows: Vec<&str> = text.lines().collect();
+        assert!(rows[0].starts_with("scenario  outcome    drive"));
+        let cells: Vec<&str> = rows[1].split("  ").filter(|c| !c.is_empty()).collect();
+        let cells: Vec<&str> = cells.iter().map(|c| c.trim()).collect();
+        let wanted = [
+            "a",
+            "near_miss",
+            "off_road",
+            "7",
+            "cut-in",
+            "1 → 0",
+            "0.5 s late",
+            "1.2",
+            "B_T-2; taken over; not safe as it is",
+        ];
+        assert_eq!(cells, wanted);
+        // Columns lie under their names.
+        let drive = rows[0].find("drive").unwrap();
+        assert_eq!(rows[1].find("off_road"), Some(drive));
+        document["drive"] = 3.into();
+        assert!(Line::of(document).is_err());
+    }
+}
