@@ -45,7 +45,7 @@ pub use made::{Made, Workshop, WorkshopError};
 pub use refusal::{Reason, Refusal};
 pub use rehearsal::Rehearsal;
 pub use repair::{Admitted, FARTHEST, Repair, admit};
-pub use search::{Effort, Found, Progress, search_watched};
+pub use search::{Effort, Found, Progress, search_until, search_watched};
 pub use stage::Stage;
 pub use summed::{Summed, summed};
 pub use tracking::{Wanted, track};

@@ -101,6 +101,18 @@ pub fn search_watched(
     only: Option<i64>,
     watch: &mut dyn FnMut(Progress) -> bool,
 ) -> Found {
+    search_until(ground, effort, only, watch, &|| false)
+}
+
+/// The same, with a `stop` that is asked before every motion and every drive: once it says so, nothing more is begun.
+#[must_use]
+pub fn search_until(
+    ground: &Ground<'_>,
+    effort: &Effort,
+    only: Option<i64>,
+    watch: &mut dyn FnMut(Progress) -> bool,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Found {
     let ranked = attacker::rank(ground.stage);
     let chosen = { ranked.iter() }.filter(|c| only.is_none_or(|id| c.obstacle == id));
     let arms = chosen
@@ -108,6 +120,7 @@ pub fn search_watched(
         .flat_map(|c| Arm::all(ground.stage, c));
     let mut search = Search {
         ground,
+        stop,
         arms: arms.collect(),
         tried: Vec::new(),
         found: Found::default(),
@@ -144,6 +157,7 @@ impl Found {
 /// The search in one scenario.
 struct Search<'a> {
     ground: &'a Ground<'a>,
+    stop: &'a (dyn Fn() -> bool + Sync),
     arms: Vec<Arm>,
     tried: Vec<Tried>,
     found: Found,
@@ -169,7 +183,7 @@ impl Search<'_> {
             // What was not looked at may be one that nobody survives.
             let survived = self.attacks().filter(|a| a.survivable == Some(true));
             let best = survived.map(Attack::cost).fold(f64::INFINITY, f64::min);
-            let goes_on = watch(self.found.so_far(self.attacks()));
+            let goes_on = watch(self.found.so_far(self.attacks())) && !(self.stop)();
             if !goes_on || best <= BEST || best <= GOOD && 2 * round >= rounds {
                 break;
             }
@@ -205,6 +219,9 @@ impl Search<'_> {
     }
 
     fn make(&self, arm: &Arm, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
+        if (self.stop)() {
+            return Err(Refusal::answer("the search was stopped"));
+        }
         let kind = manoeuvre.kind.name();
         let attempt = || {
             let obstacle = self.ground.obstacle(arm.obstacle)?;
@@ -223,7 +240,9 @@ impl Search<'_> {
             .map(|(_, tried)| &mut tried.attack)
             .collect();
         chosen.into_par_iter().for_each(|attack| {
-            self.ground.drive(attack);
+            if !(self.stop)() {
+                self.ground.drive(attack);
+            }
         });
     }
 
@@ -235,6 +254,9 @@ impl Search<'_> {
             .collect();
         effective.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         for attack in effective.into_iter().take(LOOKED_AT) {
+            if (self.stop)() {
+                break;
+            }
             self.ground.survive(attack, delay);
             if attack.cost() <= BEST {
                 break;

@@ -4,7 +4,7 @@ use super::display::{Area, Picture, Provenance};
 use super::map::Map;
 use super::palette::Palette;
 use super::plot::Plot;
-use super::view::{Seen, Subject, View};
+use super::view::{Seen, Subject, Variation, View};
 use crate::metrics::{Context, MEASURES, Measure, Series, Thresholds};
 
 /// What is on a figure.
@@ -76,6 +76,7 @@ pub enum FigureError {
 /// A figure that can be drawn at any step.
 pub struct Figure<'a> {
     subject: Subject<'a>,
+    variation: Option<Variation<'a>>,
     look: Look,
     thresholds: &'a Thresholds,
     series: Option<Series>,
@@ -125,12 +126,24 @@ impl<'a> Figure<'a> {
         }
         Ok(Self {
             subject,
+            variation: None,
             look,
             thresholds,
             series,
             name,
             telling,
         })
+    }
+
+    /// The same with both motions of a variant's attacker, who is pointed out.
+    #[must_use]
+    pub fn with_variation(mut self, variation: Variation<'a>) -> Self {
+        let id = variation.changed.id;
+        if !self.look.obstacles.contains(&id) {
+            self.look.obstacles.insert(0, id);
+        }
+        self.variation = Some(variation);
+        self
     }
 
     /// The step that tells most: the first of the smallest distance; without an ego the first one.
@@ -182,6 +195,7 @@ impl<'a> Figure<'a> {
             let area = area.grown(-0.25);
             let map = Map {
                 subject: self.subject,
+                variation: self.variation,
                 step,
                 emphasised,
                 palette: &look.palette,
@@ -236,6 +250,11 @@ impl<'a> Figure<'a> {
         if !self.look.obstacles.is_empty() {
             let ids: Vec<String> = self.look.obstacles.iter().map(i64::to_string).collect();
             facts.push(("obstacles", ids.join(", ")));
+        }
+        if let Some(both) = self.variation {
+            let (id, from) = (both.changed.id, both.from);
+            let words = format!("obstacle {id} after step {from}, as recorded and as changed");
+            facts.push(("variant", words));
         }
         if self.look.what != What::Map {
             let ids: Vec<&str> = self.look.measures.iter().map(|m| m.id).collect();

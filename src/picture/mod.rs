@@ -29,4 +29,4 @@ pub use plot::Ticks;
 pub use raster::{MOST_PIXELS, RasterError, png};
 pub use screen::{Cell, Screen, ScreenPainter, ScreenWanted};
 pub use svg::svg;
-pub use view::{Seen, Subject};
+pub use view::{Seen, Subject, Variation};

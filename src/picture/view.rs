@@ -163,6 +163,19 @@ pub struct Subject<'a> {
     pub scene: Option<&'a Scene>,
 }
 
+/// The two motions of an obstacle that moves in another way in a variant of a scenario.
+#[derive(Debug, Clone, Copy)]
+pub struct Variation<'a> {
+    /// It, as it was recorded.
+    pub recorded: &'a Obstacle,
+    /// It, as it was changed.
+    pub changed: &'a Obstacle,
+    /// The last step before the two part.
+    pub from: i64,
+    /// Whether the changed one is the one that is in the picture.
+    pub shows_changed: bool,
+}
+
 impl<'a> Subject<'a> {
     /// A scenario with its ego.
     #[must_use]

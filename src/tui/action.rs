@@ -83,6 +83,8 @@ pub enum Action {
     SaveDrive,
     Generate,
     GenerateWith,
+    ModelAttacks,
+    ModelAttacksWith,
     SwitchVariant,
     VariantPanel,
     SaveVariant,

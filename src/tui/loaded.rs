@@ -1,5 +1,6 @@
 //! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
 
+mod authorship;
 mod cycle;
 mod drive_files;
 mod facts;
@@ -11,6 +12,7 @@ mod variant;
 
 use std::sync::Arc;
 
+pub use authorship::{Authorship, Writer, Writing};
 pub use cycle::CycleShown;
 pub use drive_files::{DriveFiles, DriveKey};
 pub use facts::{Facts, Tally, Verdicts, country_of};
@@ -18,7 +20,7 @@ pub use picture::{PictureJob, PictureKind};
 pub use planned::Planned;
 pub use scene::{NONE_BESIDE, changed_scene};
 pub use source::Source;
-pub use variant::{Generated, Made, VariantShown, Wish, Working};
+pub use variant::{Generated, How, Made, VariantShown, Wish, Working};
 
 use crate::judge::{Judgement, judge_under};
 use crate::metrics::{

@@ -4,7 +4,7 @@ mod batch;
 pub mod drives;
 pub mod history;
 pub mod making;
-mod pictures;
+pub mod pictures;
 pub mod planning;
 mod queue;
 pub mod results;
@@ -59,7 +59,7 @@ pub struct Tasks {
     /// Reads for the history, while that is open.
     history: Option<history::Reader>,
     /// Tells the reading of results that is under way to end.
-    results: std::sync::Arc<std::sync::atomic::AtomicBool>,
+    results: Arc<std::sync::atomic::AtomicBool>,
     batches: batch::Batches,
     /// Requests of batches at once, to one provider.
     concurrency: std::num::NonZeroU32,
@@ -122,7 +122,7 @@ impl Tasks {
             driving: planning::Driving::new(config),
             ending: Vec::new(),
             history: None,
-            results: std::sync::Arc::default(),
+            results: Arc::default(),
             batches: batch::Batches::default(),
             concurrency: config.concurrency,
             budget: config.budget.map(Budget::new),

@@ -141,3 +141,43 @@ fn several_pictures_make_the_folder_that_is_named() {
     let ended = ended.says(&["f.jpg", ".png"]);
     assert!(!ended.stderr.contains("folder"), "{}", ended.stderr);
 }
+
+#[test]
+fn a_variant_is_drawn_with_the_motion_before_the_change() {
+    let home = Home::new();
+    let name = "ZAM_RedLight-1_1_T-1";
+    let all = nearmiss::scenario::bundled();
+    let entry = all.iter().find(|entry| entry.name == name).unwrap();
+    let original = entry.read().unwrap();
+    let attacker = original.obstacles[0].id;
+    let text = std::fs::read(format!("scenarios/{name}.xml")).unwrap();
+    let file = home.write("variant.xml", text);
+    let papers = |sha256: &str, id: &str| {
+        let papers = serde_json::json!({
+            "variant": "variant.xml",
+            "attacker": attacker,
+            "change": { "from_step": 0 },
+            "original": { "benchmark_id": id, "sha256": sha256 },
+        });
+        home.write("variant.json", papers.to_string());
+    };
+    let render = || {
+        let to = home.files().join("variant.svg");
+        let (file, to) = (file.to_str().unwrap(), to.to_str().unwrap());
+        let arguments = ["render", file, "--at", "20", "--overwrite", "-o", to];
+        home.run(&arguments).status(0)
+    };
+    let recorded = format!("{attacker} recorded");
+    let hash = original.hash.to_string();
+    papers(&hash, name);
+    render();
+    let svg = String::from_utf8(bytes(&home, "variant.svg")).unwrap();
+    assert!(svg.contains(&recorded), "{svg}");
+    // Another file of this name is not the original, and an id leads nowhere else.
+    for (sha256, id) in [("0000", name), (&hash, "../../nowhere")] {
+        papers(sha256, id);
+        render().says(&["drawn without the motion before the change", id, sha256]);
+        let svg = String::from_utf8(bytes(&home, "variant.svg")).unwrap();
+        assert!(!svg.contains(&recorded), "{svg}");
+    }
+}

@@ -22,6 +22,7 @@ use super::open::{configuration, found};
 use super::plan::How;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
+use crate::evaluation::generating::{RETRIES, SAMPLES};
 use crate::generation::Effort;
 use crate::scenario::commonroad::NewFile;
 use job::Job;
@@ -49,10 +50,10 @@ pub struct GenerateArguments {
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
     /// Motions that a model is asked for, each in a conversation of its own.
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = clap::value_parser!(u32).range(1..=1000))]
     samples: u32,
     /// How often, at most, a refused motion goes back to the model with what the gate says.
-    #[arg(long, value_name = "K", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=100))]
+    #[arg(long, value_name = "K", default_value_t = RETRIES, value_parser = clap::value_parser!(u32).range(0..=100))]
     retries: u32,
     /// Generate nothing where the model's choice of the attacker cannot be taken, instead of taking the nearest.
     #[arg(long)]

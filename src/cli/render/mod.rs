@@ -1,12 +1,14 @@
 //! `nearmiss render`: figures of scenes, plots and the workbench, for papers.
 
 mod arguments;
+mod original;
 mod target;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use arguments::Render;
 use arguments::Shown;
+use original::Original;
 use target::Target;
 
 use super::in_order::in_order;
@@ -122,13 +124,29 @@ impl Job<'_> {
         };
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
-        let figure =
+        let original = match self.arguments.what {
+            Shown::Plot => None,
+            _ => Original::of(entry).unwrap_or_else(|why| {
+                let file = entry.display();
+                output::say(&format!(
+                    "nearmiss: {file}: drawn without the motion before the change: {why}"
+                ));
+                None
+            }),
+        };
+        let mut figure =
             Figure::new(subject, &entry.name, look, &self.thresholds).map_err(|e| match e {
                 FigureError::NoEgo => named(&format!(
                     "{e}; --ego ID|FILE chooses one, --what map draws without, `nearmiss plan -o` makes one"
                 )),
                 e => named(&e),
             })?;
+        let both = original
+            .as_ref()
+            .and_then(|o| o.variation(subject.scenario));
+        if let Some(both) = both {
+            figure = figure.with_variation(both);
+        }
         let steps = self.steps(entry, figure.steps(), figure.telling_step())?;
         self.write(entry, &steps, subject.scenario.dt(), |step| {
             Ok(figure.at(step))

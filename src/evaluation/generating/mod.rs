@@ -28,7 +28,7 @@ use crate::generation::{Ground, Refusal};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Scene, Window};
-use crate::store::Store;
+use crate::store::{Consumed, Store};
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -106,11 +106,26 @@ pub enum Progress {
         /// What happens.
         event: Event,
     },
+    /// An answer is complete, whatever it says.
+    Answered {
+        /// Which conversation; nothing for the choice.
+        sample: Option<u32>,
+        /// What it consumed.
+        consumed: Consumed,
+        /// Whether it was in the store before, so that nothing was sent for it.
+        stored: bool,
+    },
     /// An answer became an attack that passes the gate.
     Made(Source),
     /// An answer was refused.
     Refused(Box<Declined>),
 }
+
+/// Motions that are asked for where nobody says how many.
+pub const SAMPLES: u32 = 5;
+
+/// How often a refused motion goes back where nobody says it.
+pub const RETRIES: u32 = 2;
 
 /// Who hears of it.
 pub type Listener<'a> = &'a (dyn Fn(Progress) + Sync);
@@ -221,12 +236,18 @@ impl Desk<'_> {
             batch: self.author.batch.clone(),
         };
         let store = self.author.store.clone();
-        case::run(question, &self.author.judge, store, &wanted, |event| {
+        let asked = case::run(question, &self.author.judge, store, &wanted, |event| {
             if let Event::Barred(_) = event {
                 self.barred.store(true, Ordering::Relaxed);
             }
             (self.listener)(Progress::Heard { sample, event });
-        })
-        .await
+        });
+        let answer = asked.await?;
+        (self.listener)(Progress::Answered {
+            sample,
+            consumed: answer.consumed,
+            stored: answer.past.is_some(),
+        });
+        Ok(answer)
     }
 }

@@ -75,7 +75,21 @@ impl Authored {
     /// Drives the ego against every attack, looks whether a good driver survives those that have an effect with a reaction
     /// time of `delay` seconds, and puts the best one first.
     pub fn drive(&mut self, ground: &Ground<'_>, delay: f64) {
-        for one in &mut self.attacks {
+        self.drive_watched(ground, delay, &mut |_| true);
+    }
+
+    /// The same; before each attack `watch` hears how many were driven against, and says whether to go on. False where
+    /// it said no: the attacks stay in their order then.
+    pub fn drive_watched(
+        &mut self,
+        ground: &Ground<'_>,
+        delay: f64,
+        watch: &mut dyn FnMut(usize) -> bool,
+    ) -> bool {
+        for (driven, one) in self.attacks.iter_mut().enumerate() {
+            if !watch(driven) {
+                return false;
+            }
             let attack = &mut one.admitted.attack;
             ground.drive(attack);
             if attack.has_effect() {
@@ -84,12 +98,19 @@ impl Authored {
         }
         let cost = |one: &AuthoredAttack| one.admitted.attack.cost();
         self.attacks.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        true
     }
 
     /// Drives, and takes the most dangerous attack that a good driver survives: what a search gives, too. Of each refused
     /// answer it has the first reason; [`Authored::refusals`] are all.
     pub fn made(&mut self, ground: &Ground<'_>, delay: f64) -> Made {
         self.drive(ground, delay);
+        self.taken(ground, delay)
+    }
+
+    /// The same of attacks that were driven against already.
+    #[must_use]
+    pub fn taken(&self, ground: &Ground<'_>, delay: f64) -> Made {
         let all = self.attacks.iter();
         let attacks: Vec<Attack> = all.map(|a| a.admitted.attack.clone()).collect();
         let chosen = choose(ground.closed_loop, &attacks, delay);

@@ -47,7 +47,8 @@ fn way(map: &Map<'_>, picture: &mut Picture, track: &Track, color: Color, dt: f6
     }
 }
 
-fn spots(map: &Map<'_>, track: &Track, steps: std::ops::Range<i64>) -> Vec<Spot> {
+/// Where a track is on the page at some steps.
+pub fn spots(map: &Map<'_>, track: &Track, steps: std::ops::Range<i64>) -> Vec<Spot> {
     let there = track.steps();
     let steps = steps.start.max(there.start)..steps.end.min(there.end);
     let motions = steps.filter_map(|step| track.at(step));

@@ -87,6 +87,14 @@ fn wanted(map: &Map<'_>) -> Vec<Label> {
         .iter()
         .filter(|(place, ..)| *place < usize::MAX)
         .count();
+    if let Some((words, color, body)) = super::variation::name(map) {
+        labels.push(Label {
+            words,
+            color,
+            bold: false,
+            body,
+        });
+    }
     let named = others.into_iter().map(|(.., label)| label);
     labels.extend(named.take(pointed_out + MOST));
     labels

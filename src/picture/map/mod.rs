@@ -7,15 +7,18 @@ mod labels;
 mod posts;
 mod regions;
 mod road;
+mod variation;
 
 use super::display::{Area, Picture, Stroke};
 use super::palette::Palette;
-use super::view::{Subject, View};
+use super::view::{Subject, Variation, View};
 
 /// What a map shows.
 pub struct Map<'a> {
     /// What is drawn.
     pub subject: Subject<'a>,
+    /// Both motions of a variant's attacker, where they are known.
+    pub variation: Option<Variation<'a>>,
     /// The time step.
     pub step: i64,
     /// Obstacles that are pointed out.
@@ -39,6 +42,12 @@ impl Map<'_> {
             p.group("signs", None, |p| posts::draw(self, p));
             p.group("regions", None, |p| regions::draw(self, p));
             p.group("trails", None, |p| bodies::trails(self, p));
+            if self.variation.is_some() {
+                p.group("variation", None, |p| {
+                    variation::ways(self, p);
+                    variation::body(self, p);
+                });
+            }
             p.group("obstacles", None, |p| bodies::obstacles(self, p));
             p.group("ego", None, |p| bodies::ego(self, p));
         });

@@ -85,6 +85,8 @@ table! {
     SaveDrive, Global, "save-drive", [], 0, "save drive", "Write the planned ego, as an ego trajectory (CSV) and as a CommonRoad solution, into the folder that pictures go to.";
     Generate, Global, "generate", ["!"], 0, "make dangerous", "Make the scenario dangerous: search for another motion of some obstacle that endangers the planned ego, and that a good driver survives; again, with the next seed.";
     GenerateWith, Global, "generate-with", ["@"], 0, "let it attack", "The same, with the picked obstacle as the attacker.";
+    ModelAttacks, Global, "generate-with-model", ["&"], 0, "let a model attack", "Make the scenario dangerous with the chosen model: it chooses the attacker and writes its motion, and is told what the gate refuses; again, it is asked anew.";
+    ModelAttacksWith, Global, "generate-with-model-by", [], 0, "model writes", "The same, with the picked obstacle as the attacker: the model only writes its motion.";
     SwitchVariant, Global, "switch-variant", ["shift-u"], 0, "original or variant", "Switch between the variant that was made and its original.";
     VariantPanel, Global, "variant", ["shift-k"], 0, "the variant", "What the variant is: attacker, outcome, risk before and after, whether it is avoidable, what was refused, and the difference at this step.";
     SaveVariant, Global, "save-variant", [], 0, "save variant", "Write the variant as CommonRoad XML with the ego's drive, its solution and all proofs, into the folder that pictures go to.";

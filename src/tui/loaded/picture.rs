@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::VariantShown;
 use crate::metrics::Thresholds;
-use crate::picture::{Format, Look, Screen};
+use crate::picture::{Format, Look, Screen, Variation};
 use crate::scenario::{Scenario, Scene};
 
 /// What a picture shows.
@@ -49,6 +50,8 @@ pub struct PictureJob {
     pub scenario: Arc<Scenario>,
     /// The scenario with its ego.
     pub scene: Option<Arc<Scene>>,
+    /// The variant that is open, or whose original is.
+    pub variant: Option<VariantShown>,
     /// The current step.
     pub step: i64,
     /// How it looks.
@@ -59,6 +62,20 @@ pub struct PictureJob {
     pub folder: Option<PathBuf>,
     /// The screen, when it is painted; or why it could not be.
     pub screen: Result<Option<Screen>, String>,
+}
+
+impl VariantShown {
+    /// Both motions of its attacker.
+    #[must_use]
+    pub fn variation(&self) -> Option<Variation<'_>> {
+        let (made, id) = (&self.made, self.made.effect.attacker);
+        Some(Variation {
+            recorded: made.closed.scenario().obstacle(id)?,
+            changed: made.effect.scenario.obstacle(id)?,
+            from: made.effect.from,
+            shows_changed: self.changed,
+        })
+    }
 }
 
 impl PictureJob {

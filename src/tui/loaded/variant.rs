@@ -3,17 +3,19 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::authorship::{Authorship, Writer, Writing};
 use super::planned::driven;
 use super::{Opened, Planned};
+use crate::generation::attacker::{self, Candidate};
 use crate::generation::{
     Attack, Avoidability, Change, Chosen, ClosedLoop, Effect, Effort, Found, Gate, Ground, Passed,
-    Progress, Refusal, Stage, Variant, choose, search_watched,
+    Progress, Refusal, Stage, Variant, choose, search_until,
 };
 use crate::metrics::Thresholds;
 use crate::planner::Forecast;
 use crate::scenario::commonroad;
-use crate::scenario::{ContentHash, Ego, Entry, PlanningProblem, Scene, Transform, WantedEgo};
-use crate::simulation::Settings;
+use crate::scenario::{ContentHash, Entry, PlanningProblem, Scene, Transform, WantedEgo};
+use crate::simulation::{Outcome, Settings};
 use crate::verdict::Motion;
 
 /// What is to be made.
@@ -27,8 +29,10 @@ pub struct Wish {
     pub forecast: Forecast,
     /// The one obstacle that may attack; anybody where none is named.
     pub only: Option<i64>,
-    /// Of the random numbers.
+    /// Of the random numbers of a search.
     pub seed: u64,
+    /// The model that thinks of the attack, in place of a search.
+    pub writer: Option<Box<Writer>>,
     /// Where it would be saved, which decides its name; the current folder if none.
     pub folder: Option<PathBuf>,
 }
@@ -40,6 +44,10 @@ pub enum Working {
     Driving(usize, usize),
     /// Attacks are searched for: how far that is, and how many motions there are to try.
     Searching(Progress, usize),
+    /// A model chooses the attacker and writes motions.
+    Writing(Writing),
+    /// The ego is driven against motions that a model wrote: so many are done, of so many.
+    Trying(usize, usize),
     /// Ways out of the best attacks are searched for.
     Proving,
     /// The ego is planned in the variant: so many steps, of so many at most.
@@ -67,8 +75,12 @@ pub struct Made {
     pub progress: Progress,
     /// The one obstacle that was allowed to attack.
     pub only: Option<i64>,
+    /// Who could attack, by the reference, the least change first.
+    pub ranked: Vec<Candidate>,
     /// Who thought of it.
     pub by: String,
+    /// What the model chose and wrote, where one did.
+    pub authorship: Option<Arc<Authorship>>,
 }
 
 /// A variant that is shown, or the original beside it.
@@ -92,7 +104,30 @@ pub enum Generated {
     },
     /// Nothing dangerous: in words.
     Nothing(String),
+    /// A model made nothing dangerous: in words, and what it wrote.
+    Unwritten(String, Arc<Authorship>),
 }
+
+/// What came of thinking: everything that was tried, and the best of it.
+pub(super) struct Thought {
+    pub found: Found,
+    pub chosen: Option<Chosen>,
+    /// What a model wrote.
+    pub authorship: Option<Authorship>,
+}
+
+/// How a search goes on.
+pub struct How<'a> {
+    /// How the ego is planned.
+    pub settings: &'a Settings,
+    /// How much is tried.
+    pub effort: &'a Effort,
+    /// Whether it shall end, asked more often than it tells how far it is.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// Who hears what is being done, and says whether to go on.
+type Watch<'a> = &'a mut dyn FnMut(Working) -> bool;
 
 impl Made {
     /// The variant as it is exported.
@@ -166,8 +201,27 @@ impl Opened {
         wish: &Wish,
         wanted: &WantedEgo,
         thresholds: &Thresholds,
-        (settings, effort): (&Settings, &Effort),
+        how: &How<'_>,
         watch: &mut dyn FnMut(Working) -> bool,
+    ) -> Result<Option<Generated>, String> {
+        let effort = Effort {
+            seed: wish.seed,
+            ..*how.effort
+        };
+        let mut think = |ground: &Ground<'_>, _: &Arc<Scene>, watch: Watch<'_>| {
+            searched(ground, (&effort, wish.only), how.stop, watch)
+        };
+        Self::thought_of(wish, wanted, thresholds, how.settings, &mut think, watch)
+    }
+
+    /// The same, whoever thinks of the attack.
+    pub(super) fn thought_of(
+        wish: &Wish,
+        wanted: &WantedEgo,
+        thresholds: &Thresholds,
+        settings: &Settings,
+        think: Think<'_>,
+        watch: Watch<'_>,
     ) -> Result<Option<Generated>, String> {
         let mut drives = |done, of| watch(Working::Driving(done, of));
         let how = (wish.change, settings);
@@ -178,28 +232,48 @@ impl Opened {
         let (Some(scene), Some(planned)) = (&original.scene, &original.planned) else {
             return Err("the ego was not planned".into());
         };
+        if let Outcome::Collision(collision) = planned.outcome {
+            return Err(format!(
+                "the scenario is not safe as it is: the planned ego touches {collision}"
+            ));
+        }
         let scenario = original.scenario.clone();
         let mut problems = scenario.planning_problems.iter();
         let problem = problems.find(|problem| problem.id == planned.problem);
         let problem = problem.ok_or("the planning problem is gone")?;
-        if !watch(Working::Searching(Progress::default(), effort.candidates)) {
-            return Ok(None);
-        }
         let closed = ClosedLoop::new(scenario.clone(), problem, settings);
         let closed = closed.map_err(|error| error.to_string())?;
-        let effort = Effort {
-            seed: wish.seed,
-            ..*effort
+        let (ranked, thought, passed) = {
+            let stage = Stage::new(&scenario, &scene.ego.footprint, &scene.ego.track)
+                .ok_or("the planned ego never moves: there is no way that anybody could cut off")?;
+            let gate = Gate::new(&scenario).with_ego(&scene.ego);
+            let ground = Ground {
+                stage: &stage,
+                gate: &gate,
+                closed_loop: &closed,
+            };
+            let Some(thought) = think(&ground, scene, watch)? else {
+                return Ok(None);
+            };
+            let chosen = thought.chosen.as_ref();
+            let passed = chosen.map(|c| gate.passes(&c.attack.change, None));
+            let passed = passed.transpose().map_err(|refusal| refusal.to_string())?;
+            (attacker::rank(&stage), thought, passed)
         };
-        let tried = attack(&closed, &scene.ego, (&effort, wish.only), watch)?;
-        let Some((found, chosen, passed)) = tried else {
-            return Ok(None);
+        let effective = |c: &Chosen| c.attack.has_effect();
+        let (Some(chosen), Some(passed)) = (thought.chosen.filter(effective), passed) else {
+            return Ok(Some(match thought.authorship {
+                Some(wrote) => Generated::Unwritten(wrote.nothing(), Arc::new(wrote)),
+                None => Generated::Nothing(nothing(&thought.found, wish)),
+            }));
         };
-        let (Some(chosen), Some(passed)) = (chosen.filter(|c| c.attack.has_effect()), passed)
-        else {
-            return Ok(Some(Generated::Nothing(nothing(&found, wish))));
-        };
-        let made = made(wish, closed, &found, (chosen, passed))?;
+        let mut made = made(wish, closed, &thought.found, (chosen, passed))?;
+        made.ranked = ranked;
+        if let Some(wrote) = thought.authorship {
+            made.by.clone_from(&wrote.model);
+            made.refused = wrote.authored.refusals();
+            made.authorship = Some(Arc::new(wrote));
+        }
         let Some(cycles) = cycles(&made, problem, settings, watch)? else {
             return Ok(None);
         };
@@ -211,29 +285,26 @@ impl Opened {
     }
 }
 
-/// A search, its best attack, and what the gate says of that.
-type Tried = (Found, Option<Chosen>, Option<Passed>);
+/// Thinks of attacks, on the ego's drive in a scene; nothing where somebody said no.
+pub(super) type Think<'a> =
+    &'a mut dyn FnMut(&Ground<'_>, &Arc<Scene>, Watch<'_>) -> Result<Option<Thought>, String>;
 
-fn attack(
-    closed: &ClosedLoop,
-    ego: &Ego,
+fn searched(
+    ground: &Ground<'_>,
     (effort, only): (&Effort, Option<i64>),
-    watch: &mut dyn FnMut(Working) -> bool,
-) -> Result<Option<Tried>, String> {
-    let scenario = closed.scenario();
-    let stage = Stage::new(scenario, &ego.footprint, &ego.track)
-        .ok_or("the planned ego never moves: there is no way that anybody could cut off")?;
-    let gate = Gate::new(scenario).with_ego(ego);
-    let ground = Ground {
-        stage: &stage,
-        gate: &gate,
-        closed_loop: closed,
-    };
+    stop: &(dyn Fn() -> bool + Sync),
+    watch: Watch<'_>,
+) -> Result<Option<Thought>, String> {
+    let of = effort.candidates;
+    if !watch(Working::Searching(Progress::default(), of)) {
+        return Ok(None);
+    }
     let mut goes_on = true;
-    let found = search_watched(&ground, effort, only, &mut |progress| {
-        goes_on = watch(Working::Searching(progress, effort.candidates));
+    let mut round = |progress| {
+        goes_on = watch(Working::Searching(progress, of));
         goes_on
-    });
+    };
+    let found = search_until(ground, effort, only, &mut round, stop);
     if !goes_on || !watch(Working::Proving) {
         return Ok(None);
     }
@@ -245,10 +316,12 @@ fn attack(
             None => "nobody moves who could come near to the ego".into(),
         });
     }
-    let chosen = choose(closed, &found.attacks, effort.delay);
-    let passed = chosen.as_ref().map(|c| gate.passes(&c.attack.change, None));
-    let passed = passed.transpose().map_err(|refusal| refusal.to_string())?;
-    Ok(Some((found, chosen, passed)))
+    let chosen = choose(ground.closed_loop, &found.attacks, effort.delay);
+    Ok(Some(Thought {
+        found,
+        chosen,
+        authorship: None,
+    }))
 }
 
 fn made(
@@ -273,7 +346,9 @@ fn made(
         refused: found.refused.clone(),
         progress: found.progress(),
         only: wish.only,
+        ranked: Vec::new(),
         by: format!("search, seed {}", wish.seed),
+        authorship: None,
     })
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::evaluation::generating::Progress;
 use crate::tui::loaded::{Generated, Made, Wish, Working};
 
 /// Numbers the searches; a message of an old one is dropped.
@@ -14,7 +15,7 @@ pub struct MakeId(pub u64);
 pub enum MakeAsk {
     /// Make a scenario dangerous.
     Begin(MakeId, Box<Wish>),
-    /// Stop that; nothing more is heard of it.
+    /// Stop that; all that is heard of it then is that it has ended.
     Stop(MakeId),
     /// Write a variant into a folder; the current one if none is named.
     Save(Arc<Made>, Option<PathBuf>),
@@ -25,6 +26,10 @@ pub enum MakeAsk {
 pub enum MakeNews {
     /// What is being done.
     Working(MakeId, Working),
+    /// What happens while a model writes.
+    Heard(MakeId, Progress),
+    /// It was stopped, and has ended.
+    Stopped(MakeId),
     /// It has ended: what was found, or why nothing could be tried.
     Ended(MakeId, Result<Generated, String>),
     /// A variant was written: the files, or why not.
@@ -32,11 +37,13 @@ pub enum MakeNews {
 }
 
 impl MakeNews {
-    /// The search that is under way or has just ended.
+    /// The search that it is about.
     #[must_use]
     pub fn id(&self) -> Option<MakeId> {
         match self {
-            Self::Working(id, _) | Self::Ended(id, _) => Some(*id),
+            Self::Working(id, _) | Self::Heard(id, _) | Self::Stopped(id) | Self::Ended(id, _) => {
+                Some(*id)
+            }
             Self::Saved(..) => None,
         }
     }

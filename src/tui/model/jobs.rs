@@ -37,6 +37,8 @@ pub struct Job {
     pub parts: Vec<bool>,
     /// The name that the store knows a batch by.
     pub batch: Option<String>,
+    /// Whether models are asked.
+    asks: bool,
     /// Why the first part that failed did.
     pub why: Option<String>,
 }
@@ -93,6 +95,7 @@ impl Job {
             tally: (0, 0, 0),
             parts: Vec::new(),
             batch: None,
+            asks: matches!(kind, JobKind::Question(_) | JobKind::Batch(_)),
             why: None,
         }
     }
@@ -106,7 +109,14 @@ impl Job {
     /// Whether models are asked.
     #[must_use]
     pub fn asks(&self) -> bool {
-        matches!(self.kind, JobKind::Question(_) | JobKind::Batch(_))
+        self.asks
+    }
+
+    /// The same, where models are asked.
+    #[must_use]
+    pub fn asking(mut self) -> Self {
+        self.asks = true;
+        self
     }
 
     /// How long it ran, or has been running.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Model;
 use crate::generation::Consequence;
 use crate::scenario::{ContentHash, Transform};
-use crate::tui::loaded::{Made, Opened, VariantShown, Working};
+use crate::tui::loaded::{Authorship, Made, Opened, VariantShown, Working, Writing};
 use crate::tui::message::making::MakeId;
 
 /// Variants that are kept; beyond, the oldest go.
@@ -18,12 +18,21 @@ pub struct Maker {
     pub under_way: Option<Search>,
     /// Variants that were made since the start, the oldest first; one of a scenario and change.
     kept: Vec<KeptVariant>,
+    /// Searches that shall end and have not yet.
+    pub stopping: Vec<MakeId>,
+    /// What models wrote that came to nothing, the newest last; one of a scenario and change.
+    unwritten: Vec<Unwritten>,
+    /// Models that have had their say about a scenario, with the one obstacle that was allowed to attack.
+    heard_out: Vec<(ContentHash, Option<i64>, String)>,
     /// The last seed for each scenario and for the one obstacle that was allowed to attack.
     seeds: Vec<(ContentHash, Option<i64>, u64)>,
 }
 
+/// What a model wrote that came to nothing, and of which scenario.
+type Unwritten = (ContentHash, Option<Transform>, Arc<Authorship>);
+
 /// A search that is under way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Search {
     /// Its number.
     pub id: MakeId,
@@ -31,6 +40,8 @@ pub struct Search {
     pub place: usize,
     /// What it is at; nothing until it has begun.
     pub at: Option<Working>,
+    /// Why a model has not answered yet, where something is waited for.
+    pub waits: Option<String>,
 }
 
 /// A variant that is kept, with its original.
@@ -99,9 +110,42 @@ impl Maker {
         }
     }
 
+    /// What a model wrote of a scenario came to nothing.
+    pub fn keep_unwritten(&mut self, of: (ContentHash, Option<Transform>), wrote: Arc<Authorship>) {
+        self.unwritten
+            .retain(|(hash, change, _)| (*hash, *change) != of);
+        self.unwritten.push((of.0, of.1, wrote));
+        if self.unwritten.len() > MOST {
+            self.unwritten.remove(0);
+        }
+    }
+
+    /// What a model wrote of a scenario, where that came to nothing.
+    #[must_use]
+    pub fn unwritten(&self, of: (ContentHash, Option<Transform>)) -> Option<&Arc<Authorship>> {
+        let mut all = self.unwritten.iter();
+        all.find(|(hash, change, _)| (*hash, *change) == of)
+            .map(|(_, _, wrote)| wrote)
+    }
+
+    /// Whether a model has had its say about this: the same would come from the store.
+    #[must_use]
+    pub fn was_heard(&self, hash: ContentHash, only: Option<i64>, model: &str) -> bool {
+        let mut all = self.heard_out.iter();
+        all.any(|(of, who, said)| (*of, *who) == (hash, only) && said == model)
+    }
+
+    /// A model has had its say.
+    pub fn heard_out(&mut self, hash: ContentHash, only: Option<i64>, model: &str) {
+        if !self.was_heard(hash, only, model) {
+            self.heard_out.push((hash, only, model.into()));
+        }
+    }
+
     /// Forgets all variants: what was measured on them holds no longer.
     pub fn forget(&mut self) {
         self.kept.clear();
+        self.unwritten.clear();
     }
 }
 
@@ -119,6 +163,8 @@ pub fn working_words(at: Option<Working>, whole: bool) -> String {
         Some(Working::Driving(_, 0) | Working::Showing(_, 0)) => "generating: the ego".into(),
         Some(Working::Driving(done, of)) => format!("generating: ego {done}/{of}"),
         Some(Working::Showing(done, of)) => format!("generating: variant {done}/{of}"),
+        Some(Working::Writing(at)) => writing_words(&at, whole),
+        Some(Working::Trying(done, of)) => format!("generating: motion {}/{of} driven", done + 1),
         Some(Working::Proving) => "generating: ways out".into(),
         Some(Working::Searching(progress, of)) if !whole => {
             format!("generating {}/{of}", progress.tried)
@@ -133,6 +179,21 @@ pub fn working_words(at: Option<Working>, whole: bool) -> String {
     }
 }
 
+/// How far a model is, in words.
+fn writing_words(at: &Writing, whole: bool) -> String {
+    if at.begun == 0 {
+        return "model: attacker".into();
+    }
+    let mut words = format!("model: answer {}/{}", at.begun, at.of);
+    if whole {
+        if at.retry > 0 {
+            words.push_str(&format!(", try {}", at.retry + 1));
+        }
+        words.push_str(&format!(", {} passed, {} refused", at.passed, at.refused));
+    }
+    words
+}
+
 /// What a change leads to, in words.
 #[must_use]
 pub fn consequence_words(consequence: &Consequence) -> &'static str {
@@ -144,6 +205,23 @@ pub fn consequence_words(consequence: &Consequence) -> &'static str {
 }
 
 impl Model {
+    /// What a model wrote of what is open, where that came to nothing.
+    #[must_use]
+    pub fn unwritten(&self) -> Option<&Arc<Authorship>> {
+        self.maker.unwritten(self.made_of()?)
+    }
+
+    /// What variants of the open scenario are kept under: those of its original.
+    #[must_use]
+    pub fn made_of(&self) -> Option<(ContentHash, Option<Transform>)> {
+        let opened = self.opened.as_deref()?;
+        let hash = match &opened.variant {
+            Some(shown) => shown.made.original(),
+            None => opened.scenario.hash,
+        };
+        Some((hash, opened.change))
+    }
+
     /// The variant that is shown, or beside whose original stands what is shown.
     #[must_use]
     pub fn variant(&self) -> Option<&VariantShown> {

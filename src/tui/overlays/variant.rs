@@ -1,5 +1,7 @@
 //! What the variant is and leads to, and where it differs at the cursor, at the right, so that the map stays in sight.
 
+mod authorship;
+
 use std::collections::BTreeMap;
 
 use ratatui::Frame;
@@ -19,9 +21,12 @@ use crate::verdict::{Manoeuvre, Motion};
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
     let width = width(screen);
-    let text = match model.variant() {
-        Some(shown) => text(model, shown, usize::from(width).max(2) - 2),
-        None => {
+    let columns = usize::from(width).max(2) - 2;
+    let unwritten = model.unwritten().filter(|_| model.variant().is_none());
+    let text = match (model.variant(), unwritten) {
+        (Some(shown), _) => text(model, shown, columns),
+        (None, Some(wrote)) => authorship::alone(model, wrote, columns),
+        (None, None) => {
             let key = model.look.key(Action::Generate);
             let words = format!("no variant is shown: {key} makes the scenario dangerous");
             Text::styled(words, Style::new().fg(model.theme.dim))
@@ -35,7 +40,11 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
         width,
         height: height.min(lines.saturating_add(2).max(6)),
     };
-    let inner = super::window_at(frame, area, model, "the variant");
+    let title = match unwritten {
+        Some(_) => "what the model wrote",
+        None => "the variant",
+    };
+    let inner = super::window_at(frame, area, model, title);
     super::text_in(frame, inner, text, scroll);
 }
 
@@ -46,7 +55,10 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
     difference(&mut lines, model, made);
     attack(&mut lines, model, shown);
     avoidable(&mut lines, model, made);
-    refused(&mut lines, made);
+    match &made.authorship {
+        Some(wrote) => authorship::written(&mut lines, model, wrote, Some(made.effect.attacker)),
+        None => refused(&mut lines, made),
+    }
     gate(&mut lines, made);
     lines.title("the variant is kept");
     let kept = match model.maker.files(&shown.made) {
@@ -57,6 +69,10 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
         }
     };
     lines.plain(&kept);
+    match &made.authorship {
+        Some(wrote) => authorship::reasons(&mut lines, wrote),
+        None => authorship::ranking(&mut lines, made),
+    }
     lines.text
 }
 
@@ -114,7 +130,10 @@ fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
     let kind = made.closed.scenario().obstacle(id).map(|o| o.kind);
     let who = kind.map_or(id.to_string(), |kind| format!("{kind} {id}"));
     lines.say("attacker", &visible(&who));
-    let by = format!("{}: computed, not recorded", made.by);
+    let by = match made.authorship {
+        Some(_) => format!("written by {}; all else is computed here", made.by),
+        None => format!("{}: computed, not recorded", made.by),
+    };
     lines.say("source", &visible(&by));
     let (words, color) = match effect.consequence {
         Consequence::Collision(c) => (format!("X collision with {c}"), model.theme.danger),

@@ -1,27 +1,31 @@
 //! Making a scenario dangerous in the background, until it is done or nobody wants it any more; writing a variant.
 
+mod writing;
+
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::super::loaded::{Made, Opened};
+use self::writing::Stop;
+use super::super::loaded::{How, Made, Opened};
 use super::super::message::Msg;
 use super::super::message::making::{MakeAsk, MakeId, MakeNews};
 use super::Tasks;
-use crate::generation::{Effort, Saved};
+use crate::evaluation::generating;
+use crate::generation::{Effort, Ground, Saved};
+use crate::scenario::Scene;
 use crate::simulation::Settings;
 
 /// The search that is under way.
 #[derive(Debug, Default)]
 pub struct Making {
-    under_way: Option<(MakeId, Arc<AtomicBool>)>,
+    under_way: Option<(MakeId, Arc<Stop>)>,
 }
 
 impl Making {
     /// It shall end.
     pub fn stop(&mut self) {
         if let Some((_, stop)) = self.under_way.take() {
-            stop.store(true, Ordering::Relaxed);
+            stop.ask();
         }
     }
 }
@@ -42,21 +46,59 @@ impl Tasks {
                         return;
                     }
                 };
-                let stop = Arc::new(AtomicBool::new(false));
+                let writing = match wish.writer.as_deref() {
+                    Some(writer) => match self.author(writer, wish.only) {
+                        Ok(author) => Some((author, self.held())),
+                        Err(why) => {
+                            let _ = self.sender.send(Msg::Make(MakeNews::Ended(id, Err(why))));
+                            return;
+                        }
+                    },
+                    None => None,
+                };
+                let stop = Arc::new(Stop::default());
                 self.driving.making.under_way = Some((id, stop.clone()));
                 let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
                 let sender = self.sender.clone();
+                let runtime = tokio::runtime::Handle::current();
                 tokio::task::spawn_blocking(move || {
-                    let news = sender.clone();
-                    let mut watch = |at| {
-                        let heard = news.send(Msg::Make(MakeNews::Working(id, at)));
-                        heard.is_ok() && !stop.load(Ordering::Relaxed)
+                    // Nobody listens when the loop has ended.
+                    let tell = |news| sender.send(Msg::Make(news)).is_ok();
+                    let mut watch = |at| tell(MakeNews::Working(id, at)) && !stop.is_asked();
+                    let made = match writing {
+                        Some((author, held)) => {
+                            let mut held = Some(held);
+                            let heard = |progress| {
+                                tell(MakeNews::Heard(id, progress));
+                            };
+                            let mut pen = |ground: &Ground<'_>, scene: &Arc<Scene>| {
+                                let work = generating::write(&author, ground, scene, &heard);
+                                let written = runtime.block_on(stop.or(work));
+                                drop(held.take());
+                                Some(written?.map_err(|error| error.to_string()))
+                            };
+                            Opened::written(
+                                &wish,
+                                &ego,
+                                &thresholds,
+                                &settings,
+                                &mut pen,
+                                &mut watch,
+                            )
+                        }
+                        None => {
+                            let how = How {
+                                settings: &settings,
+                                effort: &Effort::default(),
+                                stop: &|| stop.is_asked(),
+                            };
+                            Opened::generated(&wish, &ego, &thresholds, &how, &mut watch)
+                        }
                     };
-                    let how = (&settings, &Effort::default());
-                    let made = Opened::generated(&wish, &ego, &thresholds, how, &mut watch);
-                    if let Some(made) = made.transpose() {
-                        let _ = sender.send(Msg::Make(MakeNews::Ended(id, made)));
-                    }
+                    tell(match made.transpose() {
+                        Some(made) => MakeNews::Ended(id, made),
+                        None => MakeNews::Stopped(id),
+                    });
                 });
             }
             MakeAsk::Stop(id) => {

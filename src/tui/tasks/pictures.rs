@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::super::loaded::{PictureJob, PictureKind};
+use super::super::loaded::{PictureJob, PictureKind, VariantShown};
 use crate::picture::{Figure, Format, Picture, Provenance, Subject, animate};
 use crate::scenario::commonroad::{NewFile, SaveError};
 
@@ -76,7 +76,10 @@ pub fn save(job: &PictureJob, held: &Held) -> Result<String, String> {
         scene: job.scene.as_deref(),
     };
     let figure = Figure::new(subject, &job.name, job.look.clone(), &job.thresholds);
-    let figure = figure.map_err(|e| e.to_string())?;
+    let mut figure = figure.map_err(|e| e.to_string())?;
+    if let Some(both) = job.variant.as_ref().and_then(VariantShown::variation) {
+        figure = figure.with_variation(both);
+    }
     // Bytes first: a picture that cannot be drawn takes no name.
     let mut bytes = Vec::new();
     match moves {

@@ -21,22 +21,22 @@ use crate::tui::update::{start, update};
 
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../../../tests/support/server.rs"]
-mod server;
+pub(super) mod server;
 
 /// Longer than any machine takes for one step.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A workbench without a screen.
-struct Whole {
-    model: Model,
-    tasks: Tasks,
+pub(super) struct Whole {
+    pub model: Model,
+    pub tasks: Tasks,
     news: UnboundedReceiver<Msg>,
     folders: Folders,
     _folder: tempfile::TempDir,
 }
 
 impl Whole {
-    fn start(server: &Server, more: &str) -> Self {
+    pub fn start(server: &Server, more: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let folders = Folders {
             config: folder.path().join("config"),
@@ -92,7 +92,7 @@ impl Whole {
         }
     }
 
-    fn press(&mut self, keys: &str) {
+    pub fn press(&mut self, keys: &str) {
         for name in keys.split(' ') {
             let effects = update(&mut self.model, Msg::Key(Key::parse(name).unwrap()));
             self.perform(effects);
@@ -100,7 +100,7 @@ impl Whole {
     }
 
     /// Takes messages until something holds.
-    async fn until(&mut self, what: &str, holds: impl Fn(&Model) -> bool) {
+    pub async fn until(&mut self, what: &str, holds: impl Fn(&Model) -> bool) {
         let begun = Instant::now();
         while !holds(&self.model) {
             let left = PATIENCE.saturating_sub(begun.elapsed());
@@ -133,7 +133,7 @@ impl Whole {
     }
 
     /// States of the runs in the store, the oldest first.
-    fn states(&self) -> Vec<String> {
+    pub fn states(&self) -> Vec<String> {
         let store = Store::open(&self.folders.store()).unwrap();
         let mut runs = store.list(&Filter::default(), 100).unwrap();
         runs.reverse();

@@ -8,7 +8,8 @@ use super::driven::coarse;
 use crate::generation::Effort;
 use crate::metrics::Thresholds;
 use crate::scenario::WantedEgo;
-use crate::tui::loaded::{Generated, Opened, Wish};
+use crate::simulation::Settings;
+use crate::tui::loaded::{Generated, How, Opened, Wish};
 
 /// Few motions: a test waits for it.
 pub const SHORT: Effort = Effort {
@@ -19,6 +20,28 @@ pub const SHORT: Effort = Effort {
     delay: 0.5,
     seed: 1,
 };
+
+/// A short search.
+pub fn with<'a>(settings: &'a Settings, stop: &'a (dyn Fn() -> bool + Sync)) -> How<'a> {
+    let effort = &SHORT;
+    How {
+        settings,
+        effort,
+        stop,
+    }
+}
+
+/// Planning took 12 ms in all cycles.
+pub fn in_12_ms(made: &mut Generated) {
+    if let Generated::Found { original, variant } = made {
+        for opened in [original, variant] {
+            let planned = opened.planned.as_mut().unwrap();
+            for cycle in &mut Arc::get_mut(planned).unwrap().cycles {
+                cycle.took = Duration::from_millis(12);
+            }
+        }
+    }
+}
 
 /// What is made of a bundled scenario, each searched for once for all tests; planning takes 12 ms in all of them.
 pub fn generated(wish: &Wish) -> Result<Generated, String> {
@@ -32,17 +55,10 @@ pub fn generated(wish: &Wish) -> Result<Generated, String> {
             ..wish.clone()
         };
         let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
-        let (how, mut go_on) = ((&settings, &SHORT), |_| true);
-        let made = Opened::generated(&wish, &WantedEgo::Beside, thresholds, how, &mut go_on);
+        let (how, mut go_on) = (with(&settings, &|| false), |_| true);
+        let made = Opened::generated(&wish, &WantedEgo::Beside, thresholds, &how, &mut go_on);
         let mut made = made?.expect("nobody stopped it");
-        if let Generated::Found { original, variant } = &mut made {
-            for opened in [original, variant] {
-                let planned = opened.planned.as_mut().unwrap();
-                for cycle in &mut Arc::get_mut(planned).unwrap().cycles {
-                    cycle.took = Duration::from_millis(12);
-                }
-            }
-        }
+        in_12_ms(&mut made);
         Ok(made)
     };
     let key = (wish.entry.name.clone(), wish.only, wish.seed);

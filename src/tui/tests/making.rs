@@ -1,10 +1,10 @@
 //! A scenario is made dangerous: by a key, stopped, seen on the map, in the panel and in the plot, and written.
 
 use super::bench::Bench;
-use super::generated::{SHORT, generated};
+use super::generated::generated;
 use crate::generation::{Consequence, Progress};
-use crate::scenario::{ContentHash, ObstacleRole, Scenario, WantedEgo, commonroad};
-use crate::tui::loaded::{Generated, Made, Opened, VariantShown, Wish, Working};
+use crate::scenario::{ContentHash, ObstacleRole, Scenario, commonroad};
+use crate::tui::loaded::{Generated, Made, VariantShown, Wish, Working};
 use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::{Drives, JobState, Overlay};
@@ -176,11 +176,23 @@ fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
     bench.press("! esc");
     assert_eq!((asked(&bench).len(), stopped(&bench)), (1, 1));
     assert!(bench.model.maker.under_way.is_none());
-    let job = bench.model.jobs.all.last().unwrap();
-    assert!(matches!(job.state, JobState::Cancelled(_)));
+    let state = |bench: &Bench| bench.model.jobs.all.last().unwrap().state.clone();
+    assert_eq!(state(&bench), JobState::Stopping);
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let frame = bench.frame(columns, rows);
+        assert!(
+            frame.lines().next().unwrap().contains("stopping …"),
+            "{frame}"
+        );
+    }
     // What still arrives of it is dropped.
+    let (id, _) = asked(&bench).pop().unwrap();
+    bench.send(Msg::Make(MakeNews::Working(id, Working::Proving)));
+    assert_eq!(state(&bench), JobState::Stopping);
     arrive(&mut bench);
     assert!(bench.model.variant().is_none());
+    assert!(matches!(state(&bench), JobState::Cancelled(_)));
+    assert!(!bench.frame(200, 60).contains("stopping …"));
     bench.press("! !");
     assert_eq!((asked(&bench).len(), stopped(&bench)), (2, 2));
     bench.press("! J x esc");
@@ -250,37 +262,6 @@ fn the_picked_obstacle_attacks_if_it_can() {
     bench.press("@");
     let (_, wish) = asked(&bench).pop().unwrap();
     assert_eq!(wish.only, Some(moving));
-}
-
-#[test]
-fn who_says_no_is_asked_for_nothing_more() {
-    let mut all = crate::scenario::bundled().into_iter();
-    let wish = Wish {
-        entry: all.find(|e| e.name.contains("RightTurn")).unwrap(),
-        change: None,
-        forecast: crate::planner::Forecast::Lane,
-        only: None,
-        seed: 1,
-        folder: None,
-    };
-    let settings = super::driven::coarse(wish.forecast);
-    let thresholds = crate::metrics::Thresholds::shipped();
-    let ends = [
-        |at: Working| matches!(at, Working::Driving(4, _)),
-        |at: Working| matches!(at, Working::Searching(progress, _) if progress.tried > 0),
-    ];
-    for end in ends {
-        let mut heard = Vec::new();
-        let mut watch = |at| {
-            heard.push(at);
-            !end(at)
-        };
-        let how = (&settings, &SHORT);
-        let made = Opened::generated(&wish, &WantedEgo::Beside, thresholds, how, &mut watch);
-        assert!(matches!(made, Ok(None)));
-        let said_no = heard.iter().position(|at| end(*at));
-        assert_eq!(said_no, Some(heard.len() - 1), "{heard:?}");
-    }
 }
 
 #[test]

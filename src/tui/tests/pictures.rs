@@ -1,10 +1,13 @@
 //! Saving pictures: what is offered, what is asked for, and what is said.
 
 use super::bench::Bench;
+use super::generated::generated;
 use crate::picture::Seen;
 use crate::tui::loaded::{PictureJob, PictureKind};
+use crate::tui::message::making::{MakeAsk, MakeNews};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::Pane;
+use crate::tui::tasks::pictures::{Drawing, save};
 
 fn asked(bench: &mut Bench) -> Box<PictureJob> {
     match bench.effects.pop() {
@@ -61,4 +64,43 @@ fn without_a_scenario_there_is_nothing_to_draw() {
     let mut bench = Bench::empty();
     bench.press("o");
     assert!(bench.model.overlays.is_empty());
+}
+
+#[test]
+fn a_variant_is_drawn_with_both_motions_of_its_attacker() {
+    let mut bench = Bench::bundled();
+    bench.press("/");
+    bench.type_text("rightturn");
+    bench.press("enter !");
+    let Some(Effect::Make(MakeAsk::Begin(id, wish))) = bench.effects.pop() else {
+        panic!("nothing was searched for");
+    };
+    bench.send(Msg::Make(MakeNews::Ended(id, generated(&wish))));
+    bench.frame(200, 60);
+    bench.model.focus = Pane::Map;
+    let folder = tempfile::tempdir().unwrap();
+    bench.model.config.pictures = Some(folder.path().into());
+    let drawn = |bench: &mut Bench| {
+        bench.press("o");
+        bench.type_text("svg");
+        bench.press("enter");
+        let job = asked(bench);
+        assert_eq!(job.kind, PictureKind::Map);
+        let path = save(&job, &Drawing::default().begin()).unwrap();
+        std::fs::read_to_string(path).unwrap()
+    };
+    let attacker = bench.model.variant().unwrap().made.effect.attacker;
+    let [recorded, changed] = ["recorded", "changed"].map(|word| format!("{attacker} {word}"));
+    let svg = drawn(&mut bench);
+    assert!(svg.contains(&recorded) && !svg.contains(&changed), "{svg}");
+    assert!(svg.contains("as recorded and as changed"));
+    bench.press("U");
+    let svg = drawn(&mut bench);
+    assert!(svg.contains(&changed) && !svg.contains(&recorded), "{svg}");
+    bench.model.map.layers.variant = false;
+    let svg = drawn(&mut bench);
+    assert!(
+        !svg.contains(&changed) && !svg.contains("variation"),
+        "{svg}"
+    );
 }

@@ -74,7 +74,8 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         TakeAsEgo => return obstacles::take_as_ego(model),
         RecordedEgo => return obstacles::recorded_ego(model),
         DrivePlanner | NextForecast | PlannerCycle | PlotDrives | SaveDrive | Generate
-        | GenerateWith | SwitchVariant | VariantPanel | SaveVariant => {
+        | GenerateWith | ModelAttacks | ModelAttacksWith | SwitchVariant | VariantPanel
+        | SaveVariant => {
             return planning::perform(model, action);
         }
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl => {

@@ -73,13 +73,10 @@ pub fn follow(model: &mut Model, effects: &[Effect]) {
                 }
                 continue;
             }
-            Effect::Make(MakeAsk::Begin(id, wish)) => {
-                let title = format!("{} made dangerous, seed {}", wish.entry.name, wish.seed);
-                Job::new(JobKind::Make(*id), title, 1, now)
-            }
+            Effect::Make(MakeAsk::Begin(id, wish)) => making::job(*id, wish, now),
             Effect::Make(MakeAsk::Stop(id)) => {
                 if let Some(job) = model.jobs.running_mut(JobKind::Make(*id)) {
-                    job.end(JobState::Cancelled(String::new()), now);
+                    job.state = JobState::Stopping;
                 }
                 continue;
             }

@@ -1,28 +1,37 @@
 //! Making the open scenario dangerous, and showing the variant beside its original.
 
+mod noted;
+mod writing;
+
+pub use noted::{job, note};
+
 use std::sync::Arc;
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
-use super::super::loaded::{Generated, Made, Opened, VariantShown, Wish, Working};
+use super::super::loaded::{Generated, Made, Opened, VariantShown, Wish, Writer};
 use super::super::message::making::{MakeAsk, MakeId, MakeNews};
 use super::super::message::{Effect, OpenId};
-use super::super::model::{
-    Drives, JobKind, JobState, Model, Overlay, Search, consequence_words, forecast_words,
-};
+use super::super::model::{Drives, Model, Overlay, Search, consequence_words, forecast_words};
 use super::{actions, opening, planning, values};
 use crate::generation::Consequence;
 use crate::scenario::{ContentHash, ObstacleRole, Transform};
+
+/// What is said while it is waited for the end of what was cancelled.
+const STOPPING: &str = "stopping …";
 
 /// Does what an action about variants says.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     match action {
         Action::Generate => return generate(model, None),
-        Action::GenerateWith => return generate_with(model),
+        Action::GenerateWith => return generate_with(model, false),
+        Action::ModelAttacks => return writing::begin(model, None),
+        Action::ModelAttacksWith => return generate_with(model, true),
         Action::SwitchVariant => return switch(model),
         Action::SaveVariant => return save(model),
         Action::VariantPanel => match model.variant() {
             Some(_) => model.overlays.push(Overlay::Variant(0)),
+            None if model.unwritten().is_some() => model.overlays.push(Overlay::Variant(0)),
             None => {
                 let why = none_made(model);
                 model.say(why);
@@ -31,16 +40,6 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         _ => {}
     }
     Vec::new()
-}
-
-/// What variants of the open scenario are kept under: those of its original.
-fn key_of(model: &Model) -> Option<(ContentHash, Option<Transform>)> {
-    let opened = model.opened.as_deref()?;
-    let hash = match &opened.variant {
-        Some(shown) => shown.made.original(),
-        None => opened.scenario.hash,
-    };
-    Some((hash, opened.change))
 }
 
 /// Why there is no variant to show, and what to do.
@@ -52,7 +51,9 @@ fn none_made(model: &Model) -> String {
         return "no scenario is open".into();
     }
     let generate = model.look.key(Action::Generate);
-    let kept = key_of(model).and_then(|(hash, change)| model.maker.find(hash, change));
+    let kept = model
+        .made_of()
+        .and_then(|(hash, change)| model.maker.find(hash, change));
     match kept {
         Some(_) => format!(
             "the variant is not shown: {generate} or {} shows it",
@@ -62,8 +63,8 @@ fn none_made(model: &Model) -> String {
     }
 }
 
-/// Lets the picked obstacle attack.
-fn generate_with(model: &mut Model) -> Vec<Effect> {
+/// Lets the picked obstacle attack; a model writes its motion, or it is searched for.
+fn generate_with(model: &mut Model, written: bool) -> Vec<Effect> {
     let Some(id) = model.picked else {
         let key = model.look.key(Action::NextObstacle);
         model.say(format!("pick the attacker first, with {key} or the mouse"));
@@ -77,7 +78,10 @@ fn generate_with(model: &mut Model) -> Vec<Effect> {
         ));
         return Vec::new();
     }
-    generate(model, Some(id))
+    match written {
+        true => writing::begin(model, Some(id)),
+        false => generate(model, Some(id)),
+    }
 }
 
 /// Searches for a variant; or stops that; or shows the one that was made.
@@ -85,60 +89,99 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     if model.maker.under_way.is_some() {
         return cancel(model);
     }
-    let (Some((hash, change)), Some(place)) = (key_of(model), model.list.opened) else {
-        model.say("no scenario is open");
+    let Some((hash, change)) = ready(model) else {
         return Vec::new();
     };
-    if model.opening.is_some() {
-        model.say("the scenario is not open yet");
-        return Vec::new();
-    }
-    if let Some(why) = planning::nothing_to_plan(model) {
-        model.say(why);
-        return Vec::new();
-    }
     if model.variant().is_none() && only.is_none() && model.maker.find(hash, change).is_some() {
         return show(model, true);
     }
     let seed = model.maker.next_seed(hash, only);
-    let id = MakeId(model.new_id());
-    model.maker.under_way = Some(Search {
-        id,
-        place,
-        at: None,
-    });
     let who = only.map_or("somebody".to_string(), |id| id.to_string());
     let words = forecast_words(model.driver.forecast);
     let key = model.look.key(Action::Cancel);
     model.say(format!(
         "looking for a motion of {who} that endangers the ego, which is planned with {words}; seed {seed}; {key} stops it"
     ));
-    vec![Effect::Make(MakeAsk::Begin(
+    begin(model, change, only, seed, None)
+}
+
+/// What variants of the open scenario are kept under, where it can be made dangerous; else it is said why not.
+fn ready(model: &mut Model) -> Option<(ContentHash, Option<Transform>)> {
+    let of = model.made_of().filter(|_| model.list.opened.is_some());
+    let why = if of.is_none() {
+        Some("no scenario is open".into())
+    } else if model.opening.is_some() {
+        Some("the scenario is not open yet".into())
+    } else {
+        planning::nothing_to_plan(model)
+    };
+    match why {
+        Some(why) => {
+            model.say(why);
+            None
+        }
+        None => of,
+    }
+}
+
+/// Begins to make what is open dangerous.
+fn begin(
+    model: &mut Model,
+    change: Option<Transform>,
+    only: Option<i64>,
+    seed: u64,
+    writer: Option<Box<Writer>>,
+) -> Vec<Effect> {
+    let Some(place) = model.list.opened else {
+        return Vec::new();
+    };
+    let id = MakeId(model.new_id());
+    model.maker.under_way = Some(Search {
         id,
-        Box::new(Wish {
-            entry: model.list.rows[place].entry.clone(),
-            change,
-            forecast: model.driver.forecast,
-            only,
-            seed,
-            folder: model.config.pictures.clone(),
-        }),
-    ))]
+        place,
+        at: None,
+        waits: None,
+    });
+    let wish = Wish {
+        entry: model.list.rows[place].entry.clone(),
+        change,
+        forecast: model.driver.forecast,
+        only,
+        seed,
+        writer,
+        folder: model.config.pictures.clone(),
+    };
+    vec![Effect::Make(MakeAsk::Begin(id, Box::new(wish)))]
 }
 
 /// Stops what is under way.
 pub fn cancel(model: &mut Model) -> Vec<Effect> {
     let effects = stop(model);
     if !effects.is_empty() {
-        model.say("the search is cancelled");
+        model.say(STOPPING);
     }
     effects
 }
 
 fn stop(model: &mut Model) -> Vec<Effect> {
-    let under_way = model.maker.under_way.take();
-    let stop = |search: Search| Effect::Make(MakeAsk::Stop(search.id));
-    under_way.map(stop).into_iter().collect()
+    let Some(search) = model.maker.under_way.take() else {
+        return Vec::new();
+    };
+    model.maker.stopping.push(search.id);
+    vec![Effect::Make(MakeAsk::Stop(search.id))]
+}
+
+/// One that was to stop has ended.
+fn ended(model: &mut Model, id: MakeId) {
+    let before = model.maker.stopping.len();
+    model.maker.stopping.retain(|stopping| *stopping != id);
+    if model.maker.stopping.len() < before && model.maker.stopping.is_empty() {
+        let said = model.toasts.iter().any(|toast| toast.text == STOPPING);
+        if said {
+            model.toasts.retain(|toast| toast.text != STOPPING);
+            model.say("stopped");
+        }
+    }
 }
 
 /// What is searched for belongs to what is open: where something else is opened, the search stops.
@@ -160,6 +203,9 @@ pub fn heard(model: &mut Model, news: MakeNews) -> Vec<Effect> {
         saved(model, &made, result);
         return Vec::new();
     }
+    if let MakeNews::Ended(id, _) | MakeNews::Stopped(id) = &news {
+        ended(model, *id);
+    }
     let search = model.maker.under_way.as_mut();
     let Some(search) = search.filter(|search| news.id() == Some(search.id)) else {
         return Vec::new();
@@ -167,22 +213,26 @@ pub fn heard(model: &mut Model, news: MakeNews) -> Vec<Effect> {
     match news {
         MakeNews::Working(_, at) => {
             search.at = Some(at);
-            return Vec::new();
+            search.waits = None;
         }
+        MakeNews::Heard(_, progress) => writing::heard(model, &progress),
         MakeNews::Ended(_, result) => {
             model.maker.under_way = None;
+            let mut effects = writing::recount(model);
             match result {
                 Ok(Generated::Found { original, variant }) => {
-                    return found(model, original, variant);
+                    effects.extend(found(model, original, variant));
                 }
+                Ok(Generated::Unwritten(words, wrote)) => writing::unwritten(model, words, wrote),
                 Ok(Generated::Nothing(words)) => {
                     let key = model.look.key(Action::Generate);
                     model.tell(format!("{words}; {key} tries another seed"));
                 }
                 Err(why) => model.complain(format!("no variant was made: {why}")),
             }
+            return effects;
         }
-        MakeNews::Saved(..) => {}
+        MakeNews::Saved(..) | MakeNews::Stopped(_) => {}
     }
     Vec::new()
 }
@@ -190,6 +240,9 @@ pub fn heard(model: &mut Model, news: MakeNews) -> Vec<Effect> {
 fn found(model: &mut Model, original: Box<Opened>, variant: Box<Opened>) -> Vec<Effect> {
     if let Some(shown) = &variant.variant {
         let made = shown.made.clone();
+        if let Some(wrote) = &made.authorship {
+            writing::heard_out(model, made.original(), wrote);
+        }
         model.maker.keep(original, variant, made);
     }
     let effects = show(model, true);
@@ -212,7 +265,9 @@ fn moment(made: &Made) -> i64 {
 
 /// Shows the kept variant of what is open, or its original.
 fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
-    let kept = key_of(model).and_then(|(hash, change)| model.maker.find(hash, change));
+    let kept = model
+        .made_of()
+        .and_then(|(hash, change)| model.maker.find(hash, change));
     let Some(kept) = kept else {
         let why = none_made(model);
         model.say(why);
@@ -324,33 +379,5 @@ pub fn panel_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
         | Action::SaveVariant
         | Action::Palette) => Some(actions::perform(model, action)),
         _ => values::on_key(model, key),
-    }
-}
-
-/// Notes in the list of tasks how far it is.
-pub fn note(model: &mut Model, news: &MakeNews) {
-    let now = model.uptime;
-    let job = news.id().map(JobKind::Make);
-    let Some(job) = job.and_then(|kind| model.jobs.running_mut(kind)) else {
-        return;
-    };
-    match news {
-        MakeNews::Working(_, Working::Searching(progress, of)) => {
-            (job.done, job.of) = (progress.tried.min(*of), *of);
-        }
-        MakeNews::Working(..) | MakeNews::Saved(..) => {}
-        MakeNews::Ended(_, Ok(Generated::Found { variant, .. })) => {
-            let shown = variant.variant.as_ref();
-            let effect = shown.map(|shown| &shown.made.effect);
-            let words = effect.map_or(String::new(), |effect| {
-                let what = consequence_words(&effect.consequence);
-                format!("{what}, attacker {}", effect.attacker)
-            });
-            job.end(JobState::Done(words), now);
-        }
-        MakeNews::Ended(_, Ok(Generated::Nothing(words))) => {
-            job.end(JobState::Done(words.clone()), now);
-        }
-        MakeNews::Ended(_, Err(why)) => job.end(JobState::Failed(why.clone()), now),
     }
 }

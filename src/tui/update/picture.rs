@@ -31,6 +31,8 @@ pub fn chosen(model: &mut Model, picker: &Picker) -> Vec<Effect> {
         name: opened.name.clone(),
         scenario: opened.scenario.clone(),
         scene: opened.scene.clone(),
+        // As on the map, where the layer is shown.
+        variant: { opened.variant.clone() }.filter(|_| model.map.layers.variant),
         step: model.clock.step(),
         look: look(model, kind),
         thresholds: model.thresholds.clone(),

@@ -9,9 +9,10 @@ use unicode_width::UnicodeWidthStr;
 use crate::judge;
 use crate::scenario::EgoSource;
 use crate::simulation::Outcome;
+use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::loaded::Opened;
-use crate::tui::model::{Model, working_words};
+use crate::tui::model::{JobKind, Model, working_words};
 use crate::tui::widgets::words::fit;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
@@ -103,6 +104,9 @@ const NARROW: u16 = 110;
 /// Columns from which on a search tells all its numbers.
 const WIDE: u16 = 140;
 
+/// Columns of why a model that makes the scenario dangerous has not answered yet, at most.
+const WAITS: usize = 40;
+
 fn asked_model(model: &Model, width: u16) -> String {
     if width < NARROW && model.model == judge::MODEL {
         return "built-in".into();
@@ -117,7 +121,9 @@ fn running(model: &Model, width: u16) -> String {
         .jobs
         .all
         .iter()
-        .filter(|job| job.is_running() && job.asks());
+        .filter(|job| job.is_running() && job.asks())
+        // How far that one is, is said in another way.
+        .filter(|job| !matches!(job.kind, JobKind::Make(_)));
     let mut parts: Vec<String> = Vec::new();
     match asking.clone().count() {
         0 => {}
@@ -137,6 +143,11 @@ fn running(model: &Model, width: u16) -> String {
     }
     if let Some(search) = &model.maker.under_way {
         parts.push(working_words(search.at, width >= WIDE));
+        if let Some(why) = search.waits.as_ref().filter(|_| width >= WIDE) {
+            parts.push(fit(&visible(why), WAITS));
+        }
+    } else if !model.maker.stopping.is_empty() {
+        parts.push("stopping …".into());
     }
     let (usd, unknown) = model.jobs.cost();
     if usd > 0.0 {

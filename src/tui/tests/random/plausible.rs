@@ -7,8 +7,10 @@ use super::super::bench::answer;
 use super::super::driven::planned;
 use super::super::generated::generated;
 use super::super::kept::FIRST;
+use super::super::written::unwritten;
 use super::world::{CLAIMS, HOSTILE};
 use crate::evaluation::Answer;
+use crate::evaluation::generating::Progress as Heard;
 use crate::generation::Progress;
 use crate::metrics::Thresholds;
 use crate::scenario::{Entry, WantedEgo};
@@ -117,8 +119,10 @@ pub fn plan(ask: PlanAsk, n: usize) -> Vec<Msg> {
 }
 
 pub fn make(ask: MakeAsk, n: usize) -> Vec<Msg> {
-    let MakeAsk::Begin(id, wish) = ask else {
-        return Vec::new();
+    let (id, wish) = match ask {
+        MakeAsk::Begin(id, wish) => (id, wish),
+        MakeAsk::Stop(id) => return vec![Msg::Make(MakeNews::Stopped(id))],
+        MakeAsk::Save(..) => return Vec::new(),
     };
     let progress = Progress {
         tried: n,
@@ -126,6 +130,7 @@ pub fn make(ask: MakeAsk, n: usize) -> Vec<Msg> {
     };
     let ended = match n % 4 {
         0 => Err(format!("nothing can be tried {HOSTILE}")),
+        1 | 2 if wish.writer.is_some() => Ok(unwritten(HOSTILE)),
         // Only of one scenario, unchanged: a search takes long.
         1 if wish.entry.name.contains("RightTurn") && wish.change.is_none() => {
             let wish = Wish {
@@ -140,9 +145,10 @@ pub fn make(ask: MakeAsk, n: usize) -> Vec<Msg> {
     let news = [
         MakeNews::Working(id, Working::Driving(1, n)),
         MakeNews::Working(id, Working::Searching(progress, 600)),
+        MakeNews::Heard(id, Heard::Choosing),
         MakeNews::Ended(id, ended),
     ];
-    news.into_iter().take(1 + n % 3).map(Msg::Make).collect()
+    news.into_iter().take(1 + n % 4).map(Msg::Make).collect()
 }
 
 pub fn facts(entry: &Entry) -> Result<Facts, String> {

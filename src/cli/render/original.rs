@@ -1,0 +1,105 @@
+//! The original of a variant: the papers beside it say which that is, and it is looked for where it may lie.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use crate::cli::output;
+use crate::picture::Variation;
+use crate::scenario::{Entry, Place, Scenario, bundled, commonroad};
+
+/// What a variant was made of, and how it differs.
+pub struct Original {
+    scenario: Arc<Scenario>,
+    attacker: i64,
+    from: i64,
+}
+
+/// What the papers say.
+struct Papers {
+    id: String,
+    sha256: String,
+    attacker: i64,
+    from: i64,
+}
+
+impl Original {
+    /// The original of an entry; nothing where no papers of `nearmiss generate` lie beside it.
+    ///
+    /// # Errors
+    /// Why the original is not there, in words.
+    pub fn of(entry: &Entry) -> Result<Option<Self>, String> {
+        let Place::File(file) = &entry.place else {
+            return Ok(None);
+        };
+        let Some(papers) = Papers::beside(file) else {
+            return Ok(None);
+        };
+        let scenario = papers.original(file).ok_or_else(|| {
+            format!(
+                "the original {} (SHA-256 {}) is neither beside it, nor a folder above, nor one of the bundled \
+                 scenarios",
+                output::visible(&papers.id),
+                output::visible(&papers.sha256)
+            )
+        })?;
+        Ok(Some(Self {
+            scenario,
+            attacker: papers.attacker,
+            from: papers.from,
+        }))
+    }
+
+    /// Both motions of the attacker, in a variant of this.
+    pub fn variation<'a>(&'a self, variant: &'a Scenario) -> Option<Variation<'a>> {
+        Some(Variation {
+            recorded: self.scenario.obstacle(self.attacker)?,
+            changed: variant.obstacle(self.attacker)?,
+            from: self.from,
+            shows_changed: true,
+        })
+    }
+}
+
+impl Papers {
+    /// What lies beside a scenario under its name; other JSON says nothing about it.
+    fn beside(file: &Path) -> Option<Self> {
+        let text = std::fs::read_to_string(file.with_extension("json")).ok()?;
+        let said: Value = serde_json::from_str(&text).ok()?;
+        let about = said["variant"].as_str()?;
+        if file.file_name()?.to_str()? != about {
+            return None;
+        }
+        let original = &said["original"];
+        Some(Self {
+            id: original["benchmark_id"].as_str()?.into(),
+            sha256: original["sha256"].as_str()?.into(),
+            attacker: said["attacker"].as_i64()?,
+            from: said["change"]["from_step"].as_i64()?,
+        })
+    }
+
+    /// The original, byte for byte.
+    fn original(&self, file: &Path) -> Option<Arc<Scenario>> {
+        let same = |scenario: &Scenario| scenario.hash.to_string() == self.sha256;
+        let own = bundled().into_iter().filter(|entry| entry.name == self.id);
+        let mut own = own.filter_map(|entry| entry.read().ok());
+        if let Some(scenario) = own.find(|scenario| same(scenario)) {
+            return Some(scenario);
+        }
+        let folder = file.parent()?;
+        let above = folder.join("..");
+        let places = [folder, &above].map(|folder| folder.join(self.file()));
+        let mut there = places.iter().filter_map(|p| commonroad::read_file(p).ok());
+        there.find(same).map(Arc::new)
+    }
+
+    /// The name of its file; an id that leads into other folders has none.
+    fn file(&self) -> PathBuf {
+        let name = Path::new(&self.id).file_name().unwrap_or_default();
+        let mut name = name.to_os_string();
+        name.push(".xml");
+        name.into()
+    }
+}

@@ -1,0 +1,157 @@
+//! A scenario that a language model makes dangerous: what is wanted of it, how far it is, and all that it wrote.
+
+use std::sync::Arc;
+
+use super::variant::{Thought, Wish, Working};
+use super::{Generated, Opened};
+use crate::evaluation::Settings as Asked;
+use crate::evaluation::generating::{Authored, Progress, SAMPLES, Source};
+use crate::generation::{Effort, Ground, Made as Taken};
+use crate::metrics::Thresholds;
+use crate::prompts::Library;
+use crate::scenario::{Scene, WantedEgo};
+use crate::simulation::Settings;
+
+/// Which model is to write, and how it is asked.
+#[derive(Debug, Clone)]
+pub struct Writer {
+    /// Its id, `provider/model`.
+    pub model: String,
+    /// What the store knows the scenario by.
+    pub name: String,
+    /// The templates.
+    pub library: Library,
+    /// What the user says about descriptions and techniques.
+    pub settings: Asked,
+    /// Whether it is asked even where the store has its answers.
+    pub fresh: bool,
+}
+
+/// How far a model is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Writing {
+    /// Conversations that have begun; 0 while the attacker is chosen.
+    pub begun: u32,
+    /// How often the last answer that was asked for had been sent back before.
+    pub retry: u32,
+    /// Motions that passed the gate.
+    pub passed: u32,
+    /// Answers that were refused.
+    pub refused: u32,
+    /// Conversations in all.
+    pub of: u32,
+}
+
+impl Writing {
+    /// Takes note of what happens.
+    pub fn hear(&mut self, progress: &Progress) {
+        self.of = SAMPLES;
+        match progress {
+            Progress::Writing { sample, retry } => {
+                self.begun = self.begun.max(sample + 1);
+                self.retry = *retry;
+            }
+            Progress::Made(_) => self.passed += 1,
+            Progress::Refused(_) => self.refused += 1,
+            Progress::Choosing
+            | Progress::Chosen(_)
+            | Progress::Heard { .. }
+            | Progress::Answered { .. } => {}
+        }
+    }
+}
+
+/// What a model chose and wrote.
+#[derive(Debug)]
+pub struct Authorship {
+    /// Its id.
+    pub model: String,
+    /// The one obstacle that was allowed to attack.
+    pub only: Option<i64>,
+    /// Everything that it wrote; attacks that were driven against come first, the best of all first.
+    pub authored: Authored,
+    /// The answer that was taken.
+    pub taken: Option<Source>,
+}
+
+/// Lets the model write on some ground, about the ego's drive in a scene; nothing where somebody stopped it.
+pub type Pen<'a> = &'a mut dyn FnMut(&Ground<'_>, &Arc<Scene>) -> Option<Result<Authored, String>>;
+
+impl Opened {
+    /// Makes a scenario dangerous as [`Opened::generated`] does, with a model in place of the search: `pen` is how it is
+    /// asked. `watch` hears what is done before and after that, and says whether to go on. Nothing where it said no.
+    ///
+    /// # Errors
+    /// Nothing can be tried, or nothing could be asked.
+    pub fn written(
+        wish: &Wish,
+        wanted: &WantedEgo,
+        thresholds: &Thresholds,
+        settings: &Settings,
+        pen: Pen<'_>,
+        watch: &mut dyn FnMut(Working) -> bool,
+    ) -> Result<Option<Generated>, String> {
+        let model = wish.writer.as_ref().map(|writer| writer.model.clone());
+        let model = model.ok_or("no model is chosen that could write")?;
+        let mut think =
+            |ground: &Ground<'_>, scene: &Arc<Scene>, watch: &mut dyn FnMut(Working) -> bool| {
+                if !watch(Working::Writing(Writing::default())) {
+                    return Ok(None);
+                }
+                let Some(authored) = pen(ground, scene) else {
+                    return Ok(None);
+                };
+                let mut authored = authored?;
+                let (of, delay) = (authored.attacks.len(), Effort::default().delay);
+                let mut drive = |driven| watch(Working::Trying(driven, of));
+                if !authored.drive_watched(ground, delay, &mut drive) || !watch(Working::Proving) {
+                    return Ok(None);
+                }
+                let Taken { found, chosen } = authored.taken(ground, delay);
+                let taken = chosen.as_ref().and_then(|c| authored.of(&c.attack));
+                let taken = taken.map(|attack| attack.source);
+                Ok(Some(Thought {
+                    found,
+                    chosen,
+                    authorship: Some(Authorship {
+                        model: model.clone(),
+                        only: wish.only,
+                        authored,
+                        taken,
+                    }),
+                }))
+            };
+        Self::thought_of(wish, wanted, thresholds, settings, &mut think, watch)
+    }
+}
+
+impl Authorship {
+    /// Why there is no variant, in words.
+    pub(super) fn nothing(&self) -> String {
+        let (authored, model) = (&self.authored, &self.model);
+        let (passed, answers) = (authored.attacks.len(), authored.candidates());
+        if let (Some(why), 0) = (&authored.stopped, passed) {
+            return format!("{model} wrote nothing: {why}");
+        }
+        if authored.choice.attacker.is_none() {
+            return format!(
+                "{model} was asked for nothing: nobody moves who could come near to the ego"
+            );
+        }
+        if passed > 0 {
+            return format!(
+                "{model} made nothing dangerous: {passed} of its {answers} motions passed the gate, and the ego got away \
+                 or was only hit from behind"
+            );
+        }
+        let last = authored.declined.last().and_then(|d| d.refusals.first());
+        let last = last.map_or(String::new(), |why| format!("; the last: {why}"));
+        format!("{model} made nothing dangerous: all of its {answers} answers were refused{last}")
+    }
+
+    /// Whether it could not do its work, and not only did it badly.
+    #[must_use]
+    pub fn failed(&self) -> bool {
+        self.authored.stopped.is_some() && self.authored.attacks.is_empty()
+    }
+}

@@ -1,0 +1,376 @@
+//! A model makes a scenario dangerous: asked by a key, told while it works, read in the panel.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::bench::Bench;
+use super::driven::coarse;
+use super::generated::{generated, in_12_ms};
+use super::stopping::right_turn;
+use crate::evaluation::generating::{
+    Authored, AuthoredAttack, Choice, ChosenBy, Declined, Progress, Proposal, Source, Spent,
+};
+use crate::evaluation::{Event, Settings};
+use crate::generation::attacker::{self, Candidate};
+use crate::generation::{Ground, Reason, Refusal, admit};
+use crate::metrics::Thresholds;
+use crate::prompts::Library;
+use crate::scenario::WantedEgo;
+use crate::store::Consumed;
+use crate::tui::loaded::{Authorship, Generated, Made, Opened, Wish, Working, Writer};
+use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
+use crate::tui::message::{Effect, Msg};
+use crate::tui::model::{JobState, Model, Overlay};
+use crate::verdict::{AttackerChoice, Motion, ObstacleRisk};
+
+/// What a model is wanted to say in tests.
+const WORDS: &str = "It is 4 m behind and has \u{1b}[31mno\u{1b}[0m other way.\n\tSo be it.";
+
+/// The last wish, and its number.
+fn asked(bench: &Bench) -> (MakeId, Wish) {
+    let mut asks = bench.effects.iter().rev();
+    let ask = asks.find_map(|effect| match effect {
+        Effect::Make(MakeAsk::Begin(id, wish)) => Some((*id, (**wish).clone())),
+        _ => None,
+    });
+    ask.expect("a model was asked")
+}
+
+fn count(bench: &Bench) -> usize {
+    let begun = |e: &&Effect| matches!(e, Effect::Make(MakeAsk::Begin(..)));
+    bench.effects.iter().filter(begun).count()
+}
+
+fn said(model: &Model) -> String {
+    let last = model.toasts.last();
+    last.map_or(String::new(), |toast| toast.text.clone())
+}
+
+/// The right turn, open, with a model chosen.
+fn open() -> Bench {
+    let mut bench = Bench::bundled();
+    bench.press("/");
+    bench.type_text("rightturn");
+    bench.press("enter");
+    bench.model.model = "lab/small".into();
+    bench
+}
+
+/// The attack that a search finds: what the model is made to answer.
+pub fn found() -> (i64, Motion) {
+    let Ok(Generated::Found { variant, .. }) = generated(&right_turn()) else {
+        panic!("the search finds nothing");
+    };
+    let made = &variant.variant.as_ref().unwrap().made;
+    (made.effect.attacker, made.asked.clone())
+}
+
+fn choice(attacker: i64, ranked: Vec<Candidate>, words: &str) -> Choice {
+    let risk = |id, risk_score| ObstacleRisk {
+        id,
+        risk_score,
+        reason: words.into(),
+    };
+    Choice {
+        ranked,
+        proposal: Some(Proposal {
+            run: None,
+            window: (1, 40),
+            said: Some(AttackerChoice {
+                attacker: Some(attacker),
+                obstacles: vec![risk(attacker, 1), risk(301, 3)],
+                justification: words.into(),
+            }),
+            reasoning: words.into(),
+            refused: None,
+        }),
+        attacker: Some(attacker),
+        by: ChosenBy::Model,
+    }
+}
+
+fn source(sample: u32, retry: u32) -> Source {
+    Source {
+        sample,
+        retry,
+        run: None,
+    }
+}
+
+fn declined(sample: u32, retry: u32, refusals: Vec<Refusal>) -> Declined {
+    Declined {
+        source: source(sample, retry),
+        said: None,
+        refusals,
+    }
+}
+
+/// Three answers, of which the second, sent back once, passes the gate.
+fn authored(ground: &Ground<'_>) -> Authored {
+    let (id, motion) = found();
+    let admitted = admit(ground, id, &motion).expect("the gate lets it through");
+    Authored {
+        choice: choice(id, attacker::rank(ground.stage), WORDS),
+        attacks: vec![AuthoredAttack {
+            admitted,
+            source: source(1, 1),
+            justification: WORDS.into(),
+            reasoning: WORDS.repeat(3),
+        }],
+        declined: vec![
+            declined(0, 0, vec![Refusal::at(46, Reason::Jump).with(10.7, 2.5)]),
+            declined(1, 0, vec![Refusal::at(30, Reason::Overlap(306))]),
+            declined(2, 0, vec![Refusal::answer(format!("no JSON: {WORDS}"))]),
+        ],
+        spent: Spent {
+            requests: 5,
+            answers: 5,
+            stored: 1,
+            input_tokens: 5000,
+            output_tokens: 1234,
+            usd: 0.0125,
+            usd_before: 0.0025,
+            unpriced: 0,
+        },
+        stopped: None,
+    }
+}
+
+/// What comes of a wish where the model answers that.
+fn written(wish: &Wish) -> Result<Generated, String> {
+    let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
+    let mut pen = |ground: &Ground<'_>, _: &_| Some(Ok(authored(ground)));
+    let (wanted, mut watch) = (WantedEgo::Beside, |_| true);
+    // A folder in which nothing lies decides the name.
+    let wish = Wish {
+        folder: Some("/nonexistent".into()),
+        ..wish.clone()
+    };
+    let made = Opened::written(&wish, &wanted, thresholds, &settings, &mut pen, &mut watch);
+    let mut made = made?.expect("nobody stopped it");
+    in_12_ms(&mut made);
+    Ok(made)
+}
+
+/// What a model wrote that came to nothing.
+pub fn unwritten(words: &str) -> Generated {
+    let wrote = Authorship {
+        model: words.into(),
+        only: None,
+        authored: Authored {
+            choice: choice(305, Vec::new(), words),
+            attacks: Vec::new(),
+            declined: vec![declined(0, 0, vec![Refusal::answer(words)])],
+            spent: Spent::default(),
+            stopped: None,
+        },
+        taken: None,
+    };
+    Generated::Unwritten(words.into(), Arc::new(wrote))
+}
+
+fn made(bench: &Bench) -> &Made {
+    &bench.model.variant().expect("a variant is shown").made
+}
+
+#[test]
+fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
+    let mut bench = open();
+    bench.press("&");
+    let (id, wish) = asked(&bench);
+    let writer = wish.writer.as_ref().unwrap();
+    assert_eq!(
+        (writer.model.as_str(), writer.fresh, wish.only),
+        ("lab/small", false, None)
+    );
+    assert_eq!(writer.name, wish.entry.name);
+    let job = |bench: &Bench| bench.model.jobs.all.last().unwrap().clone();
+    assert_eq!(
+        job(&bench).title,
+        format!("{} made dangerous by lab/small", wish.entry.name)
+    );
+    assert_eq!(bench.model.jobs.asking(), 1);
+    let hear = |bench: &mut Bench, progress| {
+        bench.send(Msg::Make(MakeNews::Heard(id, progress)));
+        let frame = bench.frame(200, 60);
+        frame.lines().next().unwrap().to_string()
+    };
+    assert!(hear(&mut bench, Progress::Choosing).contains("model: attacker"));
+    let event = Event::Retrying {
+        attempt: 2,
+        wait: Duration::from_secs(7),
+        why: "503 \u{1b}[31mbusy".into(),
+    };
+    let sample = None;
+    let line = hear(&mut bench, Progress::Heard { sample, event });
+    assert!(
+        line.contains("busy; try 2 in 7 s") && !line.contains('\u{1b}'),
+        "{line}"
+    );
+    assert!(matches!(job(&bench).state, JobState::Waiting(_)));
+    let event = Event::Text("{".into());
+    let line = hear(&mut bench, Progress::Heard { sample, event });
+    assert!(!line.contains("busy"), "{line}");
+    assert_eq!(job(&bench).state, JobState::Running);
+    // Of an answer that was in the store nothing is counted.
+    let consumed = Consumed {
+        input_tokens: Some(1000),
+        output_tokens: Some(100),
+        cost_usd: Some(0.5),
+        ..Consumed::default()
+    };
+    for stored in [true, false] {
+        let answered = Progress::Answered {
+            sample,
+            consumed,
+            stored,
+        };
+        hear(&mut bench, answered);
+    }
+    assert_eq!((job(&bench).tokens, job(&bench).cost), (1100, 0.5));
+    let (sample, retry) = (1, 1);
+    hear(
+        &mut bench,
+        Progress::Refused(Box::new(declined(0, 2, Vec::new()))),
+    );
+    let line = hear(&mut bench, Progress::Writing { sample, retry });
+    let words = "model: answer 2/5, try 2, 0 passed, 1 refused · $0.5000";
+    assert!(line.contains(words), "{line}");
+    assert_eq!((job(&bench).done, job(&bench).of), (1, 5));
+    assert!(bench.frame(80, 24).contains("model: answer 2/5"));
+    // Who quits is asked, as something is paid for.
+    bench.press("q");
+    assert!(said(&bench.model).contains("1 question is running"));
+
+    bench.send(Msg::Make(MakeNews::Ended(id, written(&wish))));
+    assert_eq!(made(&bench).by, "lab/small");
+    assert!(bench.model.variant().unwrap().changed);
+    assert!(said(&bench.model).starts_with("variant: 305 moves in another way, collision"));
+    assert!(matches!(job(&bench).state, JobState::Done(_)));
+    assert_eq!(bench.model.jobs.asking(), 0);
+    // It is shown again, and then asked anew.
+    bench.press("backspace &");
+    assert!(count(&bench) == 1 && bench.model.variant().is_some());
+    bench.press("&");
+    assert!(count(&bench) == 2 && asked(&bench).1.writer.unwrap().fresh);
+}
+
+#[test]
+fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
+    let mut bench = open();
+    bench.press("& esc");
+    let stops = |e: &&Effect| matches!(e, Effect::Make(MakeAsk::Stop(_)));
+    assert_eq!(bench.effects.iter().filter(stops).count(), 1);
+    let state = |bench: &Bench| bench.model.jobs.all.last().unwrap().state.clone();
+    assert_eq!(state(&bench), JobState::Stopping);
+    let (id, _) = asked(&bench);
+    bench.send(Msg::Make(MakeNews::Stopped(id)));
+    assert!(matches!(state(&bench), JobState::Cancelled(_)));
+    assert!(!bench.frame(80, 24).contains("stopping …"));
+    assert_eq!(said(&bench.model), "stopped");
+    // It had not said everything: the store may have half of it.
+    bench.press("&");
+    let (id, wish) = asked(&bench);
+    assert!(count(&bench) == 2 && !wish.writer.unwrap().fresh);
+    bench.send(Msg::Make(MakeNews::Ended(id, Ok(unwritten("lab/small")))));
+    bench.press("&");
+    assert!(asked(&bench).1.writer.unwrap().fresh);
+    bench.press("esc");
+    bench.model.model = "lab/large".into();
+    bench.press("&");
+    assert!(!asked(&bench).1.writer.unwrap().fresh);
+}
+
+#[test]
+fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
+    let mut bench = open();
+    bench.model.picked = Some(305);
+    bench.perform("generate-with-model-by");
+    assert_eq!(asked(&bench).1.only, Some(305));
+    bench.press("esc");
+    bench.model.model = crate::judge::MODEL.into();
+    bench.press("&");
+    assert_eq!(count(&bench), 1);
+    let words = said(&bench.model);
+    assert!(
+        words.contains("m chooses a model, ! searches without one"),
+        "{words}"
+    );
+}
+
+#[test]
+fn what_came_to_nothing_can_be_read() {
+    let mut bench = open();
+    bench.press("K");
+    assert!(bench.model.overlays.is_empty());
+    bench.press("&");
+    let (id, _) = asked(&bench);
+    let nothing = unwritten("lab/\u{1b}[31msmall");
+    bench.send(Msg::Make(MakeNews::Ended(id, Ok(nothing))));
+    assert!(said(&bench.model).ends_with("K tells all"));
+    bench.press("K");
+    assert_eq!(bench.model.overlays.last(), Some(&Overlay::Variant(0)));
+    let panel = bench.frame(200, 60);
+    for words in [
+        "what the model wrote",
+        "1 answer, 0 passed the gate",
+        "x refused: lab/␛[31msmall",
+        "305, by the model",
+    ] {
+        assert!(panel.contains(words), "{words}\n{panel}");
+    }
+    assert!(!panel.contains('\u{1b}'));
+}
+
+#[test]
+fn the_panel_tells_who_wrote_it_and_what_became_of_each_answer() {
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let mut bench = open();
+        bench.send(Msg::Resize(columns, rows));
+        bench.frame(columns, rows);
+        bench.press("&");
+        let (id, wish) = asked(&bench);
+        bench.send(Msg::Make(MakeNews::Ended(id, written(&wish))));
+        bench.model.toasts.clear();
+        bench.press("tab K");
+        bench.model.map.layers.planner = false;
+        // On the small screen, from who could attack on.
+        let down = if rows < 40 { 44 } else { 34 };
+        for _ in 0..down {
+            bench.press("down");
+        }
+        let panel = bench.frame(columns, rows);
+        assert!(!panel.contains('\u{1b}'));
+        insta::assert_snapshot!(format!("the_authorship_at_{columns}_by_{rows}"), panel);
+    }
+}
+
+#[test]
+fn who_says_no_is_driven_against_nothing_more() {
+    let wish = Wish {
+        writer: Some(Box::new(Writer {
+            model: "lab/small".into(),
+            name: "test".into(),
+            library: Library::load(None),
+            settings: Settings::default(),
+            fresh: false,
+        })),
+        ..right_turn()
+    };
+    let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
+    for (goes_on, last) in [(true, Working::Proving), (false, Working::Trying(0, 1))] {
+        let mut pen = |ground: &Ground<'_>, _: &_| Some(Ok(authored(ground)));
+        let mut heard = Vec::new();
+        let mut watch = |at| {
+            heard.push(at);
+            match at {
+                Working::Trying(..) => goes_on,
+                at => at != Working::Proving,
+            }
+        };
+        let wanted = WantedEgo::Beside;
+        let made = Opened::written(&wish, &wanted, thresholds, &settings, &mut pen, &mut watch);
+        assert!(matches!(made, Ok(None)));
+        assert_eq!(heard.last(), Some(&last));
+    }
+}

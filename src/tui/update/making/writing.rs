@@ -1,0 +1,181 @@
+//! A model makes the open scenario dangerous: begun, heard, and counted.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::super::super::action::Action;
+use super::super::super::loaded::{Authorship, Working, Writer, Writing};
+use super::super::super::message::Effect;
+use super::super::super::message::making::MakeId;
+use super::super::super::model::{Job, JobKind, JobState, Model, forecast_words};
+use super::super::list;
+use super::{begin as begin_with, cancel, ready, show};
+use crate::evaluation::generating::{Progress, RETRIES, SAMPLES};
+use crate::evaluation::{Event, Settings};
+use crate::judge;
+use crate::scenario::ContentHash;
+
+/// Lets the chosen model write; or stops what is under way; or shows what it made.
+pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
+    if model.maker.under_way.is_some() {
+        return cancel(model);
+    }
+    if model.model == judge::MODEL {
+        let (choose, search) = (
+            model.look.key(Action::ChooseModel),
+            model.look.key(Action::Generate),
+        );
+        model.say(format!(
+            "the built-in judge writes no attacks: {choose} chooses a model, {search} searches without one"
+        ));
+        return Vec::new();
+    }
+    let Some((hash, change)) = ready(model) else {
+        return Vec::new();
+    };
+    let asked = model.model.clone();
+    let kept = model.maker.find(hash, change);
+    let its = kept.and_then(|kept| kept.made.authorship.as_ref());
+    if model.variant().is_none() && only.is_none() && its.is_some_and(|its| its.model == asked) {
+        return show(model, true);
+    }
+    // The store would give the same again.
+    let fresh = model.maker.was_heard(hash, only, &asked);
+    let what = match only {
+        Some(id) => format!("to endanger the ego with {id}"),
+        None => "who could endanger the ego, and how".into(),
+    };
+    let words = forecast_words(model.driver.forecast);
+    let key = model.look.key(Action::Cancel);
+    let anew = if fresh { " anew" } else { "" };
+    model.say(format!(
+        "{asked} is asked{anew} {what}; the ego is planned with {words}; {key} stops it"
+    ));
+    // A variant has a name of its own, and the question is about its original.
+    let name = opened_name(model);
+    let writer = Writer {
+        model: asked,
+        name: change.map_or_else(|| name.clone(), |change| change.name(&name)),
+        library: model.library.clone(),
+        settings: Settings {
+            history: model.config.history,
+            radius: model.config.radius,
+            techniques: model.techniques_chosen.then_some(model.techniques),
+            ..Settings::default()
+        },
+        fresh,
+    };
+    begin_with(model, change, only, 1, Some(Box::new(writer)))
+}
+
+/// What happens while it writes.
+pub fn heard(model: &mut Model, progress: &Progress) {
+    if let Progress::Heard {
+        event: Event::Note(note),
+        ..
+    } = progress
+    {
+        model.say(format!("{}: {note}", model.model));
+    }
+    let Some(search) = &mut model.maker.under_way else {
+        return;
+    };
+    let mut at = match search.at {
+        Some(Working::Writing(at)) => at,
+        _ => Writing::default(),
+    };
+    at.hear(progress);
+    search.at = Some(Working::Writing(at));
+    search.waits = match progress {
+        Progress::Heard { event, .. } => match waiting(event) {
+            Some(why) => Some(why),
+            // Something arrives: the server is there again.
+            None => {
+                { search.waits.take() }.filter(|_| matches!(event, Event::Kept(_) | Event::Note(_)))
+            }
+        },
+        _ => search.waits.take(),
+    };
+}
+
+/// Why an answer does not arrive yet.
+fn waiting(event: &Event) -> Option<String> {
+    match event {
+        Event::Retrying { attempt, wait, why } => {
+            let wait = wait.as_secs_f64();
+            Some(format!("{why}; try {attempt} in {wait:.0} s"))
+        }
+        Event::Awaiting(run) => Some(format!("run {run} asks the same; waiting for it")),
+        _ => None,
+    }
+}
+
+/// Nothing dangerous came of it; what it wrote can be read.
+pub fn unwritten(model: &mut Model, words: String, wrote: Arc<Authorship>) {
+    if let Some(of) = model.made_of() {
+        model.maker.keep_unwritten(of, wrote.clone());
+        heard_out(model, of.0, &wrote);
+    }
+    let key = model.look.key(Action::VariantPanel);
+    let words = format!("{words}; {key} tells all");
+    match wrote.failed() {
+        true => model.complain(words),
+        false => model.tell(words),
+    }
+}
+
+/// A model has said all that it was to say about a scenario: where it is asked once more, it is asked anew.
+pub fn heard_out(model: &mut Model, hash: ContentHash, wrote: &Authorship) {
+    if wrote.authored.stopped.is_none() {
+        model.maker.heard_out(hash, wrote.only, &wrote.model);
+    }
+}
+
+/// Counts the answers on what is open anew.
+pub fn recount(model: &Model) -> Vec<Effect> {
+    list::recount(model, &opened_name(model))
+}
+
+/// The name of what is open, in the list.
+fn opened_name(model: &Model) -> String {
+    let place = model.list.opened;
+    let row = place.and_then(|place| model.list.rows.get(place));
+    row.map_or(String::new(), |row| row.entry.name.clone())
+}
+
+/// Work of a model, for the list of tasks.
+pub fn job(id: MakeId, name: &str, asked: &str, now: Duration) -> Job {
+    let title = format!("{name} made dangerous by {asked}");
+    let conversations = usize::try_from(SAMPLES).unwrap_or(1);
+    Job::new(JobKind::Make(id), title, conversations, now).asking()
+}
+
+/// Takes note of what it takes.
+pub fn note(job: &mut Job, progress: &Progress) {
+    if job.state == JobState::Stopping && !matches!(progress, Progress::Answered { .. }) {
+        return;
+    }
+    match progress {
+        Progress::Heard { event, .. } => match (waiting(event), event) {
+            (Some(why), _) => job.state = JobState::Waiting(why),
+            (None, Event::Answering(_) | Event::Reasoning(_) | Event::Text(_)) => {
+                job.state = JobState::Running;
+            }
+            _ => {}
+        },
+        // From the store it costs nothing.
+        Progress::Answered {
+            consumed, stored, ..
+        } => {
+            if !stored {
+                job.consumed(consumed);
+            }
+        }
+        Progress::Made(_) => job.done += 1,
+        Progress::Refused(declined) if declined.source.retry >= RETRIES => job.done += 1,
+        Progress::Choosing
+        | Progress::Chosen(_)
+        | Progress::Writing { .. }
+        | Progress::Refused(_) => {}
+    }
+}
