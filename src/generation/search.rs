@@ -39,7 +39,7 @@ impl Default for Effort {
         Self {
             candidates: 600,
             rounds: 12,
-            drives: 5,
+            drives: 8,
             attackers: 6,
             delay: 0.5,
             seed: 1,
