@@ -50,4 +50,4 @@ pub use stage::Stage;
 pub use summed::{Summed, summed};
 pub use tracking::{Wanted, track};
 pub use variant::{MARK, Saved, Variant, VariantError};
-pub use variant_document::asked;
+pub use variant_document::{asked, refusal};

@@ -31,6 +31,8 @@ pub struct Variant<'a> {
     pub refusals: &'a [Refusal],
     /// Who or what thought of it, in words: a search with its seed, or a model's id.
     pub by: &'a str,
+    /// What a model chose and wrote, where one is the author, kept in its papers under `model`.
+    pub author: Option<&'a Value>,
     /// What a run in bulk needs to take it over later instead of making it again, kept in its papers under `made`.
     pub made: Option<&'a Value>,
 }

@@ -58,6 +58,7 @@ pub(super) fn of(variant: &Variant<'_>, saved: &Saved, hash: &ContentHash) -> Va
         "risk_after": curve(&effect.after),
         "avoidable": certificates(variant, saved),
         "rejected": variant.refusals.iter().map(refusal).collect::<Vec<_>>(),
+        "model": variant.author,
         "made": variant.made,
     })
 }
@@ -159,7 +160,9 @@ fn searched(searched: &Searched) -> Value {
     })
 }
 
-fn refusal(refusal: &Refusal) -> Value {
+/// A refusal: reason, step, limit and value with its unit, in words, and whose motion it was.
+#[must_use]
+pub fn refusal(refusal: &Refusal) -> Value {
     json!({
         "reason": refusal.reason.name(),
         "step": refusal.step,

@@ -4,9 +4,8 @@ use std::path::Path;
 
 use serde_json::json;
 
-use super::document::refusal;
 use crate::cli::{Failure, Outcome, output};
-use crate::generation::{Gate, Judged, Refusal};
+use crate::generation::{Gate, Judged, Refusal, refusal};
 use crate::scenario::{Entry, Scenario, commonroad};
 
 /// Files round to four digits, mostly: half of the last one.

@@ -9,7 +9,7 @@ use super::made::Generated;
 use crate::cli::output;
 use crate::cli::plan::Missed;
 use crate::evaluation::generating::Authored;
-use crate::generation::{Avoidability, Chosen, Refusal, Saved, asked, attacker};
+use crate::generation::{Avoidability, Refusal, Saved, asked, attacker, refusal};
 use crate::scenario::Entry;
 
 /// What was made of a scenario.
@@ -69,7 +69,7 @@ pub fn unsaved(generated: &Generated, by: &str) -> Value {
         "reference_ranking": ranking(generated),
         "passed": made.found.attacks.len(),
         "driven": made.found.attacks.iter().filter(|a| a.effect.is_some()).count(),
-        "model": generated.authored.as_ref().map(|a| model(a, chosen)),
+        "model": generated.author(),
         "refused": refused(&made.found.refused),
         "taken_over": false,
         "seconds": (generated.took.as_secs_f64() * 1e3).round() / 1e3,
@@ -91,31 +91,6 @@ fn ranking(generated: &Generated) -> Value {
         })
     });
     ranked.collect()
-}
-
-/// What a model chose and wrote, and what that took.
-fn model(authored: &Authored, chosen: Option<&Chosen>) -> Value {
-    let (choice, spent) = (&authored.choice, &authored.spent);
-    let taken = chosen.and_then(|c| authored.of(&c.attack));
-    let proposal = choice.proposal.as_ref();
-    json!({
-        "attacker_by": choice.by.name(),
-        "proposal": proposal.and_then(|p| p.said.as_ref()),
-        "proposal_refused": proposal.and_then(|p| p.refused.as_ref()).map(refusal),
-        "justification": taken.map(|t| output::visible(&t.justification)),
-        "reasoning": taken.map(|t| output::visible(&t.reasoning)),
-        "run": taken.and_then(|t| t.source.run).map(|run| run.to_string()),
-        "repaired_by": taken.and_then(|t| t.admitted.repair.as_ref()).map(|r| r.moved),
-        "requests": spent.requests,
-        "answers": spent.answers,
-        "from_store": spent.stored,
-        "input_tokens": spent.input_tokens,
-        "output_tokens": spent.output_tokens,
-        "cost_usd": spent.usd,
-        "cost_usd_paid_before": spent.usd_before,
-        "unpriced": spent.unpriced,
-        "stopped": authored.stopped.as_deref().map(output::visible),
-    })
 }
 
 /// What has to be told of a model's work beside the table.
@@ -166,18 +141,4 @@ fn refused(refusals: &[Refusal]) -> BTreeMap<&'static str, usize> {
         *counts.entry(refusal.reason.name()).or_default() += 1;
     }
     counts
-}
-
-/// A refusal: reason, step, limit, value.
-pub fn refusal(refusal: &Refusal) -> Value {
-    json!({
-        "reason": refusal.reason.name(),
-        "step": refusal.step,
-        "limit": refusal.limit,
-        "value": refusal.value,
-        "unit": refusal.reason.unit(),
-        "words": output::visible(&refusal.to_string()),
-        "attacker": refusal.attacker,
-        "manoeuvre": refusal.manoeuvre,
-    })
 }

@@ -99,6 +99,7 @@ impl Job<'_> {
             "settings": generated.settings,
             "line": document::unsaved(generated, self.by),
         });
+        let author = generated.author();
         let variant = Variant {
             closed: &generated.workshop.closed,
             change,
@@ -107,6 +108,7 @@ impl Job<'_> {
             avoidability: &chosen.avoidability,
             refusals: &generated.refusals(),
             by: self.by,
+            author: author.as_ref(),
             made: Some(&made),
         };
         let id = variant.free_id(folder);

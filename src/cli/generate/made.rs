@@ -96,6 +96,13 @@ impl Generated {
         (!notes.is_empty()).then(|| notes.join("; "))
     }
 
+    /// What a model chose and wrote, and what that took.
+    pub fn author(&self) -> Option<Value> {
+        let taken = self.made.chosen.as_ref().map(|chosen| &chosen.attack);
+        let authored = self.authored.as_ref()?;
+        Some(authored.document(taken))
+    }
+
     /// Why motions were refused: of a model's answers all reasons, of a search's motions the first.
     pub fn refusals(&self) -> Vec<Refusal> {
         match &self.authored {

@@ -5,6 +5,7 @@
 //! [`crate::generation::admit`]; nothing else gets past the gate.
 
 mod choosing;
+mod document;
 mod outcome;
 mod spent;
 mod words;

@@ -48,6 +48,7 @@ fn a_variant_is_read_back_as_it_was() {
         asked: &asked,
         effect: &effect,
         avoidability: &avoidability,
+        author: None,
         made: None,
         refusals: &[refusal],
         by: "a test",

@@ -81,6 +81,8 @@ pub struct Made {
     pub by: String,
     /// What the model chose and wrote, where one did.
     pub authorship: Option<Arc<Authorship>>,
+    /// The same as its papers have it.
+    pub author: Option<serde_json::Value>,
 }
 
 /// A variant that is shown, or the original beside it.
@@ -141,6 +143,7 @@ impl Made {
             avoidability: &self.avoidability,
             refusals: &self.refused,
             by: &self.by,
+            author: self.author.as_ref(),
             made: None,
         }
     }
@@ -267,7 +270,10 @@ impl Opened {
                 None => Generated::Nothing(nothing(&thought.found, wish)),
             }));
         };
+        let author = thought.authorship.as_ref();
+        let author = author.map(|wrote| wrote.authored.document(Some(&chosen.attack)));
         let mut made = made(wish, closed, &thought.found, (chosen, passed))?;
+        made.author = author;
         made.ranked = ranked;
         if let Some(wrote) = thought.authorship {
             made.by.clone_from(&wrote.model);
@@ -349,6 +355,7 @@ fn made(
         ranked: Vec::new(),
         by: format!("search, seed {}", wish.seed),
         authorship: None,
+        author: None,
     })
 }
 

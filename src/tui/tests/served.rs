@@ -87,6 +87,11 @@ async fn a_server_writes_it_and_nothing_is_paid_for_twice() {
     assert_eq!(whole.states(), vec!["answered".to_string(); 6]);
     let made = whole.model.variant().unwrap().made.clone();
     let wrote = made.authorship.as_ref().unwrap();
+    let papers = made.variant().author.unwrap();
+    assert!(
+        papers["justification"].is_string() && papers["requests"].as_u64() > Some(0),
+        "{papers}"
+    );
     assert_eq!(
         (made.by.as_str(), wrote.authored.attacks.len()),
         ("lab/small", 5)
