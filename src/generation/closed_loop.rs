@@ -74,6 +74,9 @@ pub struct Effect {
     pub distance: Option<f64>,
     /// The attacker's lowest risk score in this drive before it is rounded, see [`UNROUNDED_RISK`].
     pub unrounded: Option<f64>,
+    /// The first step after which, before the next one, the ego touches somebody. Outcomes go by the steps alone, as
+    /// CommonRoad does; this says where they do not see all.
+    pub between: Option<i64>,
     /// Cycles that are the baseline's, as nothing had changed yet.
     pub taken_over: usize,
 }
@@ -147,6 +150,7 @@ impl ClosedLoop {
         let scores = readings(&self.driver, &changed, &drive, "risk");
         let after = curve(&scores, attacker);
         let least = least(&self.driver, &changed, &drive, attacker);
+        let between = self.driver.touched_between(&changed, &drive);
         let before = self.baseline.risk_of(attacker);
         let recorded = self.baseline.drive();
         let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
@@ -169,6 +173,7 @@ impl ClosedLoop {
             anyone_after: lowest_of_all(&scores),
             distance: least("distance"),
             unrounded: least(UNROUNDED_RISK.id),
+            between,
             taken_over: noted.taken_over,
             drive,
         })

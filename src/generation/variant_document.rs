@@ -54,6 +54,7 @@ pub(super) fn of(variant: &Variant<'_>, saved: &Saved, hash: &ContentHash) -> Va
         "min_risk_of_anyone_before": effect.anyone_before,
         "min_risk_of_anyone_after": effect.anyone_after,
         "min_distance": effect.distance,
+        "touched_after_step": effect.between,
         "risk_before": curve(&effect.before),
         "risk_after": curve(&effect.after),
         "avoidable": certificates(variant, saved),

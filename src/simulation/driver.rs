@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::collision::touches_between;
 use super::drive::start;
 use super::{Collision, Cycle, Drive, DriveError, Outcome, Settings};
 use crate::planner::{Forecaster, Guide, Limits, Memory, Plan, Planner, Road, VehicleState};
@@ -146,6 +147,22 @@ impl Driver {
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> Drive {
         self.run(scenario, stretch, None, watch).drive
+    }
+
+    /// The first step of a drive after which, before the next one, the vehicle touches somebody of `scenario`; nothing where
+    /// it touches nobody but at the steps themselves. Before a collision at a step it of course does: that step is left out.
+    #[must_use]
+    pub fn touched_between(&self, scenario: &Scenario, drive: &Drive) -> Option<i64> {
+        let collided = matches!(drive.outcome, Outcome::Collision(_));
+        let until = drive.states.len() - usize::from(collided).min(drive.states.len());
+        let body = self.road.body();
+        let pose = |state: &VehicleState| state.centre(&self.limits).pose;
+        let pairs = drive.states[..until].windows(2);
+        let mut pairs = pairs.map(|pair| (pair[0].0, (pose(&pair[0].1), pose(&pair[1].1))));
+        let without = self.settings.without;
+        let found =
+            pairs.find(|(step, poses)| touches_between(scenario, body, *poses, *step, without));
+        found.map(|(step, _)| step)
     }
 
     /// Drives a stretch.

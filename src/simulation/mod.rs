@@ -7,7 +7,7 @@ mod ego;
 mod outcome;
 mod solution;
 
-pub use collision::{Collision, Face, touches_between};
+pub use collision::{Collision, Face};
 pub use drive::{Cycle, Drive, DriveError, Settings, drive, drive_watched};
 pub use driver::{Driver, Look, Noted, Stretch};
 pub use outcome::Outcome;

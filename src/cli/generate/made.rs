@@ -93,6 +93,10 @@ impl Generated {
                 "not safe as it is: the lowest risk score of anybody is {lowest} already"
             ));
         }
+        let effect = made.chosen.as_ref().and_then(|c| c.attack.effect.as_ref());
+        if let Some(step) = effect.and_then(|effect| effect.between) {
+            notes.push(between(step));
+        }
         (!notes.is_empty()).then(|| notes.join("; "))
     }
 
@@ -110,6 +114,14 @@ impl Generated {
             None => self.made.found.refused.clone(),
         }
     }
+}
+
+/// That the steps do not see all.
+fn between(step: i64) -> String {
+    format!(
+        "between steps {step} and {} the ego is touched, at neither of them",
+        step + 1
+    )
 }
 
 /// Drives the ego of a scenario, searches, and chooses; nothing where `stop` ended that before it was done.

@@ -4,7 +4,7 @@ use super::super::avoidable::{Avoidance, Finder};
 use super::Search;
 use crate::geometry::Pose;
 use crate::planner::{Feasibility, VehicleState};
-use crate::simulation::{Collision, Drive, Look, Outcome, touches_between};
+use crate::simulation::{Collision, Drive, Look, Outcome};
 
 /// Who got away has to be able to go on for so long, seconds, with one of these accelerations, m/s².
 const GOING_ON: f64 = 2.0;
@@ -34,19 +34,8 @@ impl Search<'_> {
         let check = Feasibility::new(*driver.limits(), driver.dt());
         (arrived || over)
             && check.states(reaction, &changed).is_ok()
-            && self.is_clear_between(drive)
+            && driver.touched_between(self.scenario, drive).is_none()
             && (over || self.can_go_on(drive))
-    }
-
-    /// Whether nobody is touched between two steps either.
-    fn is_clear_between(&self, drive: &Drive) -> bool {
-        let driver = self.closed.driver();
-        let (limits, without) = (driver.limits(), driver.settings().without);
-        drive.states.windows(2).all(|pair| {
-            let poses = (pair[0].1.centre(limits).pose, pair[1].1.centre(limits).pose);
-            let body = driver.road().body();
-            !touches_between(self.scenario, body, poses, pair[0].0, without)
-        })
     }
 
     /// Whether who ends here does not end right before somebody's bumper: straight on, with one of a few accelerations,

@@ -47,6 +47,44 @@ fn the_recorded_motion_is_no_change() {
 }
 
 #[test]
+fn who_goes_through_the_ego_between_two_steps_is_told() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let ego = &closed.baseline().drive().states;
+    let recorded = *closed
+        .scenario()
+        .obstacle(CAR)
+        .unwrap()
+        .track()
+        .at(20)
+        .unwrap();
+    // From one side of the road to the other within a step, as no car could: at the steps it is 15 m away.
+    let (step, own) = ego[20];
+    let aside = |metres: f64| crate::scenario::Motion {
+        pose: crate::geometry::Pose {
+            position: own.rear.position + own.rear.left() * metres,
+            ..recorded.pose
+        },
+        ..recorded
+    };
+    let motions = vec![
+        (step - 1, recorded),
+        (step, aside(15.0)),
+        (step + 1, aside(-15.0)),
+    ];
+    let effect = closed
+        .effect(&Change {
+            obstacle: CAR,
+            motions,
+        })
+        .unwrap();
+    assert_eq!(effect.between, Some(step));
+    assert!(effect.collision().is_none(), "{:?}", effect.consequence);
+    let unchanged = closed.driver();
+    let drive = closed.baseline().drive();
+    assert_eq!(unchanged.touched_between(closed.scenario(), drive), None);
+}
+
+#[test]
 fn a_wall_in_front_is_a_collision_with_the_attacker() {
     let closed = behind_a_car(9.0, Forecast::Lane);
     let before = closed.baseline().lowest_of(CAR).unwrap();

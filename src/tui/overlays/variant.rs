@@ -148,6 +148,13 @@ fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
     let anyone = change(effect.anyone_before, effect.anyone_after);
     let risk = format!("lowest {}; of anybody {anyone}", change(before, after));
     lines.say("risk", &risk);
+    if let Some(step) = effect.between {
+        let words = format!(
+            "touched after step {step} and before {}, at neither",
+            step + 1
+        );
+        lines.say("between", &words);
+    }
     if let Some(distance) = effect.distance {
         lines.say(
             "distance",
