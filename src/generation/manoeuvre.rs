@@ -55,7 +55,7 @@ pub fn plan(
     let now = *obstacle
         .track()
         .at(from)
-        .ok_or_else(|| format!("obstacle {} is not there at step {from}", obstacle.id))?;
+        .ok_or_else(|| format!("obstacle {} is not there when it is to begin", obstacle.id))?;
     let ways = stage.ways(obstacle, from);
     let recorded = ways
         .first()
@@ -71,7 +71,14 @@ pub fn plan(
     };
     let wanted = match manoeuvre.kind {
         ManoeuvreKind::HardBrake => {
-            aim.along(recorded, manoeuvre.duration, manoeuvre.speed.unwrap_or(0.0))
+            let speed = manoeuvre.speed.unwrap_or(0.0);
+            if speed >= now.velocity {
+                return Err(format!(
+                    "obstacle {} is too slow to brake: the speed that it is to brake to is not below its own",
+                    obstacle.id
+                ));
+            }
+            aim.along(recorded, manoeuvre.duration, speed)
         }
         ManoeuvreKind::CutIn => aim.cut_in(recorded)?,
         ManoeuvreKind::Drift => aim.drift(recorded)?,
@@ -81,7 +88,7 @@ pub fn plan(
         ManoeuvreKind::PullOut => {
             if now.velocity > STANDING {
                 return Err(format!(
-                    "obstacle {} does not stand at step {from}",
+                    "obstacle {} does not stand when it is to pull out",
                     obstacle.id
                 ));
             }

@@ -24,7 +24,11 @@ pub fn of_manoeuvre(
     manoeuvre: &Manoeuvre,
     way: usize,
 ) -> Result<Change, Refusal> {
-    let plan = manoeuvre::plan(stage, obstacle, manoeuvre, way).map_err(Refusal::answer)?;
+    let plan = manoeuvre::plan(stage, obstacle, manoeuvre, way);
+    let plan = plan.map_err(|why| Refusal {
+        step: Some(stage.step_at(manoeuvre.start)),
+        ..Refusal::answer(why)
+    })?;
     follow(stage, obstacle, plan.from, &plan)
 }
 

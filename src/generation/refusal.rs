@@ -201,6 +201,13 @@ impl std::fmt::Display for Refusal {
             Reason::Answer(words) => f.write_str(words)?,
             other => f.write_str(other.name())?,
         }
+        // Things that are counted have no digits after the point.
+        if let (Reason::Several | Reason::Gap, Some(value)) = (&self.reason, self.value) {
+            write!(f, ", {value:.0} {}", self.reason.unit())?;
+            return self
+                .limit
+                .map_or(Ok(()), |limit| write!(f, ", at most {limit:.0}"));
+        }
         let unit = self.reason.unit();
         let space = if unit.is_empty() { "" } else { " " };
         if let Some(value) = self.value {

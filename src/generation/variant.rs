@@ -11,7 +11,7 @@ use crate::scenario::benchmark_id::other_traffic;
 use crate::scenario::commonroad::{
     self, NewFile, SaveError, SolutionError, WriteError, write_solution,
 };
-use crate::scenario::{ContentHash, Scenario, VehicleModel, write_recording};
+use crate::scenario::{Scenario, VehicleModel, write_recording};
 use crate::verdict::Motion;
 
 /// A change with everything that is known about it.
@@ -178,11 +178,11 @@ impl Variant<'_> {
             files.push((path, write_recording(problem, &track)?));
         }
         let xml = commonroad::write(&changed)?;
-        let hash = ContentHash::of(&xml);
-        let mut words = variant_document::of(self, &saved, &hash).to_string();
-        words.push('\n');
-        files.push((&saved.document, words.into_bytes()));
         files.push((&saved.scenario, xml));
+        let mut words = variant_document::of(self, &saved, &files).to_string();
+        words.push('\n');
+        let last = files.len() - 1;
+        files.insert(last, (&saved.document, words.into_bytes()));
         save_all(&files, overwrite)?;
         Ok(saved)
     }

@@ -1,8 +1,8 @@
 //! All that is known about a variant, as JSON.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::variant::{OTHERS, PROGRAM};
 use super::{Avoidance, Certificate, Finder, Refusal, RiskCurve, Saved, Searched, Variant};
@@ -10,8 +10,12 @@ use crate::scenario::ContentHash;
 use crate::simulation::{Collision, Drive, Face};
 use crate::verdict::{Motion, NewMotion, TrajectoryAnswer};
 
-/// The document of a variant whose files are these; `hash` is that of the changed scenario's.
-pub(super) fn of(variant: &Variant<'_>, saved: &Saved, hash: &ContentHash) -> Value {
+/// The document of a variant that is saved in these files.
+pub(super) fn of(variant: &Variant<'_>, saved: &Saved, files: &[(&PathBuf, Vec<u8>)]) -> Value {
+    let hash = |(path, bytes): &(&PathBuf, Vec<u8>)| {
+        let hash = ContentHash::of(bytes).to_string();
+        (name(path), Value::String(hash))
+    };
     let effect = variant.effect;
     let original = variant.closed.scenario();
     let driver = variant.closed.driver();
@@ -19,7 +23,7 @@ pub(super) fn of(variant: &Variant<'_>, saved: &Saved, hash: &ContentHash) -> Va
     let baseline = variant.closed.baseline().drive();
     json!({
         "variant": name(&saved.scenario),
-        "sha256": hash.to_string(),
+        "sha256": files.iter().map(hash).collect::<Map<_, _>>(),
         "benchmark_id": saved.id,
         "ego": name(&saved.ego),
         "solution": name(&saved.solution),
@@ -142,7 +146,8 @@ fn avoided(avoidance: &Avoidance, file: Option<String>) -> Value {
     json!({
         "avoided": true,
         "trajectory": file,
-        "departs_at_step": avoidance.reaction,
+        // Who drives on as if nothing had changed departs from nothing.
+        "departs_after_step": (avoidance.found != Finder::Unchanged).then_some(avoidance.reaction),
         "found_by": avoidance.found.to_string(),
         "manoeuvre": manoeuvre,
         "ends": drive(&avoidance.drive),

@@ -1,7 +1,7 @@
 //! Who touches whom, and with which side of the body.
 
 use crate::geometry::{Footprint, Placed, Point, Pose, Vector, angle_between};
-use crate::scenario::{ObstacleRole, Scenario};
+use crate::scenario::{Obstacle, ObstacleRole, Scenario};
 
 /// A side of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -54,7 +54,8 @@ impl std::fmt::Display for Collision {
 }
 
 impl Collision {
-    /// The collision of a body with anyone of `scenario` but `without` at a step: exact distance 0.
+    /// The collision of a body with anyone of `scenario` but `without` at a step: exact distance 0. Of several the first in
+    /// the file's order; see [`Self::first`].
     #[must_use]
     pub fn at(
         scenario: &Scenario,
@@ -62,28 +63,59 @@ impl Collision {
         step: i64,
         without: Option<i64>,
     ) -> Option<Self> {
-        let others = scenario.obstacles.iter().filter(|o| {
-            matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && Some(o.id) != without
-        });
-        for obstacle in others {
-            let Some(other) = obstacle.placed_at(step) else {
-                continue;
+        Self::all_at(scenario, ego, step, without).next()
+    }
+
+    /// The same for a body that was at `before` a step earlier; of several who are touched, the one that was touched
+    /// first on the way from there.
+    #[must_use]
+    pub fn first(
+        scenario: &Scenario,
+        ego: &Placed<'_>,
+        before: Option<Pose>,
+        step: i64,
+        without: Option<i64>,
+    ) -> Option<Self> {
+        let mut all: Vec<Self> = Self::all_at(scenario, ego, step, without).collect();
+        if let (Some(before), true) = (before, all.len() > 1) {
+            let way = (before, ego.pose);
+            let when = |one: &Self| {
+                let obstacle = scenario.obstacle(one.with)?;
+                touched_on(obstacle, ego.footprint, way, step - 1)
             };
+            all.sort_by_key(|one| when(one).unwrap_or(PARTS));
+        }
+        all.into_iter().next()
+    }
+
+    fn all_at<'a>(
+        scenario: &'a Scenario,
+        ego: &'a Placed<'_>,
+        step: i64,
+        without: Option<i64>,
+    ) -> impl Iterator<Item = Self> + 'a {
+        let others = scenario.obstacles.iter();
+        let others = others.filter(move |o| is_solid(o) && Some(o.id) != without);
+        others.filter_map(move |obstacle| {
+            let other = obstacle.placed_at(step)?;
             let far = ego.footprint.reach() + other.footprint.reach();
-            if (ego.pose.position - other.pose.position).norm() > far || ego.distance(&other) > 0.0
-            {
-                continue;
+            let apart = (ego.pose.position - other.pose.position).norm();
+            if apart > far || ego.distance(&other) > 0.0 {
+                return None;
             }
             let middle = middle(ego, &other);
-            return Some(Self {
+            Some(Self {
                 with: obstacle.id,
                 step,
                 ego: face(ego, &middle),
                 other: face(&other, &middle),
-            });
-        }
-        None
+            })
+        })
     }
+}
+
+fn is_solid(obstacle: &Obstacle) -> bool {
+    matches!(obstacle.role, ObstacleRole::Static | ObstacleRole::Dynamic)
 }
 
 /// Looks between two steps.
@@ -95,33 +127,38 @@ const PARTS: usize = 8;
 pub fn touches_between(
     scenario: &Scenario,
     body: &Footprint,
-    (from, to): (Pose, Pose),
+    way: (Pose, Pose),
     step: i64,
     without: Option<i64>,
 ) -> bool {
+    let mut others = scenario.obstacles.iter();
+    others.any(|obstacle| {
+        is_solid(obstacle)
+            && Some(obstacle.id) != without
+            && touched_on(obstacle, body, way, step).is_some()
+    })
+}
+
+/// The first part of the step after `step` in which a body touches an obstacle on its way; nothing where it does not, or
+/// only at the end.
+fn touched_on(
+    obstacle: &Obstacle,
+    body: &Footprint,
+    (from, to): (Pose, Pose),
+    step: i64,
+) -> Option<usize> {
+    let other = obstacle.footprint_at(step)?;
+    let (now, next) = (obstacle.motion_at(step)?, obstacle.motion_at(step + 1)?);
     let moved = (to.position - from.position).norm();
-    scenario.obstacles.iter().any(|obstacle| {
-        let solid = matches!(obstacle.role, ObstacleRole::Static | ObstacleRole::Dynamic);
-        if !solid || Some(obstacle.id) == without {
-            return false;
-        }
-        let (Some(other), Some(now), Some(next)) = (
-            obstacle.footprint_at(step),
-            obstacle.motion_at(step),
-            obstacle.motion_at(step + 1),
-        ) else {
-            return false;
-        };
-        let far = body.reach() + other.reach() + moved;
-        let far = far + (next.pose.position - now.pose.position).norm();
-        if (from.position - now.pose.position).norm() > far {
-            return false;
-        }
-        (1..PARTS).any(|part| {
-            let share = part as f64 / PARTS as f64;
-            let own = body.at(between(&from, &to, share));
-            own.distance(&other.at(between(&now.pose, &next.pose, share))) <= 0.0
-        })
+    let far = body.reach() + other.reach() + moved;
+    let far = far + (next.pose.position - now.pose.position).norm();
+    if (from.position - now.pose.position).norm() > far {
+        return None;
+    }
+    (1..PARTS).find(|part| {
+        let share = *part as f64 / PARTS as f64;
+        let own = body.at(between(&from, &to, share));
+        own.distance(&other.at(between(&now.pose, &next.pose, share))) <= 0.0
     })
 }
 

@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::collision::touches_between;
 use super::drive::start;
 use super::{Collision, Cycle, Drive, DriveError, Outcome, Settings};
+use crate::geometry::Pose;
 use crate::planner::{Forecaster, Guide, Limits, Memory, Plan, Planner, Road, VehicleState};
 use crate::scenario::{PlanningProblem, Scenario};
 
@@ -301,6 +302,8 @@ pub struct Look<'a> {
     was_on: bool,
     /// A goal that was reached before it may end the drive.
     reached: Option<usize>,
+    /// Where the ego was a step before.
+    before: Option<(i64, Pose)>,
 }
 
 impl<'a> Look<'a> {
@@ -313,6 +316,7 @@ impl<'a> Look<'a> {
             goal_from,
             was_on: false,
             reached: None,
+            before: None,
         }
     }
 
@@ -322,7 +326,10 @@ impl<'a> Look<'a> {
         let motion = state.centre(&driver.limits);
         let body = driver.road.body().at(motion.pose);
         let without = driver.settings.without;
-        if let Some(collision) = Collision::at(self.scenario, &body, step, without) {
+        let before = self.before.replace((step, motion.pose));
+        let before = before.filter(|(earlier, _)| earlier + 1 == step);
+        let before = before.map(|(_, pose)| pose);
+        if let Some(collision) = Collision::first(self.scenario, &body, before, step, without) {
             return Some(Outcome::Collision(collision));
         }
         let on = driver.road.holds(state, &driver.limits);

@@ -55,6 +55,8 @@ pub enum Named {
 #[derive(Debug, Clone, Deserialize)]
 pub struct Consumed {
     pub requests: u32,
+    #[serde(default)]
+    pub from_store: u32,
     pub input_tokens: u64,
     pub output_tokens: u64,
     pub cost_usd: f64,

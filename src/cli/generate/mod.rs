@@ -23,7 +23,7 @@ use super::plan::How;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::evaluation::generating::{RETRIES, SAMPLES};
-use crate::generation::Effort;
+use crate::generation::{DELAYS, Effort};
 use crate::scenario::commonroad::NewFile;
 use job::Job;
 use made::Wanted;
@@ -37,7 +37,7 @@ use table::Table;
 #[command(after_help = "\
 Outcomes: collision and near_miss (lowest risk score of the attacker 1 at most), with the ego planning anew against the
 changed traffic; no_effect; none where no motion got through the gate.
-Exit status: 0 every scenario has a collision or a near miss; 1 some have none, or could not be driven, or --check finds
+Exit status: 0 every scenario has a collision or a near miss; 1 some have none, or could not be attacked, or --check finds
 something; 2 usage or input error; 130 interrupted, with the files that were written.")]
 pub struct GenerateArguments {
     /// Scenario files, or folders with them.
@@ -74,8 +74,8 @@ pub struct GenerateArguments {
     #[arg(long, value_name = "N", default_value_t = Effort::default().seed)]
     seed: u64,
     /// Reaction time (s) of the good driver who has to survive it.
-    #[arg(long, value_name = "S", default_value = "0.5", value_parser = ["0.0", "0.5", "1.0", "1.5"])]
-    survive: String,
+    #[arg(long, value_name = "S", default_value = "0.5", value_parser = reaction_time)]
+    survive: f64,
     #[command(flatten)]
     how: How,
     /// One line of JSON a scenario.
@@ -102,6 +102,15 @@ const PROBE: &str = ".nearmiss-can-write";
 /// The search's name among the models.
 const SEARCH: &str = "search";
 
+fn reaction_time(word: &str) -> Result<f64, String> {
+    let said = word.parse::<f64>().ok();
+    let known = DELAYS.into_iter().find(|delay| Some(*delay) == said);
+    known.ok_or_else(|| {
+        let known = DELAYS.map(|delay| format!("{delay:.1}"));
+        format!("one of {} is needed", known.join(", "))
+    })
+}
+
 fn count(word: &str) -> Result<usize, String> {
     match word.parse() {
         Ok(n) if (1..=100_000).contains(&n) => Ok(n),
@@ -120,7 +129,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     let effort = Effort {
         candidates: arguments.candidates,
         seed: arguments.seed,
-        delay: arguments.survive.parse().unwrap_or(Effort::default().delay),
+        delay: arguments.survive,
         ..Effort::default()
     };
     let searching = arguments.model == SEARCH;
@@ -130,7 +139,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     let by = match &writer {
         Some(writer) => writer.id().to_owned(),
         None => format!(
-            "search, seed {}, at most {} motions, to be survived {} s late",
+            "search, seed {}, at most {} motions, to be survived {:.1} s late",
             arguments.seed, arguments.candidates, arguments.survive
         ),
     };

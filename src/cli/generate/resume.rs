@@ -1,7 +1,7 @@
 //! Going on where an earlier run ended: variants that it has made are taken over with all that their papers say.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
@@ -99,27 +99,18 @@ fn read(path: &Path) -> Result<Said, String> {
         return Err("it does not say with which settings it was made".into());
     }
     let folder = path.parent().unwrap_or(Path::new("."));
-    let beside = |key: &str| {
-        let name = word(&papers[key], key)?;
-        // A name is meant, not a way out of the folder.
-        match Path::new(&name).file_name() {
-            Some(file) if file == name.as_str() => Ok(folder.join(&name)),
-            _ => Err(format!("{key} is not the name of a file: {name}")),
-        }
-    };
+    let beside = |key: &str| file_beside(folder, &word(&papers[key], key)?);
     let (scenario, ego) = (beside("variant")?, beside("ego")?);
-    let hash = word(&papers["sha256"], "sha256")?;
-    let named = |file: &Path, words: &str| format!("{}: {words}", file.display());
-    let variant = system::read_file(&scenario, system::LARGEST);
-    let variant = variant.map_err(|e| named(&scenario, &system::words(&e)))?;
-    if ContentHash::of(&variant).to_string() != hash {
-        return Err(named(&scenario, "it was changed after it was made"));
+    let hashes = papers["sha256"].as_object();
+    let hashes = hashes.ok_or("no papers of a variant: sha256 is not in it")?;
+    if [&scenario, &ego]
+        .iter()
+        .any(|path| !hashes.contains_key(&file_name(path)))
+    {
+        return Err("no papers of a variant: sha256 does not have its files".into());
     }
-    let there = ego
-        .metadata()
-        .map_err(|e| named(&ego, &system::words(&e)))?;
-    if !there.is_file() {
-        return Err(named(&ego, "it is no file"));
+    for (name, hash) in hashes {
+        is_as_it_was(&file_beside(folder, name)?, word(hash, "sha256")?.as_str())?;
     }
     let mut line = made["line"].clone();
     if !line.is_object() {
@@ -143,6 +134,30 @@ fn read(path: &Path) -> Result<Said, String> {
         settings: made["settings"].clone(),
         line,
     })))
+}
+
+/// The file of this name in a folder. A name is meant, not a way out of the folder.
+fn file_beside(folder: &Path, name: &str) -> Result<PathBuf, String> {
+    match Path::new(name).file_name() {
+        Some(file) if file == name => Ok(folder.join(name)),
+        _ => Err(format!("this is not the name of a file: {name}")),
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+/// Whether a file is there, and still has the content with this hash.
+fn is_as_it_was(path: &Path, hash: &str) -> Result<(), String> {
+    let named = |words: &str| format!("{}: {words}", path.display());
+    let bytes = system::read_file(path, system::LARGEST);
+    let bytes = bytes.map_err(|e| named(&system::words(&e)))?;
+    match ContentHash::of(&bytes).to_string() == hash {
+        true => Ok(()),
+        false => Err(named("it was changed after it was made")),
+    }
 }
 
 /// Whether the file at `path` is a report of an earlier run, which may be replaced.

@@ -24,7 +24,11 @@ fn line(scenario: &str) -> Value {
 fn papers(id: &str, scenario: &str) -> Value {
     json!({
         "variant": format!("{id}.xml"), "ego": format!("{id}.csv"), "benchmark_id": id,
-        "sha256": ContentHash::of(XML).to_string(), "original": {"sha256": ContentHash::of(b"original").to_string()},
+        "sha256": {
+            format!("{id}.xml"): ContentHash::of(XML).to_string(),
+            format!("{id}.csv"): ContentHash::of(b"step").to_string(),
+        },
+        "original": {"sha256": ContentHash::of(b"original").to_string()},
         "rejected": [{"reason": "jerk"}], "made": {"settings": settings(), "line": line(scenario)},
     })
 }
@@ -92,6 +96,12 @@ fn what_cannot_be_trusted_is_named_with_the_reason() {
     assert!(changed.contains("changed after it was made"));
     let no_ego = of(&|folder, _| std::fs::remove_file(folder.join("A.csv")).unwrap());
     assert!(no_ego.contains("A.csv: "), "{no_ego}");
+    let other_ego = of(&|folder, _| std::fs::write(folder.join("A.csv"), "steps").unwrap());
+    assert!(other_ego.contains("A.csv: it was changed"), "{other_ego}");
+    let no_way_out = of(&|_, said| said["sha256"]["A.avoid-0.5.csv"] = "0123".into());
+    assert!(no_way_out.contains("A.avoid-0.5.csv: "), "{no_way_out}");
+    let no_hash = of(&|_, said| said["sha256"] = json!({}));
+    assert!(no_hash.contains("sha256 does not have its files"));
     let away = of(&|_, said| said["variant"] = "../A.xml".into());
     assert!(away.contains("not the name of a file"));
     let odd = of(&|_, said| said["made"]["line"]["outcome"] = "splendid".into());

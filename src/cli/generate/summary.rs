@@ -35,8 +35,9 @@ pub struct Summary {
     candidates: usize,
     refused: BTreeMap<String, usize>,
     seconds: Vec<f64>,
-    /// Of models.
+    /// Of models: answers, and how many of them were in the store.
     requests: u32,
+    stored: u32,
     tokens: u64,
     usd: f64,
     unpriced: u32,
@@ -72,6 +73,7 @@ impl Summary {
         self.seconds.push(figures.seconds);
         if let Some(consumed) = &figures.model {
             self.requests += consumed.requests;
+            self.stored += consumed.from_store;
             self.tokens += consumed.input_tokens + consumed.output_tokens;
             self.usd += consumed.cost_usd;
             self.unpriced += consumed.unpriced;
@@ -112,12 +114,16 @@ impl Summary {
             (self.collisions, "collision"),
             (self.near_misses, "near miss"),
             (self.no_effect, "without effect"),
-            (self.none, "without a motion that passes"),
-            (self.missed + self.unfit, "not driven"),
+            (self.none, "of which nothing was made"),
+            (self.missed + self.unfit, "that could not be attacked"),
         ];
         let counts = counts.iter().filter(|(n, _)| *n > 0);
         let counts: Vec<String> = counts.map(|(n, what)| format!("{n} {what}")).collect();
-        let mut text = format!("{} scenarios: {}\n", self.done(), counts.join(", "));
+        let scenarios = match self.done() {
+            1 => "1 scenario".into(),
+            n => format!("{n} scenarios"),
+        };
+        let mut text = format!("{scenarios}: {}\n", counts.join(", "));
         if let (Some(before), Some(after)) = (mean(&self.before), mean(&self.after)) {
             text.push_str(&format!(
                 "lowest risk score of the attacker, mean: {before:.2} → {after:.2}\n"
@@ -158,7 +164,7 @@ impl Summary {
         }
         let refused: usize = self.refused.values().sum();
         text.push_str(&format!(
-            "{} motions tried, {refused} refused; all that is written passes the gate\n",
+            "{} motions tried, {refused} refused\n",
             self.candidates
         ));
         let kinds: Vec<String> = self.kinds.iter().map(|(k, n)| format!("{n} {k}")).collect();
@@ -170,18 +176,29 @@ impl Summary {
             ));
         }
         if self.requests > 0 {
-            text.push_str(&format!(
-                "{} requests, {} tokens, {:.4} USD{}\n",
-                self.requests,
-                self.tokens,
-                self.usd,
-                match self.unpriced {
-                    0 => String::new(),
-                    n => format!(", and {n} answers whose price is not known"),
-                }
-            ));
+            text.push_str(&self.consumed());
         }
         text
+    }
+
+    /// What models consumed.
+    fn consumed(&self) -> String {
+        let sent = self.requests.saturating_sub(self.stored);
+        let cost = match self.unpriced {
+            0 => format!("{:.4} USD", self.usd),
+            n if n >= self.requests => "at a price that is not known".into(),
+            n => format!(
+                "{:.4} USD, and {n} answers whose price is not known",
+                self.usd
+            ),
+        };
+        let stored = match self.stored {
+            0 => String::new(),
+            n => format!(
+                ", {n} answers from the store (their tokens and price are counted, and were paid before)"
+            ),
+        };
+        format!("{sent} requests{stored}; {} tokens, {cost}\n", self.tokens)
     }
 
     fn done(&self) -> usize {
@@ -219,6 +236,7 @@ impl Summary {
             },
             "median_seconds": seconds.get(seconds.len() / 2),
             "requests": self.requests,
+            "from_store": self.stored,
             "tokens": self.tokens,
             "cost_usd": self.usd,
             "unpriced": self.unpriced,
@@ -244,14 +262,17 @@ impl Summary {
         let without = self.no_effect + self.none;
         match (without, self.missed + self.unfit) {
             (0, 0) => Ok(()),
-            _ if self.unfit == self.all => Err(Failure::input("no scenario could be driven")),
-            (0, n) => finding(format!("{n} of {} scenarios could not be driven", self.all)),
+            _ if self.unfit == self.all => Err(Failure::input("no scenario could be attacked")),
+            (0, n) => finding(format!(
+                "{n} of {} scenarios could not be attacked",
+                self.all
+            )),
             (n, 0) => finding(format!(
                 "{n} of {} scenarios have neither a collision nor a near miss",
                 self.all
             )),
             (n, m) => finding(format!(
-                "{n} of {} scenarios have neither a collision nor a near miss, and {m} could not be driven",
+                "{n} of {} scenarios have neither a collision nor a near miss, and {m} could not be attacked",
                 self.all
             )),
         }

@@ -68,13 +68,14 @@ impl Gate<'_> {
             let twice = twice.filter(|o| !theirs.get(&o.id).is_some_and(|t| std::ptr::eq(*t, *o)));
             refusals.extend(twice.map(|o| Refusal::of(Reason::Reshaped(o.id))));
         }
-        let mut changed = Vec::new();
+        let (mut changed, mut reshaped) = (Vec::new(), false);
         for ours in &original.obstacles {
             let Some(theirs) = theirs.remove(&ours.id) else {
                 refusals.push(Refusal::of(Reason::Missing(ours.id)));
                 continue;
             };
             if is_reshaped(ours, theirs) {
+                reshaped = true;
                 refusals.push(Refusal::of(Reason::Reshaped(ours.id)));
             } else if let Some((from, change)) = change(ours, theirs) {
                 changed.push(Judged {
@@ -88,6 +89,8 @@ impl Gate<'_> {
         let added = added.filter(|o| theirs.contains_key(&o.id));
         refusals.extend(added.map(|o| Refusal::of(Reason::Added(o.id))));
         match changed.len() {
+            // The motion of somebody else's body is held against nothing.
+            0 if reshaped => {}
             0 => refusals.push(Refusal::of(Reason::Unchanged)),
             1 => {}
             n => refusals.push(Refusal::of(Reason::Several).with(n as f64, 1.0)),

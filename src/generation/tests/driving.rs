@@ -1,10 +1,11 @@
 //! The ego against a change.
 
-use super::{CAR, behind_a_car, braking, settings};
+use super::{CAR, behind_a_car, braking, car, settings, state};
 use crate::generation::{Change, ChangeError, Consequence};
+use crate::geometry::{Footprint, Pose, Shape};
 use crate::planner::Forecast;
-use crate::scenario::{Scenario, bundled};
-use crate::simulation::{Driver, Face, Outcome, Stretch};
+use crate::scenario::{Motion, Scenario, bundled};
+use crate::simulation::{Collision, Driver, Face, Outcome, Stretch};
 
 #[test]
 fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
@@ -47,6 +48,32 @@ fn the_recorded_motion_is_no_change() {
 }
 
 #[test]
+fn of_two_who_touch_the_ego_at_a_step_the_first_one_counts() {
+    let closed = behind_a_car(25.0, Forecast::Lane);
+    let mut scenario = Scenario::clone(closed.scenario());
+    let along = |x: f64| Motion {
+        pose: Pose::new(x, 0.0, 0.0),
+        velocity: 0.0,
+        acceleration: 0.0,
+    };
+    let from_to = |id: i64, from: f64, to: f64| {
+        let mut obstacle = car(&[state(0, &along(from)), state(1, &along(to))], 0.1);
+        obstacle.id = id;
+        obstacle
+    };
+    // One comes from the front and touches the body of 4.5 m just before step 1; the other one, which comes later in the
+    // file, is in its rear long before that.
+    scenario.obstacles = vec![from_to(1, 10.0, 4.4), from_to(2, -5.0, -2.0)];
+    let body = Footprint::new(Shape::rectangle(4.5, 1.8)).unwrap();
+    let ego = body.at(Pose::new(0.0, 0.0, 0.0));
+    let at = Collision::at(&scenario, &ego, 1, None).unwrap();
+    assert_eq!(at.with, 1);
+    let first = |before| Collision::first(&scenario, &ego, before, 1, None).unwrap();
+    assert_eq!((first(None).with, first(Some(ego.pose)).with), (1, 2));
+    assert_eq!(first(Some(ego.pose)).ego, Face::Rear);
+}
+
+#[test]
 fn who_goes_through_the_ego_between_two_steps_is_told() {
     let closed = behind_a_car(25.0, Forecast::Lane);
     let ego = &closed.baseline().drive().states;
@@ -59,8 +86,8 @@ fn who_goes_through_the_ego_between_two_steps_is_told() {
         .unwrap();
     // From one side of the road to the other within a step, as no car could: at the steps it is 15 m away.
     let (step, own) = ego[20];
-    let aside = |metres: f64| crate::scenario::Motion {
-        pose: crate::geometry::Pose {
+    let aside = |metres: f64| Motion {
+        pose: Pose {
             position: own.rear.position + own.rear.left() * metres,
             ..recorded.pose
         },
