@@ -47,6 +47,16 @@ impl Default for Effort {
     }
 }
 
+impl std::fmt::Display for Effort {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "search, seed {}, at most {} motions, to be survived {:.1} s late",
+            self.seed, self.candidates, self.delay
+        )
+    }
+}
+
 /// What a search has found.
 #[derive(Debug, Default)]
 pub struct Found {

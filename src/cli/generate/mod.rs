@@ -138,10 +138,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         .transpose()?;
     let by = match &writer {
         Some(writer) => writer.id().to_owned(),
-        None => format!(
-            "search, seed {}, at most {} motions, to be survived {:.1} s late",
-            arguments.seed, arguments.candidates, arguments.survive
-        ),
+        None => effort.to_string(),
     };
     let entries = inputs::originals(entries, &arguments.paths)?;
     let past = prepared(arguments)?;

@@ -113,6 +113,7 @@ impl Opened {
                 Ok(Some(Thought {
                     found,
                     chosen,
+                    by: model.clone(),
                     authorship: Some(Authorship {
                         model: model.clone(),
                         only: wish.only,

@@ -114,6 +114,8 @@ pub enum Generated {
 pub(super) struct Thought {
     pub found: Found,
     pub chosen: Option<Chosen>,
+    /// Who thought.
+    pub by: String,
     /// What a model wrote.
     pub authorship: Option<Authorship>,
 }
@@ -272,11 +274,10 @@ impl Opened {
         };
         let author = thought.authorship.as_ref();
         let author = author.map(|wrote| wrote.authored.document(Some(&chosen.attack)));
-        let mut made = made(wish, closed, &thought.found, (chosen, passed))?;
-        made.author = author;
-        made.ranked = ranked;
+        let who = (thought.by, wish.only);
+        let mut made = made(who, closed, &thought.found, (chosen, passed))?;
+        (made.author, made.ranked) = (author, ranked);
         if let Some(wrote) = thought.authorship {
-            made.by.clone_from(&wrote.model);
             made.refused = wrote.authored.refusals();
             made.authorship = Some(Arc::new(wrote));
         }
@@ -326,12 +327,13 @@ fn searched(
     Ok(Some(Thought {
         found,
         chosen,
+        by: effort.to_string(),
         authorship: None,
     }))
 }
 
 fn made(
-    wish: &Wish,
+    (by, only): (String, Option<i64>),
     closed: ClosedLoop,
     found: &Found,
     (chosen, passed): (Chosen, Passed),
@@ -351,9 +353,9 @@ fn made(
         passed,
         refused: found.refused.clone(),
         progress: found.progress(),
-        only: wish.only,
+        only,
         ranked: Vec::new(),
-        by: format!("search, seed {}", wish.seed),
+        by,
         authorship: None,
         author: None,
     })
