@@ -279,7 +279,7 @@ fn the_panel_tells_everything_and_follows_the_clock() {
     let panel = bench.frame(200, 60);
     for words in [
         format!("{} {attacker}", obstacle.kind),
-        "search, seed 1: computed, not recorded".into(),
+        "search, seed 1, at most ".into(),
         format!("X collision with {attacker}"),
         format!("{} → 0", effect.lowest_before().unwrap()),
         "0.5 s      ".into(),
