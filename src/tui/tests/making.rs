@@ -80,7 +80,11 @@ fn a_key_makes_it_dangerous_and_shows_how_far_it_is() {
         best: Some(Consequence::NearMiss),
     };
     bench.send(Msg::Make(MakeNews::Working(id, Working::Driving(3, 90))));
-    assert!(bench.frame(120, 40).contains("driving the original, step 3/90"));
+    assert!(
+        bench
+            .frame(120, 40)
+            .contains("driving the original, step 3/90")
+    );
     let searching = Working::Searching(progress, 600);
     bench.send(Msg::Make(MakeNews::Working(id, searching)));
     let wide = bench.frame(200, 60);
