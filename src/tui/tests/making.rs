@@ -26,13 +26,13 @@ fn stopped(bench: &Bench) -> usize {
 }
 
 /// The last search that was asked for ends.
-fn arrive(bench: &mut Bench) {
+pub fn arrive(bench: &mut Bench) {
     let (id, wish) = asked(bench).pop().expect("a search was asked for");
     bench.send(Msg::Make(MakeNews::Ended(id, generated(&wish))));
 }
 
 /// A bundled scenario that is open.
-fn open(name: &str) -> Bench {
+pub fn open(name: &str) -> Bench {
     let mut bench = Bench::bundled();
     bench.press("/");
     bench.type_text(name);
@@ -58,7 +58,7 @@ fn shown(bench: &Bench) -> &VariantShown {
     bench.model.variant().expect("a variant is shown")
 }
 
-fn made(bench: &Bench) -> &Made {
+pub fn made(bench: &Bench) -> &Made {
     &shown(bench).made
 }
 
