@@ -190,11 +190,11 @@ fn the_original_of_a_variant_is_found_where_it_was_or_where_it_is_said_to_be() {
     let text = format!("{}\n", super::bundled_xml(name));
     let original = nearmiss::scenario::commonroad::read(text.as_bytes(), name).unwrap();
     let attacker = original.obstacles[0].id;
-    for folder in ["in", "out", "elsewhere"] {
-        std::fs::create_dir(home.files().join(folder)).unwrap();
-    }
+    std::fs::create_dir(home.files().join("elsewhere")).unwrap();
     home.write("in/own.xml", &text);
     home.write("out/variant.xml", &text);
+    let ego = std::fs::read(format!("scenarios/{name}.ego_trajectory.csv")).unwrap();
+    home.write("out/variant.ego_trajectory.csv", ego);
     let papers = serde_json::json!({
         "variant": "variant.xml",
         "attacker": attacker,
@@ -206,7 +206,13 @@ fn the_original_of_a_variant_is_found_where_it_was_or_where_it_is_said_to_be() {
     let recorded = format!("{attacker} recorded");
     let render = |more: &[&str], status: i32| {
         let all = ["render", "out/variant.xml", "--at"];
-        home.run(&[&all[..], more].concat()).status(status)
+        let view = ["--view", "all"];
+        let view = if more.contains(&"plot") {
+            &[][..]
+        } else {
+            &view
+        };
+        home.run(&[&all[..], more, view].concat()).status(status)
     };
     let found = render(&["20"], 0);
     assert!(found.stdout.contains(&recorded), "{}", found.stdout);
