@@ -181,3 +181,63 @@ fn a_variant_is_drawn_with_the_motion_before_the_change() {
         assert!(!svg.contains(&recorded), "{svg}");
     }
 }
+
+#[test]
+fn the_original_of_a_variant_is_found_where_it_was_or_where_it_is_said_to_be() {
+    let home = Home::new();
+    let name = "ZAM_RedLight-1_1_T-1";
+    // Not byte for byte the bundled one: that would be found in any case.
+    let text = format!("{}\n", super::bundled_xml(name));
+    let original = nearmiss::scenario::commonroad::read(text.as_bytes(), name).unwrap();
+    let attacker = original.obstacles[0].id;
+    std::fs::create_dir(home.files().join("elsewhere")).unwrap();
+    home.write("in/own.xml", &text);
+    home.write("out/variant.xml", &text);
+    let ego = std::fs::read(format!("scenarios/{name}.ego_trajectory.csv")).unwrap();
+    home.write("out/variant.ego_trajectory.csv", ego);
+    let papers = serde_json::json!({
+        "variant": "variant.xml",
+        "attacker": attacker,
+        "change": { "from_step": 0 },
+        "original": { "benchmark_id": name, "sha256": original.hash.to_string() },
+        "made": { "line": { "file": "in/own.xml" } },
+    });
+    home.write("out/variant.json", papers.to_string());
+    let recorded = format!("{attacker} recorded");
+    let render = |more: &[&str], status: i32| {
+        let all = ["render", "out/variant.xml", "--at"];
+        let view = ["--view", "all"];
+        let view = if more.contains(&"plot") {
+            &[][..]
+        } else {
+            &view
+        };
+        home.run(&[&all[..], more, view].concat()).status(status)
+    };
+    let found = render(&["20"], 0);
+    assert!(found.stdout.contains(&recorded), "{}", found.stdout);
+    assert_eq!(found.stderr, "");
+
+    let (there, gone) = ("in/own.xml", "elsewhere/other.xml");
+    std::fs::rename(home.files().join(there), home.files().join(gone)).unwrap();
+    let without = render(&["20"], 0);
+    assert!(!without.stdout.contains(&recorded), "{}", without.stdout);
+    let note = "drawn without the motion before the change";
+    assert_eq!(without.stderr.matches(note).count(), 1);
+    let without = without.says(&["in/own.xml", "--original FILE"]);
+    assert_eq!(without.stderr.lines().count(), 1, "{}", without.stderr);
+    let nothing = render(&["9999"], 2).says(&["--at 9999"]);
+    assert!(!nothing.stderr.contains(note), "{}", nothing.stderr);
+
+    let named = render(&["20", "--original", gone], 0);
+    assert!(named.stdout.contains(&recorded), "{}", named.stdout);
+    assert_eq!(named.stderr, "");
+    let hash = original.hash.to_string();
+    render(&["20", "--original", name], 2).says(&["--original", "SHA-256", &hash]);
+    render(&["20", "--original", "nobody.xml"], 2).says(&["nobody.xml"]);
+    render(&["20", "--original", gone, "--what", "plot"], 2).says(&["--original is about the map"]);
+    let alone = ["render", name, "--original", gone];
+    home.run(&alone)
+        .status(2)
+        .says(&["is no variant", "NAME.json"]);
+}

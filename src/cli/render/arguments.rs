@@ -33,6 +33,10 @@ pub struct Render {
     /// Which part of the map, in metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego,60].
     #[arg(long, value_name = "VIEW", value_parser = Seen::parse, allow_hyphen_values = true)]
     pub view: Option<Seen>,
+    /// What a variant of `nearmiss generate` was made of, a CommonRoad file or the name of a bundled scenario: drawn is
+    /// the attacker's motion before the change, too [default: looked for where the variant's papers say].
+    #[arg(long, value_name = "FILE")]
+    pub original: Option<PathBuf>,
     /// Turn the map so that the ego drives upwards.
     #[arg(long)]
     pub rotate: bool,
@@ -172,6 +176,8 @@ impl Render {
             "--view is about the map, and --what does not ask for one"
         } else if no_map && self.rotate {
             "--rotate is about the map, and --what does not ask for one"
+        } else if no_map && self.original.is_some() {
+            "--original is about the map, and --what does not ask for one"
         } else if self.what == Shown::Map && !self.plot.is_empty() {
             "--plot needs --what plot or --what both"
         } else {

@@ -124,15 +124,13 @@ impl Job<'_> {
         };
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
-        let original = match self.arguments.what {
-            Shown::Plot => None,
-            _ => Original::of(entry).unwrap_or_else(|why| {
-                let file = entry.display();
-                output::say(&format!(
-                    "nearmiss: {file}: drawn without the motion before the change: {why}"
-                ));
-                None
-            }),
+        let (original, missing) = match (self.arguments.what, &self.arguments.original) {
+            (Shown::Plot, _) => (None, None),
+            (_, Some(named)) => (Some(Original::named(entry, named)?), None),
+            (_, None) => match Original::of(entry) {
+                Ok(original) => (original, None),
+                Err(why) => (None, Some(why)),
+            },
         };
         let mut figure =
             Figure::new(subject, &entry.name, look, &self.thresholds).map_err(|e| match e {
@@ -150,7 +148,15 @@ impl Job<'_> {
         let steps = self.steps(entry, figure.steps(), figure.telling_step())?;
         self.write(entry, &steps, subject.scenario.dt(), |step| {
             Ok(figure.at(step))
-        })
+        })?;
+        // Not before: where nothing is drawn, nothing is drawn without something.
+        if let Some(why) = missing {
+            output::say(&format!(
+                "nearmiss: {}: drawn without the motion before the change: {why}",
+                entry.display()
+            ));
+        }
+        Ok(())
     }
 
     fn open(&self, entry: &Entry) -> Result<Option<Opened>, Failure> {

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use crate::cli::output;
+use crate::cli::open::entry;
+use crate::cli::{Failure, output};
 use crate::picture::Variation;
 use crate::scenario::{Entry, Place, Scenario, bundled, commonroad};
 
@@ -22,6 +23,8 @@ struct Papers {
     sha256: String,
     attacker: i64,
     from: i64,
+    /// Where the original was when the variant was made, seen from the folder that was the current one then.
+    made_of: Option<PathBuf>,
 }
 
 impl Original {
@@ -37,18 +40,46 @@ impl Original {
             return Ok(None);
         };
         let scenario = papers.original(file).ok_or_else(|| {
+            let made_of = papers.made_of.as_ref().map_or(String::new(), |path| {
+                format!("nor {}, ", output::visible(&path.display().to_string()))
+            });
             format!(
-                "the original {} (SHA-256 {}) is neither beside it, nor a folder above, nor one of the bundled \
-                 scenarios",
+                "the original {} (SHA-256 {}) is neither beside it, nor a folder above, {made_of}nor one of the \
+                 bundled scenarios; --original FILE says where it is",
                 output::visible(&papers.id),
                 output::visible(&papers.sha256)
             )
         })?;
-        Ok(Some(Self {
-            scenario,
-            attacker: papers.attacker,
-            from: papers.from,
-        }))
+        Ok(Some(papers.with(scenario)))
+    }
+
+    /// The scenario that somebody says is the original of an entry.
+    ///
+    /// # Errors
+    /// It cannot be read, no papers lie beside the entry, or they are about another original.
+    pub fn named(variant: &Entry, original: &Path) -> Result<Self, Failure> {
+        let about = match &variant.place {
+            Place::File(file) => Papers::beside(file),
+            _ => None,
+        };
+        let papers = about.ok_or_else(|| {
+            Failure::input(format!(
+                "--original: {} is no variant with the papers of `nearmiss generate` (NAME.json) beside it",
+                variant.display()
+            ))
+        })?;
+        let scenario = entry(original)?.read().map_err(Failure::input)?;
+        match papers.are_of(&scenario) {
+            true => Ok(papers.with(scenario)),
+            false => Err(Failure::input(format!(
+                "--original {}: its SHA-256 is {}, and {} was made of {} with {}",
+                original.display(),
+                scenario.hash,
+                variant.display(),
+                output::visible(&papers.id),
+                output::visible(&papers.sha256)
+            ))),
+        }
     }
 
     /// Both motions of the attacker, in a variant of this.
@@ -77,12 +108,25 @@ impl Papers {
             sha256: original["sha256"].as_str()?.into(),
             attacker: said["attacker"].as_i64()?,
             from: said["change"]["from_step"].as_i64()?,
+            made_of: said["made"]["line"]["file"].as_str().map(PathBuf::from),
         })
+    }
+
+    fn with(self, scenario: Arc<Scenario>) -> Original {
+        Original {
+            scenario,
+            attacker: self.attacker,
+            from: self.from,
+        }
+    }
+
+    fn are_of(&self, scenario: &Scenario) -> bool {
+        scenario.hash.to_string() == self.sha256
     }
 
     /// The original, byte for byte.
     fn original(&self, file: &Path) -> Option<Arc<Scenario>> {
-        let same = |scenario: &Scenario| scenario.hash.to_string() == self.sha256;
+        let same = |scenario: &Scenario| self.are_of(scenario);
         let own = bundled().into_iter().filter(|entry| entry.name == self.id);
         let mut own = own.filter_map(|entry| entry.read().ok());
         if let Some(scenario) = own.find(|scenario| same(scenario)) {
@@ -90,8 +134,16 @@ impl Papers {
         }
         let folder = file.parent()?;
         let above = folder.join("..");
-        let places = [folder, &above].map(|folder| folder.join(self.file()));
-        let mut there = places.iter().filter_map(|p| commonroad::read_file(p).ok());
+        let mut places = [folder, &above]
+            .map(|folder| folder.join(self.file()))
+            .to_vec();
+        if let Some(made_of) = &self.made_of {
+            // As it was said then, and with OUT and the originals beside each other also from any other folder.
+            places.extend([made_of.clone(), above.join(made_of)]);
+        }
+        // Papers may name anything; what is no file may never end.
+        let files = places.iter().filter(|path| path.is_file());
+        let mut there = files.filter_map(|path| commonroad::read_file(path).ok());
         there.find(same).map(Arc::new)
     }
 

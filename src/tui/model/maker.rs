@@ -160,17 +160,22 @@ impl KeptVariant {
 pub fn working_words(at: Option<Working>, whole: bool) -> String {
     match at {
         None => "generating".into(),
-        Some(Working::Driving(_, 0) | Working::Showing(_, 0)) => "generating: the ego".into(),
-        Some(Working::Driving(done, of)) => format!("generating: ego {done}/{of}"),
-        Some(Working::Showing(done, of)) => format!("generating: variant {done}/{of}"),
+        Some(Working::Driving(done, of)) => driving_words("the original", (done, of), whole),
+        Some(Working::Showing(done, of)) => driving_words("the variant", (done, of), whole),
         Some(Working::Writing(at)) => writing_words(&at, whole),
-        Some(Working::Trying(done, of)) => format!("generating: motion {}/{of} driven", done + 1),
-        Some(Working::Proving) => "generating: ways out".into(),
+        Some(Working::Trying(done, of)) if whole => {
+            format!("generating: driving against motion {} of {of}", done + 1)
+        }
+        Some(Working::Trying(done, of)) => format!("driving against motion {}/{of}", done + 1),
+        Some(Working::Proving) if whole => {
+            "generating: looking for ways a good driver avoids it".into()
+        }
+        Some(Working::Proving) => "can it be avoided?".into(),
         Some(Working::Searching(progress, of)) if !whole => {
-            format!("generating {}/{of}", progress.tried)
+            format!("trying motion {}/{of}", progress.tried)
         }
         Some(Working::Searching(progress, of)) => format!(
-            "generating {}/{of}, {} refused, {} driven, best {}",
+            "generating: motion {} of {of}, {} refused, {} driven, best {}",
             progress.tried,
             progress.refused,
             progress.driven,
@@ -179,12 +184,22 @@ pub fn working_words(at: Option<Working>, whole: bool) -> String {
     }
 }
 
+/// How far the ego's drive is, in words; nothing is known of that where it has not begun.
+fn driving_words(what: &str, (done, of): (usize, usize), whole: bool) -> String {
+    match (of, whole) {
+        (0, true) => format!("generating: driving {what}"),
+        (0, false) => format!("driving {what}"),
+        (_, true) => format!("generating: driving {what}, step {done} of {of}"),
+        (_, false) => format!("driving {what}, step {done}/{of}"),
+    }
+}
+
 /// How far a model is, in words.
 fn writing_words(at: &Writing, whole: bool) -> String {
     if at.begun == 0 {
-        return "model: attacker".into();
+        return "model: chooses the attacker".into();
     }
-    let mut words = format!("model: answer {}/{}", at.begun, at.of);
+    let mut words = format!("model: writes motion {}/{}", at.begun, at.of);
     if whole {
         if at.retry > 0 {
             words.push_str(&format!(", try {}", at.retry + 1));

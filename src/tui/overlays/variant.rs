@@ -52,9 +52,9 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
     let mut lines = Lines::new(&model.theme, width);
     let made = &*shown.made;
     outcome(&mut lines, model, made);
+    avoidable(&mut lines, model, made);
     difference(&mut lines, model, made);
     attack(&mut lines, model, shown);
-    avoidable(&mut lines, model, made);
     match &made.authorship {
         Some(wrote) => authorship::written(&mut lines, model, wrote, Some(made.effect.attacker)),
         None => refused(&mut lines, made),

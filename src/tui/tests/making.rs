@@ -26,13 +26,13 @@ fn stopped(bench: &Bench) -> usize {
 }
 
 /// The last search that was asked for ends.
-fn arrive(bench: &mut Bench) {
+pub fn arrive(bench: &mut Bench) {
     let (id, wish) = asked(bench).pop().expect("a search was asked for");
     bench.send(Msg::Make(MakeNews::Ended(id, generated(&wish))));
 }
 
 /// A bundled scenario that is open.
-fn open(name: &str) -> Bench {
+pub fn open(name: &str) -> Bench {
     let mut bench = Bench::bundled();
     bench.press("/");
     bench.type_text(name);
@@ -58,7 +58,7 @@ fn shown(bench: &Bench) -> &VariantShown {
     bench.model.variant().expect("a variant is shown")
 }
 
-fn made(bench: &Bench) -> &Made {
+pub fn made(bench: &Bench) -> &Made {
     &shown(bench).made
 }
 
@@ -80,13 +80,17 @@ fn a_key_makes_it_dangerous_and_shows_how_far_it_is() {
         best: Some(Consequence::NearMiss),
     };
     bench.send(Msg::Make(MakeNews::Working(id, Working::Driving(3, 90))));
-    assert!(bench.frame(120, 40).contains("generating: ego 3/90"));
+    assert!(
+        bench
+            .frame(120, 40)
+            .contains("driving the original, step 3/90")
+    );
     let searching = Working::Searching(progress, 600);
     bench.send(Msg::Make(MakeNews::Working(id, searching)));
     let wide = bench.frame(200, 60);
-    let words = "generating 210/600, 96 refused, 5 driven, best near miss";
+    let words = "generating: motion 210 of 600, 96 refused, 5 driven, best near miss";
     assert!(wide.contains(words), "{wide}");
-    assert!(bench.frame(80, 24).contains("generating 210/600"));
+    assert!(bench.frame(80, 24).contains("trying motion 210/600"));
     let job = bench.model.jobs.all.last().unwrap();
     assert_eq!((job.done, job.of), (210, 600));
     assert!(bench.model.variant().is_none(), "not before it is found");

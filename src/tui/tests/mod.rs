@@ -21,6 +21,7 @@ mod look;
 mod looking;
 mod making;
 mod map;
+mod narrow;
 mod opening;
 mod panes;
 mod pictures;

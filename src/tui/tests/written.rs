@@ -195,7 +195,7 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
         let frame = bench.frame(200, 60);
         frame.lines().next().unwrap().to_string()
     };
-    assert!(hear(&mut bench, Progress::Choosing).contains("model: attacker"));
+    assert!(hear(&mut bench, Progress::Choosing).contains("model: chooses the attacker"));
     let event = Event::Retrying {
         attempt: 2,
         wait: Duration::from_secs(7),
@@ -234,10 +234,10 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
         Progress::Refused(Box::new(declined(0, 2, Vec::new()))),
     );
     let line = hear(&mut bench, Progress::Writing { sample, retry });
-    let words = "model: answer 2/5, try 2, 0 passed, 1 refused · $0.5000";
+    let words = "model: writes motion 2/5, try 2, 0 passed, 1 refused · $0.5000";
     assert!(line.contains(words), "{line}");
     assert_eq!((job(&bench).done, job(&bench).of), (1, 5));
-    assert!(bench.frame(80, 24).contains("model: answer 2/5"));
+    assert!(bench.frame(80, 24).contains("model: writes motion 2/5"));
     // Who quits is asked, as something is paid for.
     bench.press("q");
     assert!(said(&bench.model).contains("1 question is running"));

@@ -6,13 +6,14 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
+use crate::generation::Consequence;
 use crate::judge;
 use crate::scenario::EgoSource;
 use crate::simulation::Outcome;
 use crate::text::visible;
 use crate::tui::action::Action;
-use crate::tui::loaded::Opened;
-use crate::tui::model::{JobKind, Model, working_words};
+use crate::tui::loaded::{Opened, VariantShown};
+use crate::tui::model::{JobKind, Model, consequence_words, working_words};
 use crate::tui::widgets::words::fit;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
@@ -20,28 +21,14 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let dim = Style::new().fg(theme.dim);
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
     let (running, who) = (running(model, area.width), asked_model(model, area.width));
-    let task = model.task.name();
-    let mut asked = format!(
-        "{running}{task} · {} · {} · {who} ",
-        frame_name(model),
-        model.techniques
-    );
-    // What runs matters more than how would be asked, and the scenario's name more than both.
-    if !running.is_empty() && asked.width() + LEAST > usize::from(area.width) {
-        asked = format!("{running}{task} · {who} ");
-    }
-    let room = usize::from(area.width).saturating_sub(asked.chars().count() + 12);
+    let asked = asked(model, area.width, &running, &who);
+    let room = usize::from(area.width).saturating_sub(asked.width() + PROGRAM);
     let mut line = Line::from(vec![Span::styled(" nearmiss ", bold)]);
     if let Some(opened) = &model.opened {
         // An ego that was chosen changes every number on the screen: it comes before the name.
         let mut room = room;
         if let Some(shown) = &opened.variant {
-            let word = if shown.changed {
-                "variant · "
-            } else {
-                "original · "
-            };
-            let word = fit(word, room);
+            let word = fit(which(shown), room);
             room = room.saturating_sub(word.width());
             let style = Style::new().fg(theme.attacker).add_modifier(Modifier::BOLD);
             line.push_span(Span::styled(word, style));
@@ -76,15 +63,53 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         }
     }
     frame.render_widget(line, area);
-    let width = u16::try_from(asked.chars().count())
-        .unwrap_or(0)
-        .min(area.width);
+    let width = u16::try_from(asked.width()).unwrap_or(0).min(area.width);
     let right = Rect {
         x: area.right() - width,
         width,
         ..area
     };
     frame.render_widget(Span::styled(asked, Style::new().fg(theme.title)), right);
+}
+
+/// What is at the right, as much of it as there is room for: what runs matters more than how would be asked, and the
+/// scenario's name more than both; so does what a variant leads to.
+fn asked(model: &Model, width: u16, running: &str, who: &str) -> String {
+    let task = model.task.name();
+    let whole = format!(
+        "{running}{task} · {} · {} · {who} ",
+        frame_name(model),
+        model.techniques
+    );
+    let short = format!("{running}{task} · {who} ");
+    let fits = |words: &str, left: usize| words.width() + left <= usize::from(width);
+    let opened = model.opened.as_deref();
+    let variant = opened.and_then(|opened| Some((opened, opened.variant.as_ref()?)));
+    let left = match variant {
+        Some((opened, shown)) => {
+            let facts = which(shown).width() + ego(opened, width).width() + SEPARATOR;
+            PROGRAM + facts + opened.name.width().min(NAME)
+        }
+        None if running.is_empty() => 0,
+        None => LEAST,
+    };
+    if fits(&whole, left) {
+        return whole;
+    }
+    if fits(&short, left) || (variant.is_none() && model.maker.under_way.is_none()) {
+        return short;
+    }
+    match running.strip_suffix(" · ") {
+        Some(running) => format!("{running} "),
+        None => String::new(),
+    }
+}
+
+fn which(shown: &VariantShown) -> &'static str {
+    match shown.changed {
+        true => "variant · ",
+        false => "original · ",
+    }
 }
 
 /// The frame; that of the trajectory task has the same name as the task.
@@ -94,6 +119,15 @@ fn frame_name(model: &Model) -> String {
         name => name.to_string(),
     }
 }
+
+/// Columns of the program's name, and between left and right.
+const PROGRAM: usize = 12;
+
+/// Columns after a fact.
+const SEPARATOR: usize = 3;
+
+/// Columns of its name that a variant keeps beside what it leads to.
+const NAME: usize = 24;
 
 /// Columns that are left to the program's and the scenario's name.
 const LEAST: usize = 36;
@@ -169,10 +203,22 @@ fn ego(opened: &Opened, width: u16) -> String {
         Some(EgoSource::Solution { vehicle, .. }) => format!("ego of a solution, {vehicle}"),
         Some(EgoSource::Obstacle(id)) => format!("{id} as ego"),
         Some(EgoSource::Planned { .. }) => match opened.planned.as_ref().map(|p| p.outcome) {
-            Some(outcome) if width >= NARROW => format!("ego planned, {}", in_short(&outcome)),
+            Some(outcome) if width >= NARROW => {
+                format!("ego planned, {}", led_to(opened, &outcome))
+            }
+            Some(outcome) if opened.variant.is_some() => led_to(opened, &outcome),
             _ => "ego planned".to_string(),
         },
         None => "no ego".to_string(),
+    }
+}
+
+/// How the ego's drive ended, or in a variant that it was a near one.
+fn led_to(opened: &Opened, outcome: &Outcome) -> String {
+    let changed = opened.variant.as_ref().filter(|shown| shown.changed);
+    match changed.map(|shown| shown.made.effect.consequence) {
+        Some(near @ Consequence::NearMiss) => consequence_words(&near).into(),
+        _ => in_short(outcome),
     }
 }
 

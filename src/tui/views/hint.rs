@@ -16,8 +16,9 @@ use crate::tui::widgets::words::{fit, pad};
 
 pub fn draw(frame: &mut Frame<'_>, parts: &Parts, model: &Model) {
     let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
-    // An answer that somebody has asked for is not covered.
-    let shown = model.recall.hint && model.answers.shown == Shown::Reference;
+    // An answer that somebody has asked for is not covered; and who has made a variant is past the first verdict.
+    let free = model.answers.shown == Shown::Reference && model.variant().is_none();
+    let shown = model.recall.hint && free;
     let (true, Some((_, pane))) = (shown, reasoning) else {
         return;
     };

@@ -127,6 +127,17 @@ impl<'a> Board<'a> {
     /// Writes words beside a body, where they cover neither anything written nor anything reserved; says whether there
     /// was room.
     pub fn beside(&mut self, body: &Area, words: &str, style: Style) -> bool {
+        self.beside_clear_of(&[], body, words, style)
+    }
+
+    /// The same, where they do not cover what is in `others` either.
+    pub fn beside_clear_of(
+        &mut self,
+        others: &[Area],
+        body: &Area,
+        words: &str,
+        style: Style,
+    ) -> bool {
         let width = columns(words);
         let (right, left) = (body.x.1 + 1, body.x.0 - 1 - width);
         let (middle, over, under) = ((body.y.0 + body.y.1 - 1) / 2, body.y.0 - 1, body.y.1);
@@ -145,7 +156,9 @@ impl<'a> Board<'a> {
             x: (x, x + width),
             y: (y, y + 1),
         });
-        let free = areas.into_iter().find(|area| self.is_free(area));
+        let clear = |area: &Area| !others.iter().any(|other| other.meets(area));
+        let mut areas = areas.into_iter();
+        let free = areas.find(|area| self.is_free(area) && clear(area));
         if let Some(area) = free {
             self.write(area, words, style);
         }

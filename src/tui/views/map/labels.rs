@@ -16,6 +16,7 @@ struct Label {
     style: Style,
     /// Around the vehicle.
     body: Area,
+    whose: On,
 }
 
 pub fn draw(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projection, step: i64) {
@@ -30,8 +31,10 @@ pub fn draw(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projec
             },
             style: bold(theme.ego),
             body: board.cells(&body),
+            whose: On::Ego,
         });
     }
+    let attacker = model.variant().map(|shown| shown.made.effect.attacker);
     let wanted = if model.map.layers.labels {
         wanted(model, opened, view, step)
     } else {
@@ -64,7 +67,19 @@ pub fn draw(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projec
             _ => (text, style),
         };
         let body = board.cells(&body);
-        labels.push(Label { text, style, body });
+        labels.push(Label {
+            text,
+            style,
+            body,
+            whose: On::Obstacle(id),
+        });
+    }
+    let first = labels
+        .iter()
+        .position(|label| Some(label.whose) == attacker.map(On::Obstacle));
+    if let Some(first) = first {
+        let attackers = labels.remove(first);
+        most_telling(board, &attackers, &labels);
     }
     for label in &labels {
         board.reserve(label.body);
@@ -74,7 +89,25 @@ pub fn draw(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projec
     }
 }
 
-/// The picked obstacle, then those nearest to the ego at this step, or without an ego to the middle of the map.
+/// The attacker's label has its place before all others. Where there is little room it loses words, and if nothing else
+/// helps, it covers others, but never the ego.
+fn most_telling(board: &mut Board<'_>, label: &Label, others: &[Label]) {
+    board.reserve(label.body);
+    let ego = others.iter().filter(|other| other.whose == On::Ego);
+    ego.for_each(|ego| board.reserve(ego.body));
+    let bodies: Vec<Area> = others.iter().map(|other| other.body).collect();
+    let shorter = label.text.replace(" contact ", " ");
+    let shortest = shorter.rsplit_once(' ').map_or("", |(start, _)| start);
+    let texts = [&label.text, &shorter, shortest];
+    for clear_of in [&bodies[..], &[]] {
+        let mut texts = texts.iter().filter(|text| !text.is_empty());
+        if texts.any(|text| board.beside_clear_of(clear_of, &label.body, text, label.style)) {
+            return;
+        }
+    }
+}
+
+/// The attacker of a variant and the picked obstacle, then those nearest to the ego at this step, or without an ego to the middle of the map.
 fn wanted(model: &Model, opened: &Opened, view: &Projection, step: i64) -> Vec<i64> {
     let mut near: Vec<(f64, i64)> = match &opened.series {
         Some(series) => series
@@ -93,12 +126,14 @@ fn wanted(model: &Model, opened: &Opened, view: &Projection, step: i64) -> Vec<i
             .collect(),
     };
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let picked = model.picked.into_iter();
+    let attacker = model.variant().map(|shown| shown.made.effect.attacker);
+    let attacker = attacker.filter(|id| Some(*id) != model.picked);
     let others = near
         .into_iter()
         .map(|(_, id)| id)
-        .filter(|id| Some(*id) != model.picked);
-    picked.chain(others.take(MOST)).collect()
+        .filter(|id| Some(*id) != model.picked && Some(*id) != attacker);
+    let first = model.picked.into_iter().chain(attacker);
+    first.chain(others.take(MOST)).collect()
 }
 
 /// Around a body, on the canvas.

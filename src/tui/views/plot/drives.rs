@@ -5,7 +5,7 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
 use ratatui::symbols::Marker;
-use ratatui::text::{Line, Span};
+use ratatui::text::Span;
 use ratatui::widgets::canvas::{Canvas, Points};
 
 use super::{axes, stroke};
@@ -34,25 +34,22 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     let dt = opened.scenario.dt();
     let curves = curves(model, opened, planned, what);
     let now = model.clock.step() as f64 * dt;
-    let (name, unit) = match what {
-        Drives::Risk => ("attacker's risk", ""),
-        Drives::Speed => ("speed", "m/s"),
-        Drives::Distance => ("from planned to recorded ego", "m"),
+    // What is said where there is little room: the axis says the unit of speeds.
+    let (name, unit, short) = match what {
+        Drives::Risk => ("attacker's risk", "", ("risk", "")),
+        Drives::Speed => ("speed", "m/s", ("", "")),
+        Drives::Distance => (
+            "from planned to recorded ego",
+            "m",
+            ("between both egos", "m"),
+        ),
     };
-    let mut title = Line::from(name);
-    for curve in &curves {
-        let at = curve
-            .points
-            .iter()
-            .find(|(t, _)| (t - now).abs() < dt / 2.0);
-        let value = at.map_or("–".to_string(), |(_, v)| quantity(*v, unit));
-        title.push_span(Span::raw(" · "));
-        let words = match what {
-            Drives::Risk | Drives::Speed => format!("{}{} {value}", curve.sign, curve.name),
-            Drives::Distance => format!("now {value}"),
-        };
-        title.push_span(Span::styled(words, Style::new().fg(curve.color)));
+    let room = usize::from(area.width).saturating_sub(4);
+    let mut title = title(name, unit, &curves, (what, now, dt));
+    if title.iter().map(|part| width(part) + 3).sum::<usize>() > room + 3 {
+        title = self::title(short.0, short.1, &curves, (what, now, dt));
     }
+    let title = super::fitting(title, room);
     let inner = frame::pane(f, area, model, Pane::Plot, title);
     let all = || curves.iter().flat_map(|c| c.points.iter());
     let high = all().map(|p| p.1).fold(1.0, f64::max);
@@ -86,6 +83,31 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
         });
     f.render_widget(canvas, plot);
     model.drawn.time_scale(plot);
+}
+
+/// What the plot is of, and each curve's value now, without a name where that is empty.
+fn title(
+    name: &'static str,
+    unit: &str,
+    curves: &[Curve],
+    (what, now, dt): (Drives, f64, f64),
+) -> Vec<Vec<Span<'static>>> {
+    let values = curves.iter().map(|curve| {
+        let mut points = curve.points.iter();
+        let at = points.find(|(t, _)| (t - now).abs() < dt / 2.0);
+        let value = at.map_or("–".to_string(), |(_, v)| quantity(*v, unit));
+        let words = match what {
+            Drives::Risk | Drives::Speed => format!("{}{} {value}", curve.sign, curve.name),
+            Drives::Distance => format!("now {value}"),
+        };
+        vec![Span::styled(words, Style::new().fg(curve.color))]
+    });
+    let name = (!name.is_empty()).then(|| vec![Span::raw(name)]);
+    name.into_iter().chain(values).collect()
+}
+
+fn width(part: &[Span<'_>]) -> usize {
+    part.iter().map(Span::width).sum()
 }
 
 fn curves(model: &Model, opened: &Opened, planned: &Planned, what: Drives) -> Vec<Curve> {
