@@ -79,6 +79,11 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
 fn attack(lines: &mut Lines, model: &Model, shown: &VariantShown) {
     let made = &*shown.made;
     lines.title("the attack");
+    let by = match made.authorship {
+        Some(_) => format!("written by {}; all else is computed here", made.by),
+        None => format!("{}: computed, not recorded", made.by),
+    };
+    lines.say("source", &visible(&by));
     match &made.asked {
         Motion::Manoeuvre(manoeuvre) => lines.say("does", &manoeuvre_words(manoeuvre)),
         Motion::Waypoints(points) => {
@@ -125,16 +130,11 @@ fn manoeuvre_words(m: &Manoeuvre) -> String {
 
 fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
     let effect = &made.effect;
-    lines.title("what the attack leads to");
+    lines.title("what the attack leads to, computed");
     let id = effect.attacker;
     let kind = made.closed.scenario().obstacle(id).map(|o| o.kind);
     let who = kind.map_or(id.to_string(), |kind| format!("{kind} {id}"));
     lines.say("attacker", &visible(&who));
-    let by = match made.authorship {
-        Some(_) => format!("written by {}; all else is computed here", made.by),
-        None => format!("{}: computed, not recorded", made.by),
-    };
-    lines.say("source", &visible(&by));
     let (words, color) = match effect.consequence {
         Consequence::Collision(c) => (format!("X collision with {c}"), model.theme.danger),
         Consequence::NearMiss => ("! near miss".to_string(), model.theme.warning),
