@@ -203,7 +203,11 @@ impl std::fmt::Display for Refusal {
         }
         // Things that are counted have no digits after the point.
         if let (Reason::Several | Reason::Gap, Some(value)) = (&self.reason, self.value) {
-            write!(f, ", {value:.0} {}", self.reason.unit())?;
+            let of = match self.reason {
+                Reason::Gap => " steps",
+                _ => "",
+            };
+            write!(f, ": {value:.0}{of}")?;
             return self
                 .limit
                 .map_or(Ok(()), |limit| write!(f, ", at most {limit:.0}"));

@@ -42,7 +42,7 @@ fn more_than_one_change_is_refused() {
     assert_eq!(compared.refusals.len(), 1);
     assert_eq!(
         compared.refusals[0].to_string(),
-        "several changed obstacles 2.0000 obstacles, at most 1.0000"
+        "several changed obstacles: 2, at most 1"
     );
     let verdicts: Vec<_> = compared.changed.iter().map(|c| c.verdict.is_ok()).collect();
     assert_eq!(verdicts, [false, true]);
