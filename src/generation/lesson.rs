@@ -29,7 +29,7 @@ impl Tried {
 const REACH: f64 = 0.5;
 
 /// The costs of all of `tried`, in their order: of those that were driven what the drive showed, of others what is to be expected.
-pub(super) fn expected(arms: &[Arm], tried: &[Tried]) -> Vec<f64> {
+fn expected(arms: &[Arm], tried: &[Tried]) -> Vec<f64> {
     let driven = tried.iter().filter(|t| t.attack.effect.is_some());
     // How much worse each drive was than its rehearsal hoped.
     let lessons: Vec<(&Tried, f64)> = driven
