@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use nearmiss::evaluation::batch::{Manner, Matrix, Spec, TruthSource};
+use nearmiss::evaluation::batch::{Matrix, RequestSettings, Spec, TruthSource};
 use nearmiss::prompts::Techniques;
 use nearmiss::scenario::bundled;
 use nearmiss::store::{Ending, NewItem, NewRun, Origin, Run, RunId, RunState, Store};
@@ -120,7 +120,7 @@ fn spec() -> String {
             samples: 1,
             more_leads: Vec::new(),
             transforms: Vec::new(),
-            manner: Manner::default(),
+            manner: RequestSettings::default(),
         },
         truth: TruthSource::Geometry,
         templates: Default::default(),

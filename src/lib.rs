@@ -1,9 +1,74 @@
 //! A workbench for safety-critical driving scenarios: reading, measuring, describing, asking, comparing.
+//!
+//! The manual for users is in [`docs`]; `nearmiss help TOPIC` prints the same pages. This page is for those who
+//! change the program.
+//!
+//! # How data flows
+//!
+//! ```text
+//!  files ──► scenario ──► metrics ──► text ──► prompts ──► llm ──► verdict ──┐
+//!               │            │                                              ▼
+//!               │            ├──► judge: the right answer ────────────► evaluation ──► store
+//!               │            ├──► picture: figures                          ▲          reports
+//!               ▼            ▼                                              │
+//!            planner ──► simulation ──► generation: dangerous variants ─────┘
+//!
+//!  workflow: open, plan and generate, once for cli and tui; config tells what the user wants;
+//!  geometry and system lie beneath
+//! ```
+//!
+//! A file becomes a [`scenario::Scenario`], and with an ego a [`scenario::Scene`], on which everything else works.
+//! [`metrics`] reads numbers off it and [`text`] puts a window of it into words; [`prompts`] wraps the words into
+//! messages, [`llm`] sends them, and [`verdict`] reads the answer. [`judge`] answers the same questions from
+//! geometry. [`evaluation`] joins these parts: it runs a case from end to end and keeps it in the [`store`].
+//! [`workflow`] is what the program does, once for its two faces, [`cli`] and [`tui`], which do not know each other;
+//! `src/main.rs` brings them together.
+//!
+//! # Where to look
+//!
+//! | module | the question it answers |
+//! |---|---|
+//! | [`geometry`] | Do two bodies touch, how far apart are they, when do they meet? |
+//! | [`scenario`] | What does this file say, where is its ego, what is doubtful in it? |
+//! | [`metrics`] | How dangerous is an obstacle at a step, and by which definition? |
+//! | [`text`] | How is a window of a scene put into words, and where does each number in them come from? |
+//! | [`prompts`] | Which template is used, what does it become, what bounds it? |
+//! | [`llm`] | How is a provider asked, what does it cost, what may not leak, what went wrong? |
+//! | [`verdict`] | What does an answer say, as data, even where its form is off? |
+//! | [`judge`] | What is the right answer? |
+//! | [`planner`] | Which motion is the best one now? |
+//! | [`simulation`] | How does the ego's drive through the recorded traffic end? |
+//! | [`generation`] | Which motion of which obstacle makes this scene dangerous, possible and survivable? |
+//! | [`store`] | What was asked before, what is known of it, who asks it right now? |
+//! | [`evaluation`] | What becomes of one case, and of many: truth, claims, statistics, reports? |
+//! | [`workflow`] | How is a scenario opened, planned or attacked, with which events on the way? |
+//! | [`picture`] | How does it look on paper: SVG, PNG, GIF? |
+//! | [`config`] | What does the user want, and from which file and line? |
+//! | [`system`] | What does the operating system say, in plain words; how are files written whole? |
+//! | [`cli`] | What does a command do, and with which status does it end? |
+//! | [`tui`] | What does a key do, and what is drawn? |
+//! | [`docs`] | How is it used? |
+//!
+//! # Rules
+//!
+//! Modules import only what `tests/architecture/rules.rs` allows: [`geometry`], [`prompts`], [`llm`], [`verdict`],
+//! [`config`], [`docs`] and [`system`] know no other module (all may use [`system`]), and outside crates such as
+//! `ratatui`, `reqwest` or `rusqlite` have one home each. Every file says in its first line what it is for and has
+//! at most 400 lines.
+//!
+//! In the workbench, data goes one way: a key becomes an action, `tui::update` changes the model and asks for
+//! effects, `tui::tasks` works them off and sends messages back, and `tui::views` and `tui::overlays` draw the
+//! model without changing it.
+//!
+//! What must hold is told by the tests: `tests/architecture.rs` the rules above, `tests/cli.rs` the commands,
+//! `tests/terminal.rs` the workbench in a real terminal, `tests/measures.rs` and `tests/paper.rs` the numbers.
+//! `CONTRIBUTING.md` lists the files to touch for common changes.
 
 /// The command line: one file a subcommand.
 pub mod cli;
 /// The user's folders and configuration file.
 pub mod config;
+pub mod docs;
 /// One case from end to end.
 pub mod evaluation;
 /// Making a safe scenario dangerous: attackers, the gate, avoidability.
@@ -28,7 +93,7 @@ pub mod scenario;
 pub mod simulation;
 /// Every run, in SQLite.
 pub mod store;
-/// The operating system: what it says, in plain words, and files that somebody names.
+/// The operating system: what it says, in plain words, and files that users name.
 pub mod system;
 /// Scenes in words.
 pub mod text;
@@ -36,3 +101,4 @@ pub mod text;
 pub mod tui;
 /// What judges say, as structured data.
 pub mod verdict;
+pub mod workflow;

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use nearmiss::{cli, tui};
 
 fn main() -> ExitCode {
+    cli::report_panics();
     let arguments = cli::arguments();
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,

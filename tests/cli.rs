@@ -5,12 +5,16 @@
 mod accounts;
 #[path = "cli/ask.rs"]
 mod ask;
+#[path = "cli/bare.rs"]
+mod bare;
 #[path = "cli/batches.rs"]
 mod batches;
 #[path = "cli/bulk.rs"]
 mod bulk;
 #[path = "cli/convert.rs"]
 mod convert;
+#[path = "cli/crashed.rs"]
+mod crashed;
 #[path = "cli/doctor.rs"]
 mod doctor;
 #[path = "cli/egos.rs"]
@@ -31,18 +35,24 @@ mod hostile;
 mod inspecting;
 #[path = "cli/interrupted.rs"]
 mod interrupted;
+#[path = "cli/kept.rs"]
+mod kept;
 #[path = "cli/killed.rs"]
 mod killed;
 #[path = "cli/long_jobs.rs"]
 mod long_jobs;
 #[path = "cli/look.rs"]
 mod look;
+#[path = "cli/manual.rs"]
+mod manual;
 #[path = "cli/metrics.rs"]
 mod metrics;
 #[path = "cli/models.rs"]
 mod models;
 #[path = "cli/paused.rs"]
 mod paused;
+#[path = "cli/piped.rs"]
+mod piped;
 #[path = "cli/plan.rs"]
 mod plan;
 #[path = "cli/planted.rs"]
@@ -65,6 +75,8 @@ mod render;
 mod reports;
 #[path = "protobuf/rich.rs"]
 mod rich;
+#[path = "cli/secrets.rs"]
+mod secrets;
 #[path = "cli/stored.rs"]
 mod stored;
 mod support;

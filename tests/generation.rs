@@ -6,18 +6,19 @@ mod support;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use nearmiss::evaluation::usual_planning;
-use nearmiss::generation::{Consequence, Effort, Gate, Made, Workshop};
+use nearmiss::evaluation::default_planning;
+use nearmiss::generation::{Consequence, Effort, Gate, Made, VariantGenerator};
 use nearmiss::scenario::{Entry, Scenario, commonroad, find};
 
 /// Every so many scenarios are taken, with fewer motions: the search is slow without optimisation.
 const EVERY: usize = if cfg!(debug_assertions) { 15 } else { 1 };
 const CANDIDATES: usize = if cfg!(debug_assertions) { 60 } else { 600 };
 
-fn made(scenario: &Arc<Scenario>, effort: &Effort, only: Option<i64>) -> (Workshop, Made) {
+fn made(scenario: &Arc<Scenario>, effort: &Effort, only: Option<i64>) -> (VariantGenerator, Made) {
     let problem = &scenario.planning_problems[0];
-    let workshop = Workshop::new(Arc::clone(scenario), problem, &usual_planning()).unwrap();
-    let made = workshop.search(effort, only, &|| true).unwrap();
+    let workshop =
+        VariantGenerator::new(Arc::clone(scenario), problem, &default_planning()).unwrap();
+    let made = workshop.search(effort, only, &mut |_| true).unwrap();
     (workshop, made)
 }
 

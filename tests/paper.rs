@@ -314,15 +314,14 @@ fn an_obstacle_can_be_the_ego_and_has_no_row_itself() {
 }
 
 #[test]
-fn what_is_too_large_is_named() {
-    let initial = state("initialState", 0, 1.0, &exact(0.0, 1.0));
-    let obstacle = dynamic(9, &initial, &[state("state", 1, 1.0, &exact(0.0, 1.0))]);
+fn what_is_too_large_is_refused_where_it_is_read() {
+    let text = "<commonRoad commonRoadVersion=\"2020a\" benchmarkID=\"ZAM_Test-1_1_T-1\" timeStepSize=\"0.1\"/>";
+    let scenario = commonroad::read(text.as_bytes(), "test.xml").unwrap();
     let recording = "timestep,x_position,y_position,orientation,velocity,acceleration\n\
         0,0,0,0.8,0,0\n1,-1.7e308,-1.7e308,0.8,0,0\n";
-    let error = rows(&scene_of(&obstacle, recording)).unwrap_err();
-    assert_eq!((error.obstacle, error.timestep), (9, 1));
-    assert!(
-        error.to_string().contains("obstacle 9 at step 1"),
-        "{error}"
-    );
+    let error = read_recording(recording.as_bytes(), "ego.csv", &scenario).unwrap_err();
+    let said = error.to_string();
+    for words in ["ego.csv", "line 3", "x_position", "out of all reason"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
 }

@@ -6,7 +6,7 @@
 
 mod support;
 
-use nearmiss::evaluation::usual_planning;
+use nearmiss::evaluation::default_planning;
 use nearmiss::planner::Forecast;
 use nearmiss::scenario::{Entry, find};
 use nearmiss::simulation::{Outcome, Settings, drive};
@@ -19,7 +19,7 @@ const EVERY: usize = if cfg!(debug_assertions) { 10 } else { 1 };
 fn driven(entries: &[Entry], forecast: Forecast) -> (usize, usize, usize) {
     let settings = Settings {
         forecast,
-        ..usual_planning()
+        ..default_planning()
     };
     let some: Vec<&Entry> = entries.iter().step_by(EVERY).collect();
     let ends = some.par_iter().map(|entry| {

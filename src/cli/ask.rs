@@ -13,6 +13,7 @@ use bound::Bound;
 use clap::builder::PossibleValuesParser;
 
 use super::cost;
+use super::interrupt::{self, INTERRUPTED};
 use super::open::configuration;
 use super::prompt::Asked;
 use super::time;
@@ -120,27 +121,32 @@ pub fn run(arguments: &Ask) -> Outcome {
         .map_err(Failure::input)?;
     let answer = runtime.block_on(async {
         let mut words = stream::Words::new(!arguments.json);
-        let mut number = None;
+        let (mut number, mut unstored) = (None, None);
         let answer = tokio::select! {
             answer = evaluation::run(&question, &judge, store, &wanted, |event| {
-                if let Event::Kept(run) = &event {
-                    number = Some(*run);
+                match &event {
+                    Event::Kept(run) => number = Some(*run),
+                    Event::NotStored(words) => unstored = Some(words.clone()),
+                    _ => {}
                 }
                 words.hear(event);
             }) => {
                 answer.map_err(|error| bound::refused(error, bound.as_ref()))
             }
-            _ = tokio::signal::ctrl_c() => Err(Failure {
+            () = interrupt::signal() => Err(Failure {
                 message: String::new(),
-                status: 130,
+                status: INTERRUPTED,
             }),
         };
         words.end();
-        answer.map_err(|failure| match failure.status {
-            130 => interrupted(number, arguments.no_store),
-            _ => failure,
-        })
-    })?;
+        answer
+            .map_err(|failure| match failure.status {
+                INTERRUPTED => interrupted(number, arguments.no_store),
+                _ => failure,
+            })
+            .map(|answer| (answer, unstored))
+    });
+    let (answer, unstored) = answer?;
     if arguments.json {
         output::json(&document::document(&answer, &question.case, &judge))?;
     } else {
@@ -151,6 +157,9 @@ pub fn run(arguments: &Ask) -> Outcome {
         output::say(&format!(
             "nearmiss: the verdict names obstacles that the scenario does not have: {unknown:?}"
         ));
+    }
+    if let Some(message) = unstored {
+        return Err(Failure { message, status: 2 });
     }
     match &answer.judged {
         Judged::Verdict(_) | Judged::Other(_) => Ok(()),
@@ -175,7 +184,7 @@ fn interrupted(run: Option<RunId>, no_store: bool) -> Failure {
     };
     Failure {
         message,
-        status: 130,
+        status: INTERRUPTED,
     }
 }
 
@@ -276,6 +285,9 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
     }
     if !answer.repairs().is_empty() {
         text.push_str(&format!("repaired      {}\n", answer.repairs().join("; ")));
+    }
+    if let Some(why) = answer.cut_off() {
+        text.push_str(&format!("cut off       {why}\n"));
     }
     if answer.model_differs() {
         let returned = answer.model_returned.as_deref().unwrap_or_default();

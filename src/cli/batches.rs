@@ -8,6 +8,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::filters::store;
+use super::interrupt::{self, INTERRUPTED};
 use super::open::configuration;
 use super::{Failure, Outcome, output, time};
 use crate::evaluation::remote::{self, GivenUp, Progress, RemoteError};
@@ -86,13 +87,13 @@ pub fn run(arguments: &Batches) -> Outcome {
     }
 }
 
-/// Until Ctrl-C: whatever it interrupts is in the store and can be done again.
+/// Until Ctrl-C or SIGTERM: whatever it interrupts is in the store and can be done again.
 async fn interruptible(work: impl Future<Output = Outcome>) -> Outcome {
     tokio::select! {
         done = work => done,
-        _ = tokio::signal::ctrl_c() => Err(Failure {
+        () = interrupt::signal() => Err(Failure {
             message: "interrupted; the batches stay with their providers: `nearmiss batches collect` goes on".into(),
-            status: 130,
+            status: INTERRUPTED,
         }),
     }
 }

@@ -1,9 +1,10 @@
 //! Which runs of the store are meant: the filters of `runs` and `export`.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use super::{Failure, open};
-use crate::store::{Decision, Filter, Origin, RunState, Store, moment};
+use crate::store::{Decision, Filter, Origin, RunState, Store, StoreError, moment};
 use crate::verdict::Task;
 
 /// Narrows runs down.
@@ -66,10 +67,17 @@ impl Filters {
 
 /// The store of the user's data folder.
 pub fn store() -> Result<Arc<Store>, Failure> {
+    opened(Store::open)
+}
+
+/// The store of the user's data folder for a command that only reads, also where nothing can be written.
+pub fn store_to_read() -> Result<Arc<Store>, Failure> {
+    opened(Store::open_to_read)
+}
+
+fn opened(open: impl Fn(&Path) -> Result<Store, StoreError>) -> Result<Arc<Store>, Failure> {
     let (folders, _) = open::configuration()?;
-    Store::open(&folders.store())
-        .map(Arc::new)
-        .map_err(Failure::input)
+    open(&folders.store()).map(Arc::new).map_err(Failure::input)
 }
 
 fn state(word: &str) -> Result<RunState, String> {

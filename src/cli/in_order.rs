@@ -52,7 +52,7 @@ fn ordered<T: Send>(
                 let (sender, receiver) = sync_channel(1);
                 scope.spawn(move |_| {
                     if !stopped() {
-                        // Nobody listens any more after an early end.
+                        // The receiver is gone after an early end.
                         let _ = sender.send(work(i));
                     }
                 });

@@ -1,32 +1,125 @@
-//! Ctrl-C and SIGTERM during a long job that has something to tidy up.
+//! Ctrl-C and SIGTERM: every headless command ends within a second, and what was done stays.
+//!
+//! A command that has something to finish looks at a flag and ends by itself. What does not end in time (a huge file that
+//! is being read, a server's name that is looked up) is ended: rows on standard output are whole lines, and files in the
+//! making are removed.
 
 use std::io;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Once, OnceLock};
+use std::time::Duration;
 
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
+use tokio::sync::Notify;
+
+use super::output;
+use crate::system::remove_unfinished;
 
 /// The exit status of an interrupted program.
 pub const INTERRUPTED: u8 = 130;
 
+/// How long a command may take to finish, a little less than its last words need.
+pub const GRACE: Duration = Duration::from_millis(500);
+
+/// After this a command that has not finished is ended. Without optimisation everything takes some ten times as long.
+const LATEST: Duration = Duration::from_millis(if cfg!(debug_assertions) { 3000 } else { 850 });
+
+/// How long the last line on standard output is waited for.
+const LAST_LINE: Duration = Duration::from_millis(100);
+
+/// What the signals set.
+struct Heard {
+    flag: Arc<AtomicBool>,
+    /// Whether the command has something to finish.
+    tidies: AtomicBool,
+    woken: Notify,
+}
+
+fn heard() -> &'static Heard {
+    static HEARD: OnceLock<Heard> = OnceLock::new();
+    HEARD.get_or_init(|| Heard {
+        flag: Arc::default(),
+        tidies: AtomicBool::new(false),
+        woken: Notify::new(),
+    })
+}
+
 /// A flag that the first signal sets; the second one ends the program at once.
 ///
-/// With `tidy` false there is nothing to tidy up, and the first one ends it.
-///
-/// # Errors
-/// The system refuses to listen.
-pub fn interrupted(tidy: bool) -> io::Result<Arc<AtomicBool>> {
-    let heard = Arc::new(AtomicBool::new(false));
-    let ends = if tidy {
-        Arc::clone(&heard)
-    } else {
-        Arc::new(AtomicBool::new(true))
-    };
-    for signal in [SIGINT, SIGTERM] {
-        // The order matters: the first signal must find the flag unset here.
-        flag::register_conditional_shutdown(signal, INTERRUPTED.into(), Arc::clone(&ends))?;
-        flag::register(signal, Arc::clone(&heard))?;
+/// With `tidy` false there is nothing to finish, and the first one ends it.
+pub fn interrupted(tidy: bool) -> Arc<AtomicBool> {
+    heard().tidies.fetch_or(tidy, Ordering::SeqCst);
+    Arc::clone(&heard().flag)
+}
+
+/// Waits for the first signal; the program then has [`GRACE`] to finish.
+pub async fn signal() {
+    let heard = heard();
+    heard.tidies.store(true, Ordering::SeqCst);
+    loop {
+        let woken = heard.woken.notified();
+        if heard.flag.load(Ordering::SeqCst) {
+            return;
+        }
+        woken.await;
     }
-    Ok(heard)
+}
+
+/// Begins to listen, once in a process; where the system refuses, a signal does what it does to any program.
+pub fn listen() {
+    static LISTENING: Once = Once::new();
+    LISTENING.call_once(listen_on);
+}
+
+#[cfg(unix)]
+fn listen_on() {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else {
+        return;
+    };
+    std::thread::spawn(move || {
+        let heard = heard();
+        for _ in signals.forever() {
+            if heard.flag.swap(true, Ordering::SeqCst) || !heard.tidies.load(Ordering::SeqCst) {
+                end();
+            }
+            heard.woken.notify_waiters();
+            std::thread::spawn(|| {
+                std::thread::sleep(LATEST);
+                end();
+            });
+        }
+    });
+}
+
+#[cfg(not(unix))]
+fn listen_on() {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let heard = heard();
+    for signal in [SIGINT, SIGTERM] {
+        // The order matters: the first signal must find the flag unset.
+        let flag = || Arc::clone(&heard.flag);
+        let _ =
+            signal_hook::flag::register_conditional_shutdown(signal, INTERRUPTED.into(), flag());
+        let _ = signal_hook::flag::register(signal, flag());
+    }
+}
+
+/// Ends the program, whatever it is doing.
+#[cfg_attr(not(unix), allow(dead_code))]
+fn end() -> ! {
+    let (sender, last_line) = channel();
+    std::thread::spawn(move || {
+        // Until it is free a row is being written; from now on none is begun.
+        let out = io::stdout().lock();
+        output::say("nearmiss: interrupted");
+        // The receiver is gone where that took too long.
+        let _ = sender.send(());
+        std::thread::sleep(LATEST);
+        drop(out);
+    });
+    // A reader that has stopped reading is not waited for.
+    let _ = last_line.recv_timeout(LAST_LINE);
+    remove_unfinished();
+    std::process::exit(INTERRUPTED.into())
 }

@@ -4,6 +4,7 @@ mod ask;
 mod batches;
 mod convert;
 mod cost;
+mod crash;
 mod describe;
 mod doctor;
 mod evaluate;
@@ -11,6 +12,7 @@ mod export;
 mod filters;
 mod generate;
 mod generated;
+mod help;
 mod import;
 mod in_order;
 mod inspect;
@@ -35,6 +37,7 @@ mod span;
 mod time;
 mod verdicts;
 
+pub use crash::report_panics;
 pub use look::Workbench;
 pub use open::{EgoChoice, chosen_ego};
 pub use print_config::print_config;
@@ -47,7 +50,10 @@ use crate::system;
 
 /// A terminal workbench for safety-critical driving scenarios.
 #[derive(Debug, clap::Parser)]
-#[command(name = "nearmiss", version, about)]
+#[command(name = "nearmiss", version, about, disable_help_subcommand = true)]
+#[command(
+    after_help = "Manual: `nearmiss help` lists its topics, `nearmiss help TOPIC` prints one."
+)]
 pub struct Arguments {
     /// What to do without the workbench.
     #[command(subcommand)]
@@ -111,13 +117,17 @@ pub enum Command {
     Completions(generated::Completions),
     /// The manual page.
     Man,
+    /// A topic of the manual, or the options of a command.
+    Help(help::Help),
 }
 
 /// The arguments of this process; what is wrong with them is said, and ends the program.
 #[must_use]
 pub fn arguments() -> Arguments {
-    use clap::Parser;
-    Arguments::try_parse().unwrap_or_else(|error| {
+    use clap::FromArgMatches;
+    let found = help::program().try_get_matches();
+    let parsed = found.and_then(|found| Arguments::from_arg_matches(&found));
+    parsed.unwrap_or_else(|error| {
         let said = error.render().to_string();
         let plain = said.replace("invalid digit found in string", NO_NUMBER);
         let plain = plain.replace("cannot parse integer from empty string", NO_NUMBER);
@@ -140,7 +150,7 @@ pub type Outcome = Result<(), Failure>;
 pub struct Failure {
     /// For people.
     pub message: String,
-    /// The exit status: 1 for a finding, 2 for a usage or input error, 130 when interrupted.
+    /// The exit status: 1 for a finding, 2 for a usage or input error, 130 when interrupted. A panic ends with 101.
     pub status: u8,
 }
 
@@ -169,6 +179,8 @@ impl Failure {
 /// # Errors
 /// See [`Failure`].
 pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
+    let _doing = crash::running();
+    interrupt::listen();
     match command {
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Convert(arguments) => convert::run(arguments),
@@ -193,5 +205,6 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Doctor(arguments) => doctor::run(arguments, workbench),
         Command::Completions(arguments) => generated::completions(arguments),
         Command::Man => generated::man(),
+        Command::Help(arguments) => help::run(arguments),
     }
 }

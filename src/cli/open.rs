@@ -9,11 +9,12 @@ use crate::config::{Config, ConfigError, Folders, TextFile};
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
 use crate::scenario::{
-    EgoError, Entry, LibraryError, Place, Scenario, Scene, Severity, WantedEgo, bundled, find,
-    not_standard_input,
+    EgoError, Entry, LibraryError, Obstacle, ObstacleRole, Place, Scenario, Scene, Severity,
+    WantedEgo, bundled, find, not_standard_input,
 };
 use crate::text::Frame;
 use crate::verdict::Task;
+use crate::workflow::{OpenError, OpenRequest, OpenedScene, open};
 
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
@@ -194,14 +195,14 @@ pub fn scene_and_doubts(entry: &Entry, choice: &EgoChoice) -> Result<Opened, Fai
 
 /// The same with an ego that is already told by id, file or place.
 fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<Opened, Failure> {
-    let scenario = entry.read().map_err(Failure::input)?;
-    match scene_if_ego(entry, &scenario, wanted)? {
-        Some(opened) => Ok(opened),
-        None => Err(Failure::input(format!(
+    let opened = opened(entry, wanted)?;
+    match opened.scene {
+        Ok(scene) => Ok(with_doubts(entry, scene)),
+        Err(_) => Err(Failure::input(format!(
             "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID ({}), \
              or a file with --ego FILE",
             entry.display(),
-            possible(&scenario)
+            possible(&opened.scenario)
         ))),
     }
 }
@@ -209,18 +210,25 @@ fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<Opened, Failure> {
 /// The scene of an entry with the ego that lies beside it, and what is doubtful about that, in words; nothing where
 /// there is none.
 pub fn scene_beside(entry: &Entry) -> Result<Option<Opened>, Failure> {
-    let scenario = entry.read().map_err(Failure::input)?;
-    scene_if_ego(entry, &scenario, &WantedEgo::Beside)
+    let scene = opened(entry, &WantedEgo::Beside)?.scene.ok();
+    Ok(scene.map(|scene| with_doubts(entry, scene)))
 }
 
-fn scene_if_ego(
-    entry: &Entry,
-    scenario: &Arc<Scenario>,
-    wanted: &WantedEgo,
-) -> Result<Option<Opened>, Failure> {
-    let Some(ego) = wanted.of(entry, scenario).map_err(advised)? else {
-        return Ok(None);
+fn opened(entry: &Entry, wanted: &WantedEgo) -> Result<OpenedScene, Failure> {
+    let request = OpenRequest {
+        entry,
+        ego: wanted,
+        transform: None,
+        strict: true,
     };
+    open(&request).map_err(|error| match error {
+        OpenError::Ego(error) => advised(error),
+        error => Failure::input(error),
+    })
+}
+
+fn with_doubts(entry: &Entry, scene: Arc<Scene>) -> Opened {
+    let ego = &scene.ego;
     let doubts = ego.diagnostics.iter();
     let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
     let doubts = doubts.map(|doubt| {
@@ -230,11 +238,30 @@ fn scene_if_ego(
         };
         format!("nearmiss: ego {}: {line}{}", ego.source, doubt.message)
     });
-    let doubts = doubts.collect();
-    Ok(Some((
-        Arc::new(Scene::new(Arc::clone(scenario), ego)),
-        doubts,
-    )))
+    let doubts = doubts.chain(left_out(entry, &scene.scenario)).collect();
+    (scene, doubts)
+}
+
+/// Obstacles without a shape, in words: what is said of the scene does not see them, and may be wrong for that.
+fn left_out(entry: &Entry, scenario: &Scenario) -> Option<String> {
+    let solid = |role| matches!(role, ObstacleRole::Static | ObstacleRole::Dynamic);
+    let lost = |o: &&Obstacle| solid(o.role) && o.footprint.is_none();
+    let ids: Vec<String> = scenario
+        .obstacles
+        .iter()
+        .filter(lost)
+        .map(|o| o.id.to_string())
+        .collect();
+    let count = scenario.obstacles.len();
+    (!ids.is_empty()).then(|| {
+        format!(
+            "nearmiss: {}: {} of {count} obstacles ({}) have no usable shape and are left out of every measure and verdict; \
+             `nearmiss inspect` says why",
+            entry.display(),
+            ids.len(),
+            ids[..ids.len().min(12)].join(", ")
+        )
+    })
 }
 
 /// Some obstacles that could be the ego.
@@ -265,6 +292,7 @@ pub fn advised(error: EgoError) -> Failure {
 /// Folders and configuration; a configuration that cannot be used is an error here, where nobody could see a warning.
 pub fn configuration() -> Result<(Folders, Config), Failure> {
     let folders = Folders::find().map_err(Failure::input)?;
+    folders.close();
     let config = Config::read(&folders.config_file()).map_err(unusable)?;
     Ok((folders, config))
 }

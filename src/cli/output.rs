@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::Failure;
-use crate::text::disguises;
+pub use crate::text::{escaped_json as escaped, escaped_xml};
 
 /// Writes text; a reader that closed the pipe ends the program's output, not the program.
 pub fn text(text: &str) -> Result<(), Failure> {
@@ -17,6 +17,40 @@ pub fn heard(text: &str) -> Result<bool, Failure> {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(false),
         Err(e) => Err(Failure::system("standard output", &e)),
         Ok(()) => Ok(true),
+    }
+}
+
+/// Standard output in whole lines: a program that has to end between two writes leaves no part of a row behind.
+#[derive(Debug, Default)]
+pub struct Lines {
+    waiting: Vec<u8>,
+}
+
+/// So many bytes of lines are written at once.
+const AT_ONCE: usize = 1 << 16;
+
+impl Lines {
+    fn write_out(&mut self, until: usize) -> io::Result<()> {
+        // What could not be written is not tried again: the reader is gone.
+        let lines: Vec<u8> = self.waiting.drain(..until).collect();
+        io::stdout().lock().write_all(&lines)
+    }
+}
+
+impl Write for Lines {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.waiting.extend_from_slice(bytes);
+        if self.waiting.len() >= AT_ONCE
+            && let Some(end) = self.waiting.iter().rposition(|byte| *byte == b'\n')
+        {
+            self.write_out(end + 1)?;
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.write_out(self.waiting.len())?;
+        io::stdout().flush()
     }
 }
 
@@ -43,39 +77,16 @@ pub fn json_line(value: &impl serde::Serialize) -> Result<String, Failure> {
     Ok(line)
 }
 
-/// JSON must escape only the control characters below U+0020; terminals obey those from U+007F on as well, and what
-/// turns the direction of writing.
-#[must_use]
-pub fn escaped(json: &str) -> String {
-    let mut text = String::with_capacity(json.len());
-    for c in json.chars() {
-        if c.is_control() || disguises(c) {
-            for unit in c.encode_utf16(&mut [0; 2]) {
-                text.push_str(&format!("\\u{unit:04x}"));
-            }
-        } else {
-            text.push(c);
-        }
-    }
-    text
-}
-
-/// XML whose attributes and texts hold what terminals would obey as references, which mean the same.
-#[must_use]
-pub fn escaped_xml(xml: &str) -> String {
-    let mut text = String::with_capacity(xml.len());
-    for c in xml.chars() {
-        if disguises(c) {
-            text.push_str(&format!("&#x{:x};", u32::from(c)));
-        } else {
-            text.push(c);
-        }
-    }
-    text
-}
-
 /// Text from outside with its control characters shown instead of obeyed.
 #[must_use]
 pub fn visible(text: &str) -> String {
     crate::text::visible(text).into_owned()
+}
+
+/// The system's own error in one of the table's: a closed pipe is still known as one.
+pub fn of_csv(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    }
 }

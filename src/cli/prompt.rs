@@ -7,7 +7,7 @@ use super::open::{Which, configuration, frame, task, techniques, user_thresholds
 use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use crate::evaluation::{Case, CaseError, Question, prepare, template, usable, usual_frame};
+use crate::evaluation::{Case, CaseError, Question, default_frame, prepare, template, validate};
 use crate::prompts::{Instead, Library, Problem, Techniques};
 use crate::text::Frame;
 use crate::verdict::Task;
@@ -36,10 +36,10 @@ impl Asked {
     /// The question, ready to be sent.
     pub fn question(&self, folders: &Folders, config: &Config) -> Result<Question, Failure> {
         let (entry, scene) = self.which.open()?;
-        let library = usable(Library::load(Some(&folders.prompts())));
+        let library = validate(Library::load(Some(&folders.prompts())));
         let frame = self
             .frame
-            .unwrap_or_else(|| usual_frame(&library, self.task));
+            .unwrap_or_else(|| default_frame(&library, self.task));
         let say = |problem: &Problem| output::say(&format!("nearmiss: {problem}"));
         let (file, chosen) = template(&library, self.task, frame).map_err(|error| {
             // The one that is wanted may be among those that cannot be read.

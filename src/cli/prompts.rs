@@ -8,7 +8,7 @@ use similar::TextDiff;
 
 use super::open::configuration;
 use super::{Failure, Outcome, output};
-use crate::evaluation::usable;
+use crate::evaluation::validate;
 use crate::prompts::{Library, Origin, Problem, Template, choose_template, renamed, template_file};
 use crate::system;
 
@@ -59,7 +59,7 @@ enum What {
 pub fn run(arguments: &Prompts) -> Outcome {
     let (folders, _) = configuration()?;
     let folder = folders.prompts();
-    let library = usable(Library::load(Some(&folder)));
+    let library = validate(Library::load(Some(&folder)));
     match arguments
         .what
         .as_ref()
@@ -280,7 +280,10 @@ fn diff(library: &Library, name: &str) -> Outcome {
             return Ok(());
         }
     };
-    let difference = TextDiff::from_lines(shipped, &theirs);
+    // Of texts that have little in common a coarser difference will do.
+    let difference = TextDiff::configure()
+        .timeout(std::time::Duration::from_millis(300))
+        .diff_lines(shipped, theirs.as_str());
     let mut unified = difference.unified_diff();
     let shown = path.display().to_string();
     let text = unified
@@ -300,7 +303,7 @@ fn write_new(path: &PathBuf, text: &str) -> Result<(), Failure> {
         })
     };
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(failed)?;
+        system::make_folder(folder).map_err(failed)?;
     }
     let mut file = std::fs::File::create_new(path).map_err(failed)?;
     file.write_all(text.as_bytes()).map_err(failed)

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::filters::store;
+use super::filters::store_to_read;
 use super::metrics::{Target, file_of, no_format};
+use super::output::of_csv;
 use super::{Failure, Outcome, output, time};
 use crate::evaluation::{By, Standing, Standings};
 use crate::store::{Choice, Rating};
@@ -69,7 +70,7 @@ pub fn run(arguments: &Ratings) -> Outcome {
 }
 
 fn ratings() -> Result<Vec<Rating>, Failure> {
-    store()?.ratings().map_err(Failure::input)
+    store_to_read()?.ratings().map_err(Failure::input)
 }
 
 fn summary(arguments: &Ratings) -> Outcome {
@@ -143,9 +144,9 @@ fn export(wanted: &Export) -> Outcome {
         (Ok(target), _) => target.finish()?,
         // The reader of the pipe has seen enough.
         (Err(error), None) if error.kind() == io::ErrorKind::BrokenPipe => {}
-        (Err(error), None) => return Err(Failure::input(error)),
+        (Err(error), None) => return Err(Failure::system("standard output", &error)),
         (Err(error), Some(path)) => {
-            return Err(Failure::input(format!("{}: {error}", path.display())));
+            return Err(Failure::system(path.display(), &error));
         }
     }
     if file.is_some() {
@@ -194,7 +195,7 @@ const COLUMNS: [&str; 16] = [
 
 fn rows(target: Target, ratings: &[Rating]) -> io::Result<Target> {
     let mut writer = csv::Writer::from_writer(target);
-    writer.write_record(COLUMNS).map_err(io::Error::other)?;
+    writer.write_record(COLUMNS).map_err(of_csv)?;
     for rating in ratings {
         for (place, answer) in rating.answers.iter().enumerate() {
             let reason = answer.reason.as_deref().unwrap_or("wrong");
@@ -221,11 +222,9 @@ fn rows(target: Target, ratings: &[Rating]) -> io::Result<Target> {
                 },
             ];
             let cells = cells.map(|cell| output::visible(&cell));
-            writer.write_record(cells).map_err(io::Error::other)?;
+            writer.write_record(cells).map_err(of_csv)?;
         }
     }
     writer.flush()?;
-    writer
-        .into_inner()
-        .map_err(|error| io::Error::other(error.to_string()))
+    writer.into_inner().map_err(csv::IntoInnerError::into_error)
 }

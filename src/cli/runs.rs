@@ -2,7 +2,7 @@
 
 mod list;
 
-use super::filters::{Filters, store};
+use super::filters::{Filters, store, store_to_read};
 use super::{Failure, Outcome, cost, output, time};
 use crate::judge;
 use crate::store::{Origin, Run, RunId, Store, StoreError};
@@ -75,7 +75,10 @@ struct Ids {
 
 /// Runs `runs`.
 pub fn run(arguments: &Runs) -> Outcome {
-    let store = store()?;
+    let store = match &arguments.what {
+        None | Some(What::List(_) | What::Search { .. } | What::Show { .. }) => store_to_read()?,
+        _ => store()?,
+    };
     match &arguments.what {
         None => list(&store, &arguments.list, None),
         Some(What::List(wanted)) => list(&store, wanted, None),
@@ -213,7 +216,7 @@ fn words(run: &Run, most: Option<f64>) -> String {
         }
     };
     row("run", Some(run.id.to_string()));
-    // Nobody knows when a recorded answer was asked for.
+    // The time of a recorded answer is unknown.
     let when = match run.origin {
         Origin::Recorded => "imported",
         Origin::Asked | Origin::Replayed => "asked",

@@ -1,8 +1,14 @@
 //! Where the user's configuration and data lie.
 
+use std::io::Error;
 use std::path::{Path, PathBuf};
 
 use etcetera::BaseStrategy;
+
+use crate::system::{self, SaveError};
+
+/// The name of the store.
+const STORE: &str = "runs.sqlite";
 
 /// The two folders of the program; neither is made before something is written there.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -88,32 +94,103 @@ impl Folders {
         self.data.join("sessions")
     }
 
+    /// Reports of crashes.
+    #[must_use]
+    pub fn crashes(&self) -> PathBuf {
+        self.data.join("crashes")
+    }
+
+    /// What running programs are trying, and what ended one.
+    #[must_use]
+    pub fn marks(&self) -> PathBuf {
+        self.data.join("marks")
+    }
+
     /// The database of runs.
     #[must_use]
     pub fn store(&self) -> PathBuf {
-        self.data.join("runs.sqlite")
+        self.data.join(STORE)
     }
 
-    /// Writes a file of the user's, whole or not at all.
+    /// Writes a file of the user's, whole or not at all, for them alone.
     ///
     /// # Errors
     /// The folder cannot be made or the file not written; the old file is untouched then.
     pub fn write(path: &Path, text: &str) -> std::io::Result<()> {
-        let folder = path.parent().unwrap_or(Path::new("."));
-        std::fs::create_dir_all(folder)?;
-        let mut name = path.file_name().unwrap_or_default().to_os_string();
-        name.push(format!(".{}.new", std::process::id()));
-        let new = folder.join(name);
-        std::fs::write(&new, text)
-            .and_then(|()| std::fs::rename(&new, path))
-            .inspect_err(|_| drop(std::fs::remove_file(&new)))
+        if let Some(folder) = path.parent() {
+            system::make_folder(folder)?;
+        }
+        system::save_private(path, text.as_bytes()).map_err(|error| match error {
+            SaveError::Io { source, .. } => source,
+            other => Error::other(other.to_string()),
+        })
     }
+
+    /// Takes from others what an older program let them read: the data folder where nothing but the program's own lies
+    /// in it, drafts, sessions and tags, and the file with keys beside the configuration. The store sees to its own files.
+    pub fn close(&self) {
+        system::close_file(&self.config.join(".env"));
+        system::close_file(&self.tags());
+        for folder in [self.drafts(), self.sessions()] {
+            for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+                system::close_file(&entry.path());
+            }
+            system::close_folder(&folder, |_| true);
+        }
+        system::close_folder(&self.data, is_ours);
+    }
+}
+
+/// Whether the program itself puts something of this name into the data folder.
+fn is_ours(name: &str) -> bool {
+    let own = ["crashes", "drafts", "marks", "sessions", "tags.toml", STORE];
+    let beside = name.strip_prefix(STORE);
+    let unstored = name.starts_with("unstored-") && name.ends_with(".jsonl");
+    own.contains(&name)
+        || unstored
+        || beside.is_some_and(|end| ["-wal", "-shm", "-journal"].contains(&end))
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn what_others_could_read_is_closed() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let folders = Folders {
+            config: folder.path().join("config"),
+            data: folder.path().join("data"),
+        };
+        let files = [
+            folders.config.join(".env"),
+            folders.drafts().join("collision-ego.md"),
+            folders.sessions().join("bundled.json"),
+            folders.tags(),
+        ];
+        for file in &files {
+            std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+            std::fs::write(file, "x").unwrap();
+        }
+        let own = [folders.drafts(), folders.sessions(), folders.data.clone()];
+        let set = |path: &PathBuf, mode| {
+            std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
+        };
+        files.iter().for_each(|file| set(file, 0o644));
+        own.iter().for_each(|folder| set(folder, 0o755));
+        folders.close();
+        let mode = |path: &PathBuf| path.metadata().unwrap().permissions().mode() & 0o777;
+        assert_eq!(files.each_ref().map(mode), [0o600; 4]);
+        assert_eq!(own.each_ref().map(mode), [0o700; 3]);
+        // A folder of the user's that the data lie in among others.
+        std::fs::write(folders.data.join("thesis.tex"), "x").unwrap();
+        set(&folders.data, 0o755);
+        folders.close();
+        assert_eq!(mode(&folders.data), 0o755);
+    }
 
     #[test]
     fn writes_replace_whole_files() {

@@ -25,12 +25,12 @@ pub enum Allowed {
     /// A whole number in these bounds.
     Whole(RangeInclusive<i64>),
     /// An odd number in these bounds.
-    Odd(RangeInclusive<i64>),
+    DecodeError(RangeInclusive<i64>),
     /// One of these words.
     Words(&'static [&'static str]),
 }
 
-use Allowed::{Number, Odd, Whole, Words};
+use Allowed::{DecodeError, Number, Whole, Words};
 
 /// The names of the tables in the section.
 const TABLES: [&str; 2] = ["sampling", "weights"];
@@ -61,7 +61,7 @@ const KEYS: [PlannerKey; 23] = [
     key("reaction", "s", Number(0.0..=5.0)),
     key("sampling.durations", "", Whole(1..=12)),
     key("sampling.speeds", "", Whole(2..=30)),
-    key("sampling.offsets", "", Odd(3..=31)),
+    key("sampling.offsets", "", DecodeError(3..=31)),
     key("sampling.changes", "", Whole(1..=6)),
     key("sampling.widest", "m", Number(0.1..=20.0)),
     key("sampling.refinements", "", Whole(0..=3)),
@@ -98,7 +98,7 @@ impl PlannerKey {
             (Number(range), Value::Float(x)) => range.contains(x),
             (Number(range), Value::Integer(n)) => range.contains(&(*n as f64)),
             (Whole(range), Value::Integer(n)) => range.contains(n),
-            (Odd(range), Value::Integer(n)) => n % 2 != 0 && range.contains(n),
+            (DecodeError(range), Value::Integer(n)) => n % 2 != 0 && range.contains(n),
             (Words(words), Value::String(word)) => words.contains(&word.as_str()),
             _ => false,
         }
@@ -122,7 +122,7 @@ impl PlannerKey {
                 range.start(),
                 range.end()
             ),
-            Odd(range) => format!(
+            DecodeError(range) => format!(
                 "an odd number from {} to {}{unit} is needed",
                 range.start(),
                 range.end()

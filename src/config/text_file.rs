@@ -53,7 +53,7 @@ pub(super) fn text_if_there(path: &Path) -> Result<Option<String>, String> {
 
 fn text(path: &Path) -> Result<String, String> {
     let bytes = system::read_file(path, LARGEST).map_err(|error| system::words(&error))?;
-    String::from_utf8(bytes).map_err(|_| "the file is not UTF-8 text".into())
+    system::text_of(bytes)
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! What comes of asking: a verdict, or the reason why there is none, with the text in any case.
 
+use super::ended::too_long;
 use super::how::how;
+use crate::llm::Secrets;
 use crate::scenario::Scenario;
 use crate::store::{Consumed, Ending, Origin, Run, RunId, RunState};
 use crate::verdict::{How, Parsed, Reading, Said, Verdict};
@@ -65,6 +67,35 @@ impl From<Reading> for Judged {
             }),
             Said::Attacker(_) | Said::Trajectory(_) => Self::Other(reading),
         }
+    }
+}
+
+impl Judged {
+    /// The same without secrets, should reading the answer have brought one to light.
+    #[must_use]
+    pub(super) fn without(mut self, secrets: &Secrets) -> Self {
+        let clear = |text: &mut String| *text = secrets.redact(text);
+        let how = match &mut self {
+            Self::Verdict(parsed) => {
+                parsed.verdict.texts_mut().for_each(clear);
+                &mut parsed.how
+            }
+            Self::Other(reading) => {
+                reading.said.texts_mut().for_each(clear);
+                &mut reading.how
+            }
+            Self::Missing(
+                Missing::NotInAnswer(why) | Missing::NoAnswer(why) | Missing::NotSent(why),
+            ) => {
+                clear(why);
+                return self;
+            }
+            Self::Missing(Missing::Cancelled) => return self,
+        };
+        if let How::Repaired(notes) = how {
+            notes.iter_mut().for_each(clear);
+        }
+        self
     }
 }
 
@@ -156,6 +187,12 @@ impl Answer {
             .is_some_and(|returned| returned != asked)
     }
 
+    /// What is to be said of an answer that this program cut off because of its size; nothing of others.
+    #[must_use]
+    pub fn cut_off(&self) -> Option<String> {
+        (self.finish.as_deref() == Some(TOO_LONG)).then(too_long)
+    }
+
     /// Ids in the verdict that no obstacle of the scenario has.
     #[must_use]
     pub fn unknown_obstacles(&self, scenario: &Scenario) -> Vec<i64> {
@@ -222,12 +259,15 @@ impl Answer {
     pub(super) fn is_whole(&self) -> bool {
         let cut = matches!(
             self.finish.as_deref(),
-            Some("length" | "content_filter" | "blank" | "blocked")
+            Some("length" | "content_filter" | "blank" | "blocked" | TOO_LONG)
         );
         let silent = self.text.trim().is_empty() && self.reasoning.trim().is_empty();
         !(cut || silent)
     }
 }
+
+/// How the end of an answer is called that this program cut off because of its size.
+pub(super) const TOO_LONG: &str = "too_long";
 
 const STRICT: &str = "strict";
 const REPAIRED: &str = "repaired: ";

@@ -7,15 +7,16 @@ use futures_util::StreamExt;
 use tokio::time::Instant;
 
 use super::answer::{Answer, Judged, Missing};
+use super::ended::{read, stopped_short, too_long, word};
 use super::judges::{Judge, ModelJudge};
 use super::keeper::Keeper;
 use super::price_words::stated;
 use super::question::Question;
 use super::request::{most_usd, record, request};
 use crate::judge;
-use crate::llm::{self, Barrier, Chunk, Finish};
+use crate::llm::{self, Chunk, Finish, ProviderOutage, Secrets};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
-use crate::verdict::{self, How, Parsed, Task};
+use crate::verdict::{How, Parsed, Task};
 
 /// What happens while a case runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +42,10 @@ pub enum Event {
         /// What went wrong.
         why: String,
     },
+    /// The answer is not in the store; why, and where it is instead.
+    NotStored(String),
     /// It failed in a way in which every other question to the model would most likely fail.
-    Barred(Barrier),
+    Barred(ProviderOutage),
 }
 
 /// Which answer is wanted.
@@ -63,8 +66,9 @@ pub struct Wanted {
 /// Dropping the future cancels the request and writes that down.
 ///
 /// # Errors
-/// The question is refused before anything is sent, and the store keeps no run of it. Or the store cannot keep what
-/// arrives; nothing is asked of a model then, or no longer: an answer that cannot be kept is not paid for.
+/// The question is refused before anything is sent, and the store keeps no run of it. Or the store cannot be written
+/// beforehand; nothing is asked of a model then. Where it fails later, the answer comes all the same, after an
+/// [`Event::NotStored`].
 pub async fn run(
     question: &Question,
     judge: &Judge,
@@ -73,6 +77,7 @@ pub async fn run(
     mut on_event: impl FnMut(Event),
 ) -> Result<Answer, AskError> {
     let mut kept = None;
+    let mut recorded = None;
     match store {
         None => ready(question, judge).await?,
         Some(store) => {
@@ -87,12 +92,13 @@ pub async fn run(
             }
             ready(question, judge).await?;
             match claim(&store, &run, wanted, &mut on_event).await? {
-                Ok(run) => {
+                Ok(id) => {
                     if let Judge::Model(model) = judge {
-                        store.bound(run, most_usd(question, model))?;
+                        store.bound(id, most_usd(question, model))?;
                     }
-                    on_event(Event::Kept(run));
-                    kept = Some((store, run));
+                    on_event(Event::Kept(id));
+                    kept = Some((store, id));
+                    recorded = Some(run);
                 }
                 Err(found) => return Ok(replay(*found, &mut on_event)),
             }
@@ -106,12 +112,27 @@ pub async fn run(
     };
     let over_budget = match judge {
         Judge::Reference => asking.reference(question).map(|()| None)?,
-        Judge::Model(model) => asking.model(question, model, &mut on_event).await?,
+        Judge::Model(model) => asking.model(question, model, &mut on_event).await,
     };
     asking.answer.consumed.duration_ms = Some(asking.elapsed());
-    asking
-        .keeper
-        .finish(&asking.answer.ending(), &mut on_event)?;
+    let ending = asking.answer.ending();
+    let texts = (
+        asking.answer.reasoning.as_str(),
+        asking.answer.text.as_str(),
+    );
+    if let Err(why) = asking.keeper.finish(&ending, texts, &mut on_event) {
+        let (Some((store, id)), Some(run)) = (&place, &recorded) else {
+            return Err(why.into());
+        };
+        if texts == ("", "") {
+            // There is nothing to lose.
+            return Err(why.into());
+        }
+        let unstored = store.set_aside(*id, run, texts, &ending, why);
+        on_event(Event::NotStored(unstored.to_string()));
+        asking.answer.run = None;
+        return Ok(asking.answer);
+    }
     if let (Judged::Missing(Missing::NotSent(_)), Some((store, run))) =
         (&asking.answer.judged, place)
     {
@@ -280,7 +301,7 @@ impl Asking {
         question: &Question,
         model: &ModelJudge,
         on_event: &mut impl FnMut(Event),
-    ) -> Result<Option<String>, StoreError> {
+    ) -> Option<String> {
         let task = question.case.task;
         let request = request(question, model);
         let mut chunks = llm::stream(&model.client, model.endpoint.clone(), request);
@@ -293,7 +314,7 @@ impl Asking {
                 biased;
                 chunk = chunks.next() => chunk,
                 () = due => {
-                    self.keeper.tend(on_event)?;
+                    self.keeper.tend(on_event);
                     continue;
                 }
             };
@@ -324,6 +345,9 @@ impl Asking {
                 }
                 Ok(Chunk::Finished(finish)) => {
                     failure = stopped_short(&finish);
+                    if finish == Finish::TooLong {
+                        on_event(Event::Note(too_long()));
+                    }
                     self.answer.finish = Some(word(&finish));
                     // Nothing follows, and the end is written at once, together with what waits.
                     break;
@@ -341,55 +365,10 @@ impl Asking {
                     });
                 }
             }
-            self.keeper.tend(on_event)?;
+            self.keeper.tend(on_event);
         }
-        self.answer.judged = read(task, &self.answer, failure);
-        Ok(over_budget)
-    }
-}
-
-/// What an answer says whose text is whole, or stopped short, or is missing.
-pub(super) fn read(task: Task, answer: &Answer, failure: Option<Missing>) -> Judged {
-    // A model that puts everything into its reasoning has still answered.
-    let whole = if answer.text.trim().is_empty() {
-        &answer.reasoning
-    } else {
-        &answer.text
-    };
-    match failure {
-        Some(missing @ (Missing::NoAnswer(_) | Missing::NotSent(_))) => Judged::Missing(missing),
-        stopped => match (verdict::read(task, whole), stopped) {
-            (Ok(reading), _) => Judged::from(reading),
-            (Err(_), Some(stopped)) => Judged::Missing(stopped),
-            (Err(why), None) => Judged::Missing(Missing::NotInAnswer(why.to_string())),
-        },
-    }
-}
-
-/// Why an answer that ended this way may hold no verdict.
-pub(super) fn stopped_short(finish: &Finish) -> Option<Missing> {
-    let why = match finish {
-        Finish::Length => "the answer ran into the token limit; raise max_tokens".to_string(),
-        Finish::ContentFilter => "the server's content filter stopped the answer".to_string(),
-        Finish::Blocked(why) => format!("the server's filter blocked the question ({why})"),
-        Finish::Blank => {
-            "the answer is blank, as some servers make one that is not the JSON asked for; ask again".into()
-        }
-        Finish::Refusal(text) if text.is_empty() => "the model declined".into(),
-        Finish::Refusal(text) => format!("the model declined: {text}"),
-        Finish::Stop | Finish::Other(_) => return None,
-    };
-    Some(Missing::NotInAnswer(why))
-}
-
-pub(super) fn word(finish: &Finish) -> String {
-    match finish {
-        Finish::Stop => "stop".into(),
-        Finish::Length => "length".into(),
-        Finish::ContentFilter => "content_filter".into(),
-        Finish::Blocked(_) => "blocked".into(),
-        Finish::Blank => "blank".into(),
-        Finish::Refusal(_) => "refusal".into(),
-        Finish::Other(word) => word.clone(),
+        let secrets = Secrets::sent(&model.client, &model.endpoint);
+        self.answer.judged = read(task, &self.answer, failure).without(&secrets);
+        over_budget
     }
 }

@@ -18,12 +18,17 @@ const BATCH: usize = 4096;
 ///
 /// A piece that comes alone is written at once; of pieces that follow each other closely, those of [`INTERVAL`] are
 /// written in one transaction. Dropped before its end, the run is written down as cancelled.
+///
+/// Where the store fails, the answer is on its way and paid for: it goes on being taken and shown, and the end of it is
+/// written with all of its text, if the store can be written again by then.
 pub struct Keeper {
     kept: Option<(Arc<Store>, RunId)>,
     waiting: Vec<Event>,
     bytes: usize,
     flushed: Option<Instant>,
     renewed: Instant,
+    /// Why the store does not have all pieces so far.
+    failed: Option<StoreError>,
 }
 
 impl Keeper {
@@ -35,6 +40,7 @@ impl Keeper {
             bytes: 0,
             flushed: None,
             renewed: Instant::now(),
+            failed: None,
         }
     }
 
@@ -57,51 +63,44 @@ impl Keeper {
     }
 
     /// Writes the waiting pieces if they are due, then shows them; renews the claim if that is due.
-    pub fn tend(&mut self, on_event: &mut impl FnMut(Event)) -> Result<(), StoreError> {
+    pub fn tend(&mut self, on_event: &mut impl FnMut(Event)) {
         if self.due() > Instant::now() {
-            return Ok(());
+            return;
         }
-        if self.waiting.is_empty() {
-            if let Some((store, run)) = &self.kept {
-                store.renew(*run)?;
-            }
-            self.renewed = Instant::now();
-            return Ok(());
-        }
-        self.flush(on_event)
-    }
-
-    /// Writes the waiting pieces, then shows them.
-    pub fn flush(&mut self, on_event: &mut impl FnMut(Event)) -> Result<(), StoreError> {
-        if self.waiting.is_empty() {
-            return Ok(());
-        }
-        self.write()?;
-        self.waiting.drain(..).for_each(&mut *on_event);
-        self.bytes = 0;
-        self.flushed = Some(Instant::now());
+        let written = match (&self.kept, &self.failed) {
+            (Some((store, run)), None) if self.waiting.is_empty() => store.renew(*run),
+            (Some((store, run)), None) => store.append(*run, &pieces(&joined(&self.waiting))),
+            // Each try may wait for a lock; the next one is the end.
+            _ => Ok(()),
+        };
+        self.failed = self.failed.take().or(written.err());
         self.renewed = Instant::now();
-        Ok(())
-    }
-
-    fn write(&self) -> Result<(), StoreError> {
-        match &self.kept {
-            Some((store, run)) => store.append(*run, &pieces(&joined(&self.waiting))),
-            None => Ok(()),
+        if !self.waiting.is_empty() {
+            self.waiting.drain(..).for_each(&mut *on_event);
+            self.bytes = 0;
+            self.flushed = Some(Instant::now());
         }
     }
 
-    /// Writes down the waiting pieces and how it ended, in one transaction, then shows the pieces.
+    /// Writes down the waiting pieces and how it ended, in one transaction, then shows the pieces. `whole` are reasoning and
+    /// text, which are written anew where pieces of them are missing.
     pub fn finish(
         mut self,
         ending: &Ending,
+        (reasoning, text): (&str, &str),
         on_event: &mut impl FnMut(Event),
     ) -> Result<(), StoreError> {
-        if let Some((store, run)) = self.kept.take() {
-            store.conclude(run, &pieces(&joined(&self.waiting)), ending)?;
-        }
+        let kept = match (self.kept.take(), self.failed.take()) {
+            (None, _) => Ok(()),
+            (Some((store, run)), None) => {
+                store.conclude(run, &pieces(&joined(&self.waiting)), ending)
+            }
+            (Some((store, run)), Some(first)) => store
+                .conclude_whole(run, reasoning, text, ending)
+                .map_err(|_| first),
+        };
         self.waiting.drain(..).for_each(on_event);
-        Ok(())
+        kept
     }
 }
 
@@ -184,7 +183,7 @@ mod tests {
         let mut shown = Vec::new();
         let ending = Ending::bare(RunState::Answered);
         keeper
-            .finish(&ending, &mut |event| {
+            .finish(&ending, ("because", "yes"), &mut |event| {
                 let kept = store.run(run).unwrap().unwrap();
                 shown.push((event, kept.ending.state, kept.answer));
             })

@@ -6,7 +6,7 @@ use super::recorded::accused;
 use super::{Confusion, Label};
 use crate::judge::{self, Criterion, judge};
 use crate::metrics::Thresholds;
-use crate::scenario::prediction::{Model, Past};
+use crate::scenario::prediction::{Model, ObservedHistory};
 use crate::scenario::{Scene, Window};
 use crate::verdict::Task;
 
@@ -184,7 +184,7 @@ impl Setting {
     }
 
     fn dangerous(&self, candidate: &Candidate, scene: &Scene, window: &Window) -> bool {
-        let past = Past::of(scene, window);
+        let past = ObservedHistory::of(scene, window);
         let prospects = candidate.criterion.prospects(&past, Some(self.radius));
         prospects.iter().any(|p| candidate.criterion.critical(p))
     }

@@ -201,7 +201,7 @@ mod tests {
             // No collision.
             (about("d", true, &[], Label::Safe), 1.0),
             (about("e", false, &[(4, 1)], Label::Safe), 1.0),
-            // Nobody says what is true.
+            // The truth is unknown.
             (answer("f", "m/x", true, &[]), 1.0),
         ];
         let timed = answers.iter().map(|(scored, lead)| Timed {

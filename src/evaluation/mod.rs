@@ -10,6 +10,9 @@ mod case;
 /// Claims about obstacles in the text of an answer.
 pub mod claims;
 mod confusion;
+mod defaults;
+mod dry_render;
+mod ended;
 /// Attacks that a model writes.
 pub mod generating;
 mod how;
@@ -41,9 +44,7 @@ mod standings;
 pub mod statistics;
 #[cfg(test)]
 mod tests_scored;
-mod trial;
-mod usable;
-mod usual;
+mod validate;
 mod values;
 
 pub use altered::{Altered, altered, question_for};
@@ -51,6 +52,8 @@ pub use answer::{Answer, Judged, Missing, Past};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use case::{AskError, Event, Wanted, can_ask, run, stored};
 pub use confusion::Confusion;
+pub use defaults::default_frame;
+pub use dry_render::dry_render;
 pub use how::{how, template_words};
 pub use invariance::{Invariance, Pair, invariance, pairs};
 pub use judges::{Judge, ModelJudge};
@@ -58,13 +61,11 @@ pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, Yes, any_yes, confusion};
 pub use lead_curve::{LeadCurve, LeadPoint, Seen, Timed, lead_curves};
 pub use plan::{Plan, PlanError};
-pub use planning::{planning_value, set_planning, usual_planning};
+pub use planning::{default_planning, planning_value, set_planning};
 pub use question::{Case, CaseError, Question, prepare, template};
 pub use results::{Counted, Known, Outcome, Results, results, with_intervals};
 pub use scored::{Said, Scored, Way};
 pub use settings::{Decided, Settings};
 pub use share::Share;
 pub use standings::{By, Standing, Standings};
-pub use trial::trial;
-pub use usable::usable;
-pub use usual::usual_frame;
+pub use validate::validate;

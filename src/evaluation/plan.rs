@@ -57,7 +57,7 @@ impl Plan {
     /// [`Window::AFTER_SAFETY`] steps earlier.
     #[must_use]
     pub fn window(&self, scene: &Scene) -> Window {
-        usual_window(self.task, scene, self.decided.history)
+        default_window(self.task, scene, self.decided.history)
     }
 
     /// The question about a scenario with this ego.
@@ -114,8 +114,8 @@ impl Plan {
     }
 }
 
-/// The window of a task where nobody says another, of so many steps: see [`Plan::window`].
-pub(super) fn usual_window(task: Task, scene: &Scene, history: usize) -> Window {
+/// The window of a task by default, of so many steps: see [`Plan::window`].
+pub(super) fn default_window(task: Task, scene: &Scene, history: usize) -> Window {
     let last = match task {
         Task::Collision => scene.last_step(),
         Task::Safety | Task::Attacker | Task::Trajectory => {

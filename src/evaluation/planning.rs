@@ -6,9 +6,9 @@ use crate::planner::{self, Forecast};
 use crate::scenario::VehicleType;
 use crate::simulation::Settings;
 
-/// What is planned with where nobody says anything else: every step anew, the others along their lanes.
+/// What is planned with by default: every step anew, the others along their lanes.
 #[must_use]
-pub fn usual_planning() -> Settings {
+pub fn default_planning() -> Settings {
     Settings {
         planner: planner::Settings::default(),
         forecast: Forecast::Lane,
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn every_setting_is_one_of_its_own() {
-        let mut settings = usual_planning();
+        let mut settings = default_planning();
         for (place, knob) in KNOBS.iter().enumerate() {
             let value = Value::Integer(1000 + place as i64);
             set_planning(&mut settings, knob.id, &value).unwrap();

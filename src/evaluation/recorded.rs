@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::labels::Labels;
 use crate::prompts::Techniques;
+use crate::system;
 use crate::verdict::{NoVerdict, Reading, Task, Verdict, read};
 
 /// One recorded answer.
@@ -160,7 +161,7 @@ pub fn truth(root: &Path) -> (Labels, Vec<Problem>) {
         search.complain(&folder.join("LLM"), "there are no annotations below it");
     }
     for file in files {
-        let read = std::fs::read(&file).map_err(|e| e.to_string());
+        let read = system::read_file(&file, system::LARGEST).map_err(|e| system::words(&e));
         let read =
             read.and_then(|bytes| labels.read(&bytes, &name(&file)).map_err(|e| e.to_string()));
         if let Err(message) = read {
@@ -332,7 +333,7 @@ impl Search {
             }
             _ => {}
         }
-        match std::fs::read(file) {
+        match system::read_file(file, system::LARGEST) {
             Ok(bytes) => Some(match String::from_utf8(bytes) {
                 Ok(text) => text,
                 Err(error) => {
@@ -341,7 +342,7 @@ impl Search {
                 }
             }),
             Err(error) => {
-                self.complain(file, format!("cannot be read: {error}"));
+                self.complain(file, format!("cannot be read: {}", system::words(&error)));
                 None
             }
         }

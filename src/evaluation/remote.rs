@@ -52,7 +52,7 @@ pub enum RemoteError {
     /// The provider, or the way to it, failed.
     #[error(transparent)]
     Provider(#[from] Error),
-    /// A batch was sent, and nobody knows whether it arrived.
+    /// A batch was sent, and it is unknown whether it arrived.
     #[error(
         "batch {batch} may or may not have reached the provider: {error}; `nearmiss batches collect {batch}` finds out, and nothing is sent twice until then"
     )]

@@ -23,7 +23,7 @@ pub enum Outcome {
     FalseNegative,
     /// Said no, and it is not.
     TrueNegative,
-    /// There is a verdict, and nobody says what is true.
+    /// There is a verdict, and the truth is unknown.
     Open,
     /// An answer came, and no verdict could be read in it.
     Unparsed,

@@ -41,7 +41,7 @@ pub struct Scored {
     pub way: Way,
     /// Which of several answers to the same question, from 0.
     pub sample: u32,
-    /// What is true; nothing where nobody says.
+    /// What is true; nothing where it is unknown.
     pub truth: Option<Label>,
     /// What was said.
     pub said: Said,

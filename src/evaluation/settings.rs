@@ -35,7 +35,7 @@ pub struct Decided {
     pub options: Options,
 }
 
-/// Steps in a window where nobody says how many: the second that the paper's safety inference looks at.
+/// Steps in a window by default: the second that the paper's safety inference looks at.
 const HISTORY: usize = 10;
 
 impl Settings {

@@ -1,7 +1,8 @@
 //! One attack: a changed motion that has passed the gate, and what the ego makes of it.
 
 use super::{
-    Avoidability, Change, ClosedLoop, Consequence, Effect, Gate, Reason, Refusal, Rehearsal, Stage,
+    AttackContext, Avoidability, Change, ClosedLoop, Consequence, Effect, Gate, OpenLoopScreening,
+    Reason, Refusal,
 };
 use crate::scenario::Obstacle;
 use crate::verdict::Motion;
@@ -14,7 +15,7 @@ pub struct Attack {
     /// What it does.
     pub change: Change,
     /// How near that comes to an ego that only brakes.
-    pub rehearsal: Rehearsal,
+    pub rehearsal: OpenLoopScreening,
     /// What the ego makes of it, where it was driven.
     pub effect: Option<Effect>,
     /// Whether a good driver survives it with the reaction time that is asked for, where that was looked for.
@@ -25,7 +26,7 @@ pub struct Attack {
 #[derive(Debug)]
 pub struct Ground<'a> {
     /// The original scenario with the ego's motion.
-    pub stage: &'a Stage<'a>,
+    pub stage: &'a AttackContext<'a>,
     /// What every motion has to pass.
     pub gate: &'a Gate<'a>,
     /// What drives the ego.
@@ -60,7 +61,7 @@ impl Ground<'_> {
     /// The first reason why not.
     pub fn attack(&self, asked: Motion, change: Change) -> Result<Attack, Refusal> {
         let obstacle = self.obstacle(change.obstacle)?;
-        let rehearsal = Rehearsal::of(self.stage, obstacle, &change)
+        let rehearsal = OpenLoopScreening::of(self.stage, obstacle, &change)
             .ok_or_else(|| Refusal::answer("it never meets the ego"))?;
         Ok(Attack {
             asked,
@@ -87,13 +88,13 @@ impl Ground<'_> {
     }
 
     /// The step after which an attack is over.
-    pub(super) fn over(&self, seen: &Rehearsal) -> i64 {
+    pub(super) fn over(&self, seen: &OpenLoopScreening) -> i64 {
         seen.step + (OVER / self.stage.dt()).ceil() as i64
     }
 
-    /// The change as it passes the gate. Where it would overlap somebody or leave the road only long after it was nearest
+    /// The change as it passes the gate. Where it would overlap an obstacle or leave the road only long after it was nearest
     /// to the ego, the attacker's motion ends before that: the others do not answer to it, and it is gone.
-    fn admitted(&self, mut change: Change, seen: &Rehearsal) -> Result<Change, Refusal> {
+    fn admitted(&self, mut change: Change, seen: &OpenLoopScreening) -> Result<Change, Refusal> {
         let over = self.over(seen);
         loop {
             let refusal = match self.gate.passes(&change, None) {

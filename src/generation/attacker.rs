@@ -1,6 +1,6 @@
 //! Who could reach the ego with the least change of its motion.
 
-use super::{Capability, Stage};
+use super::{AttackContext, Capability};
 use crate::scenario::{Obstacle, ObstacleRole};
 
 /// An obstacle that could attack, and how much it would have to change.
@@ -21,13 +21,13 @@ pub struct Candidate {
     pub behind: bool,
 }
 
-/// Longer than this nobody is taken to prepare, seconds.
+/// Longer than this no attacker is taken to prepare, seconds.
 pub const LOOKAHEAD: f64 = 3.0;
 
 /// An attacker is in front or to the side within this distance in the paper, metres.
 pub const NEAR: f64 = 30.0;
 
-/// Nobody attacks before it has been seen for so long, seconds.
+/// No obstacle attacks before it has been seen for so long, seconds.
 const SEEN: f64 = 0.5;
 
 /// Who stands or crawls cannot be tested, m/s.
@@ -35,10 +35,10 @@ const MOVING: f64 = 2.0;
 
 /// Everyone who could attack, with the least change first; of equal ones in the file's order.
 ///
-/// Steps at which the ego hardly moves do not count. Left out is what does not move by itself. Whoever is only ever
+/// Steps at which the ego hardly moves do not count. Left out is what does not move by itself. An obstacle that is only ever
 /// behind the ego comes last: a collision from behind tests the other one, and it would have to overtake first.
 #[must_use]
-pub fn rank(stage: &Stage<'_>) -> Vec<Candidate> {
+pub fn rank(stage: &AttackContext<'_>) -> Vec<Candidate> {
     let mut found: Vec<Candidate> = stage
         .scenario
         .obstacles
@@ -53,7 +53,7 @@ pub fn rank(stage: &Stage<'_>) -> Vec<Candidate> {
     found
 }
 
-fn candidate(stage: &Stage<'_>, obstacle: &Obstacle) -> Option<Candidate> {
+fn candidate(stage: &AttackContext<'_>, obstacle: &Obstacle) -> Option<Candidate> {
     let first = obstacle.track().steps().start;
     let mut best: Option<Candidate> = None;
     for (step, ego) in stage.ego.iter() {
@@ -65,7 +65,7 @@ fn candidate(stage: &Stage<'_>, obstacle: &Obstacle) -> Option<Candidate> {
             continue;
         }
         let own = stage.footprint.at(ego.pose);
-        // Whoever has its middle behind the ego's rear is behind.
+        // An obstacle that has its middle behind the ego's rear is behind.
         let ahead = ego.pose.to_local(&other.pose.position).x;
         let behind = ahead < -stage.footprint.shape().size().0 / 2.0;
         let distance = own.distance(&other);

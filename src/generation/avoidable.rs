@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::escape::Search;
 use super::{ClosedLoop, Effect, Evasion};
-use crate::simulation::{Collision, Drive, Outcome};
+use crate::simulation::{Collision, Outcome, Rollout};
 
 /// The reaction times that are looked at, seconds.
 pub const DELAYS: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
@@ -29,17 +29,17 @@ pub enum Certificate {
     NotFound(NotFound),
 }
 
-/// A trajectory that touches nobody.
+/// A trajectory that touches no obstacle.
 ///
 /// It was held, once it was finished, against the exact bodies of everyone at every step and between two steps, against
 /// the road, and, from
 /// the end of the reaction time on, against the limits of the vehicle. It ends at the goal, at least a second after
-/// the contact that it avoids; or at the problem's deadline; or when nobody is left to be touched. From its
+/// the contact that it avoids; or at the problem's deadline; or when no obstacle is left to be touched. From its
 /// end on it could go straight on for two seconds, braking or accelerating, without being touched.
 #[derive(Debug, Clone)]
 pub struct Avoidance {
     /// The ego from its start on.
-    pub drive: Drive,
+    pub drive: Rollout,
     /// Up to this step it is the unchanged drive.
     pub reaction: i64,
     /// How it was found.
@@ -51,7 +51,7 @@ pub struct Avoidance {
 /// What found a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Finder {
-    /// Nothing has to be done: who drives on as if nothing had changed touches nobody.
+    /// Nothing has to be done: who drives on as if nothing had changed touches no obstacle.
     Unchanged,
     /// One manoeuvre that is kept up.
     Evasion(Evasion),
@@ -70,7 +70,7 @@ pub struct Searched {
     pub cycles: usize,
     /// The candidates in these.
     pub candidates: usize,
-    /// Trajectories that touched nobody and failed the check at the end.
+    /// Trajectories that touched no obstacle and failed the check at the end.
     pub refused: usize,
 }
 

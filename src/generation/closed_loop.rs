@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use super::{Change, ChangeError};
 use crate::metrics::{Context, Series, UNROUNDED_RISK, measure};
-use crate::planner::Forecast;
+use crate::planner::{Cancel, Forecast, Planner};
 use crate::scenario::{Obstacle, PlanningProblem, Scenario, Scene};
-use crate::simulation::{Collision, Drive, DriveError, Driver, Face, Noted, Outcome, Settings};
+use crate::simulation::{
+    Collision, ContactSide, Cycle, DriveError, Driver, Noted, Outcome, Rollout, Settings,
+};
 
 /// One planning problem, driven once as recorded and then against changed traffic as often as one likes.
 #[derive(Debug)]
@@ -29,9 +31,9 @@ pub type RiskCurve = Vec<(i64, u8)>;
 /// What a change leads to. What the ego does and suffers in the baseline, too, the change has not led to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Consequence {
-    /// The ego touches somebody: the attacker, or another one.
+    /// The ego touches an obstacle: the attacker, or another one.
     Collision(Collision),
-    /// Nobody is touched, and the risk score of the attacker is 1 at most at some step.
+    /// No obstacle is touched, and the risk score of the attacker is 1 at most at some step.
     NearMiss,
     /// Neither.
     NoEffect,
@@ -59,14 +61,14 @@ pub struct Effect {
     /// The scenario with the changed motion.
     pub scenario: Arc<Scenario>,
     /// The ego's drive in it. Beside a collision it may end off the road, or with nothing that can be driven.
-    pub drive: Drive,
+    pub drive: Rollout,
     /// What it came to.
     pub consequence: Consequence,
     /// The attacker's risk scores against the baseline, with its recorded motion.
     pub before: RiskCurve,
     /// The attacker's risk scores in this drive.
     pub after: RiskCurve,
-    /// The lowest risk score of anybody in the baseline; nothing where nobody ever is there.
+    /// The lowest risk score of any obstacle in the baseline; nothing where none ever is there.
     pub anyone_before: Option<u8>,
     /// The lowest risk score of anybody in this drive.
     pub anyone_after: Option<u8>,
@@ -74,7 +76,7 @@ pub struct Effect {
     pub distance: Option<f64>,
     /// The attacker's lowest risk score in this drive before it is rounded, see [`UNROUNDED_RISK`].
     pub unrounded: Option<f64>,
-    /// The first step after which, before the next one, the ego touches somebody. Outcomes go by the steps alone, as
+    /// The first step after which, before the next one, the ego touches an obstacle. Outcomes go by the steps alone, as
     /// CommonRoad does; this says where they do not see all.
     pub between: Option<i64>,
     /// Cycles that are the baseline's, as nothing had changed yet.
@@ -94,8 +96,24 @@ impl ClosedLoop {
         problem: &PlanningProblem,
         settings: &Settings,
     ) -> Result<Self, DriveError> {
-        let driver = Driver::new(&scenario, problem, settings)?;
-        let noted = driver.drive_noted(&scenario, i64::MAX);
+        let cancel = Cancel::default();
+        Self::watched(scenario, problem, settings, &cancel, &mut |_, _| true)
+    }
+
+    /// The same; `watch` sees each cycle of the baseline with its planner, and says whether to go on. When `cancel` asks
+    /// for it, all drives end early: what comes of them is to be dropped then.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn watched(
+        scenario: Arc<Scenario>,
+        problem: &PlanningProblem,
+        settings: &Settings,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+    ) -> Result<Self, DriveError> {
+        let driver = Driver::new(&scenario, problem, settings)?.cancelled_by(cancel);
+        let noted = driver.drive_noted_watched(&scenario, i64::MAX, watch);
         let scores = readings(&driver, &scenario, &noted.drive, "risk");
         Ok(Self {
             scenario,
@@ -208,7 +226,7 @@ fn alike(a: &Obstacle, b: &Obstacle, step: i64) -> bool {
 impl Baseline {
     /// The drive.
     #[must_use]
-    pub fn drive(&self) -> &Drive {
+    pub fn drive(&self) -> &Rollout {
         &self.noted.drive
     }
 
@@ -259,22 +277,22 @@ impl Effect {
         self.collision().is_some_and(|c| c.with == self.attacker)
     }
 
-    /// Whether somebody drives into the ego's rear with the front: that proves little, since nobody reacts to the ego.
+    /// Whether an obstacle drives into the ego's rear with the front: that proves little, since no obstacle reacts to the ego.
     #[must_use]
     pub fn is_hit_from_behind(&self) -> bool {
         self.collision()
-            .is_some_and(|c| c.ego == Face::Rear && c.other == Face::Front)
+            .is_some_and(|c| c.ego == ContactSide::Rear && c.other == ContactSide::Front)
     }
 }
 
 /// A drive as a scene.
-fn scene(driver: &Driver, scenario: &Arc<Scenario>, drive: &Drive) -> Scene {
+fn scene(driver: &Driver, scenario: &Arc<Scenario>, drive: &Rollout) -> Scene {
     let ego = drive.ego(driver.problem(), driver.settings());
     Scene::new(Arc::clone(scenario), ego)
 }
 
 /// A measure of everyone but the one whose place the ego took, who is not there in the drive.
-fn readings(driver: &Driver, scenario: &Arc<Scenario>, drive: &Drive, id: &str) -> Series {
+fn readings(driver: &Driver, scenario: &Arc<Scenario>, drive: &Rollout, id: &str) -> Series {
     let without = driver.settings().without;
     let scene = match without {
         Some(gone) => {
@@ -291,7 +309,7 @@ fn readings(driver: &Driver, scenario: &Arc<Scenario>, drive: &Drive, id: &str) 
 fn least(
     driver: &Driver,
     scenario: &Arc<Scenario>,
-    drive: &Drive,
+    drive: &Rollout,
     attacker: i64,
 ) -> impl Fn(&str) -> Option<f64> + use<> {
     let scene = scene(driver, scenario, drive);

@@ -1,4 +1,4 @@
-//! The search for a trajectory that touches nobody, and the check of what it finds.
+//! The search for a trajectory that touches no obstacle, and the check of what it finds.
 
 mod verify;
 
@@ -8,7 +8,7 @@ use super::avoidable::{Avoidance, Certificate, Finder, NotFound, Searched, Why};
 use super::{ClosedLoop, Effect, Evasion};
 use crate::planner::{Forecast, VehicleState};
 use crate::scenario::{ObstacleRole, Scenario};
-use crate::simulation::{Collision, Cycle, Drive, Driver, Look, Outcome, Settings, Stretch};
+use crate::simulation::{Collision, Cycle, Driver, Look, Outcome, Rollout, Settings, Stretch};
 
 /// A search around one change.
 pub(super) struct Search<'a> {
@@ -73,7 +73,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The step until which nobody reacts.
+    /// The step until which the good driver does not react.
     pub fn reaction(&self, delay: f64) -> i64 {
         self.from + (delay / self.closed.driver().dt()).round() as i64
     }
@@ -106,7 +106,7 @@ impl<'a> Search<'a> {
         let drive = self.closed.baseline().drive();
         let ends = matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout);
         ends.then(|| Avoidance {
-            drive: Drive {
+            drive: Rollout {
                 cycles: Vec::new(),
                 ..drive.clone()
             },
@@ -156,6 +156,9 @@ impl<'a> Search<'a> {
         let on = path.project_near(&now.rear.position, begun.along?, NEAR);
         let present = on.ok()?.d;
         for manoeuvre in self.grid(now.velocity, present) {
+            if driver.is_cancelled() {
+                return None;
+            }
             searched.manoeuvres += 1;
             let Some(drive) = self.drive(begun, &manoeuvre) else {
                 continue;
@@ -207,8 +210,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// A manoeuvre to the end; nothing where it touches somebody, or leaves the road or the path.
-    fn drive(&self, begun: &Begun<'_>, manoeuvre: &Evasion) -> Option<Drive> {
+    /// A manoeuvre to the end; nothing where it touches an obstacle, or leaves the road or the path.
+    fn drive(&self, begun: &Begun<'_>, manoeuvre: &Evasion) -> Option<Rollout> {
         let driver = self.closed.driver();
         let (mut step, mut state) = *begun.states.last()?;
         let (mut look, mut along) = (begun.look.clone(), begun.along);
@@ -231,9 +234,9 @@ impl<'a> Search<'a> {
         Some(self.whole(states, outcome))
     }
 
-    fn whole(&self, states: Vec<(i64, VehicleState)>, outcome: Outcome) -> Drive {
+    fn whole(&self, states: Vec<(i64, VehicleState)>, outcome: Outcome) -> Rollout {
         let driver = self.closed.driver();
-        Drive {
+        Rollout {
             states,
             cycles: Vec::new(),
             outcome,
@@ -258,6 +261,9 @@ impl<'a> Search<'a> {
         };
         let usual = self.closed.driver();
         for (name, settings) in attempts(usual.settings()) {
+            if usual.is_cancelled() {
+                return None;
+            }
             let driver: Driver = usual.with(&settings);
             let mut doomed = 0;
             let drive = driver.drive_watched(self.scenario, &stretch, &mut |_, cycle| {
@@ -289,7 +295,7 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// Whether the planner, who knows what comes, saw no way out in a cycle, and what it does instead touches somebody.
+    /// Whether the planner, who knows what comes, saw no way out in a cycle, and what it does instead touches an obstacle.
     fn is_doomed(&self, cycle: &Cycle) -> bool {
         let driver = self.closed.driver();
         let mut states = (cycle.step..=self.last).zip(&cycle.plan.states).skip(1);

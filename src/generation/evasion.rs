@@ -1,7 +1,7 @@
 //! One way to get out of it: brake or accelerate, and steer to an offset from the path, as hard as tyres and wheels let.
 
 use crate::geometry::{Pose, normalize_angle};
-use crate::planner::{Guide, Limits, VehicleState};
+use crate::planner::{Limits, ReferenceTrack, VehicleState};
 
 /// What a driver may set out to do, and go on with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +40,7 @@ impl Evasion {
     pub(super) fn step(
         &self,
         at: &VehicleState,
-        guide: &Guide,
+        guide: &ReferenceTrack,
         hint: &mut Option<f64>,
         limits: &Limits,
         dt: f64,
@@ -103,7 +103,7 @@ impl Evasion {
     fn curvature(
         &self,
         at: &VehicleState,
-        guide: &Guide,
+        guide: &ReferenceTrack,
         hint: &mut Option<f64>,
         most: f64,
     ) -> Option<f64> {

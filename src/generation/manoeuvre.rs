@@ -1,6 +1,7 @@
 //! From a manoeuvre with its numbers to what is wanted of the attacker at each step.
 
-use super::{Stage, Wanted};
+use super::attack_context::FARTHEST;
+use super::{AttackContext, Wanted};
 use crate::geometry::{Point, Polyline};
 use crate::planner::Polynomial;
 use crate::scenario::{Motion, Obstacle};
@@ -18,27 +19,27 @@ pub struct Plan {
 /// Why a manoeuvre cannot be done: in words.
 pub type Impossible = String;
 
-/// Whoever comes this close to the ego's way crosses it or is on it, metres.
+/// An obstacle that comes this close to the ego's way crosses it or is on it, metres.
 const ON_THE_WAY: f64 = 1.5;
 
-/// A standing start: whoever is slower pulls out, m/s.
+/// A standing start: an obstacle that is slower pulls out, m/s.
 const STANDING: f64 = 1.0;
 
-/// The speed that somebody pulls out with where none is said, m/s.
+/// The speed that an obstacle pulls out with where none is said, m/s.
 const PULLING_OUT: f64 = 4.0;
 
 /// A change of lane is done in the last part of the manoeuvre, which is no longer than this, seconds; a drift takes all
 /// of it.
 const SIDEWAYS: f64 = 1.8;
 
-/// Whoever drifts stays there for so long before it goes back to its way, seconds.
+/// An obstacle that drifts stays there for so long before it goes back to its way, seconds.
 const STAY: f64 = 1.0;
 
 /// What is wanted of `obstacle` for a manoeuvre, until the end of its recording or of the ego's motion, whichever is
-/// later. `way` names the way it takes among those of [`Stage::ways`] where it crosses the ego's: 0 is the first of
+/// later. `way` names the way it takes among those of [`AttackContext::ways`] where it crosses the ego's: 0 is the first of
 /// them that does.
 ///
-/// Gaps are between the bodies, with the ego where it is while nobody attacks it: behind the attacker's rear for
+/// Gaps are between the bodies, with the ego where it is while no obstacle attacks it: behind the attacker's rear for
 /// cutting in; to the side for drifting and door-to-door (without one, a drift aims at the ego's own line); before the
 /// crossing for those who cross the ego's way, who then arrive when the ego has this left to it, whatever the duration
 /// says.
@@ -46,7 +47,7 @@ const STAY: f64 = 1.0;
 /// # Errors
 /// The obstacle is not there, or its ways do not allow it.
 pub fn plan(
-    stage: &Stage<'_>,
+    stage: &AttackContext<'_>,
     obstacle: &Obstacle,
     manoeuvre: &Manoeuvre,
     way: usize,
@@ -99,7 +100,7 @@ pub fn plan(
 }
 
 struct Aim<'s> {
-    stage: &'s Stage<'s>,
+    stage: &'s AttackContext<'s>,
     obstacle: &'s Obstacle,
     manoeuvre: &'s Manoeuvre,
     from: i64,
@@ -248,7 +249,7 @@ impl Aim<'_> {
     /// Where a way first comes onto the ego's: along it, and along the ego's way, metres. Nothing where it begins there.
     fn crossing(&self, way: &Polyline) -> Option<(f64, f64)> {
         let line = &self.stage.line;
-        let places = (0..=way.length() as usize).map(|s| s as f64);
+        let places = (0..=way.length().min(FARTHEST) as usize).map(|s| s as f64);
         let mut on = places.map(|s| (s, line.project(&way.pose_at(s).position)));
         let (_, first) = on.next()?;
         if first.d.abs() <= ON_THE_WAY {

@@ -1,10 +1,10 @@
 //! Making a safe scenario dangerous: one obstacle, the attacker, gets another motion.
 //!
-//! A changed motion is exported only if it has passed the gate, whoever thought of it: a search, a model or a
+//! A changed motion is exported only if it has passed the gate, wherever it comes from: a search, a model or a
 //! file. The ego then plans anew against it, since a collision with a recorded ego proves nothing.
 
-mod arms;
 mod attack;
+mod attack_context;
 pub mod attacker;
 mod avoidable;
 mod capability;
@@ -14,24 +14,25 @@ mod closed_loop;
 mod escape;
 mod evasion;
 mod gate;
-mod lesson;
-mod made;
 pub mod manoeuvre;
+mod manoeuvre_space;
 pub mod motion;
 mod refusal;
-mod rehearsal;
 mod repair;
+mod screening;
 mod search;
-mod stage;
 mod summed;
+mod surrogate;
 #[cfg(test)]
 mod tests;
 mod tracking;
 mod variant;
 mod variant_document;
+mod variant_generator;
 mod waypoints;
 
 pub use attack::{Attack, Ground};
+pub use attack_context::AttackContext;
 pub use avoidable::{
     Avoidability, Avoidance, Certificate, DELAYS, Finder, NotFound, Searched, Why,
 };
@@ -41,13 +42,12 @@ pub use choice::{Chosen, choose};
 pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
 pub use evasion::Evasion;
 pub use gate::{Comparison, Gate, Joint, Judged, Passed};
-pub use made::{Made, Workshop, WorkshopError};
 pub use refusal::{Reason, Refusal};
-pub use rehearsal::Rehearsal;
 pub use repair::{Admitted, FARTHEST, Repair, admit};
-pub use search::{Effort, Found, Progress, search_until, search_watched};
-pub use stage::Stage;
+pub use screening::OpenLoopScreening;
+pub use search::{Effort, Found, Progress, search_until};
 pub use summed::{Summed, summed};
 pub use tracking::{Wanted, track};
 pub use variant::{MARK, Saved, Variant, VariantError};
 pub use variant_document::{asked, refusal};
+pub use variant_generator::{GeneratorError, Made, SearchEvent, VariantGenerator};

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::manoeuvre::{self, Plan};
-use super::{Capability, Change, Joint, Refusal, Stage, Wanted, track};
+use super::{AttackContext, Capability, Change, Joint, Refusal, Wanted, track};
 use crate::planner::{Limits, VehicleState};
 use crate::scenario::{Motion, Obstacle};
 use crate::verdict::Manoeuvre;
@@ -19,7 +19,7 @@ const JERK: f64 = 15.0;
 /// # Errors
 /// It cannot be done: the one reason.
 pub fn of_manoeuvre(
-    stage: &Stage<'_>,
+    stage: &AttackContext<'_>,
     obstacle: &Obstacle,
     manoeuvre: &Manoeuvre,
     way: usize,
@@ -37,7 +37,7 @@ pub fn of_manoeuvre(
 /// # Errors
 /// The obstacle does not move by itself, is not there, or nothing is wanted of it.
 pub fn follow(
-    stage: &Stage<'_>,
+    stage: &AttackContext<'_>,
     obstacle: &Obstacle,
     from: i64,
     plan: &Plan,
@@ -78,7 +78,7 @@ fn moderate(able: Capability) -> Capability {
 
 /// The recorded state, as that of a vehicle whose wheels and acceleration are in the middle of what the recording says.
 fn start(
-    stage: &Stage<'_>,
+    stage: &AttackContext<'_>,
     obstacle: &Obstacle,
     step: i64,
     now: &Motion,

@@ -27,7 +27,7 @@ pub enum Reason {
     Start(&'static str),
     /// A single-track vehicle of its kind cannot drive it.
     Kinematics(Bound),
-    /// There is nobody whose motion could be changed so.
+    /// There is no obstacle whose motion could be changed so.
     Obstacle(ChangeError),
     /// This obstacle does not move by itself, or has no body of one size.
     Unable(i64),
@@ -45,7 +45,7 @@ pub enum Reason {
     Gap,
     /// Part of the body leaves the road, metres.
     OffRoad,
-    /// The body overlaps somebody other than the ego, by id.
+    /// The body overlaps an obstacle other than the ego, by id.
     Overlap(i64),
     /// The body overlaps the ego where its motion still is the recorded one.
     OverlapsEgo,
@@ -59,7 +59,7 @@ pub enum Reason {
     Reshaped(i64),
     /// So many obstacles move in another way in the variant, where one may.
     Several,
-    /// Nobody moves in another way in the variant.
+    /// No obstacle moves in another way in the variant.
     Unchanged,
     /// What else is not that of the original.
     Differs(&'static str),

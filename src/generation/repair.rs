@@ -1,17 +1,20 @@
-//! From what somebody asks of an attacker, waypoints or a manoeuvre, to an attack that passes the gate.
+//! From what is asked of an attacker, waypoints or a manoeuvre, to an attack that passes the gate.
 //!
 //! Waypoints that are written down are rounded, and no curve through them is quite the motion of a vehicle. Where the
 //! gate refuses nothing but that, the nearest motion that a vehicle drives takes its place, if it is near enough.
 
 use super::manoeuvre::Plan;
 use super::motion::{self, follow};
-use super::{Attack, Capability, Change, Ground, Reason, Refusal, Rehearsal, Stage, waypoints};
+use super::{
+    Attack, AttackContext, Capability, Change, Ground, OpenLoopScreening, Reason, Refusal,
+    waypoints,
+};
 use crate::geometry::angle_between;
 use crate::planner::Bound;
 use crate::scenario::Obstacle;
 use crate::verdict::{Manoeuvre, ManoeuvreKind, Moment, Motion, Waypoint};
 
-/// An attack as somebody asked for it.
+/// An attack as it was asked for.
 #[derive(Debug, Clone)]
 pub struct Admitted {
     /// The attack.
@@ -31,7 +34,7 @@ pub struct Repair {
     pub refused: Vec<Refusal>,
 }
 
-/// A repair moves nobody farther than this at any step, metres: what needs more was asked otherwise.
+/// A repair moves no obstacle farther than this at any step, metres: what needs more was asked otherwise.
 pub const FARTHEST: f64 = 1.0;
 
 /// So much may heading (rad) and speed (m/s) differ from those of the waypoints, and from the recorded ones at the start.
@@ -41,7 +44,7 @@ const FASTER: f64 = 2.0;
 /// So far may a body leave the road to be repaired, metres.
 const BESIDE: f64 = 0.1;
 
-/// The attack that somebody asks of the obstacle with an id.
+/// The attack that is asked of the obstacle with an id.
 ///
 /// A manoeuvre that can take several ways takes the first that passes the gate.
 ///
@@ -186,7 +189,7 @@ fn through(
 /// Whether nothing is wrong but what a repair may put right, or what comes when the attack is over.
 fn is_near(ground: &Ground<'_>, obstacle: &Obstacle, given: &Change, refused: &[Refusal]) -> bool {
     let finite = refused.iter().all(|r| r.reason != Reason::NotANumber);
-    let seen = finite.then(|| Rehearsal::of(ground.stage, obstacle, given));
+    let seen = finite.then(|| OpenLoopScreening::of(ground.stage, obstacle, given));
     let Some(over) = seen.flatten().map(|seen| ground.over(&seen)) else {
         return false;
     };
@@ -212,7 +215,7 @@ fn is_near(ground: &Ground<'_>, obstacle: &Obstacle, given: &Change, refused: &[
 
 /// What a motion that can be driven does not do of what was asked, in words; nothing where it comes near enough.
 fn otherwise(
-    stage: &Stage<'_>,
+    stage: &AttackContext<'_>,
     points: &[Waypoint],
     driven: &Change,
     (step, moved): (i64, f64),

@@ -10,10 +10,10 @@
 
 use rayon::prelude::*;
 
-use super::arms::{Arm, Numbers};
 use super::attack::{Attack, Ground};
 use super::attacker;
-use super::lesson::{self, Tried};
+use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
+use super::surrogate::{self, Tried};
 use super::{Consequence, Refusal, motion};
 use crate::verdict::{Manoeuvre, Motion};
 
@@ -103,18 +103,7 @@ const SPREAD: f64 = 0.5;
 const SHARPNESS: f64 = 2.0;
 
 /// Searches for attacks; `only` names the one obstacle that may attack. After each round `watch` hears how far it is, and
-/// says whether to go on.
-#[must_use]
-pub fn search_watched(
-    ground: &Ground<'_>,
-    effort: &Effort,
-    only: Option<i64>,
-    watch: &mut dyn FnMut(Progress) -> bool,
-) -> Found {
-    search_until(ground, effort, only, watch, &|| false)
-}
-
-/// The same, with a `stop` that is asked before every motion and every drive: once it says so, nothing more is begun.
+/// says whether to go on. `stop` is asked before every motion and every drive: once it says so, nothing more is begun.
 #[must_use]
 pub fn search_until(
     ground: &Ground<'_>,
@@ -127,7 +116,7 @@ pub fn search_until(
     let chosen = { ranked.iter() }.filter(|c| only.is_none_or(|id| c.obstacle == id));
     let arms = chosen
         .take(effort.attackers)
-        .flat_map(|c| Arm::all(ground.stage, c));
+        .flat_map(|c| ManoeuvreSpace::all(ground.stage, c));
     let mut search = Search {
         ground,
         stop,
@@ -168,7 +157,7 @@ impl Found {
 struct Search<'a> {
     ground: &'a Ground<'a>,
     stop: &'a (dyn Fn() -> bool + Sync),
-    arms: Vec<Arm>,
+    arms: Vec<ManoeuvreSpace>,
     tried: Vec<Tried>,
     found: Found,
 }
@@ -206,7 +195,7 @@ impl Search<'_> {
 
     /// Draws motions, and keeps those that pass the gate.
     fn draw(&mut self, count: usize, first: bool, spread: f64, random: &mut fastrand::Rng) {
-        let elite = lesson::elite(&self.arms, &self.tried);
+        let elite = surrogate::elite(&self.arms, &self.tried);
         let asked = draw(&self.arms, &elite, (count, first, spread), random);
         let made: Vec<(usize, Numbers, Result<Attack, Refusal>)> = asked
             .into_par_iter()
@@ -228,7 +217,7 @@ impl Search<'_> {
         }
     }
 
-    fn make(&self, arm: &Arm, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
+    fn make(&self, arm: &ManoeuvreSpace, manoeuvre: Manoeuvre) -> Result<Attack, Refusal> {
         if (self.stop)() {
             return Err(Refusal::answer("the search was stopped"));
         }
@@ -243,7 +232,7 @@ impl Search<'_> {
 
     /// Drives the ego against what is most promising.
     fn drive(&mut self, drives: usize, apart: f64) {
-        let chosen = lesson::promising(&self.arms, &self.tried, drives, apart);
+        let chosen = surrogate::promising(&self.arms, &self.tried, drives, apart);
         let all = self.tried.iter_mut().enumerate();
         let chosen: Vec<&mut Attack> = all
             .filter(|(i, _)| chosen.contains(i))
@@ -277,7 +266,7 @@ impl Search<'_> {
 
 /// What is to be tried: in the first round of all arms alike, later mostly around what did well, within a share of its spread.
 fn draw(
-    arms: &[Arm],
+    arms: &[ManoeuvreSpace],
     elite: &[(f64, &Tried)],
     (count, first, spread): (usize, bool, f64),
     random: &mut fastrand::Rng,

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::variant::{OTHERS, PROGRAM};
 use super::{Avoidance, Certificate, Finder, Refusal, RiskCurve, Saved, Searched, Variant};
 use crate::scenario::ContentHash;
-use crate::simulation::{Collision, Drive, Face};
+use crate::simulation::{Collision, ContactSide, Rollout};
 use crate::verdict::{Motion, NewMotion, TrajectoryAnswer};
 
 /// The document of a variant that is saved in these files.
@@ -85,7 +85,7 @@ fn name(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-fn drive(drive: &Drive) -> Value {
+fn drive(drive: &Rollout) -> Value {
     json!({
         "ended_with": drive.outcome.name(),
         "first_step": drive.states.first().map(|(step, _)| step),
@@ -98,8 +98,8 @@ fn collision(collision: &Collision, attacker: i64) -> Value {
         "with": collision.with,
         "with_attacker": collision.with == attacker,
         "step": collision.step,
-        "ego_side": Face::name(collision.ego),
-        "other_side": Face::name(collision.other),
+        "ego_side": ContactSide::name(collision.ego),
+        "other_side": ContactSide::name(collision.other),
     })
 }
 

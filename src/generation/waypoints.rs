@@ -1,6 +1,6 @@
 //! A motion through waypoints exactly as they are given: the gate is to see what was asked for, jumps and all.
 
-use super::{Capability, Change, ChangeError, Reason, Refusal, Stage};
+use super::{AttackContext, Capability, Change, ChangeError, Reason, Refusal};
 use crate::geometry::{Point, Pose, Vector, angle_between};
 use crate::planner::Bound;
 use crate::scenario::{Motion, Obstacle};
@@ -12,7 +12,7 @@ const ROUNDED: f64 = 0.01;
 /// A part of a step by which times may miss it.
 const PART: f64 = 1e-6;
 
-/// Whoever is slower has no direction, m/s.
+/// What is slower has no direction, m/s.
 const STANDING: f64 = 0.1;
 
 /// The first waypoint is not looked at any further where it is so far from the recorded place, metres.
@@ -36,7 +36,7 @@ struct Knot {
 /// # Errors
 /// Waypoints that no motion leads through: all that is wrong with them.
 pub fn as_given(
-    stage: &Stage<'_>,
+    stage: &AttackContext<'_>,
     obstacle: &Obstacle,
     points: &[Waypoint],
 ) -> Result<Change, Vec<Refusal>> {
@@ -115,7 +115,12 @@ fn knot(point: &Waypoint, dt: f64) -> Knot {
 }
 
 /// What is wrong with the waypoints before any motion is made of them.
-fn wrong(stage: &Stage<'_>, obstacle: &Obstacle, knots: &[Knot], fastest: f64) -> Vec<Refusal> {
+fn wrong(
+    stage: &AttackContext<'_>,
+    obstacle: &Obstacle,
+    knots: &[Knot],
+    fastest: f64,
+) -> Vec<Refusal> {
     let dt = stage.dt();
     let last = (obstacle.track().steps().end - 1).max(*stage.steps.end());
     let mut found = Vec::new();

@@ -6,6 +6,7 @@
 mod angle;
 mod area;
 mod box_tree;
+mod clip;
 mod convert;
 mod convex;
 mod cover;
@@ -24,6 +25,7 @@ mod truck;
 pub use angle::{angle_between, normalize_angle};
 pub use area::{Area, Outside};
 pub use box_tree::BoxTree;
+pub use clip::{part_within, ring_within, within_at};
 pub use convex::{convex_hull, convex_overlap};
 pub use footprint::{Contact, Footprint, Placed};
 pub use frenet::{Frenet, FrenetError, FrenetMotion, LateralProfile, PlaneMotion};

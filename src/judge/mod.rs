@@ -1,11 +1,11 @@
 //! The built-in reference judge: exact geometry instead of a language model, without a network.
 
 mod collision;
-mod prospect;
+mod collision_prediction;
 mod reasoning;
 mod safety;
 
-pub use prospect::{Criterion, Prospect};
+pub use collision_prediction::{CollisionPrediction, Criterion};
 pub use safety::critical;
 
 use crate::metrics::Thresholds;
@@ -38,7 +38,7 @@ pub struct Judgement {
     /// The step that decided: first contact, or the present of a prediction.
     pub decisive_step: Option<i64>,
     /// What was predicted about the obstacles of the verdict, in its order; nothing for the collision task.
-    pub prospects: Vec<Prospect>,
+    pub prospects: Vec<CollisionPrediction>,
 }
 
 /// Judges a scene, with the shipped thresholds; see [`judge_under`].

@@ -1,7 +1,7 @@
 //! Safety: how probable is it that bodies touch soon, from what was seen until now and nothing later?
 //!
-//! Risk scores agree with the probabilities. Whoever is critical has at most 2: the least of 2, the present risk, and
-//! the grade of the predicted time to contact in the table of risks. Whoever is not, and touches the ego in some
+//! Risk scores agree with the probabilities. An obstacle that is critical has at most 2: the least of 2, the present risk, and
+//! the grade of the predicted time to contact in the table of risks. An obstacle that is not, and touches the ego in some
 //! predicted motions, has 3. Everyone else has the present risk, at least 3. So the list, in the order of scores and
 //! then of probabilities, has no milder score before a graver one.
 
@@ -9,24 +9,24 @@ use std::collections::HashMap;
 use std::fmt::Write;
 
 use super::Judgement;
-use super::prospect::{Criterion, Prospect};
+use super::collision_prediction::{CollisionPrediction, Criterion};
 use super::reasoning::{moment, name, risk, situation, value};
 use crate::metrics::{Encounter, Thresholds};
-use crate::scenario::prediction::{Past, Way};
+use crate::scenario::prediction::{ObservedHistory, Way};
 use crate::scenario::{Participant, Scene, Window};
 use crate::verdict::{ObstacleRisk, Task, Verdict};
 
 /// Obstacles listed beside the critical ones.
 const MOST_LISTED: usize = 5;
 
-/// The worst risk score of whoever is not critical, and the best of whoever is: a list in the order of its scores
+/// The worst risk score of an obstacle that is not critical, and the best of one that is: a list in the order of its scores
 /// has the critical ones first.
 const NOT_CRITICAL: u8 = 3;
 const CRITICAL: u8 = 2;
 
 /// What is said about one obstacle.
 struct Finding {
-    prospect: Prospect,
+    prospect: CollisionPrediction,
     critical: bool,
     entry: ObstacleRisk,
     line: String,
@@ -35,7 +35,7 @@ struct Finding {
 pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> Judgement {
     let criterion = Criterion::REFERENCE;
     // All that is predicted comes from here, and it ends with the window.
-    let past = Past::of(scene, window);
+    let past = ObservedHistory::of(scene, window);
     let prospects = criterion.prospects(&past, None);
     let mut found = findings(scene, &criterion, &past, prospects, thresholds);
     found.sort_by(|a, b| {
@@ -78,7 +78,7 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
 }
 
 /// Who is critical by a criterion at the end of a window, with their risk scores: those of the judge's verdict, where the
-/// criterion is its own. Whoever is farther than `radius` metres from the ego (centre to centre) is left out.
+/// criterion is its own. An obstacle that is farther than `radius` metres from the ego (centre to centre) is left out.
 #[must_use]
 pub fn critical(
     scene: &Scene,
@@ -87,7 +87,7 @@ pub fn critical(
     radius: f64,
     thresholds: &Thresholds,
 ) -> Vec<(i64, u8)> {
-    let past = Past::of(scene, window);
+    let past = ObservedHistory::of(scene, window);
     let prospects = criterion.prospects(&past, Some(radius)).into_iter();
     let critical = prospects.filter(|prospect| criterion.critical(prospect));
     let found = findings(scene, criterion, &past, critical.collect(), thresholds);
@@ -98,14 +98,14 @@ pub fn critical(
 fn findings(
     scene: &Scene,
     criterion: &Criterion,
-    past: &Past<'_>,
-    prospects: Vec<Prospect>,
+    past: &ObservedHistory<'_>,
+    prospects: Vec<CollisionPrediction>,
     thresholds: &Thresholds,
 ) -> Vec<Finding> {
     let people: HashMap<i64, Participant<'_>> =
         scene.participants().map(|p| (p.obstacle.id, p)).collect();
     let now = past.now();
-    let of = |prospect: Prospect| {
+    let of = |prospect: CollisionPrediction| {
         let who = people.get(&prospect.id)?;
         let encounter = Encounter::at(scene, who, now)?.under(thresholds);
         Some(finding(scene, criterion, &encounter, now, who, prospect))
@@ -119,7 +119,7 @@ fn finding(
     encounter: &Encounter<'_>,
     now: i64,
     who: &Participant<'_>,
-    prospect: Prospect,
+    prospect: CollisionPrediction,
 ) -> Finding {
     let critical = criterion.critical(&prospect);
     let at_present = value("risk", encounter).map_or(5, |r| r as u8);
@@ -168,7 +168,7 @@ fn finding(
 fn justification(
     scene: &Scene,
     criterion: &Criterion,
-    past: &Past<'_>,
+    past: &ObservedHistory<'_>,
     found: &[Finding],
 ) -> String {
     let Criterion {

@@ -107,9 +107,10 @@ impl Reservation {
         self.may_be_paid = yes;
     }
 
-    /// The request cost this.
+    /// The request cost this; what is no amount of money counts as the most it could have cost.
     pub fn settle(mut self, usd: f64) {
-        self.close(usd);
+        let stated = usd.is_finite() && usd >= 0.0;
+        self.close(if stated { usd } else { self.usd });
     }
 
     fn close(&mut self, usd: f64) {
@@ -162,5 +163,10 @@ mod tests {
             "what is not known is counted in full"
         );
         assert!(Budget::new(f64::NAN).reserve(0.01).is_err());
+        let budget = Budget::new(1.0);
+        for (nonsense, spent) in [(f64::NAN, 0.25), (f64::INFINITY, 0.5), (-3.0, 0.75)] {
+            budget.reserve(0.25).unwrap().settle(nonsense);
+            assert_eq!(budget.spent(), spent, "{nonsense}");
+        }
     }
 }

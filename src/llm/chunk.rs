@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// One piece of an answer, in the order of arrival.
 ///
 /// The order is: any number of `Note`, any number of `Retrying`, one `Started`, any mix of `Reasoning` and `Text`, at most one
-/// `Usage`, and on success exactly one `Finished`, which is last. A failed answer ends with an error instead of `Finished`;
+/// `Usage`, before it perhaps a `Note` about it, and on success exactly one `Finished`, which is last. A failed answer ends with an error instead of `Finished`;
 /// everything that had arrived is delivered before the error.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Chunk {
@@ -37,6 +37,15 @@ pub enum Chunk {
     Finished(Finish),
 }
 
+/// Most of an answer that is read, reasoning and text together, in bytes.
+pub const LONGEST_ANSWER: usize = 4 << 20;
+
+/// More tokens than any question or answer can have.
+const MOST_TOKENS: u64 = 1_000_000_000;
+
+/// More US dollars than any answer can cost.
+const MOST_USD: f64 = 10_000.0;
+
 /// Token counts and cost of one answer, counted alike for all providers. `None` means that nobody said, never zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -53,6 +62,30 @@ pub struct Usage {
     pub cache_write_tokens: Option<u64>,
     /// What it cost.
     pub cost: Option<Cost>,
+}
+
+impl Usage {
+    /// The usage without the numbers that cannot be true, and the names of those. A server may state anything; sums,
+    /// budgets and reports have to stay of use.
+    pub(super) fn plausible(mut self) -> (Self, Vec<&'static str>) {
+        let mut dropped = Vec::new();
+        for (name, count) in [
+            ("input tokens", &mut self.input_tokens),
+            ("output tokens", &mut self.output_tokens),
+            ("reasoning tokens", &mut self.reasoning_tokens),
+            ("cached tokens", &mut self.cached_tokens),
+            ("tokens written to the cache", &mut self.cache_write_tokens),
+        ] {
+            if count.take_if(|count| *count > MOST_TOKENS).is_some() {
+                dropped.push(name);
+            }
+        }
+        let possible = |cost: &Cost| (0.0..=MOST_USD).contains(&cost.usd);
+        if self.cost.take_if(|cost| !possible(cost)).is_some() {
+            dropped.push("cost");
+        }
+        (self, dropped)
+    }
 }
 
 /// What an answer cost.
@@ -85,6 +118,9 @@ pub enum Finish {
     Blank,
     /// It ran into the token limit: the text is cut off.
     Length,
+    /// This program stopped reading, because the answer was larger than [`LONGEST_ANSWER`] bytes, or took more than is read
+    /// of any answer: the text is cut off.
+    TooLong,
     /// The server's filter stopped the answer.
     ContentFilter,
     /// The server's filter stopped the question; its reason.
@@ -93,4 +129,37 @@ pub enum Finish {
     Refusal(String),
     /// Any other reason, in the server's word; `"unstated"` if it gave none.
     Other(String),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_cannot_be_true_are_dropped_by_name() {
+        let cost = |usd| {
+            Some(Cost {
+                usd,
+                source: CostSource::Server,
+            })
+        };
+        let usage = Usage {
+            input_tokens: Some(u64::MAX),
+            output_tokens: Some(34),
+            cached_tokens: Some(MOST_TOKENS + 1),
+            cost: cost(0.5),
+            ..Usage::default()
+        };
+        let (left, dropped) = usage.plausible();
+        assert_eq!((left.input_tokens, left.output_tokens), (None, Some(34)));
+        assert_eq!((left.cached_tokens, left.cost), (None, cost(0.5)));
+        assert_eq!(dropped, ["input tokens", "cached tokens"]);
+        for usd in [f64::NAN, f64::INFINITY, -1.0, 1e300] {
+            let usage = Usage {
+                cost: cost(usd),
+                ..Usage::default()
+            };
+            assert_eq!(usage.plausible(), (Usage::default(), vec!["cost"]), "{usd}");
+        }
+    }
 }

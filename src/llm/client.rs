@@ -9,18 +9,20 @@ use std::time::Duration;
 
 use secrecy::SecretString;
 
+use super::endpoint::Endpoint;
 use super::key_command::KeyCommand;
 use super::limits::{Gate, Limits};
 use crate::system;
 
 /// A pool of connections; build one and clone it, clones share the pool and the limits of providers.
 ///
-/// Proxies are taken from the environment (`HTTPS_PROXY`, `HTTP_PROXY`, `NO_PROXY`), certificates from the system.
+/// Proxies are taken from the environment (`HTTPS_PROXY`, `HTTP_PROXY`, `NO_PROXY`) except for servers on this machine,
+/// certificates from the system.
 #[derive(Clone, Default)]
 pub struct Client {
     // reqwest fixes the connect timeout when a client is built, while ours belongs to the endpoint: one client for each
-    // timeout in use, which in practice is one.
-    built: Arc<Mutex<BTreeMap<Duration, reqwest::Client>>>,
+    // timeout in use, which in practice is one, with proxies and without.
+    built: Arc<Mutex<BTreeMap<(Duration, bool), reqwest::Client>>>,
     gates: Arc<Mutex<Gates>>,
     keys: Arc<Mutex<BTreeMap<KeyCommand, SecretString>>>,
     direct: bool,
@@ -42,26 +44,31 @@ impl Client {
         }
     }
 
-    /// The HTTP client with this connect timeout; an error says why none can be built.
-    pub(super) fn http(&self, connect: Duration) -> Result<reqwest::Client, String> {
+    /// The HTTP client for an endpoint, with this connect timeout; an error says why none can be built.
+    pub(super) fn http(
+        &self,
+        endpoint: &Endpoint,
+        connect: Duration,
+    ) -> Result<reqwest::Client, String> {
+        // What goes to this machine is not encrypted, and would pass a proxy elsewhere with its key.
+        let direct = self.direct || endpoint.is_here();
         let mut built = self.built.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(client) = built.get(&connect) {
+        if let Some(client) = built.get(&(connect, direct)) {
             return Ok(client.clone());
         }
         // Fails if the program has installed one already, which serves as well.
         let _ = rustls::crypto::ring::default_provider().install_default();
         // Without certificates of the system reqwest builds nothing at all, not even for a local server without encryption;
         // with an empty list of its own, only https fails, and says so.
-        let client = self
-            .builder(connect)
+        let client = builder(connect, direct)
             .build()
             .or_else(|_| {
-                self.builder(connect)
+                builder(connect, direct)
                     .tls_certs_only(std::iter::empty())
                     .build()
             })
             .map_err(|e| deepest(&e))?;
-        built.insert(connect, client.clone());
+        built.insert((connect, direct), client.clone());
         Ok(client)
     }
 
@@ -76,13 +83,19 @@ impl Client {
 
     /// The key that a command prints; it is run once.
     pub(super) async fn key(&self, command: &KeyCommand) -> Result<SecretString, String> {
-        let kept = || self.keys.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(key) = kept().get(command) {
-            return Ok(key.clone());
+        if let Some(key) = self.kept_key(command) {
+            return Ok(key);
         }
         let key = command.run().await?;
-        kept().insert(command.clone(), key.clone());
+        let mut keys = self.keys.lock().unwrap_or_else(PoisonError::into_inner);
+        keys.insert(command.clone(), key.clone());
         Ok(key)
+    }
+
+    /// The key that a command has printed.
+    pub(super) fn kept_key(&self, command: &KeyCommand) -> Option<SecretString> {
+        let keys = self.keys.lock().unwrap_or_else(PoisonError::into_inner);
+        keys.get(command).cloned()
     }
 
     /// A key was refused, so the command is run again next time.
@@ -90,17 +103,16 @@ impl Client {
         let mut keys = self.keys.lock().unwrap_or_else(PoisonError::into_inner);
         keys.remove(command);
     }
+}
 
-    fn builder(&self, connect: Duration) -> reqwest::ClientBuilder {
-        let builder = reqwest::Client::builder()
-            .user_agent(concat!("nearmiss/", env!("CARGO_PKG_VERSION")))
-            .connect_timeout(connect)
-            .redirect(reqwest::redirect::Policy::none());
-        if self.direct {
-            builder.no_proxy()
-        } else {
-            builder
-        }
+fn builder(connect: Duration, direct: bool) -> reqwest::ClientBuilder {
+    let builder = reqwest::Client::builder()
+        .user_agent(concat!("nearmiss/", env!("CARGO_PKG_VERSION")))
+        .connect_timeout(connect)
+        .redirect(reqwest::redirect::Policy::none());
+    match direct {
+        true => builder.no_proxy(),
+        false => builder,
     }
 }
 

@@ -2,10 +2,11 @@
 
 use serde_json::Value;
 
-use super::assembly::Assembly;
+use super::accumulator::ResponseAccumulator;
 use super::chunk::Chunk;
-use super::dialect::{Dialect, Odd, Protocol};
+use super::dialect::{DecodeError, Dialect, Protocol};
 use super::error::{Error, Place};
+use super::json::{MOST_VALUES, is_bounded};
 use super::problem::Problem;
 
 /// Turns the events of one answer into chunks.
@@ -13,7 +14,7 @@ use super::problem::Problem;
 pub(super) struct Decoder {
     place: Place,
     protocol: Box<dyn Protocol>,
-    answer: Assembly,
+    answer: ResponseAccumulator,
     over: bool,
 }
 
@@ -23,7 +24,7 @@ impl Decoder {
         Self {
             place,
             protocol: dialect.protocol(),
-            answer: Assembly::default(),
+            answer: ResponseAccumulator::default(),
             over: false,
         }
     }
@@ -49,6 +50,7 @@ impl Decoder {
             }
             return Ok(self.answer.take());
         }
+        self.bounded(data)?;
         let value = serde_json::from_str(data)
             .map_err(|_| self.malformed(format!("the event `{data}`")))?;
         if let Some(problem) = Problem::in_value(&value) {
@@ -59,6 +61,9 @@ impl Decoder {
         }
         let read = self.protocol.event(&value, &mut self.answer);
         read.map_err(|odd| self.odd(odd))?;
+        if self.answer.is_capped() {
+            self.answer.cap();
+        }
         Ok(self.answer.take())
     }
 
@@ -72,6 +77,7 @@ impl Decoder {
     /// # Errors
     /// As [`Decoder::event`]; [`Error::Truncated`] if the document ends in the middle.
     pub fn document(&mut self, body: &str) -> Result<Vec<Chunk>, Error> {
+        self.bounded(body)?;
         let value: Value = serde_json::from_str(body).map_err(|e| {
             if e.is_eof() {
                 Error::Truncated {
@@ -109,6 +115,15 @@ impl Decoder {
         self.failed(error)
     }
 
+    /// More came than is read of an answer. What was said is kept as one that this program cut off.
+    pub fn too_long(&mut self, error: impl FnOnce(Place) -> Error) -> Vec<Result<Chunk, Error>> {
+        if self.answer.has_begun() && !self.is_done() {
+            self.answer.cap();
+            return self.answer.take().into_iter().map(Ok).collect();
+        }
+        self.ended(|place, _| error(place))
+    }
+
     /// The answer failed: what was held back, then the error.
     pub fn failed(&mut self, error: Error) -> Vec<Result<Chunk, Error>> {
         self.over = true;
@@ -117,10 +132,17 @@ impl Decoder {
         rest.chain([Err(error)]).collect()
     }
 
-    fn odd(&self, odd: Odd) -> Error {
+    fn odd(&self, odd: DecodeError) -> Error {
         match odd {
-            Odd::Malformed(what) => self.malformed(what),
-            Odd::Provider(problem) => self.provider(problem),
+            DecodeError::Malformed(what) => self.malformed(what),
+            DecodeError::Provider(problem) => self.provider(problem),
+        }
+    }
+
+    fn bounded(&self, document: &str) -> Result<(), Error> {
+        match is_bounded(document.as_bytes(), MOST_VALUES) {
+            true => Ok(()),
+            false => Err(self.malformed(format!("a document of more than {MOST_VALUES} values"))),
         }
     }
 

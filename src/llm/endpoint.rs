@@ -17,6 +17,7 @@ use super::limits::Limits;
 use super::price::{Prices, Pricing};
 use super::quirks::Quirks;
 use super::request::{Parameters, Request};
+use super::secrets::is_loopback;
 
 /// A server that serves models, and how to treat it.
 #[derive(Clone)]
@@ -39,6 +40,8 @@ pub struct Endpoint {
     pub auth: Option<Auth>,
     /// Further headers, name and value.
     pub headers: Vec<(String, String)>,
+    /// Secrets may be sent unencrypted to another machine.
+    pub allow_http: bool,
     /// How long to wait for what.
     pub timeouts: Timeouts,
     /// How often to try again.
@@ -123,6 +126,7 @@ impl Endpoint {
             missing_key: None,
             auth: None,
             headers: Vec::new(),
+            allow_http: false,
             timeouts: Timeouts::default(),
             retry: Retry::default(),
             response_format: ResponseFormat::default(),
@@ -185,13 +189,7 @@ impl Endpoint {
     /// Whether the server is on this machine; such servers rarely want a key.
     #[must_use]
     pub fn is_here(&self) -> bool {
-        let url = self.url().ok();
-        let host = url.as_ref().and_then(|url| url.host_str());
-        host.is_none_or(|host| {
-            let bare = host.trim_matches(['[', ']']);
-            let address = bare.parse::<std::net::IpAddr>();
-            bare == "localhost" || address.is_ok_and(|address| address.is_loopback())
-        })
+        self.url().ok().is_none_or(|url| is_loopback(&url))
     }
 
     /// The address without the model.

@@ -2,10 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use secrecy::SecretString;
+
+use super::secrets::Secrets;
+use crate::system;
 
 /// More than any file of variables is long, in bytes.
 const LONGEST: u64 = 256 << 10;
@@ -59,16 +63,10 @@ impl Environment {
     /// Adds the variables of a file below what is there; a file that is not there adds nothing.
     pub fn add(&mut self, path: &Path) {
         let mut problem = |why: String| self.problems.push(format!("{}: {why}", path.display()));
-        let text = match std::fs::metadata(path) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return,
-            Err(error) => return problem(error.to_string()),
-            // A pipe would be waited for.
-            Ok(data) if !data.is_file() => return problem("it is no file".into()),
-            Ok(data) if data.len() > LONGEST => return problem("it is too long".into()),
-            Ok(_) => match std::fs::read_to_string(path) {
-                Ok(text) => text,
-                Err(error) => return problem(error.to_string()),
-            },
+        let text = match system::read_text(path, LONGEST) {
+            Ok(text) => text,
+            Err(error) if error.kind() == ErrorKind::NotFound && !path.is_symlink() => return,
+            Err(error) => return problem(system::words(&error)),
         };
         let mut variables = BTreeMap::new();
         for entry in dotenvy::from_read_iter(text.as_bytes()) {
@@ -120,6 +118,37 @@ impl Environment {
     }
 }
 
+/// A text without anything that may be a key, in any of its forms: what was sent to an endpoint as a secret, and the
+/// values of variables whose names say so, of the process and of `.env` files in these folders.
+#[must_use]
+pub fn without_secrets(text: &str, folders: &[&Path]) -> String {
+    use secrecy::ExposeSecret;
+    let environment = Environment::with_files(folders);
+    let of_process = std::env::vars_os().filter_map(|(name, value)| {
+        let (name, value) = (name.into_string().ok()?, value.into_string().ok()?);
+        says_secret(&name).then_some(value)
+    });
+    // What lies in a file for keys is one, whatever it is called.
+    let of_files = environment.files.iter().flat_map(|file| {
+        let values = file.variables.values();
+        values.map(|value| value.expose_secret().to_string())
+    });
+    let secrets = of_process
+        .chain(of_files)
+        .map(|secret| secret.trim().to_string());
+    let secrets = secrets.filter(|secret| secret.len() >= SHORTEST).collect();
+    Secrets::all_and(secrets).redact_cut(text)
+}
+
+/// Shorter values are words that stand in every text, bytes.
+const SHORTEST: usize = 6;
+
+fn says_secret(name: &str) -> bool {
+    let name = name.to_ascii_uppercase();
+    let words = ["KEY", "TOKEN", "SECRET", "PASS", "CREDENTIAL", "AUTH"];
+    words.iter().any(|word| name.contains(word))
+}
+
 impl fmt::Debug for Environment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let files: Vec<_> = self.files.iter().map(|file| &file.path).collect();
@@ -136,6 +165,19 @@ mod tests {
     use secrecy::ExposeSecret;
 
     use super::*;
+
+    #[test]
+    fn no_key_of_a_file_stays_in_a_text() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(
+            folder.path().join(".env"),
+            "LAB=abc-123-def\nLONG=abc-123-def-456\nX=1\n",
+        )
+        .unwrap();
+        let text = without_secrets("1: abc-123-def-456, abc-123-def.", &[folder.path()]);
+        assert_eq!(text, "1: [key], [key].");
+        assert!(says_secret("openai_api_key") && !says_secret("HOME"));
+    }
 
     fn found(environment: &Environment, name: &str) -> Option<(String, String)> {
         let found = environment.key(&[name.to_string()])?;
@@ -180,7 +222,7 @@ mod tests {
         environment.add(folder.path());
         let text = environment.problems.join("\n");
         assert!(
-            text.contains("line 2 is not NAME=value") && text.contains("no file"),
+            text.contains("line 2 is not NAME=value") && text.contains("this is a folder"),
             "{text}"
         );
         assert!(!format!("{environment:?}").contains("geheim"));

@@ -3,7 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
-use super::problem::tidy;
+use super::problem::{LONGEST_QUOTE, tidy};
+use super::secrets::Secrets;
 
 /// Where something went wrong: the provider and the address without its secrets.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,7 +32,7 @@ pub enum Which {
     Total,
 }
 
-/// A failed exchange. No variant ever holds the key; texts of the server are tidied to one line of at most 1,000 characters.
+/// A failed exchange. No variant ever holds a secret; texts of the server are tidied to one line of at most 1,000 characters.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -184,7 +185,7 @@ pub enum Error {
         why: String,
     },
     /// The server reported an error inside an answer that had begun well.
-    #[error("{place} reported an error while answering: {message}{}", code.as_ref().map(|c| format!(" ({c})")).unwrap_or_default())]
+    #[error("{place} reported an error while answering: {message}{}; try again, or choose another model", code.as_ref().map(|c| format!(" ({c})")).unwrap_or_default())]
     Provider {
         /// Where.
         place: Place,
@@ -268,12 +269,14 @@ fn limited_text(
 }
 
 impl Error {
-    /// The last step before an error leaves this module: the key is taken out of everything the server said, since servers
-    /// quote what they were sent, and control characters with it.
-    pub(super) fn cleared_of(mut self, key: Option<&str>) -> Self {
-        let clear = |text: &mut String| *text = tidy(&without_key(text, key), 1000);
+    /// The last step before an error leaves this module: secrets are taken out of everything the server said, since servers
+    /// quote what they were sent, and control characters with them.
+    pub(super) fn cleared_of(mut self, secrets: &Secrets) -> Self {
+        let clear = |text: &mut String| *text = tidy(&secrets.redact_cut(text), LONGEST_QUOTE);
         match &mut self {
-            Self::Setup { why, .. } | Self::Budget { why, .. } => clear(why),
+            Self::Setup { why, .. } | Self::Budget { why, .. } => {
+                *why = tidy(&secrets.redact_cut(why), 1000);
+            }
             Self::Refused { why, .. } | Self::Unreachable { why, .. } => clear(why),
             Self::Tls { why, .. } | Self::Truncated { why, .. } => clear(why),
             Self::Timeout { .. } => {}
@@ -294,16 +297,9 @@ impl Error {
     }
 }
 
-/// The text with each occurrence of the key replaced. Keys of fewer than four characters are placeholders, not secrets.
-pub(super) fn without_key(text: &str, key: Option<&str>) -> String {
-    match key {
-        Some(key) if key.len() >= 4 => text.replace(key, "[key]"),
-        _ => text.to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::endpoint::Endpoint;
     use super::*;
 
     fn place() -> Place {
@@ -322,7 +318,11 @@ mod tests {
             key_source: Some("OPENAI_API_KEY".into()),
             key_sent: true,
         };
-        let text = error.cleared_of(Some("sk-abcdef")).to_string();
+        let endpoint = Endpoint {
+            key: Some("sk-abcdef".into()),
+            ..Endpoint::new("openai", "https://api.openai.com/v1")
+        };
+        let text = error.cleared_of(&endpoint.secrets()).to_string();
         assert_eq!(
             text,
             "openai (https://api.openai.com/v1/chat/completions) refused the key from OPENAI_API_KEY \

@@ -8,15 +8,18 @@ use reqwest::Response;
 use reqwest::header::LOCATION;
 
 use super::client::{deepest, has_io_kind, is_tls};
+use super::deadlines::{Deadlines, Elapsed};
 use super::endpoint::{Endpoint, plain};
-use super::error::{Error, Which, without_key};
-use super::patience::{Elapsed, Patience};
+use super::error::{Error, Which};
 use super::problem::Problem;
 use super::retry::{asked_wait, may_pass};
 use super::text::whole;
 
 /// Most of a failed answer's body that is read, in bytes.
 const LONGEST_PROBLEM: usize = 64 << 10;
+
+/// How long it is read at most.
+const PROBLEM_PATIENCE: Duration = Duration::from_secs(10);
 
 /// What one try came to.
 pub(super) struct Failure {
@@ -87,16 +90,17 @@ impl Failure {
         response: Response,
         endpoint: &Endpoint,
         model: &str,
-        patience: Patience,
+        patience: Deadlines,
     ) -> Self {
         let status = response.status().as_u16();
         let headers = response.headers().clone();
         let here = response.url().clone();
         // Whatever part of the explanation arrives will do.
+        let patience = patience.at_most(PROBLEM_PATIENCE);
         let body = whole(response, patience, LONGEST_PROBLEM)
             .await
             .unwrap_or_else(|(part, _)| part);
-        let problem = Problem::in_body(&without_key(&body, endpoint.usable_key()));
+        let problem = Problem::in_body(&endpoint.secrets().redact_cut(&body));
         let asked = asked_wait(&headers, &problem, Timestamp::now());
         let may_pass = may_pass(status, &headers, &problem);
         let exhausted = status == 402 || problem.is_exhausted();

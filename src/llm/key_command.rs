@@ -8,6 +8,8 @@ use secrecy::SecretString;
 use tokio::io::AsyncReadExt;
 use tokio::process::Command;
 
+use crate::system;
+
 /// More than any key is long, in bytes.
 const LONGEST: u64 = 64 << 10;
 
@@ -74,8 +76,7 @@ impl KeyCommand {
         // Neither the terminal nor anybody's log gets what it prints.
         command.stdin(Stdio::null()).stderr(Stdio::null());
         command.stdout(Stdio::piped()).kill_on_drop(true);
-        let mut child = command
-            .spawn()
+        let mut child = system::job_control::with_default(|| command.spawn())
             .map_err(|e| format!("the key command {self} cannot be run: {e}"))?;
         let mut printed = Vec::new();
         let whole = async {
@@ -104,9 +105,10 @@ impl KeyCommand {
     }
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
+#[allow(clippy::unwrap_used)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use secrecy::ExposeSecret;
 
     use super::*;

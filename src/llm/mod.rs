@@ -21,26 +21,27 @@
 //! # }
 //! ```
 
-mod assembly;
-mod barrier;
+mod accumulator;
 /// Batches that providers work off at half the price.
 pub mod batch;
 mod broken;
 mod budget;
 mod chunk;
 mod client;
+mod deadlines;
 mod decoder;
 mod dialect;
 mod endpoint;
 mod environment;
 mod error;
-mod exchange;
+mod events;
 mod failure;
 mod frames;
+mod json;
 mod key_command;
 mod limits;
 mod listing;
-mod patience;
+mod outage;
 mod price;
 mod probe;
 mod problem;
@@ -52,22 +53,24 @@ mod registry;
 mod request;
 mod retry;
 mod schema;
+mod secrets;
 mod sending;
+mod streaming;
 mod text;
 mod think;
 
-pub use barrier::Barrier;
 pub use budget::{Budget, OverBudget};
-pub use chunk::{Chunk, Cost, CostSource, Finish, Usage};
+pub use chunk::{Chunk, Cost, CostSource, Finish, LONGEST_ANSWER, Usage};
 pub use client::Client;
 pub use dialect::{Auth, Dialect, body, notes};
 pub use endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
-pub use environment::{Environment, Found};
+pub use environment::{Environment, Found, without_secrets};
 pub use error::{Error, Place, Which};
 pub use frames::decode;
 pub use key_command::KeyCommand;
 pub use limits::Limits;
 pub use listing::{Address, KeyState, Listed, Offer, Retirement};
+pub use outage::ProviderOutage;
 pub use price::{Peak, Price, PriceEntry, Prices, Pricing};
 pub use probe::{Discovered, probe};
 pub use provider::RegistryError;
@@ -75,6 +78,7 @@ pub use quirks::{Efforts, Quirks, StatedQuirks, Temperature};
 pub use reach::{Reach, Reached, reach};
 pub use registry::Registry;
 pub use request::{Effort, Message, Parameters, Request, Role, Schema};
+pub use secrets::Secrets;
 
 use futures_util::stream::{self, Stream, StreamExt};
 
@@ -97,7 +101,7 @@ pub fn stream(
     endpoint: Endpoint,
     request: Request,
 ) -> impl Stream<Item = Result<Chunk, Error>> + Send + Unpin + 'static {
-    let exchange = exchange::Exchange::new(client.clone(), endpoint, request);
+    let exchange = streaming::StreamingRequest::new(client.clone(), endpoint, request);
     let chunks = stream::unfold(exchange, |mut exchange| async move {
         let item = exchange.next().await?;
         Some((item, exchange))

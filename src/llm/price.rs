@@ -164,7 +164,8 @@ impl Pricing {
             + cached as f64 * price.cached.unwrap_or(price.input)
             + written as f64 * price.cache_write.unwrap_or(price.input)
             + output as f64 * price.output;
-        Some(millionths * self.factor(asked) / 1e6)
+        let usd = millionths * self.factor(asked) / 1e6;
+        usd.is_finite().then_some(usd)
     }
 
     /// What an answer cost that was asked for in a batch, US dollars; `None` as for [`Pricing::cost`], or if nobody says

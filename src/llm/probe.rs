@@ -6,10 +6,10 @@ use futures_util::future::join_all;
 use serde_json::Value;
 
 use super::client::{Client, deepest};
+use super::deadlines::Deadlines;
 use super::dialect::Dialect;
 use super::endpoint::{Endpoint, Timeouts};
 use super::environment::Environment;
-use super::patience::Patience;
 use super::registry::Registry;
 use super::text::whole;
 
@@ -104,12 +104,16 @@ pub(super) async fn list(
         // It belongs to the streamed answer.
         url.set_query(None);
     }
-    let timeouts = Patience::starting_now(Timeouts {
+    let timeouts = Deadlines::starting_now(Timeouts {
         connect: patience,
         idle: patience,
         total: patience,
     });
-    let mut request = client.http(patience).map_err(Unlisted::Setup)?.get(url);
+    endpoint.keeps_secrets().map_err(setup)?;
+    let mut request = client
+        .http(endpoint, patience)
+        .map_err(Unlisted::Setup)?
+        .get(url);
     if let Some((name, value)) = endpoint.key_header().map_err(setup)? {
         request = request.header(name, value);
     }
@@ -117,15 +121,19 @@ pub(super) async fn list(
         request = request.header("anthropic-version", "2023-06-01");
     }
     let late = || Unlisted::Silent(format!("no answer in {} s", patience.as_secs_f64()));
+    let secrets = endpoint.secrets();
     let sent = timeouts.wait(request.send()).await.map_err(|_| late())?;
-    let response = sent.map_err(|error| Unlisted::Silent(deepest(&error)))?;
+    let response = sent.map_err(|error| Unlisted::Silent(secrets.redact(&deepest(&error))))?;
     let status = response.status();
     if !status.is_success() {
         return Err(Unlisted::Status(status.as_u16()));
     }
     let body = whole(response, timeouts, LONGEST).await;
     let body = body.map_err(|_| Unlisted::NoList)?;
-    names(endpoint.dialect, &body).ok_or(Unlisted::NoList)
+    let mut names = names(endpoint.dialect, &body).ok_or(Unlisted::NoList)?;
+    // Some servers quote the key even here; that is no model.
+    names.retain(|name| !secrets.are_in(name));
+    Ok(names)
 }
 
 /// The names in a list of models, in order.

@@ -32,6 +32,8 @@ pub(super) struct Provider {
     pub auth: Option<Auth>,
     /// Headers, and the variables that hold their values.
     pub header_env: BTreeMap<String, String>,
+    /// Whether keys may go to another machine unencrypted.
+    pub allow_http: Option<bool>,
     pub response_format: Option<ResponseFormat>,
     pub models: Option<Vec<ModelEntry>>,
     pub quirks: StatedQuirks,
@@ -292,6 +294,7 @@ impl Provider {
         over(&mut self.key_env, user.key_env);
         over(&mut self.key_command, user.key_command);
         over(&mut self.auth, user.auth);
+        over(&mut self.allow_http, user.allow_http);
         over(&mut self.response_format, user.response_format);
         over(&mut self.peak, user.peak);
         over(&mut self.batch_factor, user.batch_factor);

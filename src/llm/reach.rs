@@ -74,12 +74,15 @@ pub async fn reach(registry: &Registry, environment: &Environment, online: bool)
             };
             let (place, is_here) = (endpoint.place().to_string(), endpoint.is_here());
             let has_key = matches!(key, KeyState::Present(_));
-            if !(is_here || online && has_key) {
-                return reached(place, is_here, Reach::NotAsked);
-            }
             if let Some(found) = provider.key(environment) {
                 endpoint.key = Some(found.key);
                 endpoint.key_source = Some(found.source);
+            }
+            if let Err(error) = endpoint.keeps_secrets() {
+                return reached(place, is_here, Reach::Wrong(error.to_string()));
+            }
+            if !(is_here || online && has_key) {
+                return reached(place, is_here, Reach::NotAsked);
             }
             // A proxy has no business with this machine.
             let (client, patience) = match is_here {

@@ -142,6 +142,7 @@ impl Provider {
             dialect,
             auth: self.auth,
             headers: headers.collect(),
+            allow_http: self.allow_http.unwrap_or_default(),
             timeouts: Timeouts {
                 idle: self.idle_timeout.map_or(timeouts.idle, seconds),
                 total: self.total_timeout.map_or(timeouts.total, seconds),
@@ -198,7 +199,9 @@ impl Provider {
 fn ollama_host(written: &str) -> String {
     let written = written.trim();
     let (scheme, rest) = written.split_once("://").unwrap_or(("http", written));
-    let (host, path) = rest.split_once('/').unwrap_or((rest, ""));
+    // A query stays as it is.
+    let end = rest.find(['/', '?', '#']).unwrap_or(rest.len());
+    let (host, path) = rest.split_at(end);
     let bracketed = host.rfind(']').unwrap_or(0);
     let has_port = host.rfind(':').is_some_and(|colon| colon > bracketed);
     let port = if has_port || written.contains("://") {
@@ -210,7 +213,7 @@ fn ollama_host(written: &str) -> String {
         Some(rest) => format!("127.0.0.1{rest}"),
         None => host.to_owned(),
     };
-    format!("{scheme}://{host}{port}/{path}")
+    format!("{scheme}://{host}{port}{path}")
 }
 
 /// Provider and model of an id.

@@ -216,6 +216,7 @@ fn ollama_is_found_however_its_variable_is_written() {
         ("127.0.0.1:9", "http://127.0.0.1:9/api/chat"),
         ("[::1]", "http://[::1]:11434/api/chat"),
         ("http://box", "http://box/api/chat"),
+        ("http://box?token=a/b", "http://box/api/chat?token=a/b"),
         ("https://ollama.com/", "https://ollama.com/api/chat"),
     ] {
         let endpoint = Endpoint {
@@ -228,6 +229,18 @@ fn ollama_is_found_however_its_variable_is_written() {
             "{written}"
         );
     }
+}
+
+#[test]
+fn keys_go_unencrypted_only_where_that_is_allowed() {
+    let own = registry(
+        "[lab]\nbase_url = \"http://h\"\nallow_http = true\n[other]\nbase_url = \"http://h\"",
+    )
+    .unwrap();
+    let allowed = |id: &str| own.resolve(id, &nothing()).unwrap().0.allow_http;
+    assert!(allowed("lab/x") && !allowed("other/x") && !allowed("openai/x"));
+    let wrong = registry("[lab]\nallow_http = \"yes\"").unwrap_err();
+    assert!(wrong.to_string().contains("allow_http"), "{wrong}");
 }
 
 #[test]

@@ -10,10 +10,10 @@ use tokio::sync::OwnedSemaphorePermit;
 
 use super::budget::Reservation;
 use super::client::Client;
+use super::deadlines::Deadlines;
 use super::endpoint::Endpoint;
 use super::error::Error;
 use super::limits::Gate;
-use super::patience::Patience;
 use super::request::Request;
 use super::retry::waits;
 
@@ -26,7 +26,7 @@ pub(super) struct Sending {
     pub gate: Arc<Gate>,
     /// What the request counts as towards the tokens of a minute.
     pub tokens: u32,
-    pub patience: Patience,
+    pub patience: Deadlines,
     pub waits: ExponentialBackoff,
     pub attempt: u32,
 }
@@ -54,7 +54,9 @@ impl Ready {
         let endpoint = &*endpoint;
         let body = endpoint.dialect.body(endpoint, request);
         let connect = endpoint.timeouts.connect;
-        let http = client.http(connect).map_err(wrong(endpoint.place()))?;
+        let http = client
+            .http(endpoint, connect)
+            .map_err(wrong(endpoint.place()))?;
         let gate = client.gate(&endpoint.name, endpoint.limits);
         let place = gate.enter().await;
         let limit = endpoint.answer_limit(&request.parameters);
@@ -65,7 +67,7 @@ impl Ready {
             body: Value::Object(body.fields).to_string().into_bytes(),
             gate,
             tokens: request.tokens().saturating_add(limit.unwrap_or(0)),
-            patience: Patience::starting_now(endpoint.timeouts),
+            patience: Deadlines::starting_now(endpoint.timeouts),
             waits: waits(endpoint.retry),
             attempt: 1,
         };
@@ -111,7 +113,7 @@ async fn addressed(
 /// The headers of any request to an endpoint; fetches its key if a command has it.
 ///
 /// # Errors
-/// [`Error::Setup`]: the key is missing, or no header can be made of it.
+/// [`Error::Setup`]: the key is missing, no header can be made of it, or it would be sent unencrypted.
 pub(super) async fn authorised(
     client: &Client,
     endpoint: &mut Endpoint,
@@ -122,6 +124,8 @@ pub(super) async fn authorised(
             why: missing.clone(),
         });
     }
+    // Before a command is asked for a key that is not sent.
+    endpoint.keeps_secrets()?;
     if let (None, Some(command)) = (endpoint.usable_key(), &endpoint.key_command) {
         let key = client.key(command).await.map_err(|why| Error::Setup {
             place: endpoint.place(),

@@ -3,7 +3,7 @@
 use futures_util::stream::{self, Stream, StreamExt};
 
 use super::client::deepest;
-use super::patience::{Elapsed, Patience};
+use super::deadlines::{Deadlines, Elapsed};
 
 /// More than any answer can be; a server that sends this much is broken.
 const LONGEST: usize = 64 << 20;
@@ -24,7 +24,7 @@ pub(super) enum Fault {
 /// The texts of a body as they arrive. Ends after the first fault; half a character at the end is dropped.
 pub(super) fn texts<S, B, E>(
     bytes: S,
-    patience: Patience,
+    patience: Deadlines,
 ) -> impl Stream<Item = Result<String, Fault>> + Send
 where
     S: Stream<Item = Result<B, E>> + Send + 'static,
@@ -62,7 +62,7 @@ where
 /// The text of a body up to a length in bytes; after a fault, what had arrived until then.
 pub(super) async fn whole(
     response: reqwest::Response,
-    patience: Patience,
+    patience: Deadlines,
     longest: usize,
 ) -> Result<String, (String, Fault)> {
     let mut pieces = Box::pin(texts(response.bytes_stream(), patience));
@@ -79,8 +79,6 @@ pub(super) async fn whole(
     Ok(body)
 }
 
-// The event parser joins characters too, but it waits for the end of the body before it objects to bytes that are no UTF-8,
-// and it panics on a byte order mark (0.2.3 cuts one byte of its three). So it is given whole characters and no mark.
 #[derive(Default)]
 struct Joiner {
     held: Vec<u8>,
@@ -104,7 +102,7 @@ impl Joiner {
         let bytes = std::mem::replace(&mut self.held, rest);
         let mut text = String::from_utf8(bytes).map_err(|_| Fault::NotText)?;
         if !self.begun {
-            // However many there are: the parser panics at the next one too.
+            // However many there are: a second mark would be the beginning of a field's name.
             text = text.trim_start_matches('\u{feff}').to_owned();
             self.begun = !text.is_empty();
         }

@@ -134,7 +134,9 @@ impl Series {
         let start = measure.map(|m| m * self.obstacles.len() * length);
         // Of every obstacle the reading at the step: the rows lie one after the other.
         let first = start.zip(place).map(|(start, place)| start + place);
-        let readings = first.map_or(&[][..], |first| &self.readings[first..]);
+        // Without obstacles there are no rows, whatever the step.
+        let readings = first.and_then(|first| self.readings.get(first..));
+        let readings = readings.unwrap_or_default();
         let column = readings.iter().step_by(length.max(1));
         let values = self.obstacles.iter().zip(column);
         values.filter_map(|(&id, reading)| Some((id, reading.value()?)))

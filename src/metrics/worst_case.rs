@@ -33,6 +33,9 @@ fn compute(encounter: &Encounter<'_>) -> Reading {
     Reading::Value(circles.touch())
 }
 
+/// Newton's steps in the concave part.
+const MOST_STEPS: usize = 1000;
+
 /// Two circles: they touch where (R + g·t²)² = |p + v·t|².
 struct Circles {
     /// g, m/s².
@@ -66,7 +69,11 @@ impl Circles {
         let bend = 2.0 * self.speed - 4.0 * self.growth * self.reach;
         let concave = (bend.max(0.0) / 12.0).sqrt() / self.growth;
         let mut low = 0.0;
-        while low < concave {
+        // Each step doubles the digits; more than a few are rounding.
+        for _ in 0..MOST_STEPS {
+            if low >= concave {
+                break;
+            }
             let (value, slope) = self.value(low);
             let step = -value / slope;
             if slope <= 0.0 || low + step > concave {

@@ -105,6 +105,8 @@ pub struct Stroke {
     pub width: f64,
     /// Lengths of dashes and gaps in turn, points; empty for an unbroken line.
     pub dashes: Vec<f64>,
+    /// How far into the dashes and gaps it begins, points.
+    pub phase: f64,
     /// Whether its ends are round.
     pub round: bool,
 }
@@ -117,6 +119,7 @@ impl Stroke {
             color,
             width,
             dashes: Vec::new(),
+            phase: 0.0,
             round: false,
         }
     }

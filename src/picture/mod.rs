@@ -3,6 +3,7 @@
 //! A figure is worked out once as a list of things to draw, in points; every format is written from that list.
 
 mod animation;
+mod clip;
 mod color;
 mod colors;
 mod display;

@@ -71,10 +71,11 @@ const PAPER: Palette = Palette {
 };
 
 /// The themes of the terminal that come with the program.
-const SHIPPED: [(&str, &str); 3] = [
+const SHIPPED: [(&str, &str); 4] = [
     ("dark", include_str!("../../themes/dark.toml")),
     ("light", include_str!("../../themes/light.toml")),
     ("contrast", include_str!("../../themes/contrast.toml")),
+    ("colorblind", include_str!("../../themes/colorblind.toml")),
 ];
 
 /// What a theme of the terminal says; names of colours and indices have no fixed colour, so they are not taken.
@@ -106,7 +107,7 @@ impl Palette {
         let file = folder.join(format!("{name}.toml"));
         if !name.contains(['/', '\\']) && file.is_file() {
             let shown = file.display();
-            let text = std::fs::read_to_string(&file)
+            let text = system::read_text(&file, system::LARGEST_TEXT)
                 .map_err(|error| format!("{shown}: {}", system::words(&error)))?;
             return Self::of_theme(&text).map_err(|error| format!("{shown}: {error}"));
         }

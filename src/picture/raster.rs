@@ -7,10 +7,10 @@ use tiny_skia::{
     StrokeDash, Transform,
 };
 
-use super::Color;
 use super::display::{Anchor, Area, Item, Picture, Segment, Stroke, Text};
 use super::glyphs;
 use super::svg::HALO;
+use super::{Color, clip};
 
 /// Pixels that a picture has at most.
 pub const MOST_PIXELS: u64 = 64_000_000;
@@ -55,7 +55,7 @@ pub fn pixels(picture: &Picture, dpi: f64) -> Result<Pixmap, RasterError> {
         transform: Transform::from_scale(scale as f32, scale as f32),
         clips: vec![None],
     };
-    picture.items.iter().for_each(|item| canvas.item(item));
+    clip::each(picture, |item| canvas.item(item));
     Ok(canvas.pixmap)
 }
 
@@ -131,7 +131,7 @@ impl Canvas {
             } else {
                 LineJoin::Miter
             },
-            dash: StrokeDash::new(dashes, 0.0),
+            dash: StrokeDash::new(dashes, stroke.phase as f32),
             ..Line::default()
         };
         self.pixmap

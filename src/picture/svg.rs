@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::Color;
 use super::display::{Anchor, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
+use super::{Color, clip};
 
 /// Fonts of letters that need no columns.
 const FONTS: &str = "Helvetica, Arial, 'Liberation Sans', 'Noto Sans', sans-serif";
@@ -27,9 +27,7 @@ pub fn svg(picture: &Picture) -> String {
         r#"<rect width="{width}" height="{height}" {}/>"#,
         paint("fill", picture.background)
     ));
-    for item in &picture.items {
-        out.item(item);
-    }
+    clip::each(picture, |item| out.item(item));
     out.line("</svg>");
     out.text
 }
@@ -154,6 +152,9 @@ fn stroke_words(stroke: &Stroke) -> String {
     if !stroke.dashes.is_empty() {
         let dashes: Vec<String> = stroke.dashes.iter().map(|d| number(*d)).collect();
         let _ = write!(words, r#" stroke-dasharray="{}""#, dashes.join(" "));
+        if stroke.phase > 0.0 {
+            let _ = write!(words, r#" stroke-dashoffset="{}""#, number(stroke.phase));
+        }
     }
     if stroke.round {
         words.push_str(r#" stroke-linecap="round" stroke-linejoin="round""#);

@@ -15,7 +15,7 @@ const LATERAL: f64 = 6.0;
 /// Deceleration towards a bend, m/s².
 const BRAKING: f64 = 4.0;
 
-/// Nobody drives faster than this for the bends' sake, m/s.
+/// The ego drives no faster than this for the bends' sake, m/s.
 const FASTEST: f64 = 100.0;
 
 impl Bends {

@@ -1,6 +1,6 @@
 //! The emergency stop: full braking along the path, within what steering and friction allow.
 
-use super::{Guide, Limits, VehicleState};
+use super::{Limits, ReferenceTrack, VehicleState};
 use crate::geometry::{Pose, normalize_angle};
 
 /// Parts of a step in which the motion is integrated.
@@ -17,7 +17,7 @@ const SHARE: f64 = 0.98;
 /// of what friction leaves for braking; inputs are constant within a step.
 pub(super) fn brake(
     now: &VehicleState,
-    guide: &Guide,
+    guide: &ReferenceTrack,
     hint: Option<f64>,
     limits: &Limits,
     share: f64,
@@ -36,7 +36,7 @@ pub(super) fn brake(
 }
 
 /// The curvature that leads back to the path, 1/m; the present one where there is no path.
-fn wanted_curvature(at: &VehicleState, guide: &Guide, hint: &mut Option<f64>) -> f64 {
+fn wanted_curvature(at: &VehicleState, guide: &ReferenceTrack, hint: &mut Option<f64>) -> f64 {
     let path = &guide.path;
     let near = hint.and_then(|s| path.project_near(&at.rear.position, s, 10.0).ok());
     let Some(on) = near else {

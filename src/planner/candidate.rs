@@ -42,7 +42,7 @@ pub struct Cost {
     pub offset: f64,
     /// Closeness to others.
     pub clearance: f64,
-    /// Too close behind somebody.
+    /// Too close behind an obstacle.
     pub following: f64,
     /// Contacts that are possible, not likely.
     pub risk: f64,

@@ -8,9 +8,9 @@ use super::{Limits, Plan, Planner, Traffic, VehicleState};
 /// What is done when no candidate can be driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Emergency {
-    /// The candidate that touches somebody's prediction last.
+    /// The candidate that touches an obstacle's prediction last.
     LatestContact,
-    /// Braking along the path: the mildest that touches nobody's prediction, or that which does so last.
+    /// Braking along the path: the mildest that touches no obstacle's prediction, or that which does so last.
     Braking,
 }
 
@@ -18,7 +18,7 @@ pub enum Emergency {
 const BRAKING: [f64; 3] = [0.4, 0.7, 1.0];
 
 impl Planner<'_> {
-    /// The mildest braking that touches nobody's prediction; where there is none, what touches somebody last.
+    /// The mildest braking that touches no obstacle's prediction; where there is none, what touches an obstacle last.
     pub(super) fn stop(
         &mut self,
         now: &VehicleState,
@@ -36,7 +36,7 @@ impl Planner<'_> {
             a.0.cmp(&b.0).then(dearer)
         });
         let latest = latest.map(|(step, candidate)| (step, *candidate));
-        // The mildest braking that touches nobody; if all do, the one that does so last.
+        // The mildest braking that touches no obstacle; if all do, the one that does so last.
         let mut braked: Option<(usize, Vec<VehicleState>)> = None;
         for share in BRAKING {
             let states = brake(
@@ -57,7 +57,7 @@ impl Planner<'_> {
             }
         }
         let (touched, braking) = braked.unwrap_or_default();
-        // Nobody drives a candidate beyond its contact: what it would do there does not count.
+        // A candidate is not driven beyond its contact: what it would do there does not count.
         let stays = |(step, candidate): &(usize, Candidate)| {
             let left = self.leaves_road(candidate);
             left.is_none_or(|left| left > *step)
@@ -75,7 +75,7 @@ impl Planner<'_> {
         }
     }
 
-    /// The states of a candidate up to `step`, where nobody looked further, and full braking from there on.
+    /// The states of a candidate up to `step`, beyond which it was not looked at, and full braking from there on.
     fn braked_from(&self, candidate: &Candidate, step: usize) -> Vec<VehicleState> {
         let mut states = self.states_of(candidate);
         states.truncate(step + 1);
@@ -89,7 +89,7 @@ impl Planner<'_> {
     }
 }
 
-/// The first step at which somebody's predicted body is touched.
+/// The first step at which an obstacle's predicted body is touched.
 fn first_contact(states: &[VehicleState], traffic: &Traffic, limits: &Limits) -> Option<usize> {
     states.iter().enumerate().skip(1).find_map(|(step, state)| {
         let centre = state.centre(limits).pose;

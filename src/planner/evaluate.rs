@@ -24,7 +24,7 @@ pub(super) struct Judge<'a> {
 /// Bodies farther than this cost nothing, metres.
 pub(super) const CLEAR: f64 = 2.0;
 
-/// The margin around bodies grows to its whole within this time, so that whoever starts closer can get away, seconds.
+/// The margin around bodies grows to its whole within this time, so that an ego that starts closer can get away, seconds.
 const EASING: f64 = 1.0;
 
 /// Differences below this are rounding.
@@ -128,7 +128,7 @@ impl Judge<'_> {
                 let close = 1.0 - (gap / CLEAR).clamp(0.0, 1.0);
                 sums.clearance += body.likelihood * close * close;
             }
-            // Whoever is in front by less than it takes to stop, should he stop as well.
+            // An obstacle that is in front by less than it takes to stop, should it stop as well.
             let forward = dx * own.cos + dy * own.sin;
             if forward > 0.0 && forward < stopping + near {
                 sums.following +=
@@ -150,7 +150,7 @@ impl Judge<'_> {
         }
     }
 
-    /// The share of the wanted gap that is missing behind somebody `forward` and `left` metres away, squared; one stops
+    /// The share of the wanted gap that is missing behind an obstacle `forward` and `left` metres away, squared; one stops
     /// within `stopping` metres.
     #[inline]
     fn missing(&self, own: &Own, other: &Occupied, forward: f64, left: f64, stopping: f64) -> f64 {

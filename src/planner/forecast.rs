@@ -1,7 +1,7 @@
 //! What the planner is told of the others' future: recorded, straight on, or along their lanes.
 
 use super::traffic::{Body, Extent, Traffic};
-use crate::scenario::prediction::{Model, Past, Predictor};
+use crate::scenario::prediction::{Model, ObservedHistory, Predictor};
 use crate::scenario::{Obstacle, ObstacleRole, Scenario};
 
 /// Where the others' future comes from.
@@ -103,7 +103,7 @@ impl<'a> Forecaster<'a> {
         let dt = self.scenario.dt();
         let mut traffic = Traffic::new(steps);
         let memory = (MEMORY / dt).round() as i64;
-        let past = Past::of_traffic(self.scenario, now - memory..=now, self.without);
+        let past = ObservedHistory::of_traffic(self.scenario, now - memory..=now, self.without);
         let mut predictor = Predictor::new(&past, model);
         for seen in past.others() {
             let prediction = predictor.predict(seen, steps as f64 * dt);

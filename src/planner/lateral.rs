@@ -13,7 +13,7 @@ pub(super) enum Lateral {
         elapsed: f64,
         target: f64,
     },
-    /// By arc length: whoever stands does not move sideways.
+    /// By arc length: an obstacle that stands does not move sideways.
     Length {
         across: Polynomial,
         from: f64,

@@ -2,18 +2,18 @@
 //!
 //! Source: Werling, Ziegler, Kammel and Thrun, Optimal Trajectory Generation for Dynamic Street Scenarios in a
 //! Frenet Frame, ICRA 2010. Candidates are polynomials along and across the path; those that a kinematic
-//! single-track vehicle cannot drive, that leave the road or that touch somebody's predicted body are dropped, and
+//! single-track vehicle cannot drive, that leave the road or that touch an obstacle's predicted body are dropped, and
 //! the cheapest of the others is driven. Nothing in it is random: the same input gives the same plan.
 
 mod bends;
 mod brake;
+mod cancel;
 mod candidate;
 mod emergency;
 mod evaluate;
 mod feasibility;
 mod forecast;
 mod goal;
-mod guide;
 mod lateral;
 mod limits;
 mod motion;
@@ -21,6 +21,7 @@ mod place;
 mod plan;
 mod polynomial;
 mod profile;
+mod reference_track;
 mod road;
 mod samples;
 mod settings;
@@ -32,17 +33,18 @@ mod traffic;
 mod unavoided;
 
 pub use bends::Bends;
+pub use cancel::Cancel;
 pub use candidate::{Candidate, Cost, Rejection};
 pub use emergency::Emergency;
 pub use feasibility::{Bound, Broken, Feasibility, FeasibilityError, Feasible, Tolerance};
 pub use forecast::{Forecast, Forecaster};
 pub use goal::Arrival;
-pub use guide::{Guide, GuideError};
 pub use limits::{Limit, Limits};
 pub use plan::{Memory, Plan, Planner};
 pub use polynomial::Polynomial;
+pub use reference_track::{ReferenceTrack, ReferenceTrackError};
 pub use road::Road;
-pub use settings::{Sampling, Settings, Weights};
+pub use settings::{MOST_STEPS, Sampling, Settings, Weights};
 pub use state::VehicleState;
 pub use traffic::{Body, Traffic};
 pub use unavoided::unavoided;

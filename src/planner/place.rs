@@ -2,7 +2,7 @@
 
 use super::lateral::Start;
 use super::samples::start;
-use super::{Guide, VehicleState};
+use super::{ReferenceTrack, VehicleState};
 
 /// The start may lie this far from where the route has it, metres.
 const FIRST: f64 = 20.0;
@@ -10,13 +10,13 @@ const FIRST: f64 = 20.0;
 /// From one cycle to the next the place on the path moves less than this, metres.
 const HINT: f64 = 15.0;
 
-/// Whoever points farther away from the path than this cosine is not along it.
+/// An obstacle that points farther away from the path than this cosine is not along it.
 const ALONG: f64 = 0.1;
 
 /// Arc length with its speed and acceleration, and the offset, of `now`; near arc length `hint` (m) where that is known.
-/// Nothing for whoever points across the path or away from it.
+/// Nothing for an obstacle that points across the path or away from it.
 pub(super) fn place(
-    guide: &Guide,
+    guide: &ReferenceTrack,
     now: &VehicleState,
     hint: Option<f64>,
 ) -> Option<([f64; 3], Start)> {

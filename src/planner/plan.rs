@@ -1,5 +1,6 @@
 //! One cycle of planning: sample, follow, choose; and what is done when nothing is left.
 
+use super::cancel::Cancel;
 use super::candidate::{Candidate, Cost, Rejection};
 use super::evaluate::{Allowed, CLEAR, Judge};
 use super::lateral::{Lateral, Start};
@@ -7,7 +8,7 @@ use super::motion::{Moved, Station, state};
 use super::place::place;
 use super::profile::Profile;
 use super::samples::{FASTER, Level, Sampler};
-use super::{Emergency, Guide, Limits, Road, Settings, Traffic, VehicleState};
+use super::{Emergency, Limits, ReferenceTrack, Road, Settings, Traffic, VehicleState};
 
 /// What a cycle decided.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +43,7 @@ pub struct Memory {
 pub struct Planner<'a> {
     pub(super) settings: Settings,
     pub(super) limits: Limits,
-    pub(super) guide: &'a Guide,
+    pub(super) guide: &'a ReferenceTrack,
     road: &'a Road,
     pub(super) dt: f64,
     /// What was chosen last, and at which step.
@@ -56,12 +57,13 @@ pub struct Planner<'a> {
     /// Those of the traffic that any candidate could get near to.
     near: Traffic,
     now: Option<VehicleState>,
+    cancel: Cancel,
 }
 
 impl<'a> Planner<'a> {
     /// A planner along `guide` on `road`, for steps of `dt` seconds.
     #[must_use]
-    pub fn new(settings: Settings, guide: &'a Guide, road: &'a Road, dt: f64) -> Self {
+    pub fn new(settings: Settings, guide: &'a ReferenceTrack, road: &'a Road, dt: f64) -> Self {
         Self {
             settings,
             limits: settings.limits(),
@@ -76,7 +78,15 @@ impl<'a> Planner<'a> {
             order: Vec::new(),
             near: Traffic::default(),
             now: None,
+            cancel: Cancel::default(),
         }
+    }
+
+    /// The same planner, whose cycles end early when `cancel` asks for it.
+    #[must_use]
+    pub fn cancelled_by(mut self, cancel: &Cancel) -> Self {
+        self.cancel = cancel.clone();
+        self
     }
 
     /// Steps of the horizon.
@@ -99,7 +109,8 @@ impl<'a> Planner<'a> {
         (self.last, self.hint) = (memory.last, memory.hint);
     }
 
-    /// What to do from `now` at `step`, while the others do as `traffic` says.
+    /// What to do from `now` at `step`, while the others do as `traffic` says. A cycle that is cancelled looks at no further
+    /// candidate: its plan is to be dropped.
     pub fn plan(&mut self, now: &VehicleState, step: i64, traffic: &Traffic) -> Plan {
         self.candidates.clear();
         self.profiles.clear();
@@ -147,11 +158,14 @@ impl<'a> Planner<'a> {
             }
             self.sample(level, &sampler, &judge, &moved, along, &lateral);
             found = self.choose().map(|chosen| (refinement, chosen));
-            if found.is_some() {
+            if found.is_some() || self.cancel.is_asked() {
                 break;
             }
         }
         self.near = near;
+        if self.cancel.is_asked() {
+            return self.summary(wanted, 0, None);
+        }
         if let Some((refinement, chosen)) = found {
             let candidate = self.candidates[chosen];
             let profile = self.profiles[candidate.profile];
@@ -200,6 +214,9 @@ impl<'a> Planner<'a> {
         // Those that cannot be laid out make room for those that can.
         let mut kept = first;
         for place in first..self.profiles.len() {
+            if self.cancel.is_asked() {
+                break;
+            }
             let profile = self.profiles[place];
             let laid = profile.lay(&self.guide.path, steps, self.dt, &mut self.stations);
             if let Some(profile) = laid {
@@ -212,9 +229,12 @@ impl<'a> Planner<'a> {
             let profile = self.profiles[place];
             let stations = &self.stations[place * (steps + 1)..][..=steps];
             for target in level.offsets(self.settings.sampling.widest, start.by_length[0]) {
+                if self.cancel.is_asked() {
+                    return;
+                }
                 for change in level.changes(self.settings.horizon) {
                     let lateral = if profile.slowest < self.settings.low_speed {
-                        // As long as it would be at the present speed: whoever brakes does not turn sharper.
+                        // As long as it would be at the present speed: braking does not turn sharper.
                         Lateral::over_length(start, target, along[0], along[1] * change)
                     } else {
                         Lateral::over_time(start, target, change)
@@ -238,6 +258,9 @@ impl<'a> Planner<'a> {
         self.order
             .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for n in 0..self.order.len() {
+            if self.cancel.is_asked() {
+                return None;
+            }
             let (_, place) = self.order[n];
             match self.leaves_road(&self.candidates[place]) {
                 None => return Some(place),
@@ -247,7 +270,7 @@ impl<'a> Planner<'a> {
         None
     }
 
-    /// The step at which a candidate leaves the road. Whoever starts off the road may first get onto it.
+    /// The step at which a candidate leaves the road. An ego that starts off the road may first get onto it.
     pub(super) fn leaves_road(&self, candidate: &Candidate) -> Option<usize> {
         let states = self.moments(candidate).map(|m| m.whole());
         self.road.left_at(states, &self.limits)

@@ -14,7 +14,7 @@ pub struct Road {
 impl Road {
     /// The road of `network` for a body of these limits' size.
     ///
-    /// All lanelets count, whoever may use them: a pavement that is drawn as a lanelet is road here.
+    /// All lanelets count, for whichever users: a pavement that is drawn as a lanelet is road here.
     #[must_use]
     pub fn new(network: &LaneletNetwork, limits: &Limits) -> Self {
         Self {

@@ -2,7 +2,7 @@
 
 use super::lateral::Start;
 use super::profile::Profile;
-use super::{Guide, Limits, Polynomial, Sampling, Settings, Traffic};
+use super::{Limits, Polynomial, ReferenceTrack, Sampling, Settings, Traffic};
 
 /// The three ranges of one level of refinement.
 #[derive(Debug, Clone, Copy)]
@@ -25,11 +25,11 @@ const MEAN: f64 = 0.65;
 /// Speeds further above both the present and the wanted one are not sampled, m/s.
 pub(super) const FASTER: f64 = 6.0;
 
-/// Distance that is kept behind whoever is followed, at standstill (m) and by speed (s).
+/// Distance that is kept behind an obstacle that is followed, at standstill (m) and by speed (s).
 const STANDING_GAP: f64 = 3.0;
 const TIME_GAP: f64 = 0.8;
 
-/// Somebody farther beside the path than this and half of his width is not followed, metres.
+/// An obstacle farther beside the path than this and half of its width is not followed, metres.
 const BESIDE: f64 = 1.2;
 
 impl Level {
@@ -71,7 +71,7 @@ impl Level {
 pub(super) struct Sampler<'a> {
     pub settings: &'a Settings,
     pub limits: &'a Limits,
-    pub guide: &'a Guide,
+    pub guide: &'a ReferenceTrack,
     pub traffic: &'a Traffic,
     pub wanted: f64,
     pub dt: f64,
@@ -108,11 +108,11 @@ impl Sampler<'_> {
             .min(now.max(self.wanted) + FASTER)
             .min(self.limits.speed);
         let least = (now - gain * self.limits.acceleration).max(0.0);
-        // Whoever starts faster than the vehicle can go has to slow down, as far as it can.
+        // An ego that starts faster than the vehicle can go has to slow down, as far as it can.
         (least.min(most), most)
     }
 
-    /// Ending behind whoever is next on the path then, as fast as he is.
+    /// Ending behind an obstacle that is next on the path then, as fast as it is.
     fn following(&self, from: [f64; 3], duration: f64) -> Option<Profile> {
         let path = &self.guide.path;
         let step = (duration / self.dt).round() as usize;

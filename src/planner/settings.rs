@@ -58,11 +58,14 @@ pub struct Weights {
     pub offset: f64,
     /// Closeness to predicted bodies, 0 to 1 squared.
     pub clearance: f64,
-    /// What is missing to a stopping distance behind whoever is in front, 0 to 1 squared.
+    /// What is missing to a stopping distance behind an obstacle that is in front, 0 to 1 squared.
     pub following: f64,
     /// Likelihood of contact times the squared speed at it, (m/s)².
     pub risk: f64,
 }
+
+/// Steps that a plan has at most: memory and time grow with them.
+pub const MOST_STEPS: usize = 1000;
 
 impl Default for Settings {
     fn default() -> Self {
@@ -109,9 +112,16 @@ impl Settings {
         velocity * (self.reaction + velocity / (2.0 * self.braking))
     }
 
-    /// Steps of `dt` seconds in the horizon, at least one.
+    /// Steps of `dt` seconds in the horizon, at least one and at most [`MOST_STEPS`].
     #[must_use]
     pub fn steps(&self, dt: f64) -> usize {
-        ((self.horizon / dt).round() as usize).max(1)
+        // Nothing of what is no number is one step.
+        ((self.horizon / dt).round() as usize).clamp(1, MOST_STEPS)
+    }
+
+    /// Whether the horizon has no more steps of `dt` seconds than a plan can have.
+    #[must_use]
+    pub fn fits(&self, dt: f64) -> bool {
+        (self.horizon / dt).round() <= MOST_STEPS as f64
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Footprint, Pose, Vector};
 
-/// One hypothesis about somebody's motion.
+/// One hypothesis about an obstacle's motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
     /// Whose, the obstacle's id.
@@ -66,7 +66,7 @@ impl Extent {
 }
 
 impl Traffic {
-    /// Nobody, for `steps` steps after now.
+    /// No obstacle, for `steps` steps after now.
     #[must_use]
     pub fn new(steps: usize) -> Self {
         Self {

@@ -1,10 +1,10 @@
 //! Which of several templates for the same task and frame is used: `chosen.toml` in the user's folder.
 
 use std::collections::BTreeMap;
-use std::io::{ErrorKind, Result as IoResult, Write};
+use std::io::{ErrorKind, Result as IoResult};
 use std::path::Path;
 
-use crate::system;
+use crate::system::{self, SaveError};
 
 /// Its name.
 pub const FILE: &str = "chosen.toml";
@@ -27,7 +27,7 @@ impl Chosen {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
             Err(error) => return Err(system::words(&error)),
         };
-        let text = String::from_utf8(bytes).map_err(|_| "the file is not UTF-8 text")?;
+        let text = system::text_of(bytes)?;
         toml::from_str(&text).map(Self).map_err(|error| {
             let before = &text[..error.span().map_or(0, |s| s.start.min(text.len()))];
             let line = 1 + before.matches('\n').count();
@@ -64,11 +64,12 @@ impl Chosen {
 
     fn write(&self, folder: &Path) -> IoResult<()> {
         let text = toml::to_string(&self.0).map_err(std::io::Error::other)?;
-        std::fs::create_dir_all(folder)?;
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        file.write_all(text.as_bytes())?;
-        file.persist(folder.join(FILE)).map_err(|e| e.error)?;
-        Ok(())
+        system::make_folder(folder)?;
+        let saved = system::save(&folder.join(FILE), text.as_bytes(), true);
+        saved.map_err(|error| match error {
+            SaveError::Io { source, .. } => source,
+            other => std::io::Error::other(other.to_string()),
+        })
     }
 }
 

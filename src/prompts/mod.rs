@@ -3,6 +3,7 @@
 mod answer_form;
 mod chosen;
 mod defaults;
+mod guard;
 mod includes;
 mod library;
 mod rename;

@@ -1,12 +1,14 @@
 //! Filling a template: its `system` and `user` blocks become the two messages.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use minijinja::value::Serde;
-use minijinja::{Environment, ErrorKind, UndefinedBehavior};
+use minijinja::{Environment, ErrorKind, Value};
 use serde::Serialize;
 
 use super::TemplateError;
+use super::guard::{self, Fault};
 use super::includes::included;
 use super::template::body_in_place;
 
@@ -31,49 +33,65 @@ pub struct RenderError {
     pub message: String,
 }
 
-/// A template that takes more steps than this to be filled would not end.
-const MOST_STEPS: u64 = 10_000_000;
-
 /// Whether a text can be understood as a template; its lines are those of the error.
 pub(super) fn syntax(text: &str) -> Result<(), TemplateError> {
-    let compiled = Environment::new().template_from_str(text).map(|_| ());
-    compiled.map_err(|error| {
-        let RenderError { line, message, .. } = describe("", &error);
-        TemplateError::Wrong {
-            line: line.unwrap_or(1),
-            message,
-        }
+    let compiled = guard::apart(|| {
+        let source = guard::guarded("", text)?;
+        Environment::new().template_from_str(&source)?;
+        Ok(())
+    });
+    let compiled = compiled.map_err(|error| no_thread("", &error));
+    let compiled = compiled.and_then(|done| done.map_err(|fault| describe("", &fault)));
+    compiled.map_err(|RenderError { line, message, .. }| TemplateError::Wrong {
+        line: line.unwrap_or(1),
+        message,
     })
+}
+
+fn no_thread(file: &str, error: &std::io::Error) -> RenderError {
+    RenderError {
+        file: file.to_string(),
+        line: None,
+        message: format!("no thread for it: {}", crate::system::words(error)),
+    }
 }
 
 /// Fills the template `source` (a whole file) with `values`; `fragments` can be included by name.
 ///
 /// # Errors
-/// Wrong syntax, an unknown variable, a missing block, no end: with file and line.
+/// Wrong syntax, an unknown variable, a missing block, more steps, text or nesting than the limits allow: with file
+/// and line.
 pub fn render(
     file: &str,
     source: &str,
     fragments: &BTreeMap<String, String>,
     values: impl Serialize,
 ) -> Result<Prompt, RenderError> {
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    // Prompts are Markdown, never HTML.
-    environment.set_auto_escape_callback(|_| minijinja::AutoEscape::None);
-    let fail = |error: &minijinja::Error| describe(file, error);
-    environment.set_fuel(Some(MOST_STEPS));
+    let values = Value::from(Serde(values));
+    guard::apart(|| fill(file, source, fragments, values))
+        .map_err(|error| no_thread(file, &error))?
+}
+
+fn fill(
+    file: &str,
+    source: &str,
+    fragments: &BTreeMap<String, String>,
+    values: Value,
+) -> Result<Prompt, RenderError> {
+    let budget = Arc::new(guard::Budget::with(&values));
+    let mut environment = guard::environment(&budget);
+    let fail = |error: minijinja::Error| describe(file, &Fault::Engine(error));
     for name in included(source, fragments) {
-        environment
-            .add_template(name, &fragments[name])
-            .map_err(|e| fail(&e))?;
+        let text =
+            guard::guarded(name, &fragments[name]).map_err(|fault| describe(name, &fault))?;
+        environment.add_template_owned(name, text).map_err(fail)?;
     }
     let body = body_in_place(source);
+    let body = guard::guarded(file, &body).map_err(|fault| describe(file, &fault))?;
     let template = environment
         .template_from_named_str(file, &body)
-        .map_err(|e| fail(&e))?;
-    let mut filled = template
-        .render_captured(Serde(values))
-        .map_err(|e| fail(&e))?;
+        .map_err(fail)?;
+    let mut filled = template.render_captured(values).map_err(fail)?;
     let mut block = |name: &str| {
         let rendered = filled.with_state_mut(|state| state.render_block(name));
         rendered
@@ -84,7 +102,7 @@ pub fn render(
                     line: None,
                     message: format!("there is no `{{% block {name} %}}` in it"),
                 },
-                _ => fail(&error),
+                _ => fail(error),
             })
     };
     Ok(Prompt {
@@ -109,7 +127,17 @@ fn without_holes(text: &str) -> String {
     whole
 }
 
-fn describe(file: &str, error: &minijinja::Error) -> RenderError {
+fn describe(file: &str, fault: &Fault) -> RenderError {
+    let error = match fault {
+        Fault::Engine(error) => error,
+        Fault::Limit { line, message } => {
+            return RenderError {
+                file: file.to_string(),
+                line: Some(*line),
+                message: message.clone(),
+            };
+        }
+    };
     let mut innermost = error;
     let mut source: Option<&dyn std::error::Error> = std::error::Error::source(error);
     while let Some(next) = source {
@@ -121,10 +149,26 @@ fn describe(file: &str, error: &minijinja::Error) -> RenderError {
     RenderError {
         file: innermost.name().unwrap_or(file).to_string(),
         line: innermost.line(),
-        message: match innermost.detail() {
-            Some(detail) => format!("{}: {detail}", innermost.kind()),
-            None => innermost.kind().to_string(),
-        },
+        message: said(innermost),
+    }
+}
+
+/// More of an engine's message is not shown: it may quote what the template made. Characters.
+const LONGEST: usize = 400;
+
+fn said(error: &minijinja::Error) -> String {
+    let kind = error.kind();
+    let whole = match error.detail() {
+        _ if kind == ErrorKind::OutOfFuel => {
+            let most = guard::MOST_STEPS;
+            format!("{kind}: filling it takes more than {most} steps, the limit")
+        }
+        Some(detail) => format!("{kind}: {detail}"),
+        None => kind.to_string(),
+    };
+    match whole.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &whole[..end]),
+        None => whole,
     }
 }
 
@@ -164,10 +208,20 @@ mod tests {
 
     #[test]
     fn a_template_without_end_is_stopped() {
-        let endless = "+++\n+++\n{% block system %}{% for a in range(9999) %}{% for b in range(9999) %}{{ a }}\
-            {% endfor %}{% endfor %}{% endblock %}{% block user %}{% endblock %}";
-        let error = fill(endless).unwrap_err();
+        let endless = |body: &str| {
+            fill(&format!(
+                "+++\n+++\n{{% block system %}}{{% for a in range(9999) %}}{{% for b in range(9999) %}}{body}\
+                 {{% endfor %}}{{% endfor %}}{{% endblock %}}{{% block user %}}{{% endblock %}}"
+            ))
+            .unwrap_err()
+        };
+        let error = endless("{{ a }}");
+        assert!(error.message.contains("the limit"), "{error}");
+        // Many steps that make nothing.
+        let error = endless(&"{% if a %}{% endif %}".repeat(50));
         assert!(error.message.contains("fuel"), "{error}");
+        assert!(error.message.contains("the limit"), "{error}");
+        assert_eq!(error.line, Some(3));
     }
 
     #[test]

@@ -189,6 +189,20 @@ mod tests {
     }
 
     #[test]
+    fn front_matter_cannot_be_nested_without_end() {
+        for (open, close) in [("[", "]"), ("{a = ", "}")] {
+            let deep = format!("x = {}{}", open.repeat(100_000), close.repeat(100_000));
+            assert_eq!(wrong("version = \"1\"", &deep).0, 3);
+        }
+        // The key is understood and unknown, or refused: either way it has a line.
+        let dotted = format!("{}x = 1", "a.".repeat(100_000));
+        let (line, message) = wrong("version = \"1\"", &dotted);
+        assert!((2..=3).contains(&line), "{line} {message}");
+        let (line, message) = wrong("body {{ x }}", &"{% if x %}".repeat(10_000));
+        assert!(line == 13, "{line} {message}");
+    }
+
+    #[test]
     fn defaults_that_cannot_be_are_named() {
         for (line, message) in [
             wrong("history = 20", "history = 0"),

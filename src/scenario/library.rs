@@ -102,6 +102,9 @@ impl Entry {
     /// # Errors
     /// The file cannot be read, or is not a scenario: with file, line and element.
     pub fn read(&self) -> Result<Arc<Scenario>, ReadError> {
+        if let Place::File(path) = &self.place {
+            system::activity::reading(path);
+        }
         match &self.place {
             Place::File(path) => commonroad::read_file(path),
             Place::Bundled(i) => commonroad::read(BUNDLED[*i].1, &self.display()),

@@ -10,6 +10,7 @@ mod names;
 mod network;
 mod obstacle;
 mod planning;
+mod plausibility;
 pub mod prediction;
 mod presence;
 mod quantity;

@@ -187,9 +187,11 @@ impl LaneletNetwork {
         lights: Vec<TrafficLight>,
         intersections: Vec<Intersection>,
     ) -> Self {
+        // Of several with one id, the first is meant.
         let places = lanelets
             .iter()
             .enumerate()
+            .rev()
             .map(|(i, l)| (l.id, i))
             .collect();
         let bounds = lanelets

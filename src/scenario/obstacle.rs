@@ -155,7 +155,8 @@ fn bent(straight: &Footprint, state: &State) -> Option<(i64, Footprint)> {
 /// A point mass slower than this has no heading, m/s.
 const STANDSTILL: f64 = 1e-3;
 
-fn sample(state: &State) -> Option<Sample> {
+/// What a state says of the motion; nothing where it says no place.
+pub(super) fn sample(state: &State) -> Option<Sample> {
     let vector = state.point_mass_velocity();
     let direction = vector.filter(|v| v.norm() > STANDSTILL);
     let said = |quantity: Option<Quantity>| quantity.map(|q| q.middle());

@@ -5,7 +5,7 @@ use crate::scenario::{Obstacle, ObstacleRole, Scenario};
 
 /// A side of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Face {
+pub enum ContactSide {
     /// Front.
     Front,
     /// Rear.
@@ -16,7 +16,7 @@ pub enum Face {
     Right,
 }
 
-impl Face {
+impl ContactSide {
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -37,9 +37,9 @@ pub struct Collision {
     /// When, in time steps.
     pub step: i64,
     /// The side of the ego that is touched.
-    pub ego: Face,
+    pub ego: ContactSide,
     /// The side of the obstacle that is touched.
-    pub other: Face,
+    pub other: ContactSide,
 }
 
 impl std::fmt::Display for Collision {
@@ -210,17 +210,17 @@ fn crossing((a, b): (Point, Point), (c, d): (Point, Point)) -> Option<Point> {
 }
 
 /// The side of a body that is nearest to a point on or in it.
-fn face(body: &Placed<'_>, at: &Point) -> Face {
+fn face(body: &Placed<'_>, at: &Point) -> ContactSide {
     let local = body.pose.to_local(at);
     let (length, width) = body.footprint.shape().size();
     let (x, y) = (local.x * 2.0 / length, local.y * 2.0 / width);
     // Depth below each side, metres: the least one is that side.
     let sides = [
-        ((1.0 - x) * length, Face::Front),
-        ((1.0 + x) * length, Face::Rear),
-        ((1.0 - y) * width, Face::Left),
-        ((1.0 + y) * width, Face::Right),
+        ((1.0 - x) * length, ContactSide::Front),
+        ((1.0 + x) * length, ContactSide::Rear),
+        ((1.0 - y) * width, ContactSide::Left),
+        ((1.0 + y) * width, ContactSide::Right),
     ];
     let nearest = sides.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    nearest.map_or(Face::Front, |(_, face)| face)
+    nearest.map_or(ContactSide::Front, |(_, face)| face)
 }

@@ -4,10 +4,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::collision::touches_between;
-use super::drive::start;
-use super::{Collision, Cycle, Drive, DriveError, Outcome, Settings};
+use super::rollout::start;
+use super::{Collision, Cycle, DriveError, Outcome, Rollout, Settings};
 use crate::geometry::Pose;
-use crate::planner::{Forecaster, Guide, Limits, Memory, Plan, Planner, Road, VehicleState};
+use crate::planner::{
+    Cancel, Forecaster, Limits, Memory, Plan, Planner, ReferenceTrack, Road, VehicleState,
+};
 use crate::scenario::{PlanningProblem, Scenario};
 
 /// Drives one planning problem as often as one likes, through any traffic on the same road.
@@ -18,13 +20,17 @@ use crate::scenario::{PlanningProblem, Scenario};
 pub struct Driver {
     problem: PlanningProblem,
     settings: Settings,
-    guide: Guide,
+    guide: ReferenceTrack,
     road: Arc<Road>,
     limits: Limits,
     start: VehicleState,
     last: i64,
     dt: f64,
+    cancel: Cancel,
 }
+
+/// Steps that a drive has at most: a deadline beyond them is no time that anyone plans for.
+pub const MOST_DRIVEN: i64 = 1000;
 
 /// Where a drive begins, and when it ends at the latest and at the earliest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +49,7 @@ pub struct Stretch {
 #[derive(Debug, Clone)]
 pub struct Noted {
     /// The drive.
-    pub drive: Drive,
+    pub drive: Rollout,
     /// The planner's memory after each cycle.
     memories: Vec<Memory>,
     /// Cycles at its beginning that were not planned but taken over from another drive.
@@ -54,14 +60,19 @@ impl Driver {
     /// A driver for a problem of `scenario`.
     ///
     /// # Errors
-    /// The problem has no start or no goal, or no way leads to it.
+    /// The problem has no start or no goal, or no way leads to it; a plan would have too many steps.
     pub fn new(
         scenario: &Scenario,
         problem: &PlanningProblem,
         settings: &Settings,
     ) -> Result<Self, DriveError> {
+        let dt = scenario.dt();
+        if !settings.planner.fits(dt) {
+            let horizon = settings.planner.horizon;
+            return Err(DriveError::TooFine { dt, horizon });
+        }
         let graph = scenario.network.lane_graph(None);
-        let guide = Guide::of(scenario, &graph, problem)?;
+        let guide = ReferenceTrack::of(scenario, &graph, problem)?;
         let limits = Limits::of(settings.planner.vehicle);
         let start = start(problem, &guide, &limits).ok_or(DriveError::NoStart {
             problem: problem.id,
@@ -77,9 +88,23 @@ impl Driver {
             guide,
             limits,
             start,
-            last,
-            dt: scenario.dt(),
+            last: last.min(problem.initial.time.from.saturating_add(MOST_DRIVEN)),
+            dt,
+            cancel: Cancel::default(),
         })
+    }
+
+    /// The same driver, whose drives end early when `cancel` asks for it: they are to be dropped then.
+    #[must_use]
+    pub fn cancelled_by(mut self, cancel: &Cancel) -> Self {
+        self.cancel = cancel.clone();
+        self
+    }
+
+    /// Whether its drives are to end early.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.is_asked()
     }
 
     /// The same with other settings, but the same vehicle.
@@ -105,7 +130,7 @@ impl Driver {
 
     /// What it follows.
     #[must_use]
-    pub fn guide(&self) -> &Guide {
+    pub fn guide(&self) -> &ReferenceTrack {
         &self.guide
     }
 
@@ -127,7 +152,8 @@ impl Driver {
         self.dt
     }
 
-    /// The whole of the problem, from its start to the last step at which a goal can be reached.
+    /// The whole of the problem, from its start to the last step at which a goal can be reached, or to the
+    /// [`MOST_DRIVEN`]th step.
     #[must_use]
     pub fn whole(&self) -> Stretch {
         let step = self.problem.initial.time.from;
@@ -146,14 +172,14 @@ impl Driver {
         scenario: &Scenario,
         stretch: &Stretch,
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
-    ) -> Drive {
+    ) -> Rollout {
         self.run(scenario, stretch, None, watch).drive
     }
 
-    /// The first step of a drive after which, before the next one, the vehicle touches somebody of `scenario`; nothing where
-    /// it touches nobody but at the steps themselves. Before a collision at a step it of course does: that step is left out.
+    /// The first step of a drive after which, before the next one, the vehicle touches an obstacle of `scenario`; nothing where
+    /// it touches no obstacle but at the steps themselves. Before a collision at a step it of course does: that step is left out.
     #[must_use]
-    pub fn touched_between(&self, scenario: &Scenario, drive: &Drive) -> Option<i64> {
+    pub fn touched_between(&self, scenario: &Scenario, drive: &Rollout) -> Option<i64> {
         let collided = matches!(drive.outcome, Outcome::Collision(_));
         let until = drive.states.len() - usize::from(collided).min(drive.states.len());
         let body = self.road.body();
@@ -168,14 +194,25 @@ impl Driver {
 
     /// Drives a stretch.
     #[must_use]
-    pub fn drive(&self, scenario: &Scenario, stretch: &Stretch) -> Drive {
+    pub fn drive(&self, scenario: &Scenario, stretch: &Stretch) -> Rollout {
         self.drive_watched(scenario, stretch, &mut |_, _| true)
     }
 
     /// Drives the whole problem, so that other drives can take over its first cycles.
     #[must_use]
     pub fn drive_noted(&self, scenario: &Scenario, until: i64) -> Noted {
-        self.run(scenario, &self.until(until), None, &mut |_, _| true)
+        self.drive_noted_watched(scenario, until, &mut |_, _| true)
+    }
+
+    /// The same; `watch` sees each cycle with its planner; where that says no, the drive is a time-out there.
+    #[must_use]
+    pub fn drive_noted_watched(
+        &self,
+        scenario: &Scenario,
+        until: i64,
+        watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
+    ) -> Noted {
+        self.run(scenario, &self.until(until), None, watch)
     }
 
     /// Drives the whole problem in traffic of which the planner is told the same as in the drive `before` in every
@@ -212,10 +249,11 @@ impl Driver {
     ) -> Noted {
         let (forecast, without) = (self.settings.forecast, self.settings.without);
         let forecaster = Forecaster::new(scenario, forecast, without);
-        let mut planner = Planner::new(self.settings.planner, &self.guide, &self.road, self.dt);
+        let planner = Planner::new(self.settings.planner, &self.guide, &self.road, self.dt);
+        let mut planner = planner.cancelled_by(&self.cancel);
         let (mut step, mut state, last) = (stretch.step, stretch.state, stretch.last);
         let mut noted = Noted {
-            drive: Drive {
+            drive: Rollout {
                 states: vec![(step, state)],
                 cycles: Vec::new(),
                 outcome: Outcome::Timeout,
@@ -242,6 +280,9 @@ impl Driver {
                     let traffic = forecaster.traffic(step, planner.steps());
                     let began = Instant::now();
                     let plan = planner.plan(&state, step, &traffic);
+                    if self.is_cancelled() {
+                        return noted;
+                    }
                     Cycle {
                         step,
                         plan,
@@ -298,7 +339,7 @@ pub struct Look<'a> {
     driver: &'a Driver,
     scenario: &'a Scenario,
     goal_from: i64,
-    /// Whoever starts off the road may first get onto it.
+    /// An ego that starts off the road may first get onto it.
     was_on: bool,
     /// A goal that was reached before it may end the drive.
     reached: Option<usize>,

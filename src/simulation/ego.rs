@@ -1,10 +1,10 @@
 //! A drive as the ego of a scene.
 
-use super::{Drive, Settings};
+use super::{Rollout, Settings};
 use crate::planner::Road;
 use crate::scenario::{Diagnostic, Ego, EgoSource, PlanningProblem, Severity};
 
-impl Drive {
+impl Rollout {
     /// The ego that drove it; nothing where the vehicle has no body.
     ///
     /// Its source says that it was planned, by what and under which forecast; how the drive ended is a diagnostic.

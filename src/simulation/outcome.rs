@@ -7,7 +7,7 @@ use super::Collision;
 pub enum Outcome {
     /// The goal with this place among the problem's was reached.
     Goal(usize),
-    /// The ego's body touched somebody's.
+    /// The ego's body touched an obstacle's.
     Collision(Collision),
     /// The last step at which a goal could be reached went by.
     Timeout,

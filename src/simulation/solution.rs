@@ -1,10 +1,10 @@
 //! A drive as a CommonRoad solution.
 
-use super::Drive;
+use super::Rollout;
 use crate::scenario::commonroad::{ProblemSolution, Solution, SolutionError};
 use crate::scenario::{Header, VehicleModel, VehicleType};
 
-impl Drive {
+impl Rollout {
     /// The solution of planning problem `problem` of the scenario with this header: states of `model` for `vehicle`.
     ///
     /// # Errors

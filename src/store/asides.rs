@@ -7,7 +7,7 @@ use super::{RunId, Store, StoreError};
 /// Runs of batches, sorted: no table of what is right or wrong counts those of other leads and changed scenes among the
 /// others, as they ask something else.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Asides {
+pub struct SecondaryRuns {
     /// About the scenes as they are, at a lead that is not the first one of their batch.
     pub leads: BTreeSet<RunId>,
     /// About changed scenes.
@@ -22,7 +22,7 @@ impl Store {
     ///
     /// # Errors
     /// SQLite refused.
-    pub fn asides(&self) -> Result<Asides, StoreError> {
+    pub fn asides(&self) -> Result<SecondaryRuns, StoreError> {
         let connection = self.lock();
         // What a batch was begun with comes first: questions without a lead, else the lead that stands first.
         let mut statement = connection.prepare_cached(
@@ -46,7 +46,7 @@ impl Store {
         )?;
         let rows =
             statement.query_map([], |row| Ok((RunId(row.get(0)?), row.get::<_, i64>(1)?)))?;
-        let mut asides = Asides::default();
+        let mut asides = SecondaryRuns::default();
         for row in rows {
             let (run, kind) = row?;
             let runs = match kind {

@@ -3,7 +3,7 @@
 use rusqlite::{OptionalExtension, Row, params};
 
 use super::database::now_ms;
-use super::items::insert;
+use super::items::{STATE, insert};
 use super::{NewItem, Store, StoreError};
 use crate::verdict::Task;
 
@@ -157,11 +157,12 @@ impl Store {
     pub fn batches(&self) -> Result<Vec<(Batch, Progress)>, StoreError> {
         let connection = self.lock();
         let sql = format!(
-            "SELECT {COLUMNS}, count(DISTINCT items.path) AS scenarios,
-                 coalesce(sum(state = 'waiting'), 0) AS waiting, coalesce(sum(state = 'answered'), 0) AS answered,
-                 coalesce(sum(state = 'truncated'), 0) AS truncated, coalesce(sum(state = 'failed'), 0) AS failed,
-                 coalesce(sum(state = 'unaskable'), 0) AS unaskable
-             FROM batches LEFT JOIN items ON items.batch = batches.id GROUP BY batches.id ORDER BY id DESC"
+            "SELECT {COLUMNS}, count(DISTINCT asked.path) AS scenarios,
+                 coalesce(sum(now = 'waiting'), 0) AS waiting, coalesce(sum(now = 'answered'), 0) AS answered,
+                 coalesce(sum(now = 'truncated'), 0) AS truncated, coalesce(sum(now = 'failed'), 0) AS failed,
+                 coalesce(sum(now = 'unaskable'), 0) AS unaskable
+             FROM batches LEFT JOIN (SELECT items.batch, items.path, {STATE} AS now FROM items) AS asked
+                 ON asked.batch = batches.id GROUP BY batches.id ORDER BY id DESC"
         );
         let mut statement = connection.prepare(&sql)?;
         let rows = statement.query_map([], |row| {

@@ -5,6 +5,7 @@ use std::time::Duration;
 use rusqlite::{Connection, OptionalExtension, Transaction, params};
 
 use super::database::now_ms;
+use super::list::MOST_SHOWN;
 use super::{Key, NewRun, Run, RunId, RunState, Store, StoreError, rows, write};
 
 /// How long a claim holds unless it is renewed. A program that is killed leaves its claims to expire.
@@ -28,7 +29,8 @@ impl Store {
     /// Looks for an answer to the same request; where there is none, and nobody is asking for one, writes down that
     /// it is about to be asked. With `fresh` it is asked in any case.
     ///
-    /// An answer that was cut off, failed, cancelled, interrupted or deleted is none. The newest of several counts.
+    /// An answer that was cut off, failed, cancelled, interrupted or deleted is none. The newest of several counts: the
+    /// last that came into the store, as clocks may have been set meanwhile.
     ///
     /// # Errors
     /// SQLite refused.
@@ -69,7 +71,11 @@ impl Store {
     /// Marks what was running in programs that have ended. Their pieces are kept as the answer so far.
     pub(super) fn interrupt_abandoned(&self) -> Result<(), StoreError> {
         // Reading needs no lock, and mostly there is nothing to do.
-        if abandoned(&self.lock())?.is_empty() {
+        let nothing = {
+            let connection = self.lock();
+            abandoned(&connection)?.is_empty() && !any_too_long(&connection)?
+        };
+        if nothing {
             return Ok(());
         }
         self.change(interrupt_abandoned)
@@ -97,19 +103,40 @@ pub(super) fn there(
 fn answered(connection: &Connection, key: &str, sample: u32) -> Result<Option<Run>, StoreError> {
     let mut statement = connection.prepare_cached(
         "SELECT * FROM runs WHERE key = ?1 AND sample = ?2 AND state = 'answered' AND deleted_ms IS NULL
-         ORDER BY created_ms DESC, id DESC LIMIT 1",
+         ORDER BY id DESC LIMIT 1",
     )?;
     Ok(statement
-        .query_row(params![key, sample], rows::run)
+        .query_row(params![key, sample], |row| rows::shown(row, MOST_SHOWN))
         .optional()?)
 }
 
 fn hold(connection: &Connection, run: RunId) -> Result<(), StoreError> {
-    hold_until(
-        connection,
-        run,
-        now_ms().saturating_add(LEASE.as_millis() as i64),
-    )
+    hold_until(connection, run, lease_from_now())
+}
+
+/// When a claim that is made or renewed now ends.
+fn lease_from_now() -> i64 {
+    now_ms().saturating_add(LEASE.as_millis() as i64)
+}
+
+/// The end of a claim that no program has to renew.
+pub(super) const FOR_EVER: i64 = i64::MAX;
+
+/// Claims that end later than any that could have been made now: the clock was set back since.
+const TOO_LONG: &str = "until_ms > ?1 AND until_ms < ?2";
+
+fn any_too_long(connection: &Connection) -> Result<bool, StoreError> {
+    let sql = format!("SELECT EXISTS (SELECT 1 FROM claims WHERE {TOO_LONG})");
+    let mut statement = connection.prepare_cached(&sql)?;
+    Ok(statement.query_row(params![lease_from_now(), FOR_EVER], |row| row.get(0))?)
+}
+
+/// Lets claims that a clock which was set back made too long end when any other would. Who is alive renews its own.
+fn shorten(transaction: &Transaction<'_>) -> Result<(), StoreError> {
+    let sql = format!("UPDATE claims SET until_ms = ?1 WHERE {TOO_LONG}");
+    let mut statement = transaction.prepare_cached(&sql)?;
+    statement.execute(params![lease_from_now(), FOR_EVER])?;
+    Ok(())
 }
 
 /// Holds a run until a time, milliseconds since 1970.
@@ -144,6 +171,7 @@ fn abandoned(connection: &Connection) -> Result<Vec<RunId>, StoreError> {
 }
 
 pub(super) fn interrupt_abandoned(transaction: &Transaction<'_>) -> Result<(), StoreError> {
+    shorten(transaction)?;
     for run in abandoned(transaction)? {
         write::join_pieces(transaction, run)?;
         transaction.execute(

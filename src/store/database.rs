@@ -5,9 +5,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use rusqlite::{Connection, Transaction, TransactionBehavior};
+use tempfile::TempDir;
 
 use super::durable::Log;
 use super::migrate::migrate;
+use super::reading;
 use crate::system;
 
 /// All runs. Several threads and several programs may use one store at once.
@@ -16,6 +18,8 @@ pub struct Store {
     connection: Mutex<Connection>,
     /// Nothing where there is no log: in memory, or where the file's system cannot have one.
     log: Option<Log>,
+    /// Where the copy lies that is read in place of a file that cannot be written. It goes after the connection.
+    _copy: Option<TempDir>,
 }
 
 /// Why something is not in the store.
@@ -40,6 +44,17 @@ pub enum StoreError {
         /// What SQLite said.
         source: rusqlite::Error,
     },
+    /// The system does not open the file, or it is none.
+    #[error(
+        "{file}: {}; move it away, or set NEARMISS_DATA to another folder",
+        system::words(source)
+    )]
+    Open {
+        /// Which file.
+        file: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// SQLite refused.
     #[error("the store of runs: {0}")]
     Database(#[from] rusqlite::Error),
@@ -59,6 +74,9 @@ pub enum StoreError {
     /// What was written may not be on the disk.
     #[error("the store of runs cannot be synced to the disk: {}", system::words(.0))]
     Sync(std::io::Error),
+    /// An answer arrived that could not be stored; what became of it.
+    #[error("{0}")]
+    Unstored(String),
     /// A word that another version wrote.
     #[error("the store of runs: {0}")]
     Word(String),
@@ -74,7 +92,7 @@ pub enum StoreError {
 }
 
 /// How long others are waited for that write at the same time.
-const PATIENCE: Duration = Duration::from_secs(10);
+pub(super) const PATIENCE: Duration = Duration::from_secs(10);
 
 impl Store {
     /// Opens the store in a file, making it and its folder where they are missing, bringing it to the newest version
@@ -84,11 +102,15 @@ impl Store {
     /// The file cannot be used, or is newer than the program.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
         if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder).map_err(|source| StoreError::Folder {
+            system::make_folder(folder).map_err(|source| StoreError::Folder {
                 folder: folder.display().to_string(),
                 source,
             })?;
         }
+        reading::check(path)?;
+        // SQLite gives what it keeps beside the file the permissions of the file. What cannot be made it says itself.
+        let _ = system::make_file(path);
+        reading::files(path).for_each(|file| system::close_file(&file));
         Connection::open(path)
             .map_err(StoreError::from)
             .and_then(Self::prepare)
@@ -123,9 +145,29 @@ impl Store {
         let store = Self {
             connection: Mutex::new(connection),
             log,
+            _copy: None,
         };
         store.interrupt_abandoned()?;
+        store.take_in();
         Ok(store)
+    }
+
+    /// Over a connection that only reads.
+    pub(super) fn of_reader(connection: Connection) -> Self {
+        connection.set_prepared_statement_cache_capacity(64);
+        Self {
+            connection: Mutex::new(connection),
+            log: None,
+            _copy: None,
+        }
+    }
+
+    /// Keeps the folder of the copy that is read until the store is closed.
+    pub(super) fn with_copy(self, copy: TempDir) -> Self {
+        Self {
+            _copy: Some(copy),
+            ..self
+        }
     }
 
     pub(super) fn lock(&self) -> MutexGuard<'_, Connection> {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use rusqlite::{Connection, OpenFlags};
 
 use super::migrate::VERSION;
+use super::{StoreError, reading};
 
 /// How long others are waited for that write at the same time.
 const PATIENCE: Duration = Duration::from_millis(500);
@@ -39,9 +40,12 @@ impl Health {
             Err(error) => return Err(crate::system::words(&error)),
         };
         let words = |error: rusqlite::Error| error.to_string();
-        let flags = OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        let reading = Connection::open_with_flags(path, flags | OpenFlags::SQLITE_OPEN_READ_ONLY);
-        let reading = reading.map_err(words)?;
+        let opened = reading::open(path).map_err(|error| match error {
+            StoreError::Open { source, .. } => crate::system::words(&source),
+            StoreError::Database(source) => words(source),
+            other => other.to_string(),
+        })?;
+        let reading = &opened.connection;
         reading.busy_timeout(PATIENCE).map_err(words)?;
         let number = |sql: &str| reading.query_row(sql, [], |row| row.get::<_, i64>(0));
         let version = number("PRAGMA user_version").map_err(words)?;

@@ -2,6 +2,7 @@
 
 use rusqlite::{Connection, Row, params};
 
+use super::list::MOST_SHOWN;
 use super::rows::word;
 use super::{BatchId, Consumed, Key, RunId, Store, StoreError};
 use crate::verdict::Task;
@@ -33,7 +34,7 @@ pub struct NewItem {
     pub transform: Option<String>,
     /// The key of the request; nothing where none is sent.
     pub key: Option<Key>,
-    /// What is true; nothing where nobody says.
+    /// What is true; nothing where it is unknown.
     pub collides: Option<bool>,
     /// Who collides with the ego, where the truth says so.
     pub obstacle: Option<i64>,
@@ -97,6 +98,14 @@ pub struct Item {
     pub error: Option<String>,
 }
 
+/// Where a row of `items` stands now. An answer that was deleted is none: its question is to be asked again.
+pub(super) const STATE: &str = "CASE WHEN items.state = 'answered' AND items.key IS NOT NULL AND NOT EXISTS (
+             SELECT 1 FROM runs AS kept WHERE kept.key = items.key AND kept.sample = items.sample
+                 AND kept.state = 'answered' AND kept.deleted_ms IS NULL) THEN 'waiting'
+         WHEN (items.state = 'truncated' OR (items.state = 'answered' AND items.key IS NULL)) AND items.run IS NOT NULL AND NOT EXISTS (
+             SELECT 1 FROM runs AS kept WHERE kept.id = items.run AND kept.deleted_ms IS NULL) THEN 'waiting'
+         ELSE items.state END";
+
 /// The newest whole answer to a question.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
@@ -154,7 +163,7 @@ pub(super) fn insert(
 }
 
 fn item(row: &Row<'_>) -> Result<Item, rusqlite::Error> {
-    let state = word(row, "state", ItemState::parse)?;
+    let state = word(row, "now", ItemState::parse)?;
     let error: Option<String> = row.get("error")?;
     let key: Option<String> = row.get("key")?;
     Ok(Item {
@@ -189,8 +198,9 @@ impl Store {
     /// SQLite refused.
     pub fn items(&self, batch: BatchId) -> Result<Vec<Item>, StoreError> {
         let connection = self.lock();
-        let mut statement =
-            connection.prepare_cached("SELECT * FROM items WHERE batch = ?1 ORDER BY place")?;
+        let mut statement = connection.prepare_cached(&format!(
+            "SELECT items.*, {STATE} AS now FROM items WHERE batch = ?1 ORDER BY place"
+        ))?;
         let rows = statement.query_map([batch.0], item)?;
         Ok(rows.collect::<Result<_, _>>()?)
     }
@@ -287,7 +297,7 @@ impl Store {
     ) -> Result<Vec<(Item, Option<Found>)>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
-            "SELECT items.*, found.id AS found,
+            &format!("SELECT items.*, {STATE} AS now, found.id AS found,
                  CASE WHEN trim(found.answer) = '' THEN found.reasoning ELSE found.answer END AS text,
                  found.input_tokens, found.output_tokens, found.reasoning_tokens, found.cached_tokens, found.cost_usd,
                  found.first_chunk_ms, found.duration_ms
@@ -297,9 +307,9 @@ impl Store {
                  ELSE
                      (SELECT id FROM runs WHERE runs.key = items.key AND runs.sample = items.sample
                           AND runs.state = 'answered' AND runs.deleted_ms IS NULL
-                      ORDER BY runs.created_ms DESC, runs.id DESC LIMIT 1)
+                      ORDER BY runs.id DESC LIMIT 1)
                  END
-             WHERE items.batch = ?1 AND items.place >= ?2 ORDER BY items.place LIMIT ?3",
+             WHERE items.batch = ?1 AND items.place >= ?2 ORDER BY items.place LIMIT ?3"),
         )?;
         let most = most.map_or(-1, i64::from); // a negative limit is none
         let rows = statement.query_map(params![batch.0, from, most], |row| {
@@ -307,7 +317,10 @@ impl Store {
                 None => None,
                 Some(run) => Some(Found {
                     run: RunId(run),
-                    text: row.get("text")?,
+                    text: {
+                        let text = row.get_ref("text")?.as_str()?;
+                        text[..text.floor_char_boundary(MOST_SHOWN)].to_owned()
+                    },
                     consumed: Consumed {
                         input_tokens: row.get("input_tokens")?,
                         output_tokens: row.get("output_tokens")?,
@@ -326,73 +339,5 @@ impl Store {
 }
 
 #[cfg(test)]
-pub mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    pub fn item(scenario: &str, sample: u32) -> NewItem {
-        NewItem {
-            path: format!("/data/{scenario}.xml"),
-            scenario: scenario.into(),
-            scenario_hash: Some("0".repeat(64)),
-            ego: Some("1".into()),
-            task: Task::Collision,
-            frame: Some("ego".into()),
-            techniques: Some("cp+cot".into()),
-            model: "lab/tiny".into(),
-            sample,
-            lead: None,
-            transform: None,
-            key: Key::parse(&"a".repeat(64)),
-            collides: Some(true),
-            obstacle: Some(7),
-            unaskable: None,
-        }
-    }
-
-    #[test]
-    fn items_come_back_as_they_were_and_say_where_they_stand() {
-        let store = Store::in_memory().unwrap();
-        let lost = NewItem {
-            unaskable: Some("no ego".into()),
-            key: None,
-            collides: None,
-            obstacle: None,
-            ..item("B", 0)
-        };
-        let begun = [item("A", 0), item("A", 1), lost];
-        let id = store.begin_batch("{}", Some("1/2"), &begun).unwrap();
-        store
-            .extend_batch(id, "{\"more\":1}", &[item("A", 2)], None)
-            .unwrap();
-        let key = Key::parse(&"b".repeat(64)).unwrap();
-        let (waiting, failed) = (ItemState::Waiting, ItemState::Failed);
-        store
-            .set_item(id, 1, Some(&key), failed, None, Some("cut off"))
-            .unwrap();
-        store
-            .set_truth(id, "{}", &[(3, Some(false), None)])
-            .unwrap();
-        let items = store.items(id).unwrap();
-        let states: Vec<_> = items.iter().map(|i| (i.place, i.state)).collect();
-        let all = [waiting, failed, ItemState::Unaskable, waiting];
-        assert!(states.into_iter().eq((0..).zip(all)));
-        assert_eq!(items[0].asked, begun[0]);
-        assert_eq!(items[2].asked, begun[2]);
-        assert_eq!(items[1].asked.key, Some(key));
-        assert_eq!(items[1].error.as_deref(), Some("cut off"));
-        assert_eq!(
-            (items[3].asked.collides, items[3].asked.obstacle),
-            (Some(false), None)
-        );
-        let (batch, progress) = store.batches().unwrap().remove(0);
-        assert_eq!((batch.id, batch.shard.as_deref()), (id, Some("1/2")));
-        assert_eq!(
-            (progress.scenarios, progress.all(), progress.waiting),
-            (2, 4, 2)
-        );
-        assert_eq!(store.last_batch().unwrap().unwrap().id, id);
-        assert_eq!(id.to_string().parse(), Ok(id));
-        assert!("seven".parse::<BatchId>().is_err() && "b0".parse::<BatchId>().is_err());
-    }
-}
+#[path = "items_tests.rs"]
+pub mod tests;

@@ -7,6 +7,16 @@ use serde::Serialize;
 use super::{Filter, Run, RunId, Store, StoreError, rows};
 use crate::verdict::Task;
 
+/// Most of each text of a run that is read to be looked at, in bytes: as much as is taken of an answer today. Programs
+/// before this one took more.
+pub const MOST_SHOWN: usize = 4 << 20;
+
+/// Most of the texts of several runs that are read to be looked at, in bytes; of the runs behind those it is [`LITTLE`].
+const MOST_TOGETHER: usize = 16 << 20;
+
+/// What is read of each text where there are many long ones, in bytes.
+const LITTLE: usize = 64 << 10;
+
 /// A run in a list.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
@@ -68,8 +78,20 @@ impl Store {
             .transpose()
     }
 
+    /// The same with at most [`MOST_SHOWN`] bytes of each of its texts, for people to look at.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn run_shown(&self, id: RunId) -> Result<Option<Run>, StoreError> {
+        let connection = self.lock();
+        let found = shown(&connection, id, MOST_SHOWN)?;
+        found
+            .map(|run| rows::with_pieces(&connection, run))
+            .transpose()
+    }
+
     /// The newest runs on a scenario and a task, newest first: by the hash of its file, and those that are known by
-    /// its name alone.
+    /// its name alone. Their texts are shortened as in [`Store::run_shown`], and more where there are many long ones.
     ///
     /// # Errors
     /// SQLite refused.
@@ -82,18 +104,32 @@ impl Store {
     ) -> Result<Vec<Run>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
-            "SELECT * FROM (
-                 SELECT * FROM runs WHERE scenario_hash = ?1 AND task = ?3 AND deleted_ms IS NULL
+            "SELECT id FROM (
+                 SELECT id, created_ms FROM runs WHERE scenario_hash = ?1 AND task = ?3 AND deleted_ms IS NULL
                  UNION ALL
-                 SELECT * FROM runs WHERE scenario_hash IS NULL AND scenario = ?2 AND task = ?3
+                 SELECT id, created_ms FROM runs WHERE scenario_hash IS NULL AND scenario = ?2 AND task = ?3
                      AND deleted_ms IS NULL)
              ORDER BY created_ms DESC, id DESC LIMIT ?4",
         )?;
-        let found =
-            statement.query_map(params![scenario_hash, name, task.name(), most], rows::run)?;
-        found
-            .map(|run| rows::with_pieces(&connection, run?))
-            .collect()
+        // Numbers first: a sorter would carry all the texts.
+        let values = params![scenario_hash, name, task.name(), most];
+        let numbers = statement.query_map(values, |row| Ok(RunId(row.get(0)?)))?;
+        let numbers: Vec<RunId> = numbers.collect::<Result<_, _>>()?;
+        let (mut runs, mut bytes) = (Vec::with_capacity(numbers.len()), 0);
+        for id in numbers {
+            let most = if bytes < MOST_TOGETHER {
+                MOST_SHOWN
+            } else {
+                LITTLE
+            };
+            let Some(run) = shown(&connection, id, most)? else {
+                continue;
+            };
+            let run = rows::with_pieces(&connection, run)?;
+            bytes += run.answer.len() + run.reasoning.len();
+            runs.push(run);
+        }
+        Ok(runs)
     }
 
     /// The newest runs that fit, newest first, without their texts; at most `most` of them.
@@ -139,6 +175,13 @@ impl Store {
         let sql = "SELECT count(*) FROM runs WHERE deleted_ms IS NULL";
         Ok(connection.query_row(sql, [], |row| row.get(0))?)
     }
+}
+
+/// One run with at most so much of each of its texts.
+fn shown(connection: &Connection, id: RunId, most: usize) -> Result<Option<Run>, StoreError> {
+    let mut statement = connection.prepare_cached("SELECT * FROM runs WHERE id = ?1")?;
+    let found = statement.query_row([id.0], |row| rows::shown(row, most));
+    Ok(found.optional()?)
 }
 
 /// A row of the columns [`COLUMNS`].

@@ -19,14 +19,16 @@ mod outcomes;
 mod page;
 mod provider_batches;
 mod ratings;
+mod reading;
 mod record;
 mod rows;
 mod run;
 mod truths;
+mod unstored;
 mod verdicts;
 mod write;
 
-pub use asides::Asides;
+pub use asides::SecondaryRuns;
 pub use batches::{Batch, BatchId, Progress};
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
@@ -36,7 +38,7 @@ pub use health::Health;
 pub use identity::Identity;
 pub use items::{Found, Item, ItemState, NewItem};
 pub use key::Key;
-pub use list::Summary;
+pub use list::{MOST_SHOWN, Summary};
 pub use merge::Merged;
 pub use outcomes::Outcome;
 pub use page::{Cursor, Edge, Interrupter, Page};
@@ -46,7 +48,8 @@ pub use provider_batches::{
 pub use ratings::{Choice, NewRating, RatedAnswer, Rating};
 pub use record::RecordError;
 pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};
-pub use truths::Told;
+pub use truths::RunLabel;
+pub use unstored::Unstored;
 pub use verdicts::StoredVerdict;
 
 #[cfg(test)]

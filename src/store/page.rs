@@ -148,7 +148,7 @@ impl Store {
             "SELECT dangerous FROM runs WHERE scenario_hash = ?1 AND task = ?2 AND model = ?3 AND ego = ?4
                  AND dangerous IS NOT NULL AND deleted_ms IS NULL AND parameters = '{}'
                  AND (?2 = 'collision' OR (window_first = ?5 AND window_last = ?6))
-             ORDER BY created_ms DESC LIMIT 1",
+             ORDER BY id DESC LIMIT 1",
         )?;
         let values = rusqlite::params![
             hash,

@@ -2,7 +2,7 @@
 
 use rusqlite::{OptionalExtension, Row, Transaction, params};
 
-use super::claim::{hold_until, interrupt_abandoned, there};
+use super::claim::{FOR_EVER, hold_until, interrupt_abandoned, there};
 use super::database::now_ms;
 use super::{Claim, Ending, Key, NewRun, Piece, RunId, Store, StoreError, rows, write};
 
@@ -19,7 +19,7 @@ impl std::fmt::Display for ProviderBatchId {
 /// Where a batch stands, as far as this store knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HandedState {
-    /// It is about to be sent, or nobody knows whether it arrived.
+    /// It is about to be sent, or it is unknown whether it arrived.
     Submitting,
     /// The provider has it.
     Submitted,
@@ -184,7 +184,7 @@ impl Store {
                     None => {
                         let id = write::insert_new(transaction, run, now_ms())?;
                         // No program has to be alive while the provider works.
-                        hold_until(transaction, id, i64::MAX)?;
+                        hold_until(transaction, id, FOR_EVER)?;
                         Some(id)
                     }
                 };

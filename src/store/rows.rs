@@ -6,8 +6,34 @@ use rusqlite::{Connection, Error, Row};
 use super::{Consumed, Ending, Key, NewRun, Origin, Run, RunId, RunState, StoreError};
 use crate::verdict::Task;
 
+/// A run with at most so much of its texts as people look at, as [`run`].
+pub fn shown(row: &Row<'_>, most: usize) -> Result<Run, Error> {
+    let mut shown = of(row, |name| {
+        let text = row.get_ref(name)?.as_str()?;
+        Ok(text[..text.floor_char_boundary(most)].to_owned())
+    })?;
+    for (name, text) in [
+        ("answer", &mut shown.answer),
+        ("reasoning", &mut shown.reasoning),
+    ] {
+        let whole = row.get_ref(name)?.as_str()?.len();
+        if whole > text.len() {
+            text.push_str(&format!(
+                "\n[nearmiss: shortened; {whole} bytes are in the store: nearmiss runs show {} --json]",
+                shown.id
+            ));
+        }
+    }
+    Ok(shown)
+}
+
 /// A run, without the pieces that have not been put together.
 pub fn run(row: &Row<'_>) -> Result<Run, Error> {
+    of(row, |name| row.get(name))
+}
+
+/// A run whose answer and reasoning are read in some way.
+fn of(row: &Row<'_>, long: impl Fn(&str) -> Result<String, Error>) -> Result<Run, Error> {
     let text = |name: &str| row.get::<_, String>(name);
     let verdict: Option<String> = row.get("verdict")?;
     let window = (row.get("window_first")?, row.get("window_last")?);
@@ -45,8 +71,8 @@ pub fn run(row: &Row<'_>) -> Result<Run, Error> {
             parameters: text("parameters")?,
             answer_schema: row.get("answer_schema")?,
         },
-        answer: text("answer")?,
-        reasoning: text("reasoning")?,
+        answer: long("answer")?,
+        reasoning: long("reasoning")?,
         ending: Ending {
             state: word(row, "state", RunState::parse)?,
             model_returned: row.get("model_returned")?,

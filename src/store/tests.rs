@@ -7,6 +7,8 @@ use super::*;
 use crate::verdict::{Said, Task, Verdict};
 
 mod asides;
+mod clocks;
+mod looking;
 mod pages;
 mod truths;
 

@@ -4,7 +4,7 @@ use super::{BatchId, RunId, Store, StoreError};
 
 /// What a batch holds true about the scenario of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Told {
+pub struct RunLabel {
     /// The run.
     pub run: RunId,
     /// The batch.
@@ -21,7 +21,7 @@ impl Store {
     ///
     /// # Errors
     /// SQLite refused.
-    pub fn truths(&self) -> Result<Vec<Told>, StoreError> {
+    pub fn truths(&self) -> Result<Vec<RunLabel>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
             "SELECT items.run, items.batch, collides, obstacle FROM items JOIN runs ON runs.id = items.run
@@ -29,14 +29,14 @@ impl Store {
              ORDER BY items.run, coalesce(runs.batch = 'b' || items.batch, 0) DESC, items.batch",
         )?;
         let rows = statement.query_map([], |row| {
-            Ok(Told {
+            Ok(RunLabel {
                 run: RunId(row.get(0)?),
                 batch: BatchId(row.get(1)?),
                 collides: row.get(2)?,
                 obstacle: row.get(3)?,
             })
         })?;
-        let mut told: Vec<Told> = rows.collect::<Result<_, _>>()?;
+        let mut told: Vec<RunLabel> = rows.collect::<Result<_, _>>()?;
         told.dedup_by_key(|one| one.run);
         Ok(told)
     }

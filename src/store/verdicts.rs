@@ -43,7 +43,7 @@ impl Store {
         // Beside max(), SQLite gives the other columns of the same row.
         let sql = format!(
             "SELECT scenario_hash, scenario, ego, origin, task, window_first, window_last, dangerous,
-                 max(printf('%020d %020d', created_ms, id))
+                 max(id)
              FROM runs
              WHERE deleted_ms IS NULL AND dangerous IS NOT NULL AND model <> ?1 AND {which}
              GROUP BY scenario_hash, scenario, ego, origin, task, model, frame, techniques"

@@ -246,16 +246,21 @@ fn end(
             ending.finish,
             ending.reading,
             ending.error,
-            consumed.input_tokens,
-            consumed.output_tokens,
-            consumed.reasoning_tokens,
-            consumed.cached_tokens,
-            consumed.cost_usd,
+            storable(consumed.input_tokens),
+            storable(consumed.output_tokens),
+            storable(consumed.reasoning_tokens),
+            storable(consumed.cached_tokens),
+            consumed.cost_usd.filter(|usd| usd.is_finite()),
             ending.price_source,
-            consumed.first_chunk_ms,
-            consumed.duration_ms,
+            storable(consumed.first_chunk_ms),
+            storable(consumed.duration_ms),
         ])?;
     Ok(())
+}
+
+/// A count as SQLite has them. No number is worth losing an answer: what does not fit is not known.
+fn storable(count: Option<u64>) -> Option<i64> {
+    count.and_then(|count| i64::try_from(count).ok())
 }
 
 /// Everything of a run beside its question.

@@ -1,6 +1,6 @@
-//! Files that somebody names: regular ones, and no larger than anything here needs.
+//! Files that users name: regular ones, and no larger than anything here needs.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
@@ -15,7 +15,22 @@ pub const LARGEST_TEXT: u64 = 1 << 20;
 /// # Errors
 /// What the system says; or it is a folder, or a pipe, device or socket, where reading could wait or go on for ever.
 pub fn open_file(path: &Path) -> Result<File> {
-    let found = path.metadata()?;
+    check_file(path)?;
+    let file = opened(path)?;
+    // It may be another one by now.
+    check(&file.metadata()?)?;
+    Ok(file)
+}
+
+/// Whether a file can be opened for reading without waiting, for readers that open it by themselves.
+///
+/// # Errors
+/// Those of [`open_file`].
+pub fn check_file(path: &Path) -> Result<()> {
+    check(&path.metadata()?)
+}
+
+fn check(found: &Metadata) -> Result<()> {
     if found.is_dir() {
         return Err(ErrorKind::IsADirectory.into());
     }
@@ -24,6 +39,19 @@ pub fn open_file(path: &Path) -> Result<File> {
             "not a regular file but a pipe, a device or a socket; save what comes from it in a file and name that",
         ));
     }
+    Ok(())
+}
+
+/// A pipe that took the place of a file is opened without waiting for who writes into it.
+#[cfg(unix)]
+fn opened(path: &Path) -> Result<File> {
+    use std::os::unix::fs::OpenOptionsExt;
+    let flags = rustix::fs::OFlags::NONBLOCK.bits().cast_signed();
+    File::options().read(true).custom_flags(flags).open(path)
+}
+
+#[cfg(not(unix))]
+fn opened(path: &Path) -> Result<File> {
     File::open(path)
 }
 
@@ -50,10 +78,9 @@ pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// The text in a file of up to `most` bytes.
 ///
 /// # Errors
-/// Those of [`read_file`]; or it is not UTF-8.
+/// Those of [`read_file`]; or those of [`text_of`](super::text_of).
 pub fn read_text(path: &Path, most: u64) -> Result<String> {
-    String::from_utf8(read_file(path, most)?)
-        .map_err(|_| Error::new(ErrorKind::InvalidData, "this is no text in UTF-8"))
+    super::text_of(read_file(path, most)?).map_err(|why| Error::new(ErrorKind::InvalidData, why))
 }
 
 fn mebibytes(bytes: u64) -> String {
@@ -97,7 +124,39 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn what_could_wait_for_ever_is_not_opened() {
-        let error = read_file(Path::new("/dev/zero"), 1).unwrap_err();
-        assert!(words(&error).contains("not a regular file"));
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let made = std::process::Command::new("mkfifo")
+            .arg(path("pipe"))
+            .status();
+        assert!(made.unwrap().success());
+        let _socket = std::os::unix::net::UnixListener::bind(path("socket")).unwrap();
+        for (link, target) in [("gone", "nothing"), ("loop", "loop"), ("to-pipe", "pipe")] {
+            std::os::unix::fs::symlink(target, path(link)).unwrap();
+        }
+        for (irregular, why) in [
+            ("/dev/zero", "not a regular file"),
+            ("/dev/tty", "not a regular file"),
+            ("pipe", "not a regular file"),
+            ("to-pipe", "not a regular file"),
+            ("socket", "not a regular file"),
+            ("gone", "no such file"),
+            ("loop", "symbolic links"),
+        ] {
+            let error = words(&read_file(&path(irregular), 1).unwrap_err());
+            assert!(error.contains(why), "{irregular}: {error}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_in_the_place_of_a_file_is_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        // As between the look and the opening; this would never come back otherwise.
+        let file = opened(&pipe).unwrap();
+        assert!(check(&file.metadata().unwrap()).is_err());
     }
 }

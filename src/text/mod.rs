@@ -17,7 +17,7 @@ use crate::metrics::Context;
 use crate::scenario::{Participant, Scene, Window};
 
 pub use options::{Form, Options};
-pub use visible::{disguises, visible};
+pub use visible::{disguises, escaped_json, escaped_xml, visible};
 pub use writer::{Description, Span, Subject, Value};
 
 use writer::Writer;

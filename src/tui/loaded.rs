@@ -4,9 +4,9 @@ mod authorship;
 mod cycle;
 mod drive_files;
 mod facts;
+mod generated;
 mod picture;
 mod planned;
-mod scene;
 mod source;
 mod variant;
 
@@ -16,11 +16,11 @@ pub use authorship::{Authorship, Writer, Writing};
 pub use cycle::CycleShown;
 pub use drive_files::{DriveFiles, DriveKey};
 pub use facts::{Facts, Tally, Verdicts, country_of};
+pub use generated::{Heard, How};
 pub use picture::{PictureJob, PictureKind};
 pub use planned::Planned;
-pub use scene::{NONE_BESIDE, changed_scene};
 pub use source::Source;
-pub use variant::{Generated, How, Made, VariantShown, Wish, Working};
+pub use variant::{Generated, Made, VariantRequest, VariantShown, Working};
 
 use crate::judge::{Judgement, judge_under};
 use crate::metrics::{
@@ -28,6 +28,7 @@ use crate::metrics::{
 };
 use crate::scenario::{Entry, Scenario, Scene, Severity, Transform, WantedEgo, Window};
 use crate::verdict::Task;
+use crate::workflow::{MissingEgo, OpenRequest, OpenedScene, open};
 
 /// The obstacle that is the ego, as the store writes an ego; nothing where its motion comes from a file.
 #[must_use]
@@ -50,7 +51,7 @@ pub struct Opened {
     /// The scenario with its ego, if it has one.
     pub scene: Option<Arc<Scene>>,
     /// Why there is no ego.
-    pub no_ego: Option<String>,
+    pub no_ego: Option<MissingEgo>,
     /// Whether the ego's file was chosen, and is not just the one beside the scenario.
     pub chosen: bool,
     /// Distance, time to collision and risk over all steps.
@@ -94,7 +95,13 @@ impl Opened {
         thresholds: &Thresholds,
         change: Option<Transform>,
     ) -> Result<Self, String> {
-        let (scenario, scene) = changed_scene(entry, wanted, change)?;
+        let request = OpenRequest {
+            entry,
+            ego: wanted,
+            transform: change,
+            strict: false,
+        };
+        let OpenedScene { scenario, scene } = open(&request).map_err(|error| error.to_string())?;
         let mut opened = Self::with(entry, change, scenario, scene, thresholds);
         opened.chosen = matches!(wanted, WantedEgo::File { .. });
         Ok(opened)
@@ -105,7 +112,7 @@ impl Opened {
         entry: &Entry,
         change: Option<Transform>,
         scenario: Arc<Scenario>,
-        scene: Result<Arc<Scene>, String>,
+        scene: Result<Arc<Scene>, MissingEgo>,
         thresholds: &Thresholds,
     ) -> Self {
         let (scene, no_ego) = match scene {

@@ -7,13 +7,13 @@ mod claims;
 mod compare;
 mod drawn;
 mod editor;
+mod generation;
 mod history;
 mod jobs;
 mod judged;
 mod kept;
 mod list;
 mod look;
-mod maker;
 mod map;
 mod notices;
 mod overlay;
@@ -45,12 +45,12 @@ pub use compare::{
 };
 pub use drawn::{Drawn, Extent, HistoryDrawn, MapDrawn, Readings};
 pub use editor::{Editor, Find, HEAVY, next, rows, width_of};
+pub use generation::{GenerationState, Search, consequence_words, working_words};
 pub use history::{COUNTED, History, PAGE, Typing};
 pub use jobs::{Job, JobKind, JobState, Jobs};
 pub use judged::Judged;
 pub use list::{Group, Grouping, HEADLINE, Line, List, Matching, Order, Row, TERMS, nearest};
 pub use look::{Glyphs, Look, themes_shown};
-pub use maker::{Maker, Search, consequence_words, working_words};
 pub use map::{Detail, End, Foreseen, Foresight, Layers, Measurement, On, Tape, Tools, as_text};
 pub use notices::{Notice, Toast};
 pub use pane::Pane;
@@ -62,7 +62,7 @@ pub use planner::{Driver, UnderWay, forecast_words};
 pub use plot::{Drives, Plot};
 pub use prices::Prices;
 pub use prompt::{EntryLine, PromptPane, PromptView};
-pub use recall::Recall;
+pub use recall::SessionState;
 pub use results::{ResultsDrawn, ResultsView};
 pub use sizes::{Border, Edge, Shares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
@@ -190,7 +190,7 @@ pub struct Model {
     /// The planner, and its drive that is under way.
     pub driver: Driver,
     /// Searches for dangerous variants, and what they made.
-    pub maker: Maker,
+    pub maker: GenerationState,
     /// The picked obstacle.
     pub picked: Option<i64>,
     /// What is plotted over time.
@@ -254,7 +254,7 @@ pub struct Model {
     /// Messages.
     pub toasts: Vec<Toast>,
     /// The session: what comes back of it, and what is kept.
-    pub recall: Recall,
+    pub recall: SessionState,
     /// Colours.
     pub theme: Theme,
     /// Keys, and what else of the look can change.
@@ -293,7 +293,7 @@ impl Model {
             camera: Camera::default(),
             map: Tools::default(),
             driver: Driver::default(),
-            maker: Maker::default(),
+            maker: GenerationState::default(),
             picked: None,
             plot: Plot::default(),
             heat: Heat::default(),
@@ -328,7 +328,7 @@ impl Model {
             uptime: Duration::ZERO,
             overlays: Vec::new(),
             toasts: Vec::new(),
-            recall: Recall::default(),
+            recall: SessionState::default(),
             theme,
             look: Look::default(),
             mouse: config.mouse,

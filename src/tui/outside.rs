@@ -1,13 +1,10 @@
 //! The user's own editor: a text goes into a file, the editor runs, and what is in the file comes back.
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
 use crate::system;
-
-/// Larger texts are not taken back, bytes.
-const LARGEST: u64 = 1 << 20;
 
 /// The command that the user edits texts with: `VISUAL`, else `EDITOR`; it may have arguments.
 ///
@@ -63,11 +60,10 @@ pub fn edit(command: &[String], name: &str, text: &str) -> Result<String, String
     let write = std::fs::File::create_new(&path).and_then(|mut f| f.write_all(text.as_bytes()));
     write.map_err(|e| format!("{}: {}", path.display(), system::words(&e)))?;
     let shown = command.join(" ");
-    let result = match Command::new(&command[0])
-        .args(&command[1..])
-        .arg(&path)
-        .status()
-    {
+    let mut editor = Command::new(&command[0]);
+    editor.args(&command[1..]).arg(&path);
+    let started = system::job_control::with_default(|| editor.spawn());
+    let result = match started.and_then(|mut editor| editor.wait()) {
         Err(error) => Err(format!(
             "`{shown}` cannot be started: {}; set VISUAL or EDITOR to your editor",
             system::words(&error)
@@ -80,7 +76,8 @@ pub fn edit(command: &[String], name: &str, text: &str) -> Result<String, String
     };
     result.map_err(|why| {
         // What was written is not lost.
-        let differs = std::fs::read(&path).is_ok_and(|bytes| bytes != text.as_bytes());
+        let differs =
+            system::read_file(&path, system::LARGEST).is_ok_and(|bytes| bytes != text.as_bytes());
         if differs {
             let kept = folder.keep().join(name);
             return format!(
@@ -93,15 +90,7 @@ pub fn edit(command: &[String], name: &str, text: &str) -> Result<String, String
 }
 
 fn read(path: &Path) -> Result<String, String> {
-    let mut bytes = Vec::new();
-    let file = system::open_file(path).map_err(|e| system::words(&e))?;
-    file.take(LARGEST + 1)
-        .read_to_end(&mut bytes)
-        .map_err(|e| system::words(&e))?;
-    if bytes.len() as u64 > LARGEST {
-        return Err("it is larger than 1 MiB".into());
-    }
-    String::from_utf8(bytes).map_err(|_| "it is not UTF-8".into())
+    system::read_text(path, system::LARGEST_TEXT).map_err(|error| system::words(&error))
 }
 
 #[cfg(test)]

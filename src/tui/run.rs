@@ -3,6 +3,7 @@
 mod ending;
 mod pace;
 mod prepare;
+mod tried;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -10,21 +11,23 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use self::ending::Ending;
+use self::ending::{Ending, Heard};
 use self::pace::Pace;
 use self::prepare::prepare;
+use self::tried::Tried;
 use super::message::{Effect, Msg, Outside};
 use super::model::Model;
 use super::outside;
 use super::reload::{self, Stamps};
 use super::tasks::{Remaining, Tasks, session};
-use super::terminal::{Events, Screen, give_back_on_panic};
+use super::terminal::{self, Events, Screen, give_back_on_panic};
 use super::update::{start, update};
 use super::{screen, views, widgets};
 use crate::config::Folders;
 use crate::scenario::{Entry, Place, WantedEgo, not_standard_input};
 use crate::store::{Filter, Store};
 use crate::system;
+use crate::system::job_control::{self, JobSignal};
 
 /// Why the workbench ended.
 pub type Ended = Result<(), String>;
@@ -42,6 +45,8 @@ pub fn run(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
                 .map_err(|error| format!("{}: {}", file.display(), system::words(&error)))?;
         }
     }
+    // Before the first thread is started.
+    job_control::take_over().map_err(|e| the_terminal(&e))?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()
@@ -73,14 +78,27 @@ fn the_terminal(error: &std::io::Error) -> String {
 async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
     give_back_on_panic();
     let folders = Folders::find()?;
+    folders.close();
+    // Without marks a scenario that ends the program is opened again; everything else goes on.
+    let unmarked = system::activity::keep_marks(&folders.marks()).err();
     let stamps = Stamps::of(&folders);
     let (mut model, models, background) = prepare(paths, &ego, &folders);
-    let mut screen = Screen::take(model.mouse).map_err(|e| the_terminal(&e))?;
-    model.size = screen.size().map_err(|e| the_terminal(&e))?;
-    model.camera.shape_cells(screen.cell_aspect());
-    screen
-        .draw(|frame| views::draw(frame, &model))
-        .map_err(|e| the_terminal(&e))?;
+    if let Some(error) = unmarked {
+        let folder = folders.marks();
+        model.complain(format!("{}: {}", folder.display(), system::words(&error)));
+    }
+    // A terminal that is closed at once ends the program in good order, too.
+    let ending = Ending::listen().map_err(|e| the_terminal(&e))?;
+    let first = Screen::take(model.mouse).and_then(|mut screen| {
+        model.size = screen.size()?;
+        model.camera.shape_cells(screen.cell_aspect());
+        screen.draw(|frame| views::draw(frame, &model))?;
+        Ok(screen)
+    });
+    let screen = match first {
+        Err(error) if terminal::is_gone(&error) => return Ok(()),
+        taken => taken.map_err(|e| the_terminal(&e))?,
+    };
     std::thread::spawn(widgets::highlight::load);
 
     let store = match Store::open(&folders.store()) {
@@ -108,13 +126,15 @@ async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
         tasks,
         receiver,
         stray: background.late,
+        tried: Tried::default(),
     };
     let effects = start(&looping.model);
     if looping.perform(effects).map_err(|e| the_terminal(&e))? {
         return Ok(());
     }
-    let ended = looping.until_quit().await;
+    let ended = looping.until_quit(ending).await;
     looping.tasks.finish().await;
+    system::activity::close_marks();
     ended.map_err(|e| the_terminal(&e))
 }
 
@@ -125,12 +145,28 @@ struct Loop {
     receiver: UnboundedReceiver<Msg>,
     /// Whether the terminal may still answer what it was asked before the start.
     stray: bool,
+    /// What is open.
+    tried: Tried,
 }
 
 impl Loop {
-    async fn until_quit(&mut self) -> std::io::Result<()> {
+    /// Runs until the user leaves, a signal ends the program, or the terminal is gone; that is no mistake.
+    async fn until_quit(&mut self, ending: Ending) -> std::io::Result<()> {
+        let Err(error) = self.turn(ending).await else {
+            return Ok(());
+        };
+        // What was done is kept all the same.
+        for effect in update(&mut self.model, Msg::Terminate) {
+            self.tasks.perform(effect);
+        }
+        match terminal::is_gone(&error) {
+            true => Ok(()),
+            false => Err(error),
+        }
+    }
+
+    async fn turn(&mut self, mut ending: Ending) -> std::io::Result<()> {
         let mut events = Events::listen(self.stray);
-        let mut ending = Ending::listen()?;
         let begun = Instant::now();
         let mut passed = begun;
         let mut pace = Pace::begin(begun);
@@ -139,10 +175,22 @@ impl Loop {
             let first = tokio::select! {
                 event = events.next() => match event {
                     Some(event) => Some(event?),
-                    None => return Ok(()),
+                    None => return Err(std::io::ErrorKind::UnexpectedEof.into()),
                 },
                 msg = self.receiver.recv() => msg,
-                signal = ending.wait() => Some(signal),
+                heard = ending.wait() => match heard {
+                    Heard::End | Heard::Interrupt => Some(Msg::Terminate),
+                    Heard::Job(JobSignal::Stop) => Some(Msg::Stop),
+                    // The shell has had the terminal, unless that was seen to.
+                    Heard::Job(JobSignal::Continue) => {
+                        if job_control::was_continued() {
+                            self.screen.take_again()?;
+                            self.model.size = self.screen.size()?;
+                            pace.change();
+                        }
+                        None
+                    }
+                },
                 () = sleep(wait) => None,
             };
             let mut msgs: Vec<Msg> = first.into_iter().collect();
@@ -161,26 +209,31 @@ impl Loop {
                     Msg::Key(_) | Msg::Mouse(_) | Msg::Paste(_) => pace.hurry(),
                     _ => pace.change(),
                 }
-                let suspends = self.apply(msg)?;
-                match suspends {
+                let asked = !matches!(msg, Msg::Stop);
+                match self.apply(msg)? {
                     Step::Quit => return Ok(()),
                     Step::Suspend => {
+                        if asked {
+                            job_control::ask_to_stop();
+                        }
                         // The event stream would read the shell's keys.
-                        events.close();
+                        events.close().await;
                         self.screen.suspend()?;
                         events = Events::listen(false);
                         self.model.size = self.screen.size()?;
                         pace.change();
                     }
                     Step::EditOutside(sent) => {
+                        let mut over = false;
                         let result = match outside::command(|name| std::env::var(name).ok()) {
                             Ok(command) => {
-                                events.close();
-                                let result = self.lend(&command, &sent)?;
+                                events.close().await;
+                                let (result, ends) = self.lend(command, &sent, &mut ending).await?;
                                 events = Events::listen(false);
                                 // The Ctrl-C of the other program was not meant for this one.
-                                ending = Ending::listen()?;
+                                ending.forget()?;
                                 self.model.size = self.screen.size()?;
+                                over = ends;
                                 result
                             }
                             Err(why) => Err(why),
@@ -190,6 +243,10 @@ impl Loop {
                             self.tasks.perform(effect);
                         }
                         pace.change();
+                        if over {
+                            self.apply(Msg::Terminate)?;
+                            return Ok(());
+                        }
                     }
                     Step::On => {}
                 }
@@ -198,6 +255,7 @@ impl Loop {
                 self.apply(Msg::Drawing)?;
                 self.screen.draw(|frame| views::draw(frame, &self.model))?;
                 pace.drawn(Instant::now());
+                self.tried.drawn(self.model.opening.is_some());
             }
         }
     }
@@ -212,6 +270,7 @@ impl Loop {
         let effects = update(&mut self.model, msg);
         let mut step = Step::On;
         for effect in effects {
+            self.tried.hear(&effect, &self.model.recall.here);
             match self.tasks.perform(effect) {
                 None => {}
                 Some(Remaining::Copy(text)) => self.screen.copy(&text)?,
@@ -228,14 +287,36 @@ impl Loop {
         Ok(step)
     }
 
-    /// Lends the terminal to the user's editor.
-    fn lend(
+    /// Lends the terminal to the user's editor; says what came of it, and whether the program is to end now.
+    async fn lend(
         &mut self,
-        command: &[String],
+        command: Vec<String>,
         sent: &Outside,
-    ) -> std::io::Result<Result<String, String>> {
-        self.screen
-            .lend(|| outside::edit(command, &sent.file, &sent.text))
+        signals: &mut Ending,
+    ) -> std::io::Result<(Result<String, String>, bool)> {
+        self.screen.lend();
+        let Outside { file, text, .. } = sent.clone();
+        let mut editing =
+            tokio::task::spawn_blocking(move || outside::edit(&command, &file, &text));
+        let mut ends = false;
+        let edited = loop {
+            tokio::select! {
+                edited = &mut editing => break edited,
+                heard = signals.wait() => match heard {
+                    // The shell waits until both have stopped.
+                    Heard::Job(JobSignal::Stop) => job_control::stop()?,
+                    Heard::Job(JobSignal::Continue) => {
+                        let _ = job_control::was_continued();
+                    }
+                    // What the user writes is not thrown away.
+                    Heard::End => ends = true,
+                    Heard::Interrupt => {}
+                },
+            }
+        };
+        self.screen.take_again()?;
+        let edited = edited.unwrap_or_else(|error| Err(format!("the editor: {error}")));
+        Ok((edited, ends))
     }
 
     /// Performs the effects of the start; says whether the program ends at once.

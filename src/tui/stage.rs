@@ -17,10 +17,12 @@ use super::theme::Theme;
 use super::update::update;
 use super::{tasks, views, widgets};
 use crate::config::Config;
-use crate::evaluation::{Answer, Event, Judged, Missing, usual_planning};
+use crate::evaluation::{Answer, Event, Judged, Missing, default_planning};
+use crate::planner::Cancel;
 use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo};
 use crate::store::{Consumed, Store};
+use crate::workflow::{OpenRequest, PlanRequest};
 
 /// A workbench and the screen it is drawn on.
 pub struct Stage {
@@ -148,10 +150,18 @@ impl Stage {
             _ => None,
         });
         let (id, entry, change) = begin.last().ok_or("there is nothing to plan")?;
-        let (how, thresholds) = (usual_planning(), &self.model.thresholds);
-        let mut go_on = |_, _| true;
-        let how = (change, &how);
-        let opened = Opened::planned(&entry, &WantedEgo::Beside, thresholds, how, &mut go_on)?;
+        let request = PlanRequest {
+            open: OpenRequest {
+                entry: &entry,
+                ego: &WantedEgo::Beside,
+                transform: change,
+                strict: false,
+            },
+            problem: None,
+            settings: &default_planning(),
+        };
+        let (thresholds, cancel) = (&self.model.thresholds, Cancel::default());
+        let opened = Opened::planned(&request, thresholds, &cancel, &mut |_, _| {})?;
         let opened = opened.ok_or("planning was stopped")?;
         self.send(Msg::Plan(PlanNews::Ended(id, Ok(Box::new(opened)))));
         Ok(())

@@ -246,7 +246,7 @@ impl Tasks {
     fn background(&self, work: impl FnOnce() -> Msg + Send + 'static) {
         let sender = self.sender.clone();
         tokio::task::spawn_blocking(move || {
-            // The loop may have ended meanwhile; then nobody wants to know.
+            // The receiver is gone once the loop has ended.
             let _ = sender.send(work());
         });
     }

@@ -1,5 +1,7 @@
 //! The terminal: one guard owns raw mode, the alternate screen, mouse, paste and cursor, and gives them all back.
 
+mod base64;
+
 use std::io::{self, IsTerminal, Stdout, Write, stdout};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -19,16 +21,22 @@ use futures_util::StreamExt;
 use ratatui::Terminal;
 use ratatui::backend::CrosstermBackend;
 use ratatui::layout::Position;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use tokio::sync::oneshot;
+use tokio::task::JoinHandle;
 
+use self::base64::base64;
 use super::keymap::Key;
 use super::message::{Mouse, Msg};
+use crate::system::job_control;
 
 /// Whether the terminal is ours at the moment.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// The terminal while the workbench has it; dropped, it is as it was before.
 pub struct Screen {
-    terminal: Terminal<CrosstermBackend<Stdout>>,
+    /// Nothing once it is gone.
+    terminal: Option<Terminal<CrosstermBackend<Stdout>>>,
     mouse: bool,
 }
 
@@ -44,7 +52,10 @@ impl Screen {
         enter(mouse).inspect_err(|_| give_back())?;
         let terminal =
             Terminal::new(CrosstermBackend::new(stdout())).inspect_err(|_| give_back())?;
-        Ok(Self { terminal, mouse })
+        Ok(Self {
+            terminal: Some(terminal),
+            mouse,
+        })
     }
 
     /// Draws a frame, as one synchronized update.
@@ -52,8 +63,10 @@ impl Screen {
     /// # Errors
     /// The terminal is gone.
     pub fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<()> {
+        let terminal = self.terminal.as_mut();
+        let terminal = terminal.ok_or(io::ErrorKind::NotConnected)?;
         execute!(stdout(), BeginSynchronizedUpdate)?;
-        let drawn = self.terminal.draw(draw).map(|_| ());
+        let drawn = terminal.draw(draw).map(|_| ());
         execute!(stdout(), EndSynchronizedUpdate)?;
         drawn
     }
@@ -63,7 +76,7 @@ impl Screen {
     /// # Errors
     /// The terminal is gone.
     pub fn size(&self) -> io::Result<(u16, u16)> {
-        self.terminal.size().map(|s| (s.width, s.height))
+        crossterm::terminal::size()
     }
 
     /// How much higher than wide a cell is, where the terminal tells its size in pixels.
@@ -99,22 +112,9 @@ impl Screen {
         out.flush()
     }
 
-    /// Gives the terminal to another program until that ends.
-    ///
-    /// # Errors
-    /// The terminal is gone.
-    pub fn lend<T>(&mut self, to: impl FnOnce() -> T) -> io::Result<T> {
-        #[cfg(unix)]
-        let stops = stops()?;
+    /// Gives the terminal to another program, until it is [taken again](Self::take_again).
+    pub fn lend(&mut self) {
         give_back();
-        #[cfg(unix)]
-        stops.store(true, Ordering::SeqCst);
-        let result = to();
-        #[cfg(unix)]
-        stops.store(false, Ordering::SeqCst);
-        enter(self.mouse)?;
-        self.terminal = Terminal::new(CrosstermBackend::new(stdout()))?;
-        Ok(result)
     }
 
     /// Gives the terminal back to the shell until the program is continued.
@@ -123,12 +123,44 @@ impl Screen {
     /// The terminal is gone.
     pub fn suspend(&mut self) -> io::Result<()> {
         give_back();
-        #[cfg(unix)]
-        signal_hook::low_level::emulate_default_handler(signal_hook::consts::SIGTSTP)?;
+        job_control::stop()?;
+        self.take_again()
+    }
+
+    /// Takes the terminal again, as another program or the shell has had it, and draws everything anew.
+    ///
+    /// # Errors
+    /// The terminal is gone.
+    pub fn take_again(&mut self) -> io::Result<()> {
+        // Who is continued from here on is so once more.
+        let _ = job_control::was_continued();
+        give_back();
         enter(self.mouse)?;
         // A new terminal draws everything again; clearing the old one would wait for the cursor's position.
-        self.terminal = Terminal::new(CrosstermBackend::new(stdout()))?;
+        let_go(self.terminal.take());
+        self.terminal = Some(Terminal::new(CrosstermBackend::new(stdout()))?);
         Ok(())
+    }
+}
+
+/// Whether an error says that the terminal is gone: a window was closed, a connection lost.
+#[must_use]
+pub fn is_gone(error: &io::Error) -> bool {
+    use io::ErrorKind::{BrokenPipe, NotConnected, UnexpectedEof};
+    /// What the system calls `EIO` and `ENXIO`.
+    const GONE: [i32; 2] = [5, 6];
+    let known = [BrokenPipe, NotConnected, UnexpectedEof].contains(&error.kind());
+    // Where it was hung up, it is none any more.
+    known || error.raw_os_error().is_some_and(|n| GONE.contains(&n)) || !stdout().is_terminal()
+}
+
+/// Drops ratatui's terminal. It would say on standard error that it cannot show the cursor, and panic where that is
+/// gone, too.
+fn let_go(terminal: Option<Terminal<CrosstermBackend<Stdout>>>) {
+    if let Some(mut terminal) = terminal
+        && terminal.show_cursor().is_err()
+    {
+        std::mem::forget(terminal);
     }
 }
 
@@ -139,24 +171,10 @@ pub fn size_here() -> Option<(u16, u16)> {
     there.then(|| crossterm::terminal::size().ok()).flatten()
 }
 
-/// Whether Ctrl-Z stops this program without more ado, as it has to while another one has the terminal: the shell
-/// waits until both have stopped.
-#[cfg(unix)]
-fn stops() -> io::Result<&'static std::sync::Arc<AtomicBool>> {
-    use std::sync::{Arc, OnceLock};
-    static STOPS: OnceLock<Arc<AtomicBool>> = OnceLock::new();
-    if let Some(stops) = STOPS.get() {
-        return Ok(stops);
-    }
-    let stops = Arc::new(AtomicBool::new(false));
-    let signal = signal_hook::consts::SIGTSTP;
-    signal_hook::flag::register_conditional_default(signal, stops.clone())?;
-    Ok(STOPS.get_or_init(|| stops))
-}
-
 impl Drop for Screen {
     fn drop(&mut self) {
         give_back();
+        let_go(self.terminal.take());
     }
 }
 
@@ -206,49 +224,80 @@ pub fn give_back_on_panic() {
 }
 
 /// The terminal's events as messages; ends when the terminal is gone.
+///
+/// They are read in a task of their own: crossterm reads on for ever where the terminal goes away in between.
 pub struct Events {
-    stream: EventStream,
-    stray: Option<Stray>,
+    read: UnboundedReceiver<io::Result<Msg>>,
+    stop: oneshot::Sender<()>,
+    task: JoinHandle<()>,
 }
 
 impl Events {
     /// Begins to listen. What the terminal still answers to an older question is left out if `stray`.
     #[must_use]
     pub fn listen(stray: bool) -> Self {
-        Self {
-            stream: EventStream::new(),
-            stray: stray.then(|| Stray::until(Instant::now() + LATE)),
-        }
+        let stray = stray.then(|| Stray::until(Instant::now() + LATE));
+        let (sender, read) = unbounded_channel();
+        let (stop, stopped) = oneshot::channel();
+        let task = tokio::spawn(forward(stray, sender, stopped));
+        Self { read, stop, task }
     }
 
-    /// Stops listening, so that another program can read the keys.
-    ///
-    /// The stream's end wakes whoever waits for events. With nobody waiting, crossterm would keep that for the next
-    /// stream, which takes the waking for its own and leaves a key of the same moment unread until another one comes.
-    pub fn close(self) {
-        drop(self);
-        // Nothing is waited for; an error comes again where events are read.
-        let _ = crossterm::event::poll(Duration::ZERO);
+    /// Stops listening, so that another program can read the keys. What was read and not taken is dropped: it may have
+    /// been meant for the shell, and here it could ask a model.
+    pub async fn close(self) {
+        drop(self.stop);
+        // A terminal that is gone is not waited for.
+        let _ = tokio::time::timeout(Duration::from_secs(1), self.task).await;
     }
 
     /// The next event that means something.
     pub async fn next(&mut self) -> Option<io::Result<Msg>> {
-        loop {
-            match self.stream.next().await? {
-                Ok(event) => {
-                    if let (Some(stray), Event::Key(key)) = (&mut self.stray, &event)
-                        && stray.takes(key, Instant::now())
-                    {
-                        continue;
-                    }
-                    if let Some(msg) = message(event) {
-                        return Some(Ok(msg));
-                    }
-                }
-                Err(error) => return Some(Err(error)),
+        self.read.recv().await
+    }
+}
+
+/// Sends events until it is told to stop, or the receiver is gone.
+async fn forward(
+    mut stray: Option<Stray>,
+    sender: UnboundedSender<io::Result<Msg>>,
+    mut stopped: oneshot::Receiver<()>,
+) {
+    // A stream panics where this fails: the terminal is gone already.
+    if let Err(error) = crossterm::event::poll(Duration::ZERO) {
+        let _ = sender.send(Err(error));
+        return;
+    }
+    let mut stream = EventStream::new();
+    loop {
+        let event = tokio::select! {
+            event = stream.next() => event,
+            _ = &mut stopped => break,
+        };
+        let msg = match event {
+            None => break,
+            Some(Err(error)) => Err(error),
+            Some(Ok(Event::Key(key)))
+                if stray
+                    .as_mut()
+                    .is_some_and(|s| s.takes(&key, Instant::now())) =>
+            {
+                continue;
             }
+            Some(Ok(event)) => match message(event) {
+                Some(msg) => Ok(msg),
+                None => continue,
+            },
+        };
+        if sender.send(msg).is_err() {
+            break;
         }
     }
+    drop(stream);
+    // The stream's end wakes the waiter for events. With no waiter, crossterm would keep that for the next
+    // stream, which takes the waking for its own and leaves a key of the same moment unread until another one comes.
+    // Nothing is waited for; an error comes again where events are read.
+    let _ = crossterm::event::poll(Duration::ZERO);
 }
 
 /// How long an answer of the terminal may be late.
@@ -308,21 +357,6 @@ fn message(event: Event) -> Option<Msg> {
     }
 }
 
-/// Base 64 of RFC 4648, as OSC 52 wants it.
-fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let group =
-            chunk.iter().fold(0u32, |g, &b| (g << 8) | u32::from(b)) << (8 * (3 - chunk.len()));
-        for i in 0..4 {
-            let letter = LETTERS[(group >> (18 - 6 * i) & 63) as usize];
-            text.push(if i > chunk.len() { '=' } else { letter as char });
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -349,18 +383,5 @@ mod tests {
         assert!(stray.takes(&alt(']'), start));
         let taken = (0..100).filter(|_| stray.takes(&plain('r'), start)).count();
         assert!(taken < 50);
-    }
-
-    #[test]
-    fn base64_of_the_rfc() {
-        for (plain, coded) in [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foobar", "Zm9vYmFy"),
-        ] {
-            assert_eq!(base64(plain.as_bytes()), coded);
-        }
     }
 }

@@ -4,7 +4,7 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
-use super::{AttackerChoice, NewMotion, Task, TrajectoryAnswer, Verdict};
+use super::{AttackerChoice, NewMotion, ObstacleRisk, Task, TrajectoryAnswer, Verdict};
 
 /// What an answer says, by the kind of its task.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +47,16 @@ impl Said {
         }
     }
 
+    /// Every text in it that the model wrote.
+    pub fn texts_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        let (justification, obstacles) = match self {
+            Self::Verdict(verdict) => (&mut verdict.justification, &mut verdict.obstacles[..]),
+            Self::Attacker(choice) => (&mut choice.justification, &mut choice.obstacles[..]),
+            Self::Trajectory(new) => (&mut new.justification, &mut [][..]),
+        };
+        texts_mut(justification, obstacles)
+    }
+
     /// Ids of the obstacles that it names.
     #[must_use]
     pub fn named(&self) -> Vec<i64> {
@@ -62,6 +72,21 @@ impl Said {
             Self::Trajectory(new) => vec![new.obstacle],
         }
     }
+}
+
+impl Verdict {
+    /// Every text in it that the model wrote.
+    pub fn texts_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        texts_mut(&mut self.justification, &mut self.obstacles)
+    }
+}
+
+fn texts_mut<'a>(
+    justification: &'a mut String,
+    obstacles: &'a mut [ObstacleRisk],
+) -> impl Iterator<Item = &'a mut String> {
+    let reasons = obstacles.iter_mut().map(|o| &mut o.reason);
+    std::iter::once(justification).chain(reasons)
 }
 
 impl From<Verdict> for Said {
@@ -122,7 +147,7 @@ impl<'de> Deserialize<'de> for Said {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::verdict::{Manoeuvre, ManoeuvreKind, Moment, Motion, ObstacleRisk, Waypoint};
+    use crate::verdict::{Manoeuvre, ManoeuvreKind, Moment, Motion, Waypoint};
 
     #[test]
     fn there_and_back() {
@@ -178,6 +203,13 @@ mod tests {
             );
             assert_eq!(serde_json::from_str::<Said>(&text).unwrap(), said);
             assert_eq!((said.named(), said.justification()), (vec![7], "because"));
+            let mut said = said;
+            said.texts_mut().for_each(|text| *text = "x".into());
+            let text = serde_json::to_string(&said).unwrap();
+            assert!(
+                !text.contains("because") && !text.contains("near"),
+                "{text}"
+            );
         }
     }
 }

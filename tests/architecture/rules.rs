@@ -24,7 +24,7 @@ const DOMAIN: [&str; 13] = [
 /// Top-level modules and what each may import beside itself; a module that is not here fails.
 fn may_import(module: &str) -> Option<Vec<&'static str>> {
     let few: &[&'static str] = match module {
-        "geometry" | "prompts" | "llm" | "verdict" | "config" | "system" => &[],
+        "geometry" | "prompts" | "llm" | "verdict" | "config" | "system" | "docs" => &[],
         "scenario" => &["geometry"],
         "metrics" | "planner" => &["scenario", "geometry"],
         "text" => &["metrics", "scenario", "geometry"],
@@ -43,9 +43,12 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         // Figures show scenes and their measures; the screen of the terminal comes to them as cells.
         "picture" => &["metrics", "scenario", "geometry"],
         "evaluation" => &DOMAIN,
-        "cli" | "tui" => {
-            return Some([&DOMAIN[..], &["evaluation", "config"]].concat());
+        "workflow" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
+        // The manual is printed by a command.
+        "cli" => {
+            return Some([&DOMAIN[..], &["evaluation", "config", "workflow", "docs"]].concat());
         }
+        "tui" => return Some([&DOMAIN[..], &["evaluation", "config", "workflow"]].concat()),
         "main" => &["cli", "tui"],
         _ => return None,
     };

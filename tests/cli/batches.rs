@@ -310,7 +310,7 @@ async fn an_interrupt_ends_in_good_order() {
         Some(match number {
             0 | 1 => Script::chunked_events()
                 .chunk(": wait\n\n")
-                .pause(Duration::from_millis(400))
+                .pause(Duration::from_millis(200))
                 .append(whole(request)),
             _ => whole(request),
         })

@@ -22,7 +22,7 @@ const UNFIT: &str = r#"<commonRoad timeStepSize="0.1" commonRoadVersion="2020a" 
       <velocity><exact>0</exact></velocity><velocityY><exact>10</exact></velocityY></state></trajectory>
   </dynamicObstacle>
   <planningProblem id="5">
-    <initialState><position><point><x>1</x><y>1</y></point></position><time><exact>0</exact></time></initialState>
+    <initialState><position><point><x>20</x><y>1</y></point></position><time><exact>0</exact></time></initialState>
     <goalState><time><exact>9</exact></time><velocity><exact>3</exact></velocity></goalState>
   </planningProblem>
 </commonRoad>"#;

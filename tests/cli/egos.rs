@@ -283,7 +283,7 @@ fn an_ego_that_does_not_fit_its_scenario_is_doubted() {
         .run(&["describe", CUT_IN, "--ego", gap, "--at", "62"])
         .status(0);
     assert!(
-        ended.stderr.contains("10 steps between"),
+        ended.stderr.contains("no states from time step 59 to 68"),
         "{}",
         ended.stderr
     );

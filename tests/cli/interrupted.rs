@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use nearmiss::store::{LEASE, RunId, RunState, Store};
 
-use super::CUT_IN;
 use super::remote::delta;
 use super::support::program::{Ended, Home};
 use super::support::server::{Script, Server};
+use super::{CUT_IN, bundled_ego, bundled_xml};
 
 const SAID: [&str; 3] = ["The car in front ", "brakes — 車 — ", "and then"];
 
@@ -96,4 +96,183 @@ async fn an_interrupt_closes_the_connection_and_is_written_down() {
     let runs = home.runs();
     assert_eq!(runs[0]["state"].as_deref(), Some("cancelled"));
     assert_eq!(runs[0]["answer"], Some(SAID.concat()));
+}
+
+/// What a program that was interrupted said, and how long it went on.
+#[cfg(unix)]
+struct Interrupted {
+    status: Option<i32>,
+    stdout: String,
+    stderr: String,
+    took: Duration,
+}
+
+/// Sends a signal to a program once `ready`, while its output is read; nothing where it ended before that.
+#[cfg(unix)]
+fn interrupt(
+    mut child: std::process::Child,
+    signal: &str,
+    ready: impl Fn() -> bool,
+) -> Option<Interrupted> {
+    use std::io::Read;
+    let (mut out, mut err) = (child.stdout.take().unwrap(), child.stderr.take().unwrap());
+    let stdout = std::thread::spawn(move || {
+        let mut text = String::new();
+        out.read_to_string(&mut text).map(|_| text)
+    });
+    let stderr = std::thread::spawn(move || {
+        let mut text = String::new();
+        err.read_to_string(&mut text).map(|_| text)
+    });
+    let begun = Instant::now();
+    while !ready() && begun.elapsed() < Duration::from_secs(30) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    if child.try_wait().unwrap().is_some() {
+        return None;
+    }
+    let sent = std::process::Command::new("kill")
+        .args([signal, &child.id().to_string()])
+        .status();
+    assert!(sent.unwrap().success());
+    let begun = Instant::now();
+    let status = child.wait().unwrap();
+    Some(Interrupted {
+        took: begun.elapsed(),
+        status: status.code(),
+        stdout: stdout.join().unwrap().unwrap(),
+        stderr: stderr.join().unwrap().unwrap(),
+    })
+}
+
+/// A second, and a little for a machine that is busy with other tests.
+#[cfg(unix)]
+const LATEST: Duration = Duration::from_millis(if cfg!(debug_assertions) { 4000 } else { 1500 });
+
+/// A planner whose cycles take minutes.
+#[cfg(unix)]
+const SLOW: &str = "[planner]\nhorizon = 20\n[planner.sampling]\ndurations = 12\nspeeds = 30\n\
+    offsets = 31\nchanges = 6\nrefinements = 3\n";
+
+/// The cut-in with so many copies of all its obstacles.
+#[cfg(unix)]
+fn crowded(copies: usize) -> String {
+    let xml = bundled_xml(CUT_IN);
+    let (open, close) = ("<dynamicObstacle id=\"", "</dynamicObstacle>");
+    let (from, to) = (
+        xml.find(open).unwrap(),
+        xml.rfind(close).unwrap() + close.len(),
+    );
+    let mut all = xml[..to].to_owned();
+    for copy in 1..=copies {
+        let prefix = format!("{open}{}", 1000 + copy);
+        all.push_str(&xml[from..to].replace(open, &prefix));
+    }
+    all + &xml[to..]
+}
+
+#[cfg(unix)]
+#[test]
+fn every_command_ends_within_a_second_of_a_signal() {
+    let home = Home::new();
+    std::fs::write(home.config().join("config.toml"), SLOW).unwrap();
+    home.write("crowd.xml", crowded(400));
+    home.write("crowd.ego_trajectory.csv", bundled_ego(CUT_IN));
+    let before = super::metrics::names(&home.files());
+    let commands: [&[&str]; 13] = [
+        &["plan", CUT_IN],
+        &["plan", CUT_IN, "--json", "--log", "log.jsonl"],
+        &["generate", CUT_IN, "--candidates", "9000"],
+        &["generate", CUT_IN, "-o", "made", "--report", "report.json"],
+        &["metrics", "crowd.xml", CUT_IN],
+        &["metrics", "crowd.xml", "-o", "t.csv"],
+        &["metrics", "crowd.xml", "-o", "t.parquet"],
+        &[
+            "render",
+            "crowd.xml",
+            "--what",
+            "both",
+            "--format",
+            "gif",
+            "--all",
+            "-o",
+            "a.gif",
+        ],
+        &["render", "crowd.xml", "--what", "screen"],
+        &["inspect", "crowd.xml"],
+        &["describe", "crowd.xml", "--frame", "metrics"],
+        &["ask", "crowd.xml", "--task", "safety"],
+        &["convert", "crowd.xml", "-o", "again.xml"],
+    ];
+    for signal in ["-INT", "-TERM"] {
+        let mut interrupted = 0;
+        for arguments in commands {
+            let begun = Instant::now();
+            let child = home.start(arguments);
+            let running = || begun.elapsed() > Duration::from_millis(700);
+            let Some(ended) = interrupt(child, signal, running) else {
+                continue;
+            };
+            let Interrupted {
+                stdout,
+                stderr,
+                took,
+                ..
+            } = &ended;
+            assert!(*took < LATEST, "{arguments:?} {signal}: {took:?}");
+            if ended.status != Some(130) {
+                // It was done when the signal came.
+                assert!(
+                    matches!(ended.status, Some(0 | 1)),
+                    "{arguments:?}: {stderr}"
+                );
+                continue;
+            }
+            interrupted += 1;
+            assert!(stderr.contains("interrupted"), "{arguments:?}: {stderr}");
+            assert!(!stderr.contains("panicked"), "{arguments:?}: {stderr}");
+            assert!(
+                stdout.is_empty() || stdout.ends_with('\n'),
+                "{arguments:?}: half a line"
+            );
+        }
+        assert!(interrupted >= 6, "only {interrupted} were slow enough");
+        let left = super::metrics::names(&home.files());
+        let parts = left.iter().filter(|name| name.contains(".part"));
+        assert_eq!(parts.count(), 0, "{left:?}");
+        for name in ["log.jsonl", "report.json", "again.xml", "made"] {
+            // What was finished, or the papers of a run that was interrupted.
+            let path = home.files().join(name);
+            if path.is_dir() {
+                std::fs::remove_dir_all(path).unwrap();
+            } else if path.exists() {
+                std::fs::remove_file(path).unwrap();
+            }
+        }
+    }
+    assert!(super::metrics::names(&home.files()).len() >= before.len());
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_server_that_says_nothing_does_not_keep_a_command() {
+    for signal in ["-INT", "-TERM"] {
+        for command in ["ask", "evaluate"] {
+            let script = || Script::chunked_events().chunk(delta("I ")).await_close();
+            let server = Server::start(vec![script(), script()]).await;
+            let home = super::batches::home(server.base_url());
+            let arguments = [command, CUT_IN, "--model", "lab/tiny"];
+            let child = home.start(&arguments);
+            let asked = || home.rows("SELECT id FROM runs").len() == 1;
+            let ended = tokio::task::block_in_place(|| interrupt(child, signal, asked));
+            let ended = ended.unwrap_or_else(|| panic!("{command} ended by itself"));
+            assert_eq!(ended.status, Some(130), "{command}: {}", ended.stderr);
+            assert!(ended.took < LATEST, "{command} {signal}: {:?}", ended.took);
+            assert!(ended.stderr.contains("interrupted"), "{}", ended.stderr);
+            assert!(
+                !home.runs().is_empty(),
+                "{command}: what was begun is in the store"
+            );
+        }
+    }
 }

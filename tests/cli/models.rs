@@ -340,11 +340,10 @@ async fn the_schema_is_asked_for_where_no_chain_of_thought_stands_before_it() {
 }
 
 #[test]
-fn the_configuration_in_the_readme_is_right() {
+fn the_configuration_in_the_manual_is_right() {
     let home = Home::new();
-    let readme = include_str!("../../README.md");
-    // The last one; others are of other files.
-    let (_, block) = readme.rsplit_once("```toml\n").unwrap();
+    let manual = nearmiss::docs::topic("configuration").unwrap().text;
+    let (_, block) = manual.split_once("```toml\n").unwrap();
     let (block, _) = block.split_once("```").unwrap();
     home.write(home.config().join("config.toml"), block);
     let document = home

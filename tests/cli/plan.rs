@@ -71,7 +71,7 @@ fn one_scenario_as_json_and_its_ego_as_csv() {
     let settings = simulation::Settings {
         forecast: planner::Forecast::Recorded,
         replan: 3,
-        ..evaluation::usual_planning()
+        ..evaluation::default_planning()
     };
     let problem = &scenario.planning_problems[0];
     let drive = simulation::drive(&scenario, problem, &settings).unwrap();
@@ -576,4 +576,30 @@ fn every_bundled_scenario_can_be_planned() {
         assert_eq!(line["scenario"], name);
         assert!(["goal", "timeout"].contains(&line["outcome"].as_str().unwrap()));
     }
+}
+
+#[test]
+fn without_a_named_problem_the_one_of_the_recorded_ego_is_solved() {
+    let home = Home::new();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenarios")
+        .join(CUT_IN);
+    let xml = std::fs::read_to_string(shipped.with_extension("xml")).unwrap();
+    let start = xml.find("<planningProblem").unwrap();
+    let end = xml.find("</planningProblem>").unwrap() + "</planningProblem>".len();
+    let own = &xml[start..end];
+    let id = own.split('"').nth(1).unwrap();
+    // Another problem stands before its own.
+    let other = own.replacen(&format!("\"{id}\""), "\"98765\"", 1);
+    home.write("two.xml", xml.replacen(own, &format!("{other}{own}"), 1));
+    let solved = |more: &[&str]| {
+        let arguments = ["plan", "two.xml", "--json", "--horizon", "2"];
+        let said = home.run(&[&arguments[..], more].concat()).json();
+        said["planning_problem"].to_string()
+    };
+    assert_eq!(solved(&[]), "98765", "no ego is recorded beside it");
+    let csv = std::fs::read(shipped.with_extension("ego_trajectory.csv")).unwrap();
+    home.write("two.ego_trajectory.csv", csv);
+    assert_eq!(solved(&[]), id);
+    assert_eq!(solved(&["--planning-problem", "98765"]), "98765");
 }

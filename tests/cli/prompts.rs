@@ -415,3 +415,29 @@ fn used_after(home: &Home) -> bool {
     let prompt = home.run(&["prompt", CUT_IN]).status(0).stdout;
     prompt.contains("You are an expert")
 }
+
+#[test]
+fn the_difference_of_texts_with_nothing_in_common_comes_soon() {
+    let home = Home::new();
+    let shipped = home.run(&["prompts", "show", "collision-ego"]).status(0);
+    let mut theirs = shipped.stdout.clone();
+    for i in 0..100_000_u64 {
+        theirs.push_str(&format!("{}\n", i.wrapping_mul(2_654_435_761) % 9_973));
+    }
+    // Larger than a template may be: what is broken can be compared too, up to the limit for texts.
+    theirs.truncate(1_000_000);
+    home.write(home.config().join("prompts/collision-ego.md"), &theirs);
+    let begun = std::time::Instant::now();
+    let diff = home.run(&["prompts", "diff", "collision-ego"]).status(0);
+    assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
+    // Valid: the lines that stay and those that come are the user's text, in order.
+    let lines = diff.stdout.lines().skip(2);
+    let new: Vec<&str> = lines
+        .filter(|line| line.starts_with('+'))
+        .map(|line| &line[1..])
+        .collect();
+    let last = theirs.lines().last().unwrap();
+    assert_eq!(new.last(), Some(&last));
+    let added = theirs.lines().count() - shipped.stdout.lines().count();
+    assert!(new.len() >= added, "{} of {added}", new.len());
+}

@@ -578,3 +578,20 @@ fn an_ego_that_jumps_is_told() {
     let ended = home.run(&["metrics", CUT_IN]).status(0);
     assert_eq!(ended.stderr, "");
 }
+
+/// A body that nothing sees must not pass in silence: it may be the one that collides.
+#[test]
+fn an_obstacle_that_is_left_out_is_told_wherever_it_matters() {
+    let home = Home::new();
+    let xml = bundled_xml(CUT_IN);
+    let at = xml.find("<dynamicObstacle id=\"301\"").unwrap();
+    let length = at + xml[at..].find("<length>").unwrap() + "<length>".len();
+    let changed = [&xml[..length], "-", &xml[length..]].concat();
+    let file = home.write("lost.xml", changed);
+    home.write("lost.ego_trajectory.csv", bundled_ego(CUT_IN));
+    let file = file.to_str().unwrap();
+    for command in ["metrics", "describe", "prompt", "ask"] {
+        let ended = home.run(&[command, file]);
+        ended.says(&["of", "obstacles (301) have no usable shape", "inspect"]);
+    }
+}

@@ -194,7 +194,7 @@ fn mistakes_in_a_log_are_named_with_line_column_and_value() {
     let far = format!(
         "{HEADER}{}{}",
         row(0, &motions, 0, 3),
-        row(1_000_000_000, &motions, 1, 3)
+        row(10_000_000, &motions, 1, 3)
     );
     assert!(
         read_ego(far.as_bytes(), "f", &scenario, None).is_ok(),

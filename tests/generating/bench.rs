@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex, OnceLock};
 
 use nearmiss::evaluation::generating::{Author, AuthorError, Authored, Progress, write};
-use nearmiss::evaluation::{Judge, ModelJudge, Settings, usual_planning};
-use nearmiss::generation::{ClosedLoop, Gate, Ground, Stage, admit};
+use nearmiss::evaluation::{Judge, ModelJudge, Settings, default_planning};
+use nearmiss::generation::{AttackContext, ClosedLoop, Gate, Ground, admit};
 use nearmiss::geometry::{Footprint, Point, Shape};
 use nearmiss::llm::{Client, Endpoint, Parameters, Price, PriceEntry, Prices};
 use nearmiss::metrics::Thresholds;
@@ -43,7 +43,7 @@ pub fn closed_loop() -> &'static ClosedLoop {
         let mut scenario = Scenario::clone(&entry.read().unwrap());
         scenario.obstacles.push(parked(scenario.dt()));
         // Few samples: this is about who writes attacks, and not about how well is driven.
-        let mut settings = usual_planning();
+        let mut settings = default_planning();
         let few = &mut settings.planner.sampling;
         (few.durations, few.speeds, few.offsets) = (2, 5, 5);
         (few.changes, few.refinements) = (1, 1);
@@ -85,7 +85,7 @@ pub fn scene() -> Arc<Scene> {
 /// Does something on the ground of the scene.
 pub fn on_ground<T>(scene: &Scene, with: impl FnOnce(&Ground<'_>) -> T) -> T {
     let ego = &scene.ego;
-    let stage = Stage::new(&scene.scenario, &ego.footprint, &ego.track).unwrap();
+    let stage = AttackContext::new(&scene.scenario, &ego.footprint, &ego.track).unwrap();
     let gate = Gate::new(&scene.scenario).with_ego(ego);
     with(&Ground {
         stage: &stage,
@@ -249,7 +249,8 @@ async fn ask(author: &Author) -> (Result<Authored, AuthorError>, Vec<Progress>) 
     let progress = Mutex::new(Vec::new());
     let hear = |event: Progress| progress.lock().unwrap().push(event);
     let scene = scene();
-    let stage = Stage::new(&scene.scenario, &scene.ego.footprint, &scene.ego.track).unwrap();
+    let stage =
+        AttackContext::new(&scene.scenario, &scene.ego.footprint, &scene.ego.track).unwrap();
     let gate = Gate::new(&scene.scenario).with_ego(&scene.ego);
     let ground = Ground {
         stage: &stage,

@@ -107,7 +107,10 @@ async fn rounded_waypoints_are_repaired_and_the_attack_is_driven() {
     assert!(repair.moved > 0.0 && repair.moved < 0.5, "{repair:?}");
     let reasons: Vec<&str> = { repair.refused.iter() }.map(|r| r.reason.name()).collect();
     assert!(reasons.contains(&"start"), "{reasons:?}");
-    let chosen = on_ground(&scene(), |ground| authored.made(ground, 0.5));
+    let chosen = on_ground(&scene(), |ground| {
+        assert!(authored.drive_watched(ground, 0.5, &mut |_| true));
+        authored.taken(ground, 0.5)
+    });
     let chosen = chosen.chosen.unwrap();
     assert_eq!(authored.of(&chosen.attack).unwrap().source.sample, 0);
     let effect = chosen.attack.effect.unwrap();

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use nearmiss::simulation::Drive;
+use nearmiss::simulation::Rollout;
 use serde_json::{Value, json};
 
 use super::driven::{BUNDLED, Named, PUBLISHED};
@@ -24,7 +24,7 @@ fn python() -> Option<PathBuf> {
 }
 
 /// The checker puts the rear axle behind the place itself, and wants the centre.
-fn states(drive: &Drive) -> Value {
+fn states(drive: &Rollout) -> Value {
     let state = |(step, state): &(i64, nearmiss::planner::VehicleState)| {
         let centre = state.centre(&drive.limits);
         json!({

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use nearmiss::planner::{Broken, Feasibility, Forecast, Settings};
 use nearmiss::scenario::{Entry, bundled, find};
-use nearmiss::simulation::{self, Drive, drive};
+use nearmiss::simulation::{self, Rollout, drive};
 use rayon::prelude::*;
 
 use crate::support::recorded;
@@ -13,7 +13,7 @@ use crate::support::recorded;
 const REPLAN: usize = 3;
 
 /// A drive and what to call it.
-pub type Named = (String, Drive);
+pub type Named = (String, Rollout);
 
 /// Drives through the bundled scenarios, and through the published ones where they are.
 pub static BUNDLED: LazyLock<Vec<Named>> = LazyLock::new(|| drives(&bundled()));
@@ -54,7 +54,7 @@ fn drives(entries: &[Entry]) -> Vec<Named> {
 }
 
 /// Everything that drives, their plans and their tracks break; says how much was checked.
-fn check(drives: &[(String, Drive)]) {
+fn check(drives: &[(String, Rollout)]) {
     let (mut complaints, mut steps, mut planned, mut plans, mut emergencies) =
         (Vec::new(), 0, 0, 0, 0);
     let mut friction = 0.0_f64;

@@ -3,12 +3,12 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nearmiss::geometry::{Footprint, Point, Pose, Shape};
-use nearmiss::planner::{Forecast, GuideError, Settings};
+use nearmiss::planner::{Forecast, ReferenceTrackError, Settings};
 use nearmiss::scenario::{
     ContentHash, Goal, Header, Motion, Obstacle, ObstacleParts, ObstacleRole, ObstacleType,
     PlanningProblem, Position, Prediction, Quantity, Scenario, State, Steps,
 };
-use nearmiss::simulation::{self, Collision, Drive, DriveError, Face, Outcome, drive};
+use nearmiss::simulation::{self, Collision, ContactSide, DriveError, Outcome, Rollout, drive};
 
 use super::built::{goal, problem, to_lanelet, to_region, two_lanes};
 
@@ -54,7 +54,7 @@ fn driven(
     scenario: &Scenario,
     problem: &PlanningProblem,
     without: Option<i64>,
-) -> Result<Drive, DriveError> {
+) -> Result<Rollout, DriveError> {
     let settings = simulation::Settings {
         planner: Settings::default(),
         forecast: Forecast::Recorded,
@@ -102,7 +102,10 @@ fn a_collision_at_the_start_ends_it_there() {
         (collision.with, collision.step, drive.states.len()),
         (9, 0, 1)
     );
-    assert_eq!((collision.ego, collision.other), (Face::Front, Face::Rear));
+    assert_eq!(
+        (collision.ego, collision.other),
+        (ContactSide::Front, ContactSide::Rear)
+    );
     // The one whose place the ego takes is not there.
     let without = driven(&standing, &start, Some(9)).unwrap();
     assert_eq!(without.outcome, Outcome::Goal(0));
@@ -119,7 +122,7 @@ fn what_cannot_be_avoided_is_hit_braking() {
     let Outcome::Collision(collision) = drive.outcome else {
         panic!("{:?}", drive.outcome)
     };
-    assert_eq!(collision.ego, Face::Front);
+    assert_eq!(collision.ego, ContactSide::Front);
     assert!(drive.states.last().unwrap().1.velocity < 25.0);
     assert!(drive.cycles.iter().any(|c| c.plan.emergency.is_some()));
 }
@@ -139,7 +142,10 @@ fn what_is_missing_is_said() {
     assert!(
         matches!(
             away,
-            Err(DriveError::Guide(GuideError::NoRoute { problem: 1, .. }))
+            Err(DriveError::ReferenceTrack(ReferenceTrackError::NoRoute {
+                problem: 1,
+                ..
+            }))
         ),
         "{away:?}"
     );
@@ -160,7 +166,9 @@ fn what_is_missing_is_said() {
     assert!(
         matches!(
             nowhere,
-            Err(DriveError::Guide(GuideError::NoStart { problem: 1 }))
+            Err(DriveError::ReferenceTrack(ReferenceTrackError::NoStart {
+                problem: 1
+            }))
         ),
         "{nowhere:?}"
     );
@@ -171,17 +179,41 @@ fn faces_are_those_that_touch() {
     let body = Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap();
     let ego = body.at(Pose::new(0.0, 0.0, 0.0));
     for (pose, own, other) in [
-        (Pose::new(3.9, 0.0, 0.0), Face::Front, Face::Rear),
-        (Pose::new(-3.9, 0.3, 0.0), Face::Rear, Face::Front),
+        (
+            Pose::new(3.9, 0.0, 0.0),
+            ContactSide::Front,
+            ContactSide::Rear,
+        ),
+        (
+            Pose::new(-3.9, 0.3, 0.0),
+            ContactSide::Rear,
+            ContactSide::Front,
+        ),
         (
             Pose::new(3.9, 0.2, std::f64::consts::PI),
-            Face::Front,
-            Face::Front,
+            ContactSide::Front,
+            ContactSide::Front,
         ),
-        (Pose::new(0.5, 1.95, 0.0), Face::Left, Face::Right),
-        (Pose::new(-0.5, -1.95, 0.0), Face::Right, Face::Left),
-        (Pose::new(0.0, 2.95, -FRAC_PI_2), Face::Left, Face::Front),
-        (Pose::new(2.95, 0.0, FRAC_PI_2), Face::Front, Face::Left),
+        (
+            Pose::new(0.5, 1.95, 0.0),
+            ContactSide::Left,
+            ContactSide::Right,
+        ),
+        (
+            Pose::new(-0.5, -1.95, 0.0),
+            ContactSide::Right,
+            ContactSide::Left,
+        ),
+        (
+            Pose::new(0.0, 2.95, -FRAC_PI_2),
+            ContactSide::Left,
+            ContactSide::Front,
+        ),
+        (
+            Pose::new(2.95, 0.0, FRAC_PI_2),
+            ContactSide::Front,
+            ContactSide::Left,
+        ),
     ] {
         let others = scenario(vec![parked(5, pose)]);
         let found = Collision::at(&others, &ego, 0, None).unwrap();

@@ -226,7 +226,8 @@ fn what_is_required_and_missing_is_named() {
 fn what_is_not_known_is_left_out_and_noted() {
     let known = with(|out| {
         let good = bound(&[(0.0, 0.0), (1.0, 0.0)]);
-        out.inner(4, lanelet(good.clone(), good).whole(11, 77).text(99, "new"))
+        let left = bound(&[(0.0, 3.0), (1.0, 3.0)]);
+        out.inner(4, lanelet(left, good).whole(11, 77).text(99, "new"))
             .text(42, "new")
     });
     let said: Vec<_> = known

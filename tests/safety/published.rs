@@ -8,7 +8,7 @@ use nearmiss::evaluation::{
 };
 use nearmiss::judge::Criterion;
 use nearmiss::metrics::Thresholds;
-use nearmiss::scenario::prediction::Past;
+use nearmiss::scenario::prediction::ObservedHistory;
 use nearmiss::scenario::{Scene, find};
 
 use crate::support::program::skipped;
@@ -134,7 +134,7 @@ const THRESHOLDS: [f64; 7] = [0.1, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5];
 
 fn curves(case: &Labelled<'_>) -> Curves {
     let probability = |horizon: f64, lead: f64| {
-        let past = Past::of(case.scene, &case.window(Lead::Seconds(lead), 10)?);
+        let past = ObservedHistory::of(case.scene, &case.window(Lead::Seconds(lead), 10)?);
         let criterion = Criterion {
             horizon,
             ..Criterion::REFERENCE

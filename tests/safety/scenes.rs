@@ -332,10 +332,10 @@ fn the_same_scene_has_the_same_judgement() {
 
 #[test]
 fn a_fork_is_followed_both_ways() {
-    use nearmiss::scenario::prediction::{Past, Predictor, Way};
+    use nearmiss::scenario::prediction::{ObservedHistory, Predictor, Way};
     let ego: Motion = |t| (-10.0 + 10.0 * (t - T), 0.0, 0.0);
     let scene = stage(crossing(), ego, vec![]).at(HERE);
-    let past = Past::of(&scene, &Window::ending_at(&scene, NOW, 10));
+    let past = ObservedHistory::of(&scene, &Window::ending_at(&scene, NOW, 10));
     let mut predictor = Predictor::new(&past, Model::AlongLanes);
     let prediction = predictor.predict(past.ego().unwrap(), 2.0);
     let weight = |way: &[i64]| -> f64 {

@@ -5,4 +5,7 @@ pub mod batches;
 pub mod planted;
 pub mod program;
 pub mod recorded;
+pub mod secret;
 pub mod server;
+#[cfg(unix)]
+pub mod session;

@@ -1,12 +1,14 @@
 //! A planning cycle of a chosen size: a bundled road, candidates and bodies as many as asked for.
 
 use nearmiss::geometry::{Footprint, Pose, Shape, Vector};
-use nearmiss::planner::{Body, Guide, Limits, Road, Sampling, Settings, Traffic, VehicleState};
+use nearmiss::planner::{
+    Body, Limits, ReferenceTrack, Road, Sampling, Settings, Traffic, VehicleState,
+};
 use nearmiss::scenario::bundled;
 
 /// Where a cycle is planned.
 pub struct Place {
-    pub guide: Guide,
+    pub guide: ReferenceTrack,
     pub road: Road,
     pub start: VehicleState,
     pub dt: f64,
@@ -21,7 +23,7 @@ pub fn place() -> Place {
         let scenario = entry.read().expect("a bundled scenario");
         let graph = scenario.network.lane_graph(None);
         for problem in &scenario.planning_problems {
-            let Ok(guide) = Guide::of(&scenario, &graph, problem) else {
+            let Ok(guide) = ReferenceTrack::of(&scenario, &graph, problem) else {
                 continue;
             };
             if guide.path.length() < guide.start + 120.0 {

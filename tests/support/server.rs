@@ -15,6 +15,7 @@ pub struct Script(Vec<Step>);
 enum Step {
     Send(Vec<u8>),
     Pause(Duration),
+    Endless(Vec<u8>, Duration),
     AwaitClose,
     Whole,
 }
@@ -81,6 +82,12 @@ impl Script {
     /// Nothing for a while.
     pub fn pause(mut self, wait: Duration) -> Self {
         self.0.push(Step::Pause(wait));
+        self
+    }
+
+    /// These bytes again and again, with a pause after each time, until the client closes the connection.
+    pub fn endless(mut self, bytes: impl AsRef<[u8]>, wait: Duration) -> Self {
+        self.0.push(Step::Endless(bytes.as_ref().to_vec(), wait));
         self
     }
 
@@ -228,6 +235,11 @@ async fn serve(listener: TcpListener, answering: Answering, seen: Arc<Mutex<Seen
                     // The client may have gone, which is what some tests are about.
                     Step::Send(bytes) => drop(stream.write_all(bytes).await),
                     Step::Whole => seen.lock().unwrap().whole.push(number),
+                    Step::Endless(bytes, wait) => {
+                        while stream.write_all(bytes).await.is_ok() {
+                            tokio::time::sleep(*wait).await;
+                        }
+                    }
                     Step::Pause(wait) => tokio::time::sleep(*wait).await,
                     Step::AwaitClose => {
                         let mut rest = [0; 64];

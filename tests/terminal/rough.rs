@@ -71,10 +71,7 @@ fn a_storm_of_sizes_ends_in_the_right_frame() {
     session.resize(120, 40);
     session.see("The body of car 301 overlaps");
     // What is seen may be half a frame.
-    for _ in 0..20 {
-        session.receive(Duration::from_millis(20));
-    }
-    let before = session.screen.screen().contents();
+    let before = session.settled();
     // A frame that is drawn from nothing is the same.
     session.press("\x1a");
     let begun = Instant::now();
@@ -84,10 +81,7 @@ fn a_storm_of_sizes_ends_in_the_right_frame() {
     }
     signal(&session, "CONT");
     session.see("The body of car 301 overlaps");
-    for _ in 0..20 {
-        session.receive(Duration::from_millis(20));
-    }
-    assert_eq!(session.screen.screen().contents(), before);
+    assert_eq!(session.settled(), before);
     session.press("q");
     assert_eq!(session.end(), 0);
     session.is_restored();
@@ -170,8 +164,8 @@ fn terminals_of_few_colours_get_no_others() {
     }
 }
 
-#[test]
-fn hanging_up_ends_it() {
+/// Starts the program in a terminal that is closed as soon as it shows something; waits for the end.
+fn hang_up(data: &std::path::Path, keys: &str, environment: &[(&str, &str)]) -> u32 {
     let size = portable_pty::PtySize {
         rows: 30,
         cols: 100,
@@ -179,11 +173,13 @@ fn hanging_up_ends_it() {
         pixel_height: 0,
     };
     let pair = portable_pty::native_pty_system().openpty(size).unwrap();
-    let folders = tempfile::tempdir().unwrap();
     let mut command = portable_pty::CommandBuilder::new(env!("CARGO_BIN_EXE_nearmiss"));
-    command.env("NEARMISS_CONFIG", folders.path().join("config"));
-    command.env("NEARMISS_DATA", folders.path().join("data"));
+    command.env("NEARMISS_CONFIG", data.join("config"));
+    command.env("NEARMISS_DATA", data);
     command.env("TERM", "xterm-256color");
+    for (name, value) in environment {
+        command.env(name, value);
+    }
     let mut child = pair.slave.spawn_command(command).unwrap();
     drop(pair.slave);
     let mut reader = pair.master.try_clone_reader().unwrap();
@@ -192,12 +188,32 @@ fn hanging_up_ends_it() {
         let count = std::io::Read::read(&mut reader, &mut buffer).unwrap();
         seen.extend_from_slice(&buffer[..count]);
     }
+    let mut writer = pair.master.take_writer().unwrap();
+    std::io::Write::write_all(&mut writer, keys.as_bytes()).unwrap();
+    std::thread::sleep(Duration::from_millis(300 * keys.len() as u64));
     // Nobody has the other side of the terminal from here on.
-    drop(reader);
-    drop(pair.master);
+    drop((writer, reader, pair.master));
     let begun = Instant::now();
-    while child.try_wait().unwrap().is_none() {
+    loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            return status.exit_code();
+        }
         assert!(begun.elapsed() < PATIENCE, "it goes on without a terminal");
         std::thread::sleep(Duration::from_millis(20));
     }
+}
+
+#[test]
+fn hanging_up_ends_it_and_what_was_done_is_kept() {
+    for keys in ["", "", "", "", "", "", "x", " ", "e"] {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(hang_up(folder.path(), keys, &[]), 0, "{keys:?}");
+        let sessions = std::fs::read_dir(folder.path().join("sessions"));
+        let kept = sessions.map_or(0, Iterator::count);
+        assert_eq!(kept, usize::from(!keys.is_empty()).max(kept), "{keys:?}");
+    }
+    // While an editor has the terminal that ends with it.
+    let folder = tempfile::tempdir().unwrap();
+    let status = hang_up(folder.path(), "\x05", &[("VISUAL", "sh -c 'read line'")]);
+    assert_eq!(status, 0);
 }

@@ -29,6 +29,9 @@ pub(super) fn document(answer: &Answer, case: &Case, judge: &Judge) -> Value {
     };
     value["how"] = json!(how);
     value["repaired"] = json!(answer.repairs());
+    if let Some(why) = answer.cut_off() {
+        value["cut_off"] = json!(why);
+    }
     value["run"] = json!(answer.run.map(|run| run.0));
     let consumed = &answer.consumed;
     value["usage"] = json!({

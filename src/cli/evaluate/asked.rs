@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use tokio::runtime::Runtime;
 
@@ -14,7 +14,7 @@ use super::sheet::Sheet;
 use super::shown::Rows;
 use super::varied::Varied;
 use crate::cli::batches::lost;
-use crate::cli::interrupt::INTERRUPTED;
+use crate::cli::interrupt::{GRACE, INTERRUPTED, signal};
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::{Asking, Desk, Ended, Judges, Paused, Selection, answers};
@@ -22,7 +22,7 @@ use crate::evaluation::can_ask;
 use crate::store::{BatchId, Identity, Item, ItemState, Key};
 
 /// A batch that is written down.
-pub struct Going {
+pub struct BatchRun {
     pub id: BatchId,
     pub judges: Judges,
     pub desk: Arc<Desk>,
@@ -30,9 +30,6 @@ pub struct Going {
     pub json: bool,
     pub csv: bool,
 }
-
-/// After an interruption, answers that are on their way are waited for so long: they are paid for.
-const GRACE: Duration = Duration::from_secs(10);
 
 /// Threads that wait for the network and the disk. An answer's thread waits until it is on the disk; the more wait at
 /// once, the more share a sync.
@@ -74,10 +71,10 @@ pub fn ask(
     runtime: &Runtime,
     opened: &Opened,
     options: &Options,
-    going: Going,
+    going: BatchRun,
     sheet: &Sheet,
 ) -> Outcome {
-    let Going { id, selection, .. } = going;
+    let BatchRun { id, selection, .. } = going;
     let items = opened.store.items(id).map_err(Failure::input)?;
     let mut items: Vec<Item> = items
         .into_iter()
@@ -123,7 +120,9 @@ pub fn ask(
     };
     let Some(paused) = runtime.block_on(until_interrupted(&asking, items))? else {
         return Err(Failure {
-            message: format!("interrupted; `nearmiss evaluate --resume {id}` goes on with it"),
+            message: format!(
+                "interrupted; `nearmiss evaluate --resume {id}` goes on with it, and asks again what had no answer yet"
+            ),
             status: INTERRUPTED,
         });
     };
@@ -240,39 +239,13 @@ async fn until_interrupted(
     tokio::select! {
         biased;
         done = &mut all => return done.map(Some).map_err(Failure::input),
-        () = interrupted() => {}
+        () = signal() => {}
     }
     asking.stop.store(true, Ordering::SeqCst);
-    output::say(
-        "nearmiss: interrupted; the answers on their way are waited for, ten seconds at most; Ctrl-C again: not at all",
-    );
+    output::say("nearmiss: interrupted; answers that arrive within a moment are kept");
     tokio::select! {
         done = &mut all => done.map(|_| None).map_err(Failure::input),
         () = tokio::time::sleep(GRACE) => Ok(None),
-        () = interrupted() => Ok(None),
-    }
-}
-
-/// Waits for Ctrl-C or SIGTERM; for ever where the system does not let us listen.
-async fn interrupted() {
-    let ctrl_c = async {
-        if tokio::signal::ctrl_c().await.is_err() {
-            std::future::pending::<()>().await;
-        }
-    };
-    #[cfg(unix)]
-    let ended = async {
-        use tokio::signal::unix::{SignalKind, signal};
-        match signal(SignalKind::terminate()) {
-            Ok(mut ended) => drop(ended.recv().await),
-            Err(_) => std::future::pending::<()>().await,
-        }
-    };
-    #[cfg(not(unix))]
-    let ended = std::future::pending::<()>();
-    tokio::select! {
-        () = ctrl_c => {}
-        () = ended => {}
     }
 }
 

@@ -9,17 +9,17 @@ use crate::cli::ask::{budget, effort, temperature};
 use crate::cli::open::{found, frame, techniques};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::{
-    Ask, Manner, Matrix, More, Selection, Shard, Spec, Truth, TruthSource,
+    Ask, Matrix, More, RequestSettings, Selection, Shard, Spec, Truth, TruthSource,
 };
-use crate::evaluation::{Lead, usual_frame};
-use crate::llm::Effort;
+use crate::evaluation::{Lead, default_frame};
+use crate::llm::{Effort, Endpoint};
 use crate::prompts::Techniques;
 use crate::scenario::{Entry, Place, Transform};
 use crate::store::BatchId;
 use crate::text::Frame;
 use crate::verdict::Task;
 
-use super::asked::{self, Going};
+use super::asked::{self, BatchRun};
 use super::listed;
 use super::opened::Opened;
 use super::resume;
@@ -204,6 +204,12 @@ fn begin(arguments: &Evaluate) -> Outcome {
             "--retry-failed and all of --add-… go on with a batch: --resume ID names it",
         ));
     }
+    let secret = |url: &String| Endpoint::new("", url.as_str()).has_secret_address();
+    if options.base_url.as_ref().is_some_and(secret) {
+        return Err(Failure::input(
+            "--base-url holds a password or a key, and would be kept with the batch; set it as base_url of the provider in config.toml, or give the key as key_env",
+        ));
+    }
     let opened = Opened::new()?;
     let matrix = matrix(arguments, &opened)?;
     let mut entries = found(&arguments.paths)?;
@@ -278,7 +284,7 @@ fn begin(arguments: &Evaluate) -> Outcome {
         .store
         .begin_batch(&spec.to_json(), shard.as_deref(), &sheet.items)
         .map_err(Failure::input)?;
-    let going = Going {
+    let going = BatchRun {
         id,
         judges,
         desk,
@@ -319,7 +325,7 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
     let lead = leads.next();
     let changes = options.transform.iter().flat_map(|changes| &changes.0);
     let frames = match options.frame.is_empty() {
-        true => vec![usual_frame(&opened.library, tasks[0])],
+        true => vec![default_frame(&opened.library, tasks[0])],
         false => options.frame.clone(),
     };
     let techniques = match options.techniques.is_empty() {
@@ -336,7 +342,7 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
         samples: options.samples.unwrap_or(1),
         more_leads: leads.collect(),
         transforms: each_once(changes.copied()),
-        manner: Manner {
+        manner: RequestSettings {
             history: history.or(config.history),
             radius: arguments.radius.or(config.radius),
             lead,

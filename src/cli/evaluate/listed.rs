@@ -1,14 +1,14 @@
 //! The batches in the store, how far they are and what they ask.
 
 use super::{number, some};
-use crate::cli::filters::store;
+use crate::cli::filters::store_to_read;
 use crate::cli::{Failure, Outcome, output, time};
 use crate::evaluation::batch::{Matrix, Spec};
 use crate::verdict::Task;
 
 /// Lists the batches.
 pub fn list() -> Outcome {
-    let batches = store()?.batches().map_err(Failure::input)?;
+    let batches = store_to_read()?.batches().map_err(Failure::input)?;
     let mut text = String::new();
     for (batch, progress) in &batches {
         let spec = Spec::from_json(&batch.spec);

@@ -9,7 +9,7 @@ use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Failure, output};
 use crate::config::{Config, Folders};
 use crate::evaluation::batch::{Desk, Judges, Matrix, Spec};
-use crate::evaluation::{Judge, usable};
+use crate::evaluation::{Judge, validate};
 use crate::judge;
 use crate::llm::{Budget, Client, Environment, Registry};
 use crate::metrics::Thresholds;
@@ -29,7 +29,7 @@ impl Opened {
     /// Opens everything; what is wrong with templates is said.
     pub fn new() -> Result<Self, Failure> {
         let (folders, config) = configuration()?;
-        let library = usable(Library::load(Some(&folders.prompts())));
+        let library = validate(Library::load(Some(&folders.prompts())));
         for problem in &library.problems {
             output::say(&format!("nearmiss: {problem}"));
         }

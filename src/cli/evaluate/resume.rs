@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::Path;
 
-use super::asked::{self, Going};
+use super::asked::{self, BatchRun};
 use super::batch::{Resumed, json, leads_fit};
 use super::opened::Opened;
 use super::sheet::Sheet;
@@ -11,7 +11,7 @@ use super::truth::{say_each, truth_source};
 use super::{Evaluate, Format, number, some};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::{
-    Ask, Matrix, Retold, Selection, Spec, Truth, TruthSource, Variant, retold,
+    Ask, Matrix, Relabelled, Selection, Spec, Truth, TruthSource, Variant, retold,
 };
 use crate::evaluation::{Lead, Way, batch};
 use crate::scenario::Entry;
@@ -139,7 +139,7 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
             .extend_batch(batch.id, &spec.to_json(), &new, lead);
         done.map_err(Failure::input)?;
     }
-    let going = Going {
+    let going = BatchRun {
         id: batch.id,
         judges,
         desk,
@@ -163,7 +163,7 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
 }
 
 /// The scenarios that another truth says nothing about, by name.
-fn unlabelled(items: &[Item], labels: &[Retold]) -> Vec<String> {
+fn unlabelled(items: &[Item], labels: &[Relabelled]) -> Vec<String> {
     let without = items
         .iter()
         .zip(labels)

@@ -42,7 +42,7 @@ pub(super) fn run(
     batch.outcome()
 }
 
-/// Leads where nobody says which.
+/// Leads by default.
 const LEADS: [Lead; 6] = [
     Lead::Paper,
     Lead::Seconds(0.2),

@@ -170,7 +170,7 @@ impl Sheet {
     }
 }
 
-/// Whether a budget is enough for everything; nothing where nobody knows what that costs.
+/// Whether a budget is enough for everything; nothing where that cost is unknown.
 fn within(estimate: &Estimate, usd: f64) -> Option<bool> {
     let known = estimate.unbounded == 0 && estimate.unpriced == 0;
     match estimate.usd > usd {

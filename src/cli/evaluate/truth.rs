@@ -49,7 +49,7 @@ pub fn truth(paths: &[PathBuf], entries: &[Entry]) -> Result<Truth, Failure> {
 }
 
 impl Truth {
-    /// What is said to be true about a scenario; nothing where nobody says.
+    /// What is said to be true about a scenario; nothing where it is unknown.
     pub fn of(&self, entry: &Entry) -> Option<Label> {
         match self {
             Self::Geometry => None,

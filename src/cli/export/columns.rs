@@ -38,7 +38,7 @@ const fn truth(name: &'static str) -> Column {
     Column { name, kind }
 }
 
-/// Every column, in order; `README.md` and the store's own schema say what they mean.
+/// Every column, in order; the store's own schema says what they mean.
 pub const COLUMNS: [Column; 48] = [
     integer("id"),
     integer("created_ms"),

@@ -7,9 +7,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use super::filters::{Filters, store};
+use super::filters::{Filters, store_to_read};
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::metrics::{Target, file_of, no_format};
+use super::output::of_csv;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::store::{Run, RunId, Store};
@@ -72,11 +73,11 @@ pub fn run(arguments: &Export) -> Outcome {
             "Parquet is not for terminals and pipes: name a file with -o FILE",
         ));
     }
-    let store = store()?;
+    let store = store_to_read()?;
     let filter = arguments.filters.filter(arguments.words.clone());
     let numbers = store.numbers(&filter).map_err(Failure::input)?;
     // Before the file is begun, so that it never stays behind.
-    let stop = interrupted(file.is_some()).map_err(Failure::input)?;
+    let stop = interrupted(file.is_some());
     let target = Target::begin(file, arguments.overwrite)?;
     let progress = Progress::new(numbers.len(), "runs", file.is_some());
     let runs = numbers.iter().map(|number| {
@@ -99,9 +100,11 @@ pub fn run(arguments: &Export) -> Outcome {
         (Ok(target), _) => target.finish()?,
         // The reader of the pipe has seen enough.
         (Err(Stopped::Writing(error)), None) if error.kind() == io::ErrorKind::BrokenPipe => {}
-        (Err(Stopped::Writing(error)), None) => return Err(Failure::input(error)),
+        (Err(Stopped::Writing(error)), None) => {
+            return Err(Failure::system("standard output", &error));
+        }
         (Err(Stopped::Writing(error)), Some(path)) => {
-            return Err(Failure::input(format!("{}: {error}", path.display())));
+            return Err(Failure::system(path.display(), &error));
         }
         (Err(Stopped::Reading(failure)), _) => return Err(failure),
     }
@@ -146,15 +149,15 @@ fn lines(mut target: Target, mut runs: impl Iterator<Item = Item>) -> Result<Tar
 fn table(target: Target, mut runs: impl Iterator<Item = Item>) -> Result<Target, Stopped> {
     let mut writer = csv::Writer::from_writer(target);
     let header = columns::COLUMNS.iter().map(|column| column.name);
-    writer.write_record(header).map_err(io::Error::other)?;
+    writer.write_record(header).map_err(of_csv)?;
     each(&mut runs, |run| {
         let cells = columns::cells(&run).map(|cell| output::visible(&cell.text()));
-        writer.write_record(cells).map_err(io::Error::other)
+        writer.write_record(cells).map_err(of_csv)
     })?;
     writer.flush()?;
     writer
         .into_inner()
-        .map_err(|error| Stopped::Writing(io::Error::other(error.to_string())))
+        .map_err(|error| Stopped::Writing(error.into_error()))
 }
 
 fn each(runs: Runs<'_>, mut write: impl FnMut(Run) -> io::Result<()>) -> Result<(), Stopped> {

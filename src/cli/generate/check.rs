@@ -1,4 +1,4 @@
-//! A variant that somebody else made, held against its original: everything that the gate finds.
+//! A variant from another source, held against its original: everything that the gate finds.
 
 use std::path::Path;
 

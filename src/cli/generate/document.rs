@@ -7,10 +7,10 @@ use serde_json::{Map, Value, json};
 
 use super::made::Generated;
 use crate::cli::output;
-use crate::cli::plan::Missed;
 use crate::evaluation::generating::Authored;
 use crate::generation::{Avoidability, Refusal, Saved, asked, attacker, refusal};
 use crate::scenario::Entry;
+use crate::workflow::PlanError;
 
 /// What was made of a scenario.
 pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value {
@@ -117,12 +117,12 @@ pub fn said(authored: &Authored) -> Vec<String> {
 }
 
 /// A scenario of which nothing was made, and why.
-pub fn missing(entry: &Entry, missed: &Missed) -> Value {
+pub fn missing(entry: &Entry, error: &PlanError) -> Value {
     json!({
         "outcome": null,
         "scenario": output::visible(&entry.name),
         "file": entry.display(),
-        "error": missed.words(),
+        "error": error.to_string(),
     })
 }
 

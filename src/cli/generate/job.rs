@@ -10,10 +10,10 @@ use super::line::Line;
 use super::made::{Generated, Product};
 use super::summary::Summary;
 use super::table::Table;
-use crate::cli::plan::Missed;
 use crate::cli::{Failure, output};
 use crate::generation::{Saved, Variant};
 use crate::scenario::Entry;
+use crate::workflow::PlanError;
 
 /// The work so far.
 pub struct Job<'a> {
@@ -33,17 +33,17 @@ impl Job<'_> {
     pub fn take(
         &mut self,
         entry: &Entry,
-        product: Result<Product, Missed>,
+        product: Result<Product, PlanError>,
     ) -> Result<ControlFlow<()>, Failure> {
         self.done += 1;
         match product {
             Ok(Product::New(generated)) => self.made(&generated),
             Ok(Product::TakenOver(line)) => self.tell(&line),
-            Err(missed) => {
-                self.summary.missed(&missed);
-                output::say(&format!("nearmiss: {}", missed.words()));
+            Err(error) => {
+                self.summary.missed(&error);
+                output::say(&format!("nearmiss: {error}"));
                 match self.json {
-                    true => self.show(&output::json_line(&document::missing(entry, &missed))?),
+                    true => self.show(&output::json_line(&document::missing(entry, &error))?),
                     false => Ok(ControlFlow::Continue(())),
                 }
             }

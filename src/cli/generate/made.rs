@@ -1,23 +1,25 @@
 //! One scenario's variant: made, or taken over from an earlier run.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
 use super::line::Line;
-use super::model::{Writer, WriterError};
+use super::model::Writer;
 use super::resume::Past;
 use crate::cli::output;
-use crate::cli::plan::{Missed, chosen, within_horizon};
 use crate::config::PlannerKey;
 use crate::evaluation::generating::Authored;
 use crate::evaluation::planning_value;
-use crate::generation::{Capability, Effort, Made, Refusal, Workshop};
-use crate::scenario::{Entry, ObstacleRole};
+use crate::generation::{Effort, Made, Refusal, VariantGenerator};
+use crate::planner::Cancel;
+use crate::scenario::{Entry, WantedEgo};
 use crate::simulation::Settings;
+use crate::workflow::{
+    AttackSource, GenerateRequest, ModelWriter, OpenRequest, PlanError, PlanRequest, generate,
+    prepare,
+};
 
 /// What is asked for.
 pub struct Wanted {
@@ -67,7 +69,7 @@ pub enum Product {
 pub struct Generated {
     pub name: String,
     pub file: String,
-    pub workshop: Workshop,
+    pub workshop: VariantGenerator,
     pub made: Made,
     /// What a model wrote, and what it took.
     pub authored: Option<Authored>,
@@ -124,75 +126,56 @@ fn between(step: i64) -> String {
     )
 }
 
-/// Drives the ego of a scenario, searches, and chooses; nothing where `stop` ended that before it was done.
-pub fn make(entry: &Entry, wanted: &Wanted, stop: &AtomicBool) -> Option<Result<Product, Missed>> {
-    let cut = AtomicBool::new(false);
-    let made = make_watched(entry, wanted, stop, &cut);
-    (!cut.load(Ordering::Relaxed)).then_some(made)
+/// Makes a variant of a scenario; nothing where `cancel` asked for an end before it was done.
+pub fn make(entry: &Entry, wanted: &Wanted, cancel: &Cancel) -> Option<Result<Product, PlanError>> {
+    make_or_error(entry, wanted, cancel).transpose()
 }
 
-/// The same; `cut` becomes true where `stop` ends it.
-fn make_watched(
+fn make_or_error(
     entry: &Entry,
     wanted: &Wanted,
-    stop: &AtomicBool,
-    cut: &AtomicBool,
-) -> Result<Product, Missed> {
+    cancel: &Cancel,
+) -> Result<Option<Product>, PlanError> {
     let began = Instant::now();
-    let scenario = entry.read().map_err(|e| Missed::Unread(e.to_string()))?;
-    let problem = chosen(entry, &scenario, wanted.problem)?;
-    within_horizon(entry, &scenario, &wanted.settings)?;
-    let nothing = |e: &dyn std::fmt::Display| Missed::Nothing(format!("{}: {e}", entry.display()));
-    if let Some(id) = wanted.only {
-        let unfit = |why: &str| Missed::Unfit(format!("{}: {why}", entry.display()));
-        let obstacle = scenario.obstacle(id);
-        let obstacle =
-            obstacle.ok_or_else(|| unfit(&format!("there is no obstacle {id} in it")))?;
-        if obstacle.role != ObstacleRole::Dynamic || Capability::of(obstacle).is_none() {
-            return Err(unfit(&format!("obstacle {id} does not move by itself")));
-        }
-    }
-    let settings = wanted.said(problem.id);
+    let prepared = prepare(&PlanRequest {
+        open: OpenRequest {
+            entry,
+            ego: &WantedEgo::Beside,
+            transform: None,
+            strict: false,
+        },
+        problem: wanted.problem,
+        settings: &wanted.settings,
+    })?;
+    let settings = wanted.said(prepared.problem().id);
     let past = wanted.past.as_ref();
-    if let Some(line) = past.and_then(|past| past.of(entry, &scenario.hash, &settings)) {
-        return Ok(Product::TakenOver(Box::new(line)));
+    if let Some(line) = past.and_then(|past| past.of(entry, &prepared.scenario.hash, &settings)) {
+        return Ok(Some(Product::TakenOver(Box::new(line))));
     }
-    let workshop = Workshop::new(Arc::clone(&scenario), problem, &wanted.settings);
-    let workshop = workshop.map_err(|e| nothing(&e))?;
-    // No model is paid for what cannot be made dangerous.
-    let writer = wanted
-        .writer
+    let writer = wanted.writer.as_ref();
+    let author = writer.map(|writer| (writer.author(&entry.name), writer.runtime()));
+    let model = author
         .as_ref()
-        .filter(|_| workshop.unsafe_already().is_none());
-    let (made, authored) = match writer {
-        None => {
-            let made = workshop.search(&wanted.effort, wanted.only, &|| {
-                cut.fetch_or(stop.load(Ordering::Relaxed), Ordering::Relaxed);
-                !cut.load(Ordering::Relaxed)
-            });
-            (made.map_err(|e| nothing(&e))?, None)
-        }
-        Some(writer) => {
-            let written = writer.write(&entry.name, &workshop, wanted.effort.delay, stop);
-            let (made, authored) = written.map_err(|error| match error {
-                WriterError::Interrupted => {
-                    cut.store(true, Ordering::Relaxed);
-                    nothing(&error)
-                }
-                // Whatever the scenario, the question would fail.
-                WriterError::Author(_) => Missed::Unfit(format!("{}: {error}", entry.display())),
-                WriterError::Workshop(_) => nothing(&error),
-            })?;
-            (made, Some(authored))
-        }
+        .map(|(author, runtime)| ModelWriter { author, runtime });
+    let request = GenerateRequest {
+        prepared: &prepared,
+        attacker: wanted.only,
+        delay: wanted.effort.delay,
+        source: match &model {
+            Some(model) => AttackSource::Model(model),
+            None => AttackSource::Search(&wanted.effort),
+        },
     };
-    Ok(Product::New(Box::new(Generated {
-        name: output::visible(&entry.name),
-        file: entry.display(),
-        workshop,
-        made,
-        authored,
-        took: began.elapsed(),
-        settings,
-    })))
+    let generation = generate(&request, cancel, &mut |_| {})?;
+    Ok(generation.map(|generation| {
+        Product::New(Box::new(Generated {
+            name: output::visible(&entry.name),
+            file: entry.display(),
+            workshop: generation.workshop,
+            made: generation.made,
+            authored: generation.authored,
+            took: began.elapsed(),
+            settings,
+        }))
+    }))
 }

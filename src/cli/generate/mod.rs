@@ -24,6 +24,7 @@ use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::evaluation::generating::{RETRIES, SAMPLES};
 use crate::generation::{DELAYS, Effort};
+use crate::planner::Cancel;
 use crate::scenario::commonroad::NewFile;
 use job::Job;
 use made::Wanted;
@@ -150,7 +151,8 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         only: arguments.attacker,
         past,
     };
-    let stop = interrupted(true).map_err(|e| Failure::system("Ctrl-C", &e))?;
+    let stop = interrupted(true);
+    let cancel = Cancel::of(&stop);
     let mut job = Job {
         folder: arguments.output.as_deref(),
         json: arguments.json,
@@ -165,7 +167,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     in_order_and_kept(
         entries.len(),
         &stop,
-        |i| (i, made::make(&entries[i], &wanted, &stop)),
+        |i| (i, made::make(&entries[i], &wanted, &cancel)),
         |(i, made)| {
             let Some(made) = made else {
                 return ControlFlow::Continue(());

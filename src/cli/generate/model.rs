@@ -2,24 +2,20 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use serde_json::{Value, json};
-use tokio::runtime::{Builder, Runtime};
+use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
 use crate::cli::open::user_thresholds;
 use crate::cli::{Failure, output};
 use crate::config::{Config, Folders};
 use crate::evaluation::batch::Spec;
-use crate::evaluation::generating::{Author, AuthorError, Authored, write};
-use crate::evaluation::{Judge, Settings, usable};
-use crate::generation::{Made, Workshop, WorkshopError};
+use crate::evaluation::generating::Author;
+use crate::evaluation::{Judge, Settings, validate};
 use crate::judge;
 use crate::llm::{Budget, Client, Effort, Environment, Parameters, Registry};
 use crate::prompts::Library;
-use crate::scenario::Scene;
 use crate::store::Store;
 
 /// The model, ready to be asked.
@@ -27,30 +23,6 @@ pub struct Writer {
     author: Author,
     parameters: Parameters,
     runtime: Runtime,
-}
-
-/// Why a model made nothing.
-#[derive(Debug, thiserror::Error)]
-pub enum WriterError {
-    /// Nothing can be attacked.
-    #[error(transparent)]
-    Workshop(#[from] WorkshopError),
-    /// Nothing could be asked.
-    #[error(transparent)]
-    Author(#[from] AuthorError),
-    /// It was not waited for; what was answered is in the store.
-    #[error("interrupted")]
-    Interrupted,
-}
-
-/// How soon an interrupt is noticed while a model answers.
-const PATIENCE: Duration = Duration::from_millis(50);
-
-/// Until the user wants no more.
-async fn stopped(stop: &AtomicBool) {
-    while !stop.load(Ordering::Relaxed) {
-        tokio::time::sleep(PATIENCE).await;
-    }
 }
 
 impl Writer {
@@ -89,7 +61,7 @@ impl Writer {
         if let (Judge::Model(model), Some(usd)) = (&mut judge, arguments.budget.or(config.budget)) {
             model.endpoint.budget = Some(Budget::new(usd));
         }
-        let library = usable(Library::load(Some(&folders.prompts())));
+        let library = validate(Library::load(Some(&folders.prompts())));
         for problem in &library.problems {
             output::say(&format!("nearmiss: {problem}"));
         }
@@ -122,31 +94,17 @@ impl Writer {
         })
     }
 
-    /// Lets it write attacks on a scenario, drives the ego against those that pass the gate, and takes the most dangerous
-    /// one that a good driver survives with a reaction time of `delay` seconds.
-    pub fn write(
-        &self,
-        name: &str,
-        workshop: &Workshop,
-        delay: f64,
-        stop: &AtomicBool,
-    ) -> Result<(Made, Authored), WriterError> {
-        let scenario = Arc::clone(workshop.closed.scenario());
-        let scene = Arc::new(Scene::new(scenario, workshop.ego.clone()));
-        let author = Author {
+    /// Who writes about the scenario of this name.
+    pub fn author(&self, name: &str) -> Author {
+        Author {
             name: name.into(),
             ..self.author.clone()
-        };
-        workshop.on(|ground| {
-            let mut authored = self.runtime.block_on(async {
-                tokio::select! {
-                    written = write(&author, ground, &scene, &|_| {}) => Ok(written?),
-                    () = stopped(stop) => Err(WriterError::Interrupted),
-                }
-            })?;
-            let made = authored.made(ground, delay);
-            Ok((made, authored))
-        })?
+        }
+    }
+
+    /// What it is asked on.
+    pub fn runtime(&self) -> Handle {
+        self.runtime.handle().clone()
     }
 
     /// All that decides what it is asked, and how often.

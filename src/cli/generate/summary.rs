@@ -6,9 +6,9 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::line::{Figures, Named};
-use crate::cli::plan::Missed;
 use crate::cli::{Failure, Outcome, output};
 use crate::scenario::commonroad::NewFile;
+use crate::workflow::PlanError;
 
 /// What is counted.
 #[derive(Debug, Default)]
@@ -58,9 +58,9 @@ impl Summary {
         }
     }
 
-    pub fn missed(&mut self, missed: &Missed) {
-        match missed {
-            Missed::Nothing(_) => self.missed += 1,
+    pub fn missed(&mut self, error: &PlanError) {
+        match error {
+            PlanError::NothingToPlan(_) => self.missed += 1,
             _ => self.unfit += 1,
         }
     }

@@ -1,12 +1,12 @@
 //! Runs from the lines of a file.
 
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 use super::Counts;
 use crate::cli::{Failure, output};
 use crate::store::{Run, Store};
+use crate::system;
 
 /// Bytes of the longest line that is read; an answer has some ten thousand.
 const LONGEST: u64 = 64 << 20;
@@ -20,8 +20,8 @@ const NAMED: usize = 3;
 /// Adds the runs of a file that are not in the store yet.
 pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Failure> {
     let shown = path.display();
-    let wrong = |error: io::Error| Failure::input(format!("{shown}: {error}"));
-    let mut reader = BufReader::new(File::open(path).map_err(wrong)?);
+    let wrong = |error: io::Error| Failure::system(shown.to_string(), &error);
+    let mut reader = BufReader::new(system::open_file(path).map_err(wrong)?);
     let mut unreadable = 0;
     let mut complain = |number: usize, why: &str| {
         unreadable += 1;
@@ -49,6 +49,12 @@ pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
         let Ok(text) = std::str::from_utf8(&line) else {
             complain(number, "this is not UTF-8");
             continue;
+        };
+        // Some editors begin a file with byte order marks.
+        let text = if number == 1 {
+            text.trim_start_matches('\u{feff}')
+        } else {
+            text
         };
         if text.trim().is_empty() {
             continue;

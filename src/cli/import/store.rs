@@ -1,12 +1,12 @@
 //! Runs and batches of another store, such as those that the parts of a batch were asked into on other machines.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use super::Counts;
 use crate::cli::{Failure, output};
 use crate::store::Store;
+use crate::system;
 
 /// How every SQLite file begins.
 const BEGINNING: &[u8] = b"SQLite format 3\0";
@@ -14,13 +14,13 @@ const BEGINNING: &[u8] = b"SQLite format 3\0";
 /// Whether a file is a store.
 pub fn is_one(path: &Path) -> bool {
     let mut begun = [0; BEGINNING.len()];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut begun));
+    let read = system::open_file(path).and_then(|mut file| file.read_exact(&mut begun));
     read.is_ok() && begun == BEGINNING
 }
 
 /// Adds the runs and batches of a store that are not in this one yet.
 pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Failure> {
-    let other = Store::open(path).map_err(Failure::input)?;
+    let other = Store::open_to_read(path).map_err(Failure::input)?;
     let merged = store.merge(&other);
     let merged = merged.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
     counts.imported += merged.runs;

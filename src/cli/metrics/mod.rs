@@ -173,7 +173,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     let (rows, thresholds) = measured(arguments)?;
     let entries = found(&arguments.paths)?;
     // Before the file is begun, so that it never stays behind.
-    let stop = interrupted(file.is_some()).map_err(|e| Failure::system("Ctrl-C", &e))?;
+    let stop = interrupted(file.is_some());
     let table = Table::new(
         arguments.convention.name(),
         rows.columns(),

@@ -1,12 +1,13 @@
 //! Where a table goes: standard output, or a file that is there whole or not at all; and in which format.
 
-use std::io::{self, BufWriter, Stdout, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use super::columnar::Columnar;
 use super::table::{Sheet, Table};
 use super::text;
 use crate::cli::Failure;
+use crate::cli::output::Lines;
 use crate::scenario::commonroad::{NewFile, SaveError};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -89,14 +90,14 @@ pub fn no_format(file: &Path, known: &str) -> Failure {
 
 /// Where bytes go.
 pub enum Target {
-    Stdout(BufWriter<Stdout>),
+    Stdout(Lines),
     File(BufWriter<NewFile>),
 }
 
 impl Target {
     pub fn begin(path: Option<&Path>, overwrite: bool) -> Result<Self, Failure> {
         let Some(path) = path else {
-            return Ok(Self::Stdout(BufWriter::new(io::stdout())));
+            return Ok(Self::Stdout(Lines::default()));
         };
         if path.is_dir() {
             return Err(Failure::input(format!(

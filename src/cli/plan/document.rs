@@ -2,11 +2,12 @@
 
 use serde_json::{Map, Value, json};
 
-use super::driven::{Driven, Missed};
+use super::driven::Driven;
 use crate::cli::output;
 use crate::planner::{Emergency, VehicleState};
 use crate::scenario::Entry;
-use crate::simulation::{Cycle, Face, Outcome};
+use crate::simulation::{ContactSide, Cycle, Outcome};
+use crate::workflow::PlanError;
 
 /// How a drive ended and what it took, on one line.
 pub fn document(driven: &Driven) -> Value {
@@ -37,20 +38,20 @@ pub fn document(driven: &Driven) -> Value {
         "last_step": states.last().map(|(step, _)| step),
         "goal": goal,
         "collision_step": collision.map(|c| c.step),
-        "ego_side": collision.map(|c| Face::name(c.ego)),
-        "other_side": collision.map(|c| Face::name(c.other)),
+        "ego_side": collision.map(|c| ContactSide::name(c.ego)),
+        "other_side": collision.map(|c| ContactSide::name(c.other)),
         "largest_deceleration": thousandths(driven.largest_deceleration()),
         "note": driven.note(),
     })
 }
 
 /// A scenario that was not driven, and why, on one line.
-pub fn missing(entry: &Entry, missed: &Missed) -> Value {
+pub fn missing(entry: &Entry, error: &PlanError) -> Value {
     json!({
         "outcome": null,
         "scenario": output::visible(&entry.name),
         "file": entry.display(),
-        "error": missed.words(),
+        "error": error.to_string(),
     })
 }
 

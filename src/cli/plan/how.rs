@@ -4,7 +4,7 @@ use toml::Value;
 
 use crate::cli::Failure;
 use crate::config::{Config, PlannerKey};
-use crate::evaluation::{set_planning, usual_planning};
+use crate::evaluation::{default_planning, set_planning};
 use crate::simulation::Settings;
 
 /// How to plan.
@@ -14,7 +14,7 @@ pub struct How {
     /// lanes [default: `prediction` in config.toml, else lane].
     #[arg(long, value_name = "KIND", value_parser = ["recorded", "constant-velocity", "lane"])]
     prediction: Option<String>,
-    /// The planning problem that is solved [default: the first of each scenario].
+    /// The planning problem that is solved [default: that of the recorded ego, else the first of each scenario].
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     pub planning_problem: Option<i64>,
     /// Steps that are driven of a plan before the next one is made, at most those of the horizon [default: `replan` in
@@ -58,7 +58,7 @@ impl How {
 
 /// What is planned with under a configuration.
 pub fn with(config: &Config) -> Result<Settings, Failure> {
-    let mut settings = usual_planning();
+    let mut settings = default_planning();
     for (key, value) in config.planner_values() {
         set_planning(&mut settings, key.id, value).map_err(Failure::input)?;
     }
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn every_key_has_a_setting_whose_usual_value_it_allows() {
-        let usual = usual_planning();
+        let usual = default_planning();
         for key in PlannerKey::ALL {
             let value = planning_value(&usual, key.id);
             assert!(value.is_some_and(|v| key.allows(&v)), "{}", key.id);

@@ -17,10 +17,10 @@ use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{configuration, found};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
+use crate::planner::Cancel;
 use crate::scenario::{Entry, VehicleType};
+use crate::workflow::PlanError;
 use driven::Driven;
-pub use driven::Missed;
-pub use driven::{chosen, within_horizon};
 use files::{Files, Targets};
 pub use how::{How, with};
 use table::Table;
@@ -65,7 +65,8 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
             settings.planner.vehicle.name()
         ));
     }
-    let stop = interrupted(true).map_err(|e| Failure::system("Ctrl-C", &e))?;
+    let stop = interrupted(true);
+    let cancel = Cancel::of(&stop);
     let names = entries
         .iter()
         .map(|entry| output::visible(&entry.name).chars().count());
@@ -86,8 +87,12 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     in_order(
         entries.len(),
         &stop,
-        |i| driven::drive(&entries[i], problem, &settings, &stop),
+        |i| driven::drive(&entries[i], problem, &settings, &cancel),
         |driven| {
+            // A drive that was cut short is none.
+            let Some(driven) = driven else {
+                return ControlFlow::Break(());
+            };
             let mut taken = Ok(ControlFlow::Continue(()));
             progress.suspend(|| taken = job.take(driven));
             progress.step();
@@ -128,26 +133,33 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// Shows and writes the next scenario.
-    fn take(&mut self, driven: Result<Driven, Missed>) -> Result<ControlFlow<()>, Failure> {
+    fn take(&mut self, driven: Result<Driven, PlanError>) -> Result<ControlFlow<()>, Failure> {
         let entry = &self.entries[self.next];
         self.next += 1;
         let driven = match driven {
             Ok(driven) => driven,
-            Err(missed) => {
-                match missed {
-                    Missed::Nothing(_) => self.missed.finding += 1,
+            Err(error) => {
+                match error {
+                    PlanError::NothingToPlan(_) => self.missed.finding += 1,
                     _ => self.missed.input += 1,
                 }
-                output::say(&format!("nearmiss: {}", missed.words()));
+                output::say(&format!("nearmiss: {error}"));
                 if self.arguments.json {
-                    self.line(&document::missing(entry, &missed))?;
+                    self.line(&document::missing(entry, &error))?;
                 }
                 return Ok(self.next_one());
             }
         };
         self.harmed += usize::from(!driven.unharmed());
-        // Files first: who reads a line finds them.
-        self.targets.write(entry, &driven)?;
+        // Files first: who reads a line finds them. What cannot be written of one scenario does not end the others.
+        if let Err(failure) = self.targets.write(entry, &driven) {
+            if self.entries.len() == 1 {
+                return Err(failure);
+            }
+            self.missed.input += 1;
+            failure.say();
+            return Ok(self.next_one());
+        }
         if self.arguments.json {
             self.line(&document::document(&driven))?;
         } else {

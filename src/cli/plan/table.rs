@@ -2,7 +2,7 @@
 
 use super::driven::{Driven, median};
 use crate::planner::Emergency;
-use crate::simulation::Face;
+use crate::simulation::ContactSide;
 
 /// The outcomes, in the order in which they are listed.
 const OUTCOMES: [&str; 5] = ["goal", "collision", "timeout", "off_road", "infeasible"];
@@ -57,7 +57,7 @@ impl Table {
         self.ms.extend(ms);
         let (mut with, mut sides) = ("-".into(), "-".into());
         if let Some(c) = driven.collision() {
-            self.by_front += usize::from(c.ego == Face::Front);
+            self.by_front += usize::from(c.ego == ContactSide::Front);
             with = c.with.to_string();
             sides = format!("ego's {}, other's {}", c.ego.name(), c.other.name());
         }

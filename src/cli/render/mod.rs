@@ -40,7 +40,7 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
     let entries = found(&arguments.paths)?;
     let target = Target::new(arguments, &entries)?;
     let (folders, config) = configuration()?;
-    let stop = interrupted(true).map_err(|e| Failure::system("Ctrl-C", &e))?;
+    let stop = interrupted(true);
     let theme = arguments.theme(config.theme.as_deref());
     let job = Job {
         arguments,
@@ -75,6 +75,9 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
         }),
     }
 }
+
+/// Pictures of a scenario that are drawn at once.
+const MOST_PICTURES: i64 = 20_000;
 
 fn stopped() -> Failure {
     Failure {
@@ -176,6 +179,15 @@ impl Job<'_> {
         if let Some(wrong) = self.arguments.at.iter().find(|at| !all.contains(at)) {
             return Err(Failure::input(format!(
                 "--at {wrong}: {} has the steps {} to {}",
+                entry.display(),
+                all.start,
+                all.end - 1
+            )));
+        }
+        let count = all.end.saturating_sub(all.start);
+        if self.arguments.all && count > MOST_PICTURES {
+            return Err(Failure::input(format!(
+                "{}: {count} time steps, from {} to {}, and at most {MOST_PICTURES} are drawn at once; --at names some",
                 entry.display(),
                 all.start,
                 all.end - 1

@@ -9,6 +9,7 @@ use crate::cli::open::entry;
 use crate::cli::{Failure, output};
 use crate::picture::Variation;
 use crate::scenario::{Entry, Place, Scenario, bundled, commonroad};
+use crate::system;
 
 /// What a variant was made of, and how it differs.
 pub struct Original {
@@ -96,7 +97,7 @@ impl Original {
 impl Papers {
     /// What lies beside a scenario under its name; other JSON says nothing about it.
     fn beside(file: &Path) -> Option<Self> {
-        let text = std::fs::read_to_string(file.with_extension("json")).ok()?;
+        let text = system::read_text(&file.with_extension("json"), system::LARGEST_TEXT).ok()?;
         let said: Value = serde_json::from_str(&text).ok()?;
         let about = said["variant"].as_str()?;
         if file.file_name()?.to_str()? != about {

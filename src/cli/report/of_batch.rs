@@ -6,7 +6,7 @@ use super::Made;
 use crate::cli::{Failure, open, output};
 use crate::evaluation::batch::{self, Answers, Described, Desk, Spec, Unjudged, beside_the_judge};
 use crate::evaluation::report::{About, Report, Varied};
-use crate::evaluation::{Said, usable};
+use crate::evaluation::{Said, validate};
 use crate::prompts::Library;
 use crate::store::{BatchId, Item, Store};
 
@@ -64,7 +64,7 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
 /// What the templates say where the batch does not; nothing where they cannot be read or are no longer the same.
 fn described(spec: &Spec) -> Option<Described> {
     let (folders, _) = open::configuration().ok()?;
-    spec.described(&usable(Library::load(Some(&folders.prompts()))))
+    spec.described(&validate(Library::load(Some(&folders.prompts()))))
 }
 
 /// Asks the built-in judge about the scenarios, where it has said nothing yet; says what came of it, if anything did.
@@ -123,7 +123,7 @@ fn words(unjudged: &[Unjudged]) -> Option<String> {
 fn desk(spec: &Spec) -> Result<Desk, String> {
     let words = |failure: Failure| failure.message;
     let (folders, _) = open::configuration().map_err(words)?;
-    let library = usable(Library::load(Some(&folders.prompts())));
+    let library = validate(Library::load(Some(&folders.prompts())));
     let thresholds = open::user_thresholds(&folders).map_err(words)?;
     spec.still(&library, &thresholds)
         .map_err(|e| e.to_string())?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::{Made, ReportArguments, finding, of_batch, truth};
-use crate::cli::filters::store;
+use crate::cli::filters::store_to_read;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
 use crate::evaluation::report::{self, About, Report, Stored};
@@ -18,7 +18,7 @@ pub fn made(arguments: &ReportArguments) -> Result<Made, Failure> {
     };
     let filter = arguments.filters.filter(None);
     let last = match filter.batch.as_deref() {
-        Some("last") => store()?.last_batch().map_err(Failure::input)?,
+        Some("last") => store_to_read()?.last_batch().map_err(Failure::input)?,
         _ => None,
     };
     let named = filter.batch.as_deref().and_then(|id| id.parse().ok());
@@ -33,10 +33,10 @@ pub fn made(arguments: &ReportArguments) -> Result<Made, Failure> {
                  always read anew; `nearmiss evaluate --resume ID --truth …` gives it another truth",
             ));
         }
-        let store = store()?;
+        let store = store_to_read()?;
         return of_batch::made(&store, id);
     }
-    let store = store()?;
+    let store = store_to_read()?;
     let truth = truth::truth(&sources, &store)?;
     let mut runs = store.outcomes(&filter).map_err(Failure::input)?;
     if runs.is_empty() {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::desk::Desk;
+use super::question_builder::Desk;
 use super::scored::{Answers, label_of, way_of};
 use super::variant::Variant;
 use crate::evaluation::Way;

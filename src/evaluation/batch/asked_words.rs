@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::spec::Spec;
-use crate::evaluation::{template, usual_frame};
+use crate::evaluation::{default_frame, template};
 use crate::prompts::{Library, Techniques};
 
 /// What the ways of a batch describe, once its templates have said what the batch does not: each number once, in order.
@@ -25,7 +25,9 @@ impl Spec {
         }
         let mut described = Described::default();
         for way in self.matrix.ways() {
-            let frame = way.frame.unwrap_or_else(|| usual_frame(library, way.task));
+            let frame = way
+                .frame
+                .unwrap_or_else(|| default_frame(library, way.task));
             let techniques = way.techniques.unwrap_or(Techniques::ALL);
             let (_, chosen) = template(library, way.task, frame).ok()?;
             let settings = self.matrix.manner.settings(Some(techniques));

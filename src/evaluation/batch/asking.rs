@@ -8,12 +8,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use tokio::task::JoinSet;
 
-use super::desk::{Desk, key};
 use super::paused::{Paused, Watch};
+use super::question_builder::{Desk, key};
 use super::scored::{label_of, way_of};
 use super::variant::Variant;
 use crate::evaluation::{self, Answer, AskError, Event, Judge, Judged, Missing, Question, Wanted};
-use crate::llm::Barrier;
+use crate::llm::ProviderOutage;
 use crate::scenario::Entry;
 use crate::store::{BatchId, Item, ItemState, Key, RunId, Store, StoreError};
 
@@ -147,9 +147,13 @@ impl Asking {
                     let model = item.asked.model.clone();
                     let mut barrier = None;
                     let ended = asking.one(item, &mut barrier).await;
+                    if ended.is_err() {
+                        // Before the next one is begun.
+                        asking.stop.store(true, Ordering::SeqCst);
+                    }
                     let heard = ended.as_ref().is_ok_and(Ended::was_sent);
                     let why = ended.as_ref().ok().and_then(|ended| ended.error.clone());
-                    // Nobody listens any more where the whole was dropped.
+                    // The receiver is gone where the whole was dropped.
                     let _ = sender.send(ended);
                     heard.then(|| (model, barrier.map(|met| (met, why.unwrap_or_default()))))
                 });
@@ -163,7 +167,11 @@ impl Asking {
         }
     }
 
-    async fn one(&self, item: Item, barrier: &mut Option<Barrier>) -> Result<Ended, StoreError> {
+    async fn one(
+        &self,
+        item: Item,
+        barrier: &mut Option<ProviderOutage>,
+    ) -> Result<Ended, StoreError> {
         let judge = &self.judges[&item.asked.model];
         let question = match self.question(&item).await {
             Ok(question) => question,
@@ -176,12 +184,14 @@ impl Asking {
             batch: Some(self.batch.to_string()),
         };
         let store = Some(Arc::clone(&self.store));
-        let hear = |event| {
-            if let Event::Barred(met) = event {
-                *barrier = Some(met);
-            }
+        let mut unstored = None;
+        let hear = |event| match event {
+            Event::Barred(met) => *barrier = Some(met),
+            Event::NotStored(words) => unstored = Some(words),
+            _ => {}
         };
         match evaluation::run(&question, judge, store, &wanted, hear).await {
+            Ok(_) if unstored.is_some() => Err(StoreError::Unstored(unstored.unwrap_or_default())),
             Ok(answer) => self.answered(&item, key.as_ref(), &answer),
             Err(AskError::Refused(why) | AskError::OverBudget(why)) => {
                 self.ended(&item, key.as_ref(), ItemState::Waiting, why)
@@ -219,7 +229,8 @@ impl Asking {
             }
             _ if !answer.is_whole() => {
                 let why = "the server ended the answer before it was whole";
-                (ItemState::Truncated, Some(why.to_string()))
+                let why = answer.cut_off().unwrap_or_else(|| why.to_string());
+                (ItemState::Truncated, Some(why))
             }
             _ => (ItemState::Answered, None),
         };

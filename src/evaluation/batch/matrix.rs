@@ -27,12 +27,12 @@ pub struct Matrix {
     /// Changes of the scene under each of which everything is asked once more, with the first lead.
     pub transforms: Vec<Transform>,
     /// How all of them are asked.
-    pub manner: Manner,
+    pub manner: RequestSettings,
 }
 
 /// How every question of a batch is asked; what is not set is the template's, else the program's or the server's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Manner {
+pub struct RequestSettings {
     /// Steps in a window.
     pub history: Option<usize>,
     /// Obstacles farther from the ego are left out, metres.
@@ -47,7 +47,7 @@ pub struct Manner {
     pub effort: Option<Effort>,
 }
 
-impl Manner {
+impl RequestSettings {
     /// What decides how a scene is described.
     #[must_use]
     pub fn settings(&self, techniques: Option<Techniques>) -> Settings {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::llm::Barrier;
+use crate::llm::ProviderOutage;
 
 /// So many questions in a row that nobody answered are no accident. Each had all its tries.
 const IN_A_ROW: usize = 5;
@@ -40,29 +40,29 @@ impl Watch {
     }
 
     /// What became of a question that was sent, or that should have been: what stood in its way, and that in words.
-    pub fn hear(&mut self, model: &str, met: Option<(Barrier, String)>) {
+    pub fn hear(&mut self, model: &str, met: Option<(ProviderOutage, String)>) {
         let Some((barrier, why)) = met else {
             self.silent = 0;
             self.forbidden.remove(model);
             return;
         };
         let (who, after) = match barrier {
-            Barrier::Silence => {
+            ProviderOutage::Silence => {
                 self.silent += 1;
                 (self.provider.clone(), self.silent)
             }
-            Barrier::Forbidden => {
+            ProviderOutage::Forbidden => {
                 self.silent = 0;
                 let times = self.forbidden.entry(model.to_string()).or_default();
                 *times += 1;
                 (model.to_string(), *times)
             }
-            Barrier::Refused => {
+            ProviderOutage::Refused => {
                 self.silent = 0;
                 (model.to_string(), 1)
             }
         };
-        if after < IN_A_ROW && barrier != Barrier::Refused {
+        if after < IN_A_ROW && barrier != ProviderOutage::Refused {
             return;
         }
         match self.paused.iter_mut().find(|paused| paused.who == who) {
@@ -98,7 +98,7 @@ impl Watch {
 mod tests {
     use super::*;
 
-    fn met(barrier: Barrier) -> Option<(Barrier, String)> {
+    fn met(barrier: ProviderOutage) -> Option<(ProviderOutage, String)> {
         Some((barrier, "why".into()))
     }
 
@@ -106,17 +106,17 @@ mod tests {
     fn silence_pauses_a_provider_only_in_a_row() {
         let mut watch = Watch::new("lab".into());
         for _ in 1..IN_A_ROW {
-            watch.hear("lab/a", met(Barrier::Silence));
+            watch.hear("lab/a", met(ProviderOutage::Silence));
         }
         watch.hear("lab/b", None);
         for _ in 1..IN_A_ROW {
-            watch.hear("lab/a", met(Barrier::Silence));
+            watch.hear("lab/a", met(ProviderOutage::Silence));
             assert!(!watch.holds("lab/a"));
         }
-        watch.hear("lab/b", met(Barrier::Silence));
+        watch.hear("lab/b", met(ProviderOutage::Silence));
         assert!(watch.holds("lab/a") && watch.holds("lab/b"), "one server");
         // One that was on its way.
-        watch.hear("lab/b", met(Barrier::Silence));
+        watch.hear("lab/b", met(ProviderOutage::Silence));
         let paused = watch.over();
         assert_eq!((&*paused[0].who, paused[0].open), ("lab", 2));
         assert_eq!((paused.len(), paused[0].after), (1, IN_A_ROW + 1));
@@ -125,11 +125,11 @@ mod tests {
     #[test]
     fn a_refusal_pauses_its_model_at_once_and_a_forbidden_question_alone_does_not() {
         let mut watch = Watch::new("lab".into());
-        watch.hear("lab/a", met(Barrier::Refused));
+        watch.hear("lab/a", met(ProviderOutage::Refused));
         assert!(watch.holds("lab/a") && !watch.holds("lab/b"));
         for times in 1..=IN_A_ROW {
             assert!(!watch.holds("lab/b"), "{times}");
-            watch.hear("lab/b", met(Barrier::Forbidden));
+            watch.hear("lab/b", met(ProviderOutage::Forbidden));
         }
         assert!(watch.holds("lab/b"));
         let who: Vec<_> = watch.over().into_iter().map(|paused| paused.who).collect();

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::desk::obstacle;
+use super::question_builder::obstacle;
 use super::truth::Truth;
 use super::variant::Variant;
 use crate::evaluation::{Label, LabelError, Lead, Said, Scored, Way};
@@ -165,7 +165,7 @@ fn without_answer(item: &Item) -> Said {
     }
 }
 /// Another truth of a question: its place in the batch, whether the ego collides, and with whom.
-pub type Retold = (u64, Option<bool>, Option<i64>);
+pub type Relabelled = (u64, Option<bool>, Option<i64>);
 
 /// The same answers beside another truth: by place in the batch, whether the ego collides, and with whom.
 ///
@@ -177,7 +177,7 @@ pub fn retold(
     items: &[Item],
     truth: &Truth,
     desk: &super::Desk,
-) -> Result<Vec<Retold>, LabelError> {
+) -> Result<Vec<Relabelled>, LabelError> {
     items
         .par_iter()
         .map(|item| {

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::matrix::{Manner, Matrix};
+use super::matrix::{Matrix, RequestSettings};
 use super::truth::TruthSource;
-use crate::evaluation::{Lead, template, usual_frame};
+use crate::evaluation::{Lead, default_frame, template};
 use crate::llm::Effort;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
@@ -121,7 +121,7 @@ impl Spec {
             samples: written.samples,
             more_leads: each(&written.more_leads, |w| w.parse().ok())?,
             transforms: each(&written.transforms, |w| w.parse().ok())?,
-            manner: Manner {
+            manner: RequestSettings {
                 history: written.history,
                 radius: written.radius,
                 lead: lead.transpose()?,
@@ -152,7 +152,9 @@ impl Spec {
     pub fn templates_of(matrix: &Matrix, library: &Library) -> BTreeMap<String, String> {
         let mut found = BTreeMap::new();
         for way in matrix.ways() {
-            let frame = way.frame.unwrap_or_else(|| usual_frame(library, way.task));
+            let frame = way
+                .frame
+                .unwrap_or_else(|| default_frame(library, way.task));
             if let Ok((file, template)) = template(library, way.task, frame) {
                 found.insert(file.to_string(), library.hash(&template.source));
             }

@@ -26,7 +26,7 @@ fn matrix() -> Matrix {
         samples: 3,
         more_leads: Vec::new(),
         transforms: Vec::new(),
-        manner: Manner::default(),
+        manner: RequestSettings::default(),
     }
 }
 
@@ -150,7 +150,7 @@ fn shards_have_every_scenario_once_whatever_the_order() {
 
 #[test]
 fn a_spec_comes_back_from_the_store_as_it_was() {
-    let manner = Manner {
+    let manner = RequestSettings {
         history: Some(7),
         radius: Some(25.5),
         lead: Some(Lead::Seconds(1.5)),

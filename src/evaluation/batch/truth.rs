@@ -9,7 +9,7 @@ use crate::scenario::{Entry, Place, Scene};
 use crate::store::Item;
 use crate::system;
 
-use super::desk::path_of;
+use super::question_builder::path_of;
 use super::scored::label_of;
 
 /// Where the truth is from.
@@ -59,7 +59,7 @@ pub enum TruthError {
 const HALVES: [(&str, bool); 2] = [("collision_scenarios", true), ("normal_scenarios", false)];
 
 impl TruthSource {
-    /// Where the truth is from if nobody says: the folders, if a scenario lies in one of them, else the geometry.
+    /// Where the truth is from by default: the folders, if a scenario lies in one of them, else the geometry.
     #[must_use]
     pub fn usual(entries: &[Entry]) -> Self {
         match entries.iter().any(|entry| half(entry).is_some()) {
@@ -173,7 +173,7 @@ impl Truth {
         }
     }
 
-    /// What is true about a scenario; nothing where nobody says. The geometry needs the scene.
+    /// What is true about a scenario; nothing where it is unknown. The geometry needs the scene.
     #[must_use]
     pub fn of(&self, entry: &Entry, scene: Option<&Scene>) -> Option<Label> {
         match self {

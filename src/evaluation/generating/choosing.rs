@@ -1,7 +1,7 @@
 //! Who attacks: the model's choice beside the reference's ranking, and which of them is taken.
 
 use super::super::answer::{Answer, Judged};
-use super::super::usual::usual_frame;
+use super::super::defaults::default_frame;
 use super::{AuthorError, Desk, Progress, Spent};
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{Capability, ChangeError, Reason, Refusal};
@@ -103,7 +103,7 @@ impl Desk<'_> {
     ) -> Result<Proposal, AuthorError> {
         (self.listener)(Progress::Choosing);
         let task = Task::Attacker;
-        let usual = || usual_frame(&self.author.library, task);
+        let usual = || default_frame(&self.author.library, task);
         let frame = self.author.frame.unwrap_or_else(usual);
         let window = Window::ending_at(self.scene, first.step, self.history(task, frame)?);
         let question = self.question(task, frame, window, None)?;

@@ -21,15 +21,15 @@ pub use spent::Spent;
 
 use super::answer::Answer;
 use super::case::{self, AskError, Event, Wanted};
+use super::defaults::default_frame;
 use super::judges::Judge;
 use super::question::{Case, CaseError, Question, prepare, template};
 use super::settings::Settings;
-use super::usual::usual_frame;
 use crate::generation::{Ground, Refusal};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Scene, Window};
-use crate::store::{Consumed, Store};
+use crate::store::{Consumed, Store, StoreError};
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -71,7 +71,7 @@ impl Author {
     /// The templates that are asked with: file and hash.
     #[must_use]
     pub fn templates(&self) -> BTreeMap<String, String> {
-        let usual = |task| usual_frame(&self.library, task);
+        let usual = |task| default_frame(&self.library, task);
         let choice = self.frame.unwrap_or_else(|| usual(Task::Attacker));
         let asked = [
             (Task::Attacker, choice),
@@ -122,7 +122,7 @@ pub enum Progress {
     Refused(Box<Declined>),
 }
 
-/// Motions that are asked for where nobody says how many.
+/// Motions that are asked for by default.
 pub const SAMPLES: u32 = 5;
 
 /// How often a refused motion goes back where nobody says it.
@@ -146,7 +146,7 @@ pub enum AuthorError {
 }
 
 /// Lets a model choose the attacker and write motions for it, on the ego's drive in `scene`, which is the ground's
-/// baseline: at most `samples × (1 + retries) + 1` requests. The attacks are not driven yet, see [`Authored::drive`].
+/// baseline: at most `samples × (1 + retries) + 1` requests. The attacks are not driven yet, see [`Authored::drive_watched`].
 ///
 /// Dropping the future cancels what is on its way and writes that down; what was answered is in the store.
 ///
@@ -237,13 +237,20 @@ impl Desk<'_> {
             batch: self.author.batch.clone(),
         };
         let store = self.author.store.clone();
+        let mut unstored = None;
         let asked = case::run(question, &self.author.judge, store, &wanted, |event| {
+            if let Event::NotStored(words) = &event {
+                unstored = Some(words.clone());
+            }
             if let Event::Barred(_) = event {
                 self.barred.store(true, Ordering::Relaxed);
             }
             (self.listener)(Progress::Heard { sample, event });
         });
         let answer = asked.await?;
+        if let Some(words) = unstored {
+            return Err(StoreError::Unstored(words).into());
+        }
         (self.listener)(Progress::Answered {
             sample,
             consumed: answer.consumed,

@@ -73,13 +73,8 @@ impl Authored {
     }
 
     /// Drives the ego against every attack, looks whether a good driver survives those that have an effect with a reaction
-    /// time of `delay` seconds, and puts the best one first.
-    pub fn drive(&mut self, ground: &Ground<'_>, delay: f64) {
-        self.drive_watched(ground, delay, &mut |_| true);
-    }
-
-    /// The same; before each attack `watch` hears how many were driven against, and says whether to go on. False where
-    /// it said no: the attacks stay in their order then.
+    /// time of `delay` seconds, and puts the best one first. Before each attack `watch` hears how many were driven
+    /// against, and says whether to go on. False where it said no: the attacks stay in their order then.
     pub fn drive_watched(
         &mut self,
         ground: &Ground<'_>,
@@ -101,14 +96,8 @@ impl Authored {
         true
     }
 
-    /// Drives, and takes the most dangerous attack that a good driver survives: what a search gives, too. Of each refused
-    /// answer it has the first reason; [`Authored::refusals`] are all.
-    pub fn made(&mut self, ground: &Ground<'_>, delay: f64) -> Made {
-        self.drive(ground, delay);
-        self.taken(ground, delay)
-    }
-
-    /// The same of attacks that were driven against already.
+    /// Of attacks that were driven against, the most dangerous one that a good driver survives: what a search gives, too.
+    /// Of each refused answer it has the first reason; [`Authored::refusals`] are all.
     #[must_use]
     pub fn taken(&self, ground: &Ground<'_>, delay: f64) -> Made {
         let all = self.attacks.iter();
@@ -123,7 +112,7 @@ impl Authored {
         Made { found, chosen }
     }
 
-    /// Where an attack of [`Authored::made`] comes from.
+    /// Where an attack of [`Authored::taken`] comes from.
     #[must_use]
     pub fn of(&self, attack: &Attack) -> Option<&AuthoredAttack> {
         self.attacks.iter().find(|a| {

@@ -36,8 +36,10 @@ impl Spent {
         self.requests += 1;
         self.answers += u32::from(answer.arrived());
         self.stored += u32::from(answer.past.is_some());
-        self.input_tokens += input_tokens.unwrap_or(0);
-        self.output_tokens += output_tokens.unwrap_or(0);
+        self.input_tokens = self.input_tokens.saturating_add(input_tokens.unwrap_or(0));
+        self.output_tokens = self
+            .output_tokens
+            .saturating_add(output_tokens.unwrap_or(0));
         match cost_usd {
             Some(usd) => {
                 self.usd += usd;
@@ -54,8 +56,8 @@ impl Spent {
         self.requests += other.requests;
         self.answers += other.answers;
         self.stored += other.stored;
-        self.input_tokens += other.input_tokens;
-        self.output_tokens += other.output_tokens;
+        self.input_tokens = self.input_tokens.saturating_add(other.input_tokens);
+        self.output_tokens = self.output_tokens.saturating_add(other.output_tokens);
         self.usd += other.usd;
         self.usd_before += other.usd_before;
         self.unpriced += other.unpriced;

@@ -5,8 +5,8 @@ use futures_util::{FutureExt, StreamExt, stream};
 
 use super::super::answer::{Answer, Judged, Missing};
 use super::super::case::AskError;
+use super::super::defaults::default_frame;
 use super::super::question::Question;
-use super::super::usual::usual_frame;
 use super::choosing::other_task;
 use super::outcome::{Authored, AuthoredAttack, Declined, Source};
 use super::{AuthorError, Desk, Progress, Spent, words};
@@ -63,7 +63,7 @@ impl Desk<'_> {
     /// at the ego.
     fn motion_question(&self, attacker: i64, authored: &Authored) -> Result<Question, AuthorError> {
         let task = Task::Trajectory;
-        let frame = usual_frame(&self.author.library, task);
+        let frame = default_frame(&self.author.library, task);
         let stage = self.ground.stage;
         let obstacle = self.ground.obstacle(attacker);
         let track = obstacle.map_err(AuthorError::Attacker)?.track().steps();

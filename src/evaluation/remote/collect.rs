@@ -13,7 +13,7 @@ use crate::store::{Ending, HandedState, ProviderBatch, ProviderBatchId, RunId, R
 /// How far a batch is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Progress {
-    /// Nobody knows yet whether it reached the provider; to be asked again later.
+    /// It is unknown yet whether it reached the provider; to be asked again later.
     Unknown,
     /// It never did; its questions can be asked anew.
     NotSent,

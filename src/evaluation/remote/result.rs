@@ -4,8 +4,9 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
 use crate::evaluation::answer::{Answer, Judged, Missing};
-use crate::evaluation::case::{read, stopped_short, word};
+use crate::evaluation::ended::{read, stopped_short, word};
 use crate::evaluation::judges::ModelJudge;
+use crate::llm::Secrets;
 use crate::llm::batch::{Answered, Outcome};
 use crate::store::{Consumed, Ending, Piece, Run, RunState};
 
@@ -78,7 +79,8 @@ fn answer(run: Run, answered: Answered, model: &ModelJudge) -> Settled {
         judged: Judged::Missing(Missing::Cancelled),
         ..Answer::from(run)
     };
-    answer.judged = read(task, &answer, stopped_short(&answered.finish));
+    let secrets = Secrets::sent(&model.client, &model.endpoint);
+    answer.judged = read(task, &answer, stopped_short(&answered.finish)).without(&secrets);
     let ending = answer.ending();
     Settled {
         reasoning: answer.reasoning,

@@ -19,7 +19,7 @@ pub enum Half {
     Collision,
     /// Those about scenarios that do not.
     Normal,
-    /// Those about scenarios of which nobody says what is true.
+    /// Those about scenarios whose truth is unknown.
     Unknown,
     /// All of them.
     All,

@@ -10,7 +10,7 @@ use super::consumption::count;
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
-use crate::store::{Asides, Key, Outcome, RunId, RunState};
+use crate::store::{Key, Outcome, RunId, RunState, SecondaryRuns};
 use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
@@ -62,7 +62,7 @@ type Question<'a> = (&'a str, &'a str, Task, Option<(i64, i64)>);
 /// newest failure. Other leads and changed scenes of batches are other questions, and are left out as in the report of
 /// a batch. The built-in judge's verdict on a question is that of its run on the same file, task and, for safety, window.
 #[must_use]
-pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &Asides) -> Stored {
+pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> Stored {
     let original = originals(outcomes, asides);
     let outcomes = || {
         outcomes
@@ -168,7 +168,7 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &Asides) -> Stored {
 
 /// Answers to first questions that were asked about a changed scene, as that leaves the words the same: under the name of
 /// the scene as it is.
-fn originals(outcomes: &[Outcome], asides: &Asides) -> HashMap<RunId, Outcome> {
+fn originals(outcomes: &[Outcome], asides: &SecondaryRuns) -> HashMap<RunId, Outcome> {
     let original = |one: &Outcome| match Transform::of_name(&one.scenario) {
         (name, Some(_)) if asides.first.contains(&one.run) => {
             let scenario = name.to_string();
@@ -186,7 +186,7 @@ fn originals(outcomes: &[Outcome], asides: &Asides) -> HashMap<RunId, Outcome> {
 }
 
 /// Whether a run is about a changed scene, of a batch or by the name that such scenes have.
-fn is_changed(outcome: &Outcome, asides: &Asides) -> bool {
+fn is_changed(outcome: &Outcome, asides: &SecondaryRuns) -> bool {
     asides.changed.contains(&outcome.run) || Transform::of_name(&outcome.scenario).1.is_some()
 }
 

@@ -1,17 +1,17 @@
-//! A finished way out, looked at once more: nobody is touched, and a vehicle can drive it.
+//! A finished way out, looked at once more: no obstacle is touched, and a vehicle can drive it.
 
 use super::super::avoidable::{Avoidance, Finder};
 use super::Search;
 use crate::geometry::Pose;
 use crate::planner::{Feasibility, VehicleState};
-use crate::simulation::{Collision, Drive, Look, Outcome};
+use crate::simulation::{Collision, Look, Outcome, Rollout};
 
 /// Who got away has to be able to go on for so long, seconds, with one of these accelerations, m/s².
 const GOING_ON: f64 = 2.0;
 const GOING_ON_WITH: [f64; 4] = [-8.0, -3.0, 0.0, 3.0];
 
 impl Search<'_> {
-    /// Whether a finished trajectory touches nobody, stays on the road, gets to its end, and can be driven from step
+    /// Whether a finished trajectory touches no obstacle, stays on the road, gets to its end, and can be driven from step
     /// `reaction` on.
     pub fn verify(&self, avoidance: &Avoidance, reaction: i64) -> bool {
         let driver = self.closed.driver();
@@ -38,9 +38,9 @@ impl Search<'_> {
             && (over || self.can_go_on(drive))
     }
 
-    /// Whether who ends here does not end right before somebody's bumper: straight on, with one of a few accelerations,
-    /// nobody is touched for a while.
-    fn can_go_on(&self, drive: &Drive) -> bool {
+    /// Whether an ego that ends here does not end right before a bumper: straight on, with one of a few accelerations,
+    /// no obstacle is touched for a while.
+    fn can_go_on(&self, drive: &Rollout) -> bool {
         let Some((end, state)) = drive.states.last() else {
             return false;
         };

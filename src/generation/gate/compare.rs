@@ -1,4 +1,4 @@
-//! A variant that somebody else made, held against its original.
+//! A variant from another source, held against its original.
 
 use std::collections::HashMap;
 
@@ -89,7 +89,7 @@ impl Gate<'_> {
         let added = added.filter(|o| theirs.contains_key(&o.id));
         refusals.extend(added.map(|o| Refusal::of(Reason::Added(o.id))));
         match changed.len() {
-            // The motion of somebody else's body is held against nothing.
+            // The motion of another obstacle's body is held against nothing.
             0 if reshaped => {}
             0 => refusals.push(Refusal::of(Reason::Unchanged)),
             1 => {}

@@ -1,4 +1,4 @@
-//! The gate: what a changed motion has to pass before it may be exported, whoever made it.
+//! The gate: what a changed motion has to pass before it may be exported, wherever it comes from.
 //!
 //! Every check gives the step, what was found and the most that is allowed. Limits are those of
 //! [`super::Capability`]; the single-track model is [`crate::planner::Feasibility`], and beside it the motion of the
@@ -57,7 +57,7 @@ pub struct Passed {
     pub early: i64,
 }
 
-/// How exactly numbers are known that nobody rounded, metres and radians.
+/// How exactly numbers are known that were not rounded, metres and radians.
 const EXACT: f64 = 1e-6;
 
 impl<'a> Gate<'a> {
@@ -73,7 +73,7 @@ impl<'a> Gate<'a> {
         }
     }
 
-    /// With an ego, whose body nobody may overlap before the change begins: that would not be the change's doing.
+    /// With an ego, whose body no obstacle may overlap before the change begins: that would not be the change's doing.
     #[must_use]
     pub fn with_ego(self, ego: &'a Ego) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Where the body may be: on the road, and where nobody else is.
+//! Where the body may be: on the road, and where no other obstacle is.
 
 use super::others::{overlapped, touch};
 use super::run::{Flow, Found, Run};
@@ -9,7 +9,7 @@ use crate::geometry::Placed;
 const SLACK: f64 = 1e-3;
 
 impl Run<'_> {
-    /// Nobody else is where the body is, until it has touched the ego; and it touches the ego only where it moves in
+    /// No other obstacle is where the body is, until it has touched the ego; and it touches the ego only where it moves in
     /// its new way.
     pub fn overlaps(&self, found: &mut Found) -> Flow {
         self.ego_before(found)?;

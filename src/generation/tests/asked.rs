@@ -4,7 +4,7 @@ use super::{CAR, behind_a_car, braking, car, state};
 use crate::generation::manoeuvre::Plan;
 use crate::generation::waypoints::as_given;
 use crate::generation::{
-    Admitted, Change, ClosedLoop, Gate, Ground, Reason, Refusal, Stage, admit, motion,
+    Admitted, AttackContext, Change, ClosedLoop, Gate, Ground, Reason, Refusal, admit, motion,
 };
 use crate::geometry::{Pose, Vector};
 use crate::planner::{Bound, Forecast};
@@ -15,7 +15,7 @@ use crate::verdict::{Manoeuvre, ManoeuvreKind, Moment, Motion as Asked, Waypoint
 fn on_ground<T>(closed: &ClosedLoop, with: impl FnOnce(&Ground<'_>) -> T) -> T {
     let driver = closed.driver();
     let ego = { closed.baseline().drive() }.ego(driver.problem(), driver.settings());
-    let stage = Stage::new(closed.scenario(), &ego.footprint, &ego.track).unwrap();
+    let stage = AttackContext::new(closed.scenario(), &ego.footprint, &ego.track).unwrap();
     let gate = Gate::new(closed.scenario()).with_ego(&ego);
     with(&Ground {
         stage: &stage,
@@ -115,7 +115,7 @@ fn the_example_of_the_prompt_is_near_enough_to_be_repaired() {
     });
     let driver = closed.driver();
     let ego = { closed.baseline().drive() }.ego(driver.problem(), driver.settings());
-    let stage = Stage::new(&scenario, &ego.footprint, &ego.track).unwrap();
+    let stage = AttackContext::new(&scenario, &ego.footprint, &ego.track).unwrap();
     let obstacle = scenario.obstacle(CAR).unwrap();
     let given = as_given(&stage, obstacle, &points).unwrap();
     assert_eq!((given.from(), given.until()), (Some(0), Some(20)));
@@ -157,7 +157,7 @@ fn a_near_miss_is_repaired_and_anything_else_refused() {
     assert_eq!(refused[0].reason, Reason::Start("position"));
     assert!((refused[0].value.unwrap() - 10.7).abs() < 1e-6);
 
-    // A speed that nobody reaches in half a second, and a heading across the road.
+    // A speed that no obstacle reaches in half a second, and a heading across the road.
     let mut fast = right.clone();
     fast[3].velocity = Some(40.0);
     let reasons = |points: &[Waypoint]| -> Vec<Reason> {

@@ -35,7 +35,7 @@ fn a_stop_far_ahead_is_avoided_also_by_who_reacts_late() {
         let avoidance = certificate.avoidance().unwrap();
         let reaction = 5 + (delay / 0.1).round() as i64;
         proves(avoidance, &effect, reaction);
-        // Until then nobody reacts, and afterwards somebody does.
+        // Until then the driver does not react, and afterwards it does.
         let until = avoidance.drive.states.iter().zip(unchanged);
         let mut until = until.take_while(|((step, _), _)| *step <= avoidance.reaction);
         assert!(avoidance.reaction >= reaction && until.all(|(a, b)| a == b));

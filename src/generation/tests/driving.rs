@@ -5,7 +5,7 @@ use crate::generation::{Change, ChangeError, Consequence};
 use crate::geometry::{Footprint, Pose, Shape};
 use crate::planner::Forecast;
 use crate::scenario::{Motion, Scenario, bundled};
-use crate::simulation::{Collision, Driver, Face, Outcome, Stretch};
+use crate::simulation::{Collision, ContactSide, Driver, Outcome, Stretch};
 
 #[test]
 fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
@@ -70,7 +70,7 @@ fn of_two_who_touch_the_ego_at_a_step_the_first_one_counts() {
     assert_eq!(at.with, 1);
     let first = |before| Collision::first(&scenario, &ego, before, 1, None).unwrap();
     assert_eq!((first(None).with, first(Some(ego.pose)).with), (1, 2));
-    assert_eq!(first(Some(ego.pose)).ego, Face::Rear);
+    assert_eq!(first(Some(ego.pose)).ego, ContactSide::Rear);
 }
 
 #[test]
@@ -120,7 +120,10 @@ fn a_wall_in_front_is_a_collision_with_the_attacker() {
     let collision = effect.collision().unwrap();
     assert_eq!(effect.drive.outcome, Outcome::Collision(collision));
     assert!(effect.hits_attacker() && !effect.is_hit_from_behind());
-    assert_eq!((collision.ego, collision.other), (Face::Front, Face::Rear));
+    assert_eq!(
+        (collision.ego, collision.other),
+        (ContactSide::Front, ContactSide::Rear)
+    );
     assert_eq!(effect.distance, Some(0.0));
     assert_eq!(effect.lowest_after(), Some(0));
     assert_eq!(effect.after.last(), Some(&(collision.step, 0)));

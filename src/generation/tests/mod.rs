@@ -34,7 +34,7 @@ fn settings(forecast: Forecast) -> Settings {
     }
 }
 
-/// A bundled road with nobody on it but one car, this far (m) ahead of the ego, as fast as the ego starts.
+/// A bundled road with no obstacle on it but one car, this far (m) ahead of the ego, as fast as the ego starts.
 fn behind_a_car(gap: f64, forecast: Forecast) -> ClosedLoop {
     let all = bundled();
     let entry = all.iter().find(|e| e.name.contains("HardBraking")).unwrap();

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::super::error::Error;
 use super::call::{Again, Calls};
+use super::pages::Pages;
 use super::{Found, Mark, Outcome, SLACK, State, Status, read};
 
 pub fn prepared<'a>(bodies: impl Iterator<Item = (&'a str, Value)>) -> Value {
@@ -21,13 +22,14 @@ pub async fn create(calls: &Calls, prepared: &Value) -> Result<Value, Error> {
 pub async fn look_up(calls: &Calls, mark: Mark<'_>) -> Result<Found, Error> {
     let mut after: Option<String> = None;
     let mut perhaps = Vec::new();
+    let mut pages = Pages::new();
     'pages: loop {
         let mut url = calls.url(&[], &["batches"])?;
         url.query_pairs_mut().append_pair("limit", "100");
         if let Some(after) = &after {
             url.query_pairs_mut().append_pair("after_id", after);
         }
-        let page = calls.get(url).await?;
+        let page = calls.page(url).await?;
         let Some(batches) = page.get("data").and_then(Value::as_array) else {
             return Err(calls.malformed(&format!("no list of batches: {page}")));
         };
@@ -35,13 +37,13 @@ pub async fn look_up(calls: &Calls, mark: Mark<'_>) -> Result<Found, Error> {
             let created = batch.get("created_at").and_then(Value::as_str);
             let created = created.and_then(|at| at.parse::<Timestamp>().ok());
             // The newest come first.
-            if created.is_some_and(|at| at.as_second() + SLACK < mark.since.as_second()) {
+            if created
+                .is_some_and(|at| at.as_second().saturating_add(SLACK) < mark.since.as_second())
+            {
                 break 'pages;
             }
             let id = calls.id(batch, "id")?;
-            if mark.others.contains(&id)
-                || counts(batch).iter().sum::<u64>() != mark.ids.len() as u64
-            {
+            if mark.others.contains(&id) || sum(&counts(batch)) != mark.ids.len() as u64 {
                 continue;
             }
             if !status_of(calls, batch.clone())?.state.is_over() {
@@ -51,9 +53,13 @@ pub async fn look_up(calls: &Calls, mark: Mark<'_>) -> Result<Found, Error> {
             }
         }
         let more = page.get("has_more").and_then(Value::as_bool) == Some(true);
-        match batches.last() {
-            Some(last) if more => after = Some(calls.id(last, "id")?),
-            _ => break,
+        after = match batches.last() {
+            Some(last) if more => Some(calls.id(last, "id")?),
+            _ => None,
+        };
+        pages.turn(calls, batches.len(), after.as_deref())?;
+        if after.is_none() {
+            break;
         }
     }
     Ok(match perhaps.is_empty() {
@@ -71,6 +77,11 @@ async fn is_ours(calls: &Calls, id: &str, ids: &[String]) -> Result<bool, Error>
     })
     .await?;
     Ok(ours)
+}
+
+/// The sum of counts, however large a server says they are.
+fn sum(counts: &[u64]) -> u64 {
+    counts.iter().fold(0, |sum, n| sum.saturating_add(*n))
 }
 
 /// Questions in work, answered, failed, cancelled and expired.
@@ -97,7 +108,7 @@ fn status_of(calls: &Calls, document: Value) -> Result<Status, Error> {
     Ok(Status {
         state,
         answered,
-        failed: errored + cancelled + expired,
+        failed: sum(&[errored, cancelled, expired]),
         problem: None,
         document,
     })
@@ -118,13 +129,13 @@ pub async fn results<E: From<Error>>(
             let outcome = match line.pointer("/result/type").and_then(Value::as_str) {
                 Some("succeeded") => {
                     let message = line.pointer("/result/message");
-                    read::answer(calls.endpoint(), message.unwrap_or(&Value::Null))
+                    read::answer(calls, message.unwrap_or(&Value::Null))
                 }
                 Some("canceled") => Outcome::Cancelled,
                 Some("expired") => Outcome::Expired,
                 _ => {
                     let error = line.pointer("/result/error").unwrap_or(&line);
-                    read::failed(calls.endpoint(), error, None)
+                    read::failed(calls, error, None)
                 }
             };
             each(id, outcome)

@@ -9,21 +9,36 @@ use reqwest::{Method, Response, Url, Version};
 use serde_json::Value;
 
 use super::super::client::{Client, deepest};
+use super::super::deadlines::{Deadlines, Elapsed};
 use super::super::endpoint::Endpoint;
 use super::super::error::Error;
 use super::super::failure::Failure;
+use super::super::json::{MOST_VALUES, is_bounded};
 use super::super::limits::Gate;
-use super::super::patience::{Elapsed, Patience};
 use super::super::retry::waits;
+use super::super::secrets::Secrets;
 use super::super::sending::authorised;
 
-/// Longest line of results, and longest document, in bytes.
+/// Longest document, in bytes: some providers have all results of a batch in one.
 const LONGEST: usize = 256 << 20;
+
+/// Longest line of results, in bytes: one answer and what is said about it.
+const LONGEST_LINE: usize = 32 << 20;
+
+/// Longest page of a list, in bytes.
+const LONGEST_PAGE: usize = 16 << 20;
+
+/// Most values of a document that holds many answers.
+const MOST_VALUES_OF_ALL: usize = 4 * MOST_VALUES;
+
+/// How much is looked at of what is no document.
+const LONGEST_SHOWN: usize = 64 << 10;
 
 /// Requests to one endpoint.
 pub struct Calls {
     http: reqwest::Client,
     endpoint: Endpoint,
+    secrets: Secrets,
     headers: HeaderMap,
     gate: Arc<Gate>,
     model: String,
@@ -52,7 +67,7 @@ impl Calls {
         let mut endpoint = endpoint.clone();
         endpoint.url()?;
         let headers = authorised(client, &mut endpoint).await?;
-        let http = client.http(endpoint.timeouts.connect);
+        let http = client.http(&endpoint, endpoint.timeouts.connect);
         let http = http.map_err(|why| Error::Setup {
             place: endpoint.place(),
             why,
@@ -61,6 +76,7 @@ impl Calls {
             http,
             headers,
             gate: client.gate(&endpoint.name, endpoint.limits),
+            secrets: endpoint.secrets(),
             endpoint,
             model: model.to_owned(),
         })
@@ -68,6 +84,11 @@ impl Calls {
 
     pub fn endpoint(&self) -> &Endpoint {
         &self.endpoint
+    }
+
+    /// What was sent and is not to come back.
+    pub fn secrets(&self) -> &Secrets {
+        &self.secrets
     }
 
     /// An address: that of questions without its last part `without`, and then these parts.
@@ -85,7 +106,7 @@ impl Calls {
     /// The id that a document has in a field; it becomes part of addresses, so that it may not be anything.
     pub fn id(&self, document: &Value, field: &str) -> Result<String, Error> {
         let id = document.get(field).and_then(Value::as_str);
-        match id.filter(|id| is_id(id)) {
+        match id.filter(|id| is_id(id) && !self.secrets.are_in(id)) {
             Some(id) => Ok(id.to_owned()),
             None => Err(self.malformed(&format!("no `{field}` of a batch or file: {document}"))),
         }
@@ -93,27 +114,35 @@ impl Calls {
 
     /// What came is not what was asked for.
     pub fn malformed(&self, what: &str) -> Error {
-        let what = what.chars().take(2000).collect();
+        let what = what.to_owned();
         let place = self.endpoint.place();
-        Error::Malformed { place, what }.cleared_of(self.endpoint.usable_key())
+        Error::Malformed { place, what }.cleared_of(&self.secrets)
     }
 
     /// Asks for a document.
     pub async fn get(&self, url: Url) -> Result<Value, Error> {
-        self.document(Method::GET, url, None, Again::Harmless).await
+        self.document(Method::GET, url, None, Again::Harmless, LONGEST)
+            .await
+    }
+
+    /// Asks for a page of a list.
+    pub async fn page(&self, url: Url) -> Result<Value, Error> {
+        self.document(Method::GET, url, None, Again::Harmless, LONGEST_PAGE)
+            .await
     }
 
     /// Sends a document.
     pub async fn post(&self, url: Url, body: &Value, again: Again) -> Result<Value, Error> {
         let body = ("application/json".to_owned(), body.to_string().into_bytes());
-        self.document(Method::POST, url, Some(body), again).await
+        self.document(Method::POST, url, Some(body), again, LONGEST_PAGE)
+            .await
     }
 
     /// Sends bytes of a type.
     pub async fn upload(&self, url: Url, kind: String, bytes: Vec<u8>) -> Result<Value, Error> {
         // A file that is there twice is asked about once.
         let body = Some((kind, bytes));
-        self.document(Method::POST, url, body, Again::Harmless)
+        self.document(Method::POST, url, body, Again::Harmless, LONGEST_PAGE)
             .await
     }
 
@@ -123,17 +152,19 @@ impl Calls {
         url: Url,
         body: Option<(String, Vec<u8>)>,
         again: Again,
+        longest: usize,
     ) -> Result<Value, Error> {
         let mut whole = Vec::new();
-        self.exchange(method, url, body, again, |piece| {
+        self.exchange((method, url, body), again, longest, |piece| {
             whole.extend_from_slice(piece);
             Ok::<_, Error>(whole.len())
         })
         .await?;
-        serde_json::from_slice(&whole).map_err(|_| {
-            let start = &whole[..whole.len().min(500)];
-            self.malformed(&format!("`{}`", String::from_utf8_lossy(start)))
-        })
+        if !is_bounded(&whole, MOST_VALUES_OF_ALL) {
+            let what = format!("a document of more than {MOST_VALUES_OF_ALL} values");
+            return Err(self.malformed(&what));
+        }
+        serde_json::from_slice(&whole).map_err(|_| self.malformed(&format!("`{}`", start(&whole))))
     }
 
     /// Asks for lines and gives each to `each`, as a JSON document. Whether a cut would have been noticed.
@@ -148,15 +179,17 @@ impl Calls {
             if bytes.trim_ascii().is_empty() {
                 return Ok(());
             }
-            match serde_json::from_slice(&bytes) {
-                Ok(value) => each(value),
-                Err(_) => {
-                    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(500)]);
-                    Err(self.malformed(&format!("the line `{start}`")).into())
+            let bounded = is_bounded(&bytes, MOST_VALUES).then_some(&bytes);
+            match bounded.and_then(|bytes| serde_json::from_slice(bytes).ok()) {
+                Some(value) => each(value),
+                None => {
+                    let line = format!("the line `{}`", start(&bytes));
+                    Err(self.malformed(&line).into())
                 }
             }
         };
-        let framed = self.exchange(Method::GET, url, None, Again::Harmless, |mut piece| {
+        let request = (Method::GET, url, None);
+        let framed = self.exchange(request, Again::Harmless, LONGEST_LINE, |mut piece| {
             while let Some(end) = piece.iter().position(|b| *b == b'\n') {
                 line.extend_from_slice(&piece[..end]);
                 piece = &piece[end + 1..];
@@ -171,22 +204,21 @@ impl Calls {
     }
 
     /// One request, tried again where that may help, and the body of its answer in pieces; `each` says how many bytes
-    /// it holds back. Whether a cut would have been noticed.
+    /// it holds back, at most `longest_part`. Whether a cut would have been noticed.
     async fn exchange<E: From<Error>>(
         &self,
-        method: Method,
-        url: Url,
-        body: Option<(String, Vec<u8>)>,
+        (method, url, body): (Method, Url, Option<(String, Vec<u8>)>),
         again: Again,
+        longest_part: usize,
         mut each: impl FnMut(&[u8]) -> Result<usize, E>,
     ) -> Result<bool, E> {
-        let cleared = |error: Error| error.cleared_of(self.endpoint.usable_key());
+        let cleared = |error: Error| error.cleared_of(&self.secrets);
         let admitted = self.gate.admit(0).await;
         admitted.map_err(|why| Error::Setup {
             place: self.endpoint.place(),
             why,
         })?;
-        let patience = Patience::starting_now(self.endpoint.timeouts);
+        let patience = Deadlines::starting_now(self.endpoint.timeouts);
         let mut waits = waits(self.endpoint.retry);
         let response = loop {
             let failure = match self.once(&method, &url, body.as_ref(), patience).await {
@@ -216,8 +248,8 @@ impl Calls {
                 Err(elapsed) => return Err(cleared(self.elapsed(elapsed)).into()),
             };
             received += piece.len();
-            if each(&piece)? > LONGEST {
-                let why = format!("more than {LONGEST} bytes in one document");
+            if each(&piece)? > longest_part {
+                let why = format!("more than {longest_part} bytes in one document");
                 return Err(cleared(self.cut(received, why)).into());
             }
         }
@@ -246,7 +278,7 @@ impl Calls {
         method: &Method,
         url: &Url,
         body: Option<&(String, Vec<u8>)>,
-        patience: Patience,
+        patience: Deadlines,
     ) -> Result<Response, Failure> {
         let mut headers = self.headers.clone();
         headers.remove(CONTENT_TYPE);
@@ -266,6 +298,11 @@ impl Calls {
             Err(elapsed) => Err(Failure::silence(elapsed, &self.endpoint)),
         }
     }
+}
+
+/// The beginning of what is no document, to be shown; more than is shown, so that no secret is cut before it is found.
+fn start(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_SHOWN)]).into_owned()
 }
 
 /// Whether the end of a body is told by more than the end of the connection.

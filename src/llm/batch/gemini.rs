@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::super::error::Error;
 use super::call::{Again, Calls};
+use super::pages::Pages;
 use super::{Found, Mark, Outcome, State, Status, read};
 
 /// What the address of questions ends in, before the model.
@@ -38,14 +39,16 @@ fn operation(calls: &Calls, id: &str, method: &str) -> Result<Url, Error> {
 
 pub async fn look_up(calls: &Calls, mark: Mark<'_>) -> Result<Found, Error> {
     let mut token: Option<String> = None;
+    let mut pages = Pages::new();
     loop {
         let mut url = calls.url(&MODELS, &["batches"])?;
         url.query_pairs_mut().append_pair("pageSize", "100");
         if let Some(token) = &token {
             url.query_pairs_mut().append_pair("pageToken", token);
         }
-        let page = calls.get(url).await?;
+        let page = calls.page(url).await?;
         let operations = page.get("operations").and_then(Value::as_array);
+        let entries = operations.map_or(0, Vec::len);
         for operation in operations.into_iter().flatten() {
             let shown = operation.pointer("/metadata/displayName");
             if shown.and_then(Value::as_str) == Some(&name(mark.tag)) {
@@ -53,9 +56,10 @@ pub async fn look_up(calls: &Calls, mark: Mark<'_>) -> Result<Found, Error> {
             }
         }
         let next = page.get("nextPageToken").and_then(Value::as_str);
-        match next.filter(|token| !token.is_empty()) {
-            Some(next) => token = Some(next.to_owned()),
-            None => return Ok(Found::Nothing),
+        token = next.filter(|token| !token.is_empty()).map(str::to_owned);
+        pages.turn(calls, entries, token.as_deref())?;
+        if token.is_none() {
+            return Ok(Found::Nothing);
         }
     }
 }
@@ -89,7 +93,7 @@ pub async fn status(calls: &Calls, id: &str) -> Result<Status, Error> {
         state,
         answered: count("successfulRequestCount"),
         failed: count("failedRequestCount"),
-        problem: problem.map(|words| read::line(calls.endpoint(), words)),
+        problem: problem.map(|words| read::line(calls, words)),
         document,
     })
 }
@@ -139,8 +143,8 @@ fn download(calls: &Calls, file: &str) -> Result<Url, Error> {
 
 fn outcome(calls: &Calls, line: &Value) -> Outcome {
     match line.get("response") {
-        Some(response) if !response.is_null() => read::answer(calls.endpoint(), response),
-        _ => read::failed(calls.endpoint(), line, None),
+        Some(response) if !response.is_null() => read::answer(calls, response),
+        _ => read::failed(calls, line, None),
     }
 }
 

@@ -8,6 +8,7 @@ mod anthropic;
 mod call;
 mod gemini;
 mod openai;
+mod pages;
 mod read;
 mod split;
 

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::super::dialect::Dialect;
 use super::super::error::Error;
 use super::call::{Again, Calls};
+use super::pages::Pages;
 use super::{Found, Mark, Outcome, SLACK, State, Status, read};
 
 /// What the address of questions ends in.
@@ -49,13 +50,14 @@ pub async fn create(calls: &Calls, prepared: &Value) -> Result<Value, Error> {
 
 pub async fn look_up(calls: &Calls, mark: Mark<'_>) -> Result<Found, Error> {
     let mut after: Option<String> = None;
+    let mut pages = Pages::new();
     loop {
         let mut url = calls.url(&METHODS, &["batches"])?;
         url.query_pairs_mut().append_pair("limit", "100");
         if let Some(after) = &after {
             url.query_pairs_mut().append_pair("after", after);
         }
-        let page = calls.get(url).await?;
+        let page = calls.page(url).await?;
         let Some(batches) = page.get("data").and_then(Value::as_array) else {
             return Err(calls.malformed(&format!("no list of batches: {page}")));
         };
@@ -66,14 +68,18 @@ pub async fn look_up(calls: &Calls, mark: Mark<'_>) -> Result<Found, Error> {
             }
             // The newest come first.
             let created = batch.get("created_at").and_then(Value::as_i64);
-            if created.is_some_and(|at| at + SLACK < mark.since.as_second()) {
+            if created.is_some_and(|at| at.saturating_add(SLACK) < mark.since.as_second()) {
                 return Ok(Found::Nothing);
             }
         }
         let more = page.get("has_more").and_then(Value::as_bool) == Some(true);
-        match batches.last() {
-            Some(last) if more => after = Some(calls.id(last, "id")?),
-            _ => return Ok(Found::Nothing),
+        after = match batches.last() {
+            Some(last) if more => Some(calls.id(last, "id")?),
+            _ => None,
+        };
+        pages.turn(calls, batches.len(), after.as_deref())?;
+        if after.is_none() {
+            return Ok(Found::Nothing);
         }
     }
 }
@@ -96,7 +102,7 @@ pub async fn status(calls: &Calls, id: &str) -> Result<Status, Error> {
     let errors = document.pointer("/errors/data").and_then(Value::as_array);
     let errors = errors.into_iter().flatten().take(3);
     let words: Vec<_> = errors.filter_map(|e| e.get("message")?.as_str()).collect();
-    let problem = (!words.is_empty()).then(|| read::line(calls.endpoint(), &words.join("; ")));
+    let problem = (!words.is_empty()).then(|| read::line(calls, &words.join("; ")));
     Ok(Status {
         state,
         answered: count("completed"),
@@ -131,7 +137,6 @@ pub async fn results<E: From<Error>>(
 }
 
 fn outcome(calls: &Calls, line: &Value) -> Outcome {
-    let endpoint = calls.endpoint();
     let code = line.pointer("/error/code").and_then(Value::as_str);
     match (code, line.pointer("/response/body")) {
         (Some("batch_expired"), _) => Outcome::Expired,
@@ -141,11 +146,11 @@ fn outcome(calls: &Calls, line: &Value) -> Outcome {
                 .pointer("/response/status_code")
                 .and_then(Value::as_u64);
             match status {
-                Some(200..=299) | None => read::answer(endpoint, body),
-                Some(_) => read::failed(endpoint, body, status),
+                Some(200..=299) | None => read::answer(calls, body),
+                Some(_) => read::failed(calls, body, status),
             }
         }
-        _ => read::failed(endpoint, line, None),
+        _ => read::failed(calls, line, None),
     }
 }
 

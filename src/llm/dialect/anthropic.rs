@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Body, Odd, Protocol, count, string};
-use crate::llm::assembly::Assembly;
+use super::{Body, DecodeError, Protocol, count, string};
+use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::quirks::Efforts;
@@ -137,7 +137,11 @@ pub(super) struct Messages {
 }
 
 impl Protocol for Messages {
-    fn event(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn event(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         match string(value, "type") {
             Some("message_start") => {
                 if let Some(message) = value.get("message") {
@@ -161,9 +165,13 @@ impl Protocol for Messages {
         Ok(())
     }
 
-    fn document(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn document(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         let Some(blocks) = value.get("content").and_then(Value::as_array) else {
-            return Err(Odd::no_answer(value));
+            return Err(DecodeError::no_answer(value));
         };
         answer.model(string(value, "model"));
         self.usage(value, answer);
@@ -174,7 +182,7 @@ impl Protocol for Messages {
 }
 
 impl Messages {
-    fn usage(&mut self, holder: &Value, answer: &mut Assembly) {
+    fn usage(&mut self, holder: &Value, answer: &mut ResponseAccumulator) {
         let Some(Value::Object(counts)) = holder.get("usage") else {
             return;
         };
@@ -201,13 +209,13 @@ impl Messages {
 }
 
 /// A block or a piece of one: its kind shows in its fields.
-fn block(block: Option<&Value>, answer: &mut Assembly) {
+fn block(block: Option<&Value>, answer: &mut ResponseAccumulator) {
     let Some(block) = block else { return };
     answer.reason(string(block, "thinking").unwrap_or_default());
     answer.say(string(block, "text").unwrap_or_default());
 }
 
-fn stopped(holder: &Value, answer: &mut Assembly) {
+fn stopped(holder: &Value, answer: &mut ResponseAccumulator) {
     match string(holder, "stop_reason") {
         None => {}
         Some("end_turn" | "stop_sequence") => answer.finish(Finish::Stop),

@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Body, Odd, Protocol, count, string};
-use crate::llm::assembly::Assembly;
+use super::{Body, DecodeError, Protocol, count, string};
+use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::quirks::Efforts;
@@ -88,7 +88,11 @@ fn thinking(endpoint: &Endpoint, effort: Option<Effort>, config: &mut Body) {
 pub(super) struct Gemini;
 
 impl Protocol for Gemini {
-    fn event(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn event(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         answer.model(string(value, "modelVersion"));
         if let Some(usage) = value.get("usageMetadata").filter(|u| u.is_object()) {
             answer.usage(usage_of(usage));
@@ -122,13 +126,17 @@ impl Protocol for Gemini {
         Ok(())
     }
 
-    fn document(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn document(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         // Without `alt=sse` the events come as one list.
         let one = std::slice::from_ref(value);
         let events = value.as_array().map_or(one, Vec::as_slice);
         let known = |v: &Value| v.get("candidates").is_some() || v.get("promptFeedback").is_some();
         if !events.iter().any(known) {
-            return Err(Odd::no_answer(value));
+            return Err(DecodeError::no_answer(value));
         }
         events
             .iter()

@@ -13,7 +13,7 @@ use reqwest::Url;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::assembly::Assembly;
+use super::accumulator::ResponseAccumulator;
 use super::endpoint::Endpoint;
 use super::problem::Problem;
 use super::request::Request;
@@ -206,22 +206,27 @@ pub(super) trait Protocol: Debug + Send {
     }
 
     /// Reads one event, a JSON object that reports no error.
-    fn event(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd>;
+    fn event(&mut self, value: &Value, answer: &mut ResponseAccumulator)
+    -> Result<(), DecodeError>;
 
     /// Reads a whole answer that was not streamed.
-    fn document(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd>;
+    fn document(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError>;
 }
 
 /// An event that is no part of an answer.
 #[derive(Debug)]
-pub(super) enum Odd {
+pub(super) enum DecodeError {
     /// It is not of this dialect.
     Malformed(String),
     /// It reports an error.
     Provider(Problem),
 }
 
-impl Odd {
+impl DecodeError {
     fn no_answer(value: &Value) -> Self {
         Self::Malformed(format!("a document without an answer: `{value}`"))
     }

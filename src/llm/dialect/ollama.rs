@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::{Body, Odd, Protocol, count, string};
-use crate::llm::assembly::Assembly;
+use super::{Body, DecodeError, Protocol, count, string};
+use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::quirks::Efforts;
@@ -56,7 +56,11 @@ pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
 pub(super) struct Ollama;
 
 impl Protocol for Ollama {
-    fn event(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn event(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         answer.model(string(value, "model"));
         if let Some(message) = value.get("message") {
             answer.reason(string(message, "thinking").unwrap_or_default());
@@ -78,9 +82,13 @@ impl Protocol for Ollama {
         Ok(())
     }
 
-    fn document(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn document(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         if value.get("message").is_none() {
-            return Err(Odd::no_answer(value));
+            return Err(DecodeError::no_answer(value));
         }
         self.event(value, answer)
     }

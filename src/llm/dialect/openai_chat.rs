@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::{Body, Odd, Protocol, count, string};
-use crate::llm::assembly::Assembly;
+use super::{Body, DecodeError, Protocol, count, string};
+use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{Cost, CostSource, Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::problem::Problem;
@@ -111,7 +111,11 @@ impl Protocol for Chat {
         true
     }
 
-    fn event(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn event(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         answer.model(string(value, "model"));
         if let Some(usage) = value.get("usage").filter(|u| u.is_object()) {
             answer.usage(usage_of(usage));
@@ -122,16 +126,24 @@ impl Protocol for Chat {
         }
     }
 
-    fn document(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn document(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         if choice(value).is_none() {
-            return Err(Odd::no_answer(value));
+            return Err(DecodeError::no_answer(value));
         }
         self.event(value, answer)
     }
 }
 
 impl Chat {
-    fn choice(&mut self, choice: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn choice(
+        &mut self,
+        choice: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         let message = || choice.get("message").filter(|_| answer.received() == 0);
         if let Some(delta) = choice
             .get("delta")
@@ -153,7 +165,7 @@ impl Chat {
             Some("content_filter") => answer.finish(Finish::ContentFilter),
             // DeepSeek broke off: what came is no answer.
             Some(word @ "insufficient_system_resource") => {
-                return Err(Odd::Provider(Problem {
+                return Err(DecodeError::Provider(Problem {
                     message: "it ran out of resources".into(),
                     code: Some(word.into()),
                     ..Problem::default()
@@ -164,7 +176,7 @@ impl Chat {
         Ok(())
     }
 
-    fn reasoning(&mut self, delta: &Value, answer: &mut Assembly) {
+    fn reasoning(&mut self, delta: &Value, answer: &mut ResponseAccumulator) {
         for field in ["reasoning_content", "reasoning", "reasoning_details"] {
             if self.reasoning_field.is_some_and(|chosen| chosen != field) {
                 continue;
@@ -186,7 +198,7 @@ impl Chat {
     }
 
     /// One part of a content that is a list, as Mistral sends it.
-    fn part(&mut self, part: &Value, answer: &mut Assembly) {
+    fn part(&mut self, part: &Value, answer: &mut ResponseAccumulator) {
         let chosen = "content";
         let other = self.reasoning_field.is_some_and(|field| field != chosen);
         let thought = match part.get("thinking") {

@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Body, Odd, Protocol, count, string};
-use crate::llm::assembly::Assembly;
+use super::{Body, DecodeError, Protocol, count, string};
+use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::problem::Problem;
@@ -69,7 +69,11 @@ const SUMMARY: &str = "response.reasoning_summary_text.delta";
 const RAW: &str = "response.reasoning_text.delta";
 
 impl Protocol for Responses {
-    fn event(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn event(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         let delta = string(value, "delta").unwrap_or_default();
         match string(value, "type") {
             Some("response.output_text.delta") => answer.say(delta),
@@ -99,23 +103,31 @@ impl Protocol for Responses {
         Ok(())
     }
 
-    fn document(&mut self, value: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn document(
+        &mut self,
+        value: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         if !value.get("output").is_some_and(Value::is_array) {
-            return Err(Odd::no_answer(value));
+            return Err(DecodeError::no_answer(value));
         }
         self.response(value, answer)
     }
 }
 
 impl Responses {
-    fn reason(&mut self, from: &'static str, text: &str, answer: &mut Assembly) {
+    fn reason(&mut self, from: &'static str, text: &str, answer: &mut ResponseAccumulator) {
         if *self.reasoning_from.get_or_insert(from) == from {
             answer.reason(text);
         }
     }
 
     /// The response object, which is whole once its status says so.
-    fn response(&mut self, response: &Value, answer: &mut Assembly) -> Result<(), Odd> {
+    fn response(
+        &mut self,
+        response: &Value,
+        answer: &mut ResponseAccumulator,
+    ) -> Result<(), DecodeError> {
         answer.model(string(response, "model"));
         if let Some(usage) = response.get("usage").filter(|u| u.is_object()) {
             answer.usage(usage_of(usage));
@@ -135,7 +147,9 @@ impl Responses {
                     message: "the answer failed without a reason".into(),
                     ..Problem::default()
                 };
-                return Err(Odd::Provider(Problem::in_value(response).unwrap_or(failed)));
+                return Err(DecodeError::Provider(
+                    Problem::in_value(response).unwrap_or(failed),
+                ));
             }
             _ => return Ok(()),
         }
@@ -147,7 +161,7 @@ impl Responses {
     }
 
     /// What the output items say, for servers that sent no pieces of it.
-    fn output(&mut self, response: &Value, answer: &mut Assembly) {
+    fn output(&mut self, response: &Value, answer: &mut ResponseAccumulator) {
         let list = |value: &Value, key: &str| {
             let items = value.get(key).and_then(Value::as_array);
             items.cloned().unwrap_or_default()

@@ -1,7 +1,7 @@
 //! Where to arrive, and the speed that is wanted on the way.
 
 use super::guide;
-use crate::planner::{Arrival, Guide, VehicleState};
+use crate::planner::{Arrival, ReferenceTrack, VehicleState};
 use crate::scenario::bundled;
 
 #[test]
@@ -11,7 +11,7 @@ fn arrivals_of_bundled_scenarios_lie_in_their_goals() {
         let scenario = entry.read().unwrap();
         let graph = scenario.network.lane_graph(None);
         for problem in &scenario.planning_problems {
-            let guide = Guide::of(&scenario, &graph, problem).unwrap();
+            let guide = ReferenceTrack::of(&scenario, &graph, problem).unwrap();
             let Some(arrival) = guide.arrival else {
                 continue;
             };
@@ -57,10 +57,10 @@ fn the_wanted_speed_is_the_cruising_speed_that_arrives_in_time() {
     // Too fast: its end at the last moment, but slowed down to gently.
     assert!((wanted(20.0, 50.0, 12.5, 0) - 12.0).abs() < 1e-9);
     assert!((wanted(20.0, 50.0, 18.0, 0) - 16.0).abs() < 1e-9);
-    // Just before its end nobody drives on.
+    // Just before its end the ego does not drive on.
     assert!(wanted(20.0, 169.0, 3.0, 50) <= 2.0);
     assert_eq!(wanted(20.0, 175.0, 1.0, 50), 0.0);
-    // Late, but not later than a little haste makes good; beyond that nobody races.
+    // Late, but not later than a little haste makes good; beyond that the ego does not race.
     assert!((wanted(8.0, 130.0, 8.0, 80) - 10.0).abs() < 1e-9);
     let (guide, _) = guide("HardBraking");
     assert!((wanted(8.0, 0.0, 8.0, 90) - guide.fastest).abs() < 1e-9);

@@ -123,7 +123,7 @@ fn refined_levels_are_denser_and_keep_the_path_itself() {
     assert_eq!(level.offsets(3.5, 0.0).filter(|d| *d == 0.0).count(), 1);
 }
 
-/// Profiles from 15 m/s with somebody in front at `ahead` metres and 8 m/s, or with nobody.
+/// Profiles from 15 m/s with an obstacle in front at `ahead` metres and 8 m/s, or without one.
 fn profiles(ahead: Option<f64>) -> (Vec<Profile>, [f64; 3]) {
     let (guide, dt) = guide("HardBraking");
     let settings = Settings::default();

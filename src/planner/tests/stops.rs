@@ -5,11 +5,11 @@ use proptest::prelude::*;
 use super::guide;
 use crate::geometry::Pose;
 use crate::planner::brake::brake;
-use crate::planner::{Feasibility, Guide, Limits, Settings, VehicleState};
+use crate::planner::{Feasibility, Limits, ReferenceTrack, Settings, VehicleState};
 
 /// On the path's start with this much beside it, turned from it and steered, the latter two as shares of what is allowed.
 fn state(
-    guide: &Guide,
+    guide: &ReferenceTrack,
     velocity: f64,
     d: f64,
     turn: f64,

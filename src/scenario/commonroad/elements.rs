@@ -17,8 +17,8 @@ pub(super) fn point<'a>(
     let (mut x, mut y, mut z) = (None, None, None);
     while let Some(child) = xml.next()? {
         match child.name {
-            "x" => x = Some(xml.number(child)?),
-            "y" => y = Some(xml.number(child)?),
+            "x" => x = Some(xml.coordinate(child)?),
+            "y" => y = Some(xml.coordinate(child)?),
             "z" => z = Some(xml.number(child)?),
             _ => xml.skip_unknown(child)?,
         }
@@ -151,7 +151,7 @@ pub(super) fn push_shape<'a>(
         "rectangle" => rectangle(xml, child)?,
         "circle" => circle(xml, child)?,
         "polygon" => Shape::Polygon {
-            vertices: polygon(xml)?,
+            vertices: polygon(xml, child)?,
         },
         "truckShape" => Shape::Truck(trucks::truck(xml, child)?),
         "semiTrailerTruckShape" => trucks::semi_trailer_truck(xml, child)?,
@@ -178,11 +178,11 @@ fn rectangle<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadE
     let (mut center, mut orientation, mut shift) = (Point::origin(), 0.0, 0.0);
     while let Some(child) = xml.next()? {
         match child.name {
-            "length" => length = Some(xml.number(child)?),
-            "width" => width = Some(xml.number(child)?),
+            "length" => length = Some(xml.size(child)?),
+            "width" => width = Some(xml.size(child)?),
             "orientation" => orientation = xml.number(child)?,
             "center" => center = point(xml, child)?.0,
-            "originXShift" => shift = xml.number(child)?,
+            "originXShift" => shift = xml.coordinate(child)?,
             _ => xml.skip_unknown(child)?,
         }
     }
@@ -202,7 +202,7 @@ fn circle<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadErro
     let (mut radius, mut center) = (None, Point::origin());
     while let Some(child) = xml.next()? {
         match child.name {
-            "radius" => radius = Some(xml.number(child)?),
+            "radius" => radius = Some(xml.size(child)?),
             "center" => center = point(xml, child)?.0,
             _ => xml.skip_unknown(child)?,
         }
@@ -211,13 +211,14 @@ fn circle<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadErro
     Ok(Shape::Circle { radius, center })
 }
 
-fn polygon(xml: &mut Xml<'_>) -> Result<Vec<Point>, ReadError> {
+fn polygon<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Vec<Point>, ReadError> {
     let mut vertices = Vec::new();
     while let Some(child) = xml.next()? {
         match child.name {
             "point" => vertices.push(point(xml, child)?.0),
             _ => xml.skip_unknown(child)?,
         }
+        xml.check_count(element, vertices.len(), "points")?;
     }
     // Some files close the ring.
     if vertices.len() > 3 && vertices.first() == vertices.last() {

@@ -2,6 +2,21 @@
 
 use super::error::ReadError;
 use super::xml::{Xml, short};
+use crate::scenario::{Diagnostic, Severity};
+
+/// A byte order mark, which some editors write in front of a text.
+pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
+
+/// The same in UTF-8.
+const MARK_IN_UTF_8: &[u8] = b"\xef\xbb\xbf";
+
+/// Bytes without the byte order marks that they begin with.
+pub(in crate::scenario) fn without_marks(mut bytes: &[u8]) -> &[u8] {
+    while let Some(rest) = bytes.strip_prefix(MARK_IN_UTF_8) {
+        bytes = rest;
+    }
+    bytes
+}
 
 /// What some bytes are, from how they begin, if they have to be unpacked or saved anew before anything here can read
 /// them.
@@ -12,6 +27,10 @@ pub(in crate::scenario) fn foreign(bytes: &[u8]) -> Option<&'static str> {
         [b'B', b'Z', b'h', b'1'..=b'9', ..] => "compressed with bzip2; unpack it first",
         [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => "compressed with xz; unpack it first",
         [0x28, 0xb5, 0x2f, 0xfd, ..] => "compressed with zstd; unpack it first",
+        [0xff, 0xfe, 0, 0, ..]
+        | [0, 0, 0xfe, 0xff, ..]
+        | [b'<', 0, 0, 0, ..]
+        | [0, 0, 0, b'<', ..] => "UTF-32; save it as UTF-8",
         _ if utf16_unit(bytes).is_some() => "UTF-16; save it as UTF-8",
         _ => return None,
     })
@@ -50,10 +69,10 @@ pub(super) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, ReadError
         element,
         message,
     };
-    if let Some(what) = foreign(bytes) {
+    if let Some(what) = foreign(without_marks(bytes)) {
         return Err(wrong("", String::new(), format!("this is {what}")));
     }
-    std::str::from_utf8(bytes).map_err(|error| {
+    let text = std::str::from_utf8(bytes).map_err(|error| {
         let at = error.valid_up_to();
         let before = std::str::from_utf8(&bytes[..at]).unwrap_or_default();
         if bytes.contains(&0) {
@@ -68,7 +87,56 @@ pub(super) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, ReadError
             None => "the file ends within a character; the file is cut off".into(),
         };
         wrong(before, innermost(before, file), message)
-    })
+    })?;
+    match text.find('\0') {
+        None => Ok(text),
+        Some(at) => Err(wrong(
+            &text[..at],
+            String::new(),
+            "a zero byte, which no XML file has; it is damaged, or neither UTF-8 nor marked as what it is".into(),
+        )),
+    }
+}
+
+/// What is doubtful about the encoding of a file that was read as UTF-8; `text` is without its byte order marks.
+pub(super) fn doubts(bytes: &[u8], text: &str) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let mut say = |message: String| {
+        found.push(Diagnostic {
+            severity: Severity::Warning,
+            line: 1,
+            element: String::new(),
+            message,
+        });
+    };
+    let marks = (bytes.len() - text.len()) / MARK_IN_UTF_8.len();
+    if marks > 1 {
+        say(format!(
+            "{marks} byte order marks; the text behind them counts"
+        ));
+    }
+    if let Some(name) = declared(text) {
+        let plain = name.to_ascii_lowercase().replace('_', "-");
+        let wide = plain.starts_with("utf-16") || plain.starts_with("utf-32");
+        let same = matches!(plain.as_str(), "utf-8" | "utf8" | "us-ascii" | "ascii");
+        // Of ASCII alone, nearly all encodings say the same.
+        if wide || (!same && !text.is_ascii()) {
+            say(format!(
+                "it says that it is `{}`, and is read as UTF-8, which it is",
+                short(name)
+            ));
+        }
+    }
+    found
+}
+
+/// The encoding that an XML declaration names.
+fn declared(text: &str) -> Option<&str> {
+    let (declaration, _) = text.strip_prefix("<?xml")?.split_once("?>")?;
+    let (_, rest) = declaration.split_once("encoding")?;
+    let rest = rest.trim_start().strip_prefix('=')?.trim_start();
+    let quote = rest.chars().next().filter(|c| matches!(c, '"' | '\''))?;
+    rest[1..].split(quote).next()
 }
 
 /// The path of the element within which a text ends, also where that is within its tag.
@@ -116,8 +184,45 @@ mod tests {
             (b"\xff\xfe<\0", "f.xml:1:1: this is UTF-16"),
             (b"<\0a\0>\0", "f.xml:1:1: this is UTF-16"),
             (b"\x1f\x8b\x08", "f.xml:1:1: this is compressed with gzip"),
+            (b"\xef\xbb\xbf\xff\xfe<\0", "f.xml:1:1: this is UTF-16"),
+            (b"\xff\xfe\0\0<\0\0\0", "f.xml:1:1: this is UTF-32"),
+            (b"\n \0<\0a\0>\0", "f.xml:2:2: a zero byte"),
+            (b"<a>\n1\0</a>", "f.xml:2:2: a zero byte"),
         ] {
             assert!(said(bytes).starts_with(words), "{}", said(bytes));
+        }
+    }
+
+    #[test]
+    fn what_is_said_of_the_encoding_is_held_against_the_text() {
+        for (bytes, said) in [
+            ("<?xml version='1.0' encoding='utf-8'?><a>é</a>", None),
+            ("<?xml version='1.0' encoding=\"ISO-8859-1\"?><a/>", None),
+            (
+                "<?xml version='1.0' encoding=\"ISO-8859-1\"?><a>é</a>",
+                Some("it says that it is `ISO-8859-1`"),
+            ),
+            (
+                "<?xml version='1.0' encoding='UTF-16'?><a/>",
+                Some("it says that it is `UTF-16`"),
+            ),
+            ("\u{feff}<a/>", None),
+            ("\u{feff}\u{feff}\u{feff}<a/>", Some("3 byte order marks")),
+            ("<?xml encoding=", None),
+            ("<?xml encoding='?>", None),
+        ] {
+            let text = bytes.trim_start_matches(BYTE_ORDER_MARK);
+            let found = doubts(bytes.as_bytes(), text);
+            let words: Vec<_> = found.iter().map(|d| d.message.as_str()).collect();
+            assert_eq!(
+                words.len(),
+                usize::from(said.is_some()),
+                "{bytes}: {words:?}"
+            );
+            assert!(
+                said.is_none_or(|said| words[0].starts_with(said)),
+                "{bytes}: {words:?}"
+            );
         }
     }
 

@@ -7,13 +7,13 @@ mod error;
 mod location;
 mod obstacles;
 mod out;
+mod places;
 mod planning;
 mod protobuf;
 mod reader;
 mod references;
 mod road;
 mod root;
-mod save;
 mod sign_ids;
 mod solution;
 mod speed_limits;
@@ -25,12 +25,12 @@ mod xml;
 
 use std::path::{Path, PathBuf};
 
+pub use crate::system::{NewFile, SaveError, save};
 pub use conform::{Conformed, conform};
-pub(super) use encoding::foreign;
+pub(super) use encoding::{foreign, without_marks};
 pub use error::ReadError;
 pub(super) use root::is_scenario;
 pub use root::{Root, Unrecognised, root_of, root_of_file};
-pub use save::{NewFile, SaveError, save};
 pub use solution::{
     Field, ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory,
     TrajectoryKind, read_solution, write_solution,

@@ -6,8 +6,8 @@ use super::states::{state, steps};
 use super::xml::{Element, Xml};
 use crate::geometry::Footprint;
 use crate::scenario::{
-    LONGEST_TRACK, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction,
-    Severity, Signal, SignalState, State,
+    Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity, Signal,
+    SignalState, State,
 };
 
 /// An obstacle; `role` is what its element's name says, `None` for the 2018b element with a `<role>`.
@@ -44,15 +44,21 @@ pub(super) fn obstacle<'a>(
                     }
                 }
             }
-            "initialState" => initial = Some(state(xml, child, true)?),
+            "initialState" => {
+                if initial.is_some() {
+                    let message = "a second initial state; it replaces the first".into();
+                    xml.note(Severity::Warning, child, message);
+                }
+                initial = Some(state(xml, child, true)?);
+            }
             "trajectory" | "occupancySet" => {
                 if prediction != Prediction::None {
                     let message = "a second prediction; it replaces the first".into();
                     xml.note(Severity::Warning, child, message);
                 }
                 prediction = match child.name {
-                    "trajectory" => Prediction::Trajectory(trajectory(xml)?),
-                    _ => Prediction::Occupancies(occupancies(xml)?),
+                    "trajectory" => Prediction::Trajectory(trajectory(xml, child)?),
+                    _ => Prediction::Occupancies(occupancies(xml, child)?),
                 };
             }
             _ => xml.skip_unknown(child)?,
@@ -77,7 +83,6 @@ pub(super) fn obstacle<'a>(
     if bodily && initial.is_none() {
         xml.note(Severity::Warning, element, "no initial state".into());
     }
-    check_times(xml, element, initial.as_ref(), &prediction);
     let parts = ObstacleParts {
         id,
         role,
@@ -90,47 +95,7 @@ pub(super) fn obstacle<'a>(
     if let Some(message) = parts.uncertainty() {
         xml.note(Severity::Warning, element, message);
     }
-    let obstacle = Obstacle::new(parts, dt);
-    if let Some(jump) = obstacle.track().jump(dt) {
-        xml.note(Severity::Warning, element, format!("obstacle {id}: {jump}"));
-    }
-    Ok(obstacle)
-}
-
-/// Notes states whose times make them useless.
-fn check_times<'a>(
-    xml: &mut Xml<'a>,
-    element: Element<'a>,
-    initial: Option<&State>,
-    prediction: &Prediction,
-) {
-    let Prediction::Trajectory(later) = prediction else {
-        return;
-    };
-    let mut steps: Vec<i64> = initial
-        .iter()
-        .copied()
-        .chain(later)
-        .map(|s| s.time.from)
-        .collect();
-    let in_order = steps.is_sorted();
-    steps.sort_unstable();
-    let mut say = |message: String| xml.note(Severity::Warning, element, message);
-    if let Some(twice) = steps.windows(2).find(|pair| pair[0] == pair[1]) {
-        say(format!(
-            "time step {} has two states; the first counts",
-            twice[0]
-        ));
-    } else if !in_order {
-        say("the states are not in order of time; they are put in order".into());
-    }
-    if let (Some(first), Some(last)) = (steps.first(), steps.last())
-        && last - first > LONGEST_TRACK
-    {
-        say(format!(
-            "states later than {LONGEST_TRACK} steps after the first are left out of its motion"
-        ));
-    }
+    Ok(Obstacle::new(parts, dt))
 }
 
 fn signal_state<'a>(
@@ -152,24 +117,26 @@ fn signal_state<'a>(
     Ok(time.map(|time| SignalState { time, signals }))
 }
 
-fn trajectory(xml: &mut Xml<'_>) -> Result<Vec<State>, ReadError> {
+fn trajectory<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Vec<State>, ReadError> {
     let mut states = Vec::new();
     while let Some(child) = xml.next()? {
         match child.name {
             "state" => states.push(state(xml, child, false)?),
             _ => xml.skip_unknown(child)?,
         }
+        xml.check_count(element, states.len(), "states")?;
     }
     Ok(states)
 }
 
-fn occupancies(xml: &mut Xml<'_>) -> Result<Vec<Occupancy>, ReadError> {
+fn occupancies<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Vec<Occupancy>, ReadError> {
     let mut found = Vec::new();
     while let Some(child) = xml.next()? {
         match child.name {
             "occupancy" => found.extend(occupancy(xml, child)?),
             _ => xml.skip_unknown(child)?,
         }
+        xml.check_count(element, found.len(), "occupancies")?;
     }
     Ok(found)
 }

@@ -29,6 +29,7 @@ pub(super) fn problem<'a>(
 }
 
 fn goal<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Goal, ReadError> {
+    xml.mark(element);
     let mut time = None;
     let mut goal = Goal {
         time: Steps::exact(0),

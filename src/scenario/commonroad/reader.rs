@@ -3,8 +3,10 @@
 use std::collections::{BTreeMap, HashSet};
 
 use super::error::ReadError;
+use super::places::Places;
 use super::xml::{Element, Xml, short};
 use super::{conform, location, obstacles, planning, references, road, speed_limits};
+use crate::scenario::plausibility::limits::refused_time_step;
 use crate::scenario::{
     ContentHash, Header, LaneletNetwork, ObstacleRole, Scenario, Severity, benchmark_id,
 };
@@ -43,6 +45,7 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
     let (mut lanelets, mut signs, mut lights) = (Vec::new(), Vec::new(), Vec::new());
     let (mut intersections, mut all, mut problems) = (Vec::new(), Vec::new(), Vec::new());
     let mut ids = HashSet::new();
+    let mut places = Places::below(&mut xml, root);
     while let Some(child) = xml.next()? {
         let id = match child.name {
             "lanelet" => {
@@ -86,6 +89,8 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
                 None
             }
         };
+        places.add(&mut xml, child);
+        xml.check_count(root, ids.len(), "elements")?;
         if let Some(id) = id.filter(|id| !ids.insert(*id)) {
             let message =
                 format!("id {id} is used twice; the first one is meant where it is referred to");
@@ -100,16 +105,19 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
     }
     let network = LaneletNetwork::new(lanelets, signs, lights, intersections);
     references::check(&mut xml, &network);
-    Ok(Scenario {
+    let mut scenario = Scenario {
         header,
         location: place,
         tags,
         network,
         obstacles: all,
         planning_problems: problems,
-        diagnostics: xml.into_diagnostics(),
+        diagnostics: Vec::new(),
         hash: ContentHash::of(bytes),
-    })
+    };
+    places.note_doubts(&mut xml, &scenario);
+    scenario.diagnostics = xml.into_diagnostics();
+    Ok(scenario)
 }
 
 fn looks_like_an_ego(bytes: &[u8]) -> bool {
@@ -163,16 +171,11 @@ fn header<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<Header, ReadError>
     let Some(step) = step else {
         return Err(xml.fail(root.at, "<commonRoad> has no timeStepSize".into()));
     };
-    let time_step_size = match step.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => value,
-        _ => {
-            let message = format!(
-                "timeStepSize=\"{}\" is not a positive number of seconds",
-                short(&step)
-            );
-            return Err(xml.fail(root.at, message));
-        }
-    };
+    let time_step_size = step.trim().parse::<f64>().unwrap_or(f64::NAN);
+    if let Some(why) = refused_time_step(time_step_size) {
+        let message = format!("timeStepSize=\"{}\" {why}", short(&step));
+        return Err(xml.fail(root.at, message));
+    }
     let version = version.unwrap_or_default();
     if !matches!(version.as_str(), "2020a" | "2018b") {
         let message = format!(

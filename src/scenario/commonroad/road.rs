@@ -33,13 +33,13 @@ pub(super) fn lanelet<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Lan
     };
     while let Some(child) = xml.next()? {
         match child.name {
-            "leftBound" => lanelet.left = bound(xml)?,
-            "rightBound" => lanelet.right = bound(xml)?,
+            "leftBound" => lanelet.left = bound(xml, child)?,
+            "rightBound" => lanelet.right = bound(xml, child)?,
             "predecessor" => push_reference(xml, child, &mut lanelet.predecessors)?,
             "successor" => push_reference(xml, child, &mut lanelet.successors)?,
             "adjacentLeft" => lanelet.adjacent_left = Some(adjacent(xml, child)?),
             "adjacentRight" => lanelet.adjacent_right = Some(adjacent(xml, child)?),
-            "stopLine" => lanelet.stop_line = Some(stop_line(xml)?),
+            "stopLine" => lanelet.stop_line = Some(stop_line(xml, child)?),
             "laneletType" => {
                 lanelet
                     .types
@@ -75,7 +75,7 @@ pub(super) fn lanelet<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Lan
     Ok(lanelet)
 }
 
-fn bound(xml: &mut Xml<'_>) -> Result<Bound, ReadError> {
+fn bound<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Bound, ReadError> {
     let (mut points, mut heights) = (Vec::new(), Vec::new());
     let mut marking = LineMarking::Unknown;
     while let Some(child) = xml.next()? {
@@ -88,6 +88,7 @@ fn bound(xml: &mut Xml<'_>) -> Result<Bound, ReadError> {
             "lineMarking" => marking = word(xml, child, LineMarking::parse, LineMarking::Unknown)?,
             _ => xml.skip_unknown(child)?,
         }
+        xml.check_count(element, points.len(), "points")?;
     }
     if heights.len() != points.len() {
         heights.clear();
@@ -116,7 +117,7 @@ fn adjacent<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Adjacent, Rea
     Ok(Adjacent { id, same_direction })
 }
 
-fn stop_line(xml: &mut Xml<'_>) -> Result<StopLine, ReadError> {
+fn stop_line<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<StopLine, ReadError> {
     let mut points: Vec<Point> = Vec::new();
     let mut line = StopLine {
         points: None,
@@ -134,6 +135,18 @@ fn stop_line(xml: &mut Xml<'_>) -> Result<StopLine, ReadError> {
             "trafficLightRef" => push_reference(xml, child, &mut line.lights)?,
             _ => xml.skip_unknown(child)?,
         }
+    }
+    if !matches!(points.len(), 0 | 2) {
+        let message = format!(
+            "a stop line of {} points, which has none or two; {}",
+            points.len(),
+            if points.len() < 2 {
+                "taken to be at the end of its lanelet"
+            } else {
+                "the first two count"
+            }
+        );
+        xml.note(Severity::Warning, element, message);
     }
     line.points = match points.as_slice() {
         [from, to, ..] => Some((*from, *to)),

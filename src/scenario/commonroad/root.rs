@@ -6,7 +6,7 @@ use std::path::Path;
 use quick_xml::Reader;
 use quick_xml::events::Event;
 
-use super::encoding::{beginning, foreign};
+use super::encoding::{BYTE_ORDER_MARK, beginning, foreign};
 
 /// What an XML file of CommonRoad holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,12 +92,11 @@ fn root_name(head: &[u8]) -> Option<bool> {
 
 /// At most so many bytes of a file, and at least one.
 pub(super) fn beginning_of_file(path: &Path, most: usize) -> Result<Vec<u8>, Unrecognised> {
-    // Opening a pipe would wait for somebody to write.
     if !path.metadata()?.is_file() {
         return Err(Unrecognised::Irregular);
     }
     let mut head = Vec::with_capacity(FIRST);
-    let file = std::fs::File::open(path)?;
+    let file = crate::system::open_file(path)?;
     file.take(most as u64).read_to_end(&mut head)?;
     if head.is_empty() {
         return Err(Unrecognised::Empty);
@@ -107,7 +106,8 @@ pub(super) fn beginning_of_file(path: &Path, most: usize) -> Result<Vec<u8>, Unr
 
 /// The name of the first element, also where `head` ends within its tag.
 fn first_element(head: &str) -> Option<&str> {
-    let head = head.strip_prefix('\u{feff}').unwrap_or(head);
+    // All of them: the reader takes one away by itself and does not count its bytes.
+    let head = head.trim_start_matches(BYTE_ORDER_MARK);
     let mut reader = Reader::from_str(head);
     let at = loop {
         let at = usize::try_from(reader.buffer_position()).ok()?;
@@ -144,6 +144,11 @@ mod tests {
             (
                 "<!DOCTYPE a [<!ENTITY b 'c'>]>\n<commonRoad\tx",
                 Root::Scenario,
+            ),
+            ("\u{feff}\u{feff}<commonRoad x='1'>", Root::Scenario),
+            (
+                "\u{feff}\u{feff}\u{feff}<CommonRoadSolution>",
+                Root::Solution,
             ),
             ("<commonRoadMap>", Root::Other),
             // Cut off before the name is known.

@@ -4,10 +4,8 @@ use super::elements::{point, push_shape, reference};
 use super::error::ReadError;
 use super::xml::{Element, Xml};
 use crate::geometry::Shape;
+use crate::scenario::plausibility::limits::LATEST_STEP;
 use crate::scenario::{Position, Quantity, Severity, State, StateField, Steps};
-
-/// Time steps beyond this are a mistake in the file.
-pub(super) const LATEST: i64 = 1_000_000_000;
 
 /// A state; `initial` gives the time 0 to one that says none.
 pub(super) fn state<'a>(
@@ -15,6 +13,7 @@ pub(super) fn state<'a>(
     element: Element<'a>,
     initial: bool,
 ) -> Result<State, ReadError> {
+    xml.mark(element);
     let mut time = None;
     let mut state = State::at(Steps::exact(0));
     while let Some(child) = xml.next()? {
@@ -59,13 +58,20 @@ pub(super) fn steps<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Steps
         },
         None => return Err(xml.fail_in(element, "no time step in it".into())),
     };
-    if steps.from.abs() > LATEST || steps.to.abs() > LATEST {
-        return Err(xml.fail_in(
-            element,
-            format!("time step {} is out of all reason", steps.to),
-        ));
+    if steps.from.abs() > LATEST_STEP || steps.to.abs() > LATEST_STEP {
+        return Err(xml.fail_in(element, refused_step(steps)));
     }
     Ok(steps)
+}
+
+/// Why time steps are not read.
+pub(super) fn refused_step(steps: Steps) -> String {
+    let step = if steps.to.abs() > LATEST_STEP {
+        steps.to
+    } else {
+        steps.from
+    };
+    format!("time step {step} is out of all reason; steps up to {LATEST_STEP} are read")
 }
 
 /// `<exact>`, or `<intervalStart>` and `<intervalEnd>`.

@@ -13,7 +13,7 @@ pub(super) fn truck<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Truck
     while let Some(child) = xml.next()? {
         match child.name {
             "truckDims" => dimensions = Some(truck_dimensions(xml, child)?),
-            "originXShift" => shift = Some(xml.number(child)?),
+            "originXShift" => shift = Some(xml.coordinate(child)?),
             _ => xml.skip_unknown(child)?,
         }
     }
@@ -107,7 +107,13 @@ fn numbers<'a, const N: usize>(
     let mut found = [None; N];
     while let Some(child) = xml.next()? {
         match names.iter().position(|name| *name == child.name) {
-            Some(place) => found[place] = Some(xml.number(child)?),
+            Some(place) => {
+                let value = match child.name {
+                    "length" | "width" => xml.size(child)?,
+                    _ => xml.coordinate(child)?,
+                };
+                found[place] = Some(value);
+            }
             None => xml.skip_unknown(child)?,
         }
     }

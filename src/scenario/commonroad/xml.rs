@@ -1,7 +1,9 @@
 //! A pull parser with names, line numbers and one kind of error, on quick-xml's tokens.
 
+mod bounds;
 mod later;
 mod malformed;
+mod numbers;
 
 use std::borrow::Cow;
 
@@ -9,7 +11,9 @@ use quick_xml::Reader;
 use quick_xml::events::Event;
 use quick_xml::events::attributes::Attributes;
 
-use super::encoding;
+pub(super) use later::Place;
+
+use super::encoding::{self, BYTE_ORDER_MARK};
 use super::error::ReadError;
 use crate::scenario::{Diagnostic, Severity};
 
@@ -49,9 +53,6 @@ pub(super) struct Xml<'a> {
     later: later::Later<'a>,
 }
 
-/// Larger numbers are a mistake in the file, and their squares would not fit a floating-point number.
-pub(super) const LARGEST: f64 = 1e15;
-
 /// More diagnostics than this say nothing new.
 pub(super) const MOST_DIAGNOSTICS: usize = 500;
 
@@ -60,7 +61,8 @@ impl<'a> Xml<'a> {
     /// The bytes are not UTF-8: with what they are instead, and where.
     pub fn new(bytes: &'a [u8], file: &'a str) -> Result<Self, ReadError> {
         let text = encoding::text(bytes, file)?;
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        // All of them: the reader takes one away by itself and does not count its bytes.
+        let text = text.trim_start_matches(BYTE_ORDER_MARK);
         let mut reader = Reader::from_str(text);
         reader.config_mut().expand_empty_elements = true;
         Ok(Self {
@@ -68,7 +70,7 @@ impl<'a> Xml<'a> {
             text,
             file,
             path: Vec::new(),
-            diagnostics: Vec::new(),
+            diagnostics: encoding::doubts(bytes, text),
             suppressed: 0,
             counted: (0, 1),
             later: later::Later::default(),
@@ -88,6 +90,7 @@ impl<'a> Xml<'a> {
                         attributes: &self.text[name_end..end],
                         at,
                     };
+                    self.check_bounds(element)?;
                     self.path.push(element);
                     return Ok(Some(element));
                 }
@@ -201,62 +204,6 @@ impl<'a> Xml<'a> {
         element: Element<'a>,
     ) -> impl Iterator<Item = (&'a str, Cow<'a, str>)> + use<'a> {
         element.values()
-    }
-
-    /// The value of an attribute that must be a whole number.
-    pub fn id_attribute(&mut self, element: Element<'a>, name: &str) -> Result<i64, ReadError> {
-        let Some(value) = self.attribute(element, name) else {
-            return Err(self.fail(
-                element.at,
-                format!("<{}> has no attribute `{name}`", element.name),
-            ));
-        };
-        parse_id(&value).ok_or_else(|| {
-            self.fail(
-                element.at,
-                format!("{name}=\"{}\" is not a whole number", short(&value)),
-            )
-        })
-    }
-
-    /// The text of the innermost open element as a finite number.
-    pub fn number(&mut self, element: Element<'a>) -> Result<f64, ReadError> {
-        let text = self.text()?;
-        match text.parse::<f64>() {
-            Ok(value) if value.abs() <= LARGEST => Ok(value),
-            Ok(value) if value.is_finite() => {
-                Err(self.fail_in(element, format!("`{}` is out of all reason", short(&text))))
-            }
-            Ok(_) => Err(self.fail_in(
-                element,
-                format!("`{}` is not a finite number", short(&text)),
-            )),
-            Err(_) if text.is_empty() => {
-                Err(self.fail_in(element, "it is empty, a number is expected".into()))
-            }
-            Err(_) => Err(self.fail_in(element, format!("`{}` is not a number", short(&text)))),
-        }
-    }
-
-    /// The text of the innermost open element as a whole number; `3.0` is one.
-    pub fn whole(&mut self, element: Element<'a>) -> Result<i64, ReadError> {
-        let value = self.number(element)?;
-        if value.fract() == 0.0 && value.abs() < 1e15 {
-            Ok(value as i64)
-        } else {
-            Err(self.fail_in(element, format!("`{value}` is not a whole number")))
-        }
-    }
-
-    /// The text of the innermost open element as a finite number; nothing, with a diagnostic, where it is none.
-    pub fn optional_number(&mut self, element: Element<'a>) -> Result<Option<f64>, ReadError> {
-        let text = self.text()?;
-        let value = text.parse::<f64>().ok().filter(|v| v.is_finite());
-        if value.is_none() {
-            let message = format!("`{}` is not a number and was left out", short(&text));
-            self.note(Severity::Warning, element, message);
-        }
-        Ok(value)
     }
 
     /// An error at a byte offset, inside the open elements.
@@ -378,15 +325,6 @@ fn path(open: &[Element<'_>], last: Option<Element<'_>>) -> String {
         names.splice(1..names.len() - 4, ["…".to_string()]);
     }
     names.join("/")
-}
-
-/// A whole number, also where it is written as `3.0`.
-pub(super) fn parse_id(text: &str) -> Option<i64> {
-    let text = text.trim();
-    text.parse().ok().or_else(|| {
-        let value: f64 = text.parse().ok()?;
-        (value.fract() == 0.0 && value.abs() < 1e15).then_some(value as i64)
-    })
 }
 
 /// Enough of a text to recognise it.

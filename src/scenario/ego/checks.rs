@@ -1,17 +1,84 @@
 //! What is doubtful about an ego once it is held against its scenario.
 
-use super::assumed;
-use crate::scenario::{Diagnostic, Ego, Scenario, Severity};
+use super::{EgoError, assumed};
+use crate::scenario::plausibility::limits::{
+    FASTEST, LARGEST_NUMBER, MOST_TURNS, is_tiny, refused_coordinate,
+};
+use crate::scenario::plausibility::{Row, and_more, doubts, missing_steps};
+use crate::scenario::{Diagnostic, Ego, LONGEST_TRACK, Sample, Scenario, Severity};
+
+/// An ego farther from every lanelet than this, metres, is on another map.
+const OFF_MAP: f64 = 500.0;
+
+/// Nothing on a road accelerates more, m/s².
+const HARDEST: f64 = 50.0;
 
 /// An ego that begins farther from its planning problem than this, metres, may be of another scenario.
 const START_TOLERANCE: f64 = 1.0;
 
-/// Headings are radians; beyond this many turns they are rather degrees.
-const MOST_TURNS: f64 = 3.0;
+/// The lines of a file by the time steps that they tell of; none where a file has no lines.
+#[derive(Debug, Default)]
+pub(super) struct Lines(Vec<(i64, u64)>);
+
+impl Lines {
+    pub fn new(steps: impl Iterator<Item = (i64, u64)>) -> Self {
+        let mut lines: Vec<_> = steps.collect();
+        lines.sort_unstable();
+        Self(lines)
+    }
+
+    /// The line of a step, or of the last one before it, which a planner's row may tell of, too.
+    fn of(&self, step: i64) -> usize {
+        let place = self.0.partition_point(|(at, _)| *at <= step);
+        let line = place.checked_sub(1).map_or(0, |place| self.0[place].1);
+        usize::try_from(line).unwrap_or(0)
+    }
+}
+
+/// A value of an ego's file, if it can be meant.
+///
+/// # Errors
+/// It is out of all reason.
+pub(super) fn meant(
+    value: f64,
+    file: &str,
+    line: u64,
+    column: &'static str,
+) -> Result<f64, EgoError> {
+    let why = if column.contains("position") {
+        refused_coordinate(value)
+    } else {
+        (value.abs() > LARGEST_NUMBER).then(|| format!("`{value}` is out of all reason"))
+    };
+    match why {
+        None => Ok(value),
+        Some(why) => Err(EgoError::Absurd {
+            file: file.to_string(),
+            line,
+            column,
+            why,
+        }),
+    }
+}
+
+/// What is said of rows, by their steps in the order of the file, that run back in time; `line` is that of a row.
+pub(super) fn order(steps: &[i64], line: impl Fn(usize) -> u64) -> Option<Diagnostic> {
+    let back = steps.windows(2).position(|pair| pair[1] < pair[0])?;
+    let falling = steps.len() > 2 && steps.windows(2).all(|pair| pair[1] < pair[0]);
+    let message = if falling {
+        "the rows run backwards in time; they are put in order"
+    } else {
+        "the rows are not in order of time; they are put in order"
+    };
+    Some(Diagnostic {
+        line: usize::try_from(line(back + 1)).unwrap_or(0),
+        ..assumed(Severity::Warning, message.into())
+    })
+}
 
 /// What whoever reads numbers about this ego should know.
-pub(super) fn check(ego: &Ego, scenario: &Scenario) -> Vec<Diagnostic> {
-    let mut found = Vec::new();
+pub(super) fn check(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
+    let mut found = states(ego, scenario, lines);
     let mut warn = |message: String| found.push(assumed(Severity::Warning, message));
     let (own, theirs) = (ego.track.steps(), scenario.steps());
     let moving = scenario
@@ -28,15 +95,6 @@ pub(super) fn check(ego: &Ego, scenario: &Scenario) -> Vec<Diagnostic> {
             theirs.end - 1
         ));
     }
-    let missing = (own.end - own.start) as usize - ego.track.iter().count();
-    if missing > 0 {
-        warn(format!(
-            "{missing} steps between its first and its last have no record"
-        ));
-    }
-    if let Some(jump) = ego.track.jump(scenario.dt()) {
-        warn(jump.to_string());
-    }
     let problem = scenario.planning_problems.iter().find(|p| p.id == ego.id);
     let start = problem.and_then(|p| Some((p.initial.time.from, p.initial.point()?)));
     if let Some((step, planned)) = start
@@ -50,11 +108,80 @@ pub(super) fn check(ego: &Ego, scenario: &Scenario) -> Vec<Diagnostic> {
             ));
         }
     }
-    let turns = |heading: Option<f64>| {
-        heading.is_some_and(|h| h.abs() > MOST_TURNS * std::f64::consts::TAU)
+    found
+}
+
+/// What its states say against each other and against the road, with their lines.
+fn states(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let mut warn = |step: i64, message: String| {
+        found.push(Diagnostic {
+            line: lines.of(step),
+            ..assumed(Severity::Warning, message)
+        });
     };
-    if ego.recorded.iter().any(|s| turns(s.heading)) {
-        warn("headings of many turns; they are read as radians, and look like degrees".into());
+    let recorded = &ego.recorded;
+    let steps: Vec<i64> = recorded.iter().map(|s| s.step).collect();
+    if let Some((place, message)) = missing_steps(&steps) {
+        warn(steps[place], message);
+    }
+    let late = |s: &&Sample| s.step.saturating_sub(steps[0]) > LONGEST_TRACK;
+    if let Some(late) = recorded.iter().find(late) {
+        warn(
+            late.step,
+            format!("what is later than {LONGEST_TRACK} steps after its first is left out"),
+        );
+    }
+    if let Some(jump) = ego.track.jump(scenario.dt()) {
+        warn(jump.to, jump.to_string());
+    }
+    let rows = recorded.iter().enumerate();
+    let rows: Vec<Row> = rows
+        .map(|(place, sample)| Row {
+            place,
+            sample: *sample,
+        })
+        .collect();
+    for (place, message) in doubts(&rows, scenario.dt(), false) {
+        warn(steps[place], message);
+    }
+    let around = scenario.network.bounds();
+    type Doubt<'a> = &'a dyn Fn(&Sample) -> Option<String>;
+    let each: [Doubt<'_>; 5] = [
+        &|s| {
+            let heading = s.heading?;
+            (heading.abs() > MOST_TURNS * std::f64::consts::TAU).then(|| {
+                format!("the heading {heading} is many turns; it is read as radians; headings like this look like degrees")
+            })
+        },
+        &|s| {
+            let fast = s.velocity.filter(|v| v.abs() > FASTEST)?;
+            Some(format!("{fast} m/s is faster than anything on a road"))
+        },
+        &|s| {
+            let hard = s.acceleration.filter(|a| a.abs() > HARDEST)?;
+            Some(format!("{hard} m/s² is more than any vehicle can do"))
+        },
+        &|s| {
+            let off = around?.squared_distance(&s.position).sqrt();
+            (off > OFF_MAP)
+                .then(|| format!("it is {off:.0} m from every lanelet; is it of another map?"))
+        },
+        &|s| {
+            let values = [s.position.x, s.position.y];
+            let more = [s.heading, s.velocity, s.acceleration];
+            let mut all = values.into_iter().chain(more.into_iter().flatten());
+            let tiny = all.find(|v| is_tiny(*v))?;
+            Some(format!(
+                "`{tiny:e}` is nearer to 0 than anything that is measured; taken as it is"
+            ))
+        },
+    ];
+    for doubt in each {
+        let mut said = recorded.iter().filter_map(|s| Some((s.step, doubt(s)?)));
+        if let Some((step, first)) = said.next() {
+            warn(step, and_more(first, said.count()));
+        }
     }
     found
 }

@@ -2,6 +2,7 @@
 
 use crate::scenario::SceneError;
 use crate::scenario::commonroad::ReadError;
+use crate::scenario::plausibility::limits::LATEST_STEP;
 use crate::system;
 
 /// Why an ego could not be read.
@@ -69,8 +70,22 @@ pub enum EgoError {
         /// What stands there.
         value: String,
     },
+    /// A value is beyond anything that can be meant.
+    #[error("{file}: line {line}: column `{column}`: {why}")]
+    Absurd {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which column.
+        column: &'static str,
+        /// What stands there, and what could.
+        why: String,
+    },
     /// A time step is not a whole number, or beyond all reason.
-    #[error("{file}: line {line}: column `{column}` is `{value}`, a whole time step is needed")]
+    #[error(
+        "{file}: line {line}: column `{column}` is `{value}`, a whole time step is needed, of at most {LATEST_STEP}"
+    )]
     Step {
         /// Which file.
         file: String,

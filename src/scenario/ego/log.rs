@@ -8,6 +8,7 @@
 //! rear axle. So the driven state of a step is the first state of its row. Rows whose plans run on for
 //! more than one step are recognised by where the next row begins in the plan, and the states between are the plan's.
 
+use super::checks::{self, Lines};
 use super::recording::{USUAL, whole};
 use super::table::{self, Table, finite, shown};
 use super::{EgoError, EgoSource, assumed};
@@ -75,7 +76,7 @@ impl Row {
     }
 }
 
-/// Reads the driven trajectory of a log from `bytes`; `file` names it in errors.
+/// Reads the driven trajectory of a log from `bytes`, with the lines of its steps; `file` names it in errors.
 ///
 /// # Errors
 /// Missing columns, values that are not numbers, no rows: with file, line, column and value.
@@ -84,7 +85,7 @@ pub(super) fn read(
     file: &str,
     scenario: &Scenario,
     planning_problem: Option<i64>,
-) -> Result<Ego, EgoError> {
+) -> Result<(Ego, Lines), EgoError> {
     let mut diagnostics = Vec::new();
     let rows = rows(bytes, file, &mut diagnostics)?;
     let problem = match planning_problem {
@@ -103,14 +104,20 @@ pub(super) fn read(
     let vehicle = vehicle(&rows, &mut diagnostics);
     let samples = driven(&rows, vehicle, &mut diagnostics);
     let resting = problem.and_then(|p| p.initial.orientation);
-    Ok(Ego {
+    let (first, stride) = (rows.first().map_or(0, |r| r.step), stride(&rows));
+    let lines = rows
+        .iter()
+        .map(|r| (first + (r.step - first) * stride, r.line));
+    let lines = Lines::new(lines);
+    let ego = Ego {
         id: planning_problem.or(problem.map(|p| p.id)).unwrap_or(0),
         source: EgoSource::Log(file.to_string()),
         footprint: vehicle.footprint(),
         track: Track::new(samples.clone(), scenario.dt(), resting.map(|q| q.middle())),
         recorded: samples,
         diagnostics,
-    })
+    };
+    Ok((ego, lines))
 }
 
 fn columns(
@@ -181,6 +188,8 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
             file: file.to_string(),
         });
     }
+    let steps: Vec<i64> = rows.iter().map(|r: &Row| r.step).collect();
+    diagnostics.extend(checks::order(&steps, |row| rows[row].line));
     rows.sort_by_key(|r| r.step);
     match rows.windows(2).find(|w| w[0].step == w[1].step) {
         Some(pair) => Err(EgoError::Repeated {
@@ -211,7 +220,8 @@ fn row(
         }
     };
     let number = |place: usize, column: &'static str| {
-        finite(record.text(place)).ok_or_else(|| value(place, column))
+        let number = finite(record.text(place)).ok_or_else(|| value(place, column))?;
+        checks::meant(number, file, line, column)
     };
     let step = finite(record.text(columns.step)).and_then(whole);
     let step = step.ok_or_else(|| EgoError::Step {
@@ -234,6 +244,13 @@ fn row(
         // Only what was driven has to be right; a plan may end in anything.
         if list.first().is_none_or(Option::is_none) {
             return Err(value(place, column));
+        }
+        if let Some(Some(first)) = list.first() {
+            checks::meant(*first, file, line, column)?;
+        }
+        // Of what was not driven, nothing absurd is kept.
+        for value in list.iter_mut().skip(1) {
+            *value = value.filter(|v| checks::meant(*v, file, line, column).is_ok());
         }
     }
     Ok(Row {

@@ -12,6 +12,7 @@ mod wanted;
 
 use std::path::Path;
 
+use checks::Lines;
 pub use error::EgoError;
 pub use find::find_recording;
 pub use recording::{read_recording, write_recording};
@@ -19,7 +20,7 @@ pub(super) use sized::sized;
 pub use solution::ego_of_solution;
 pub use wanted::WantedEgo;
 
-use super::commonroad::{Root, foreign, read_solution, root_of};
+use super::commonroad::{Root, foreign, read_solution, root_of, without_marks};
 use super::{Diagnostic, Ego, Scenario, Severity};
 use crate::system;
 
@@ -109,7 +110,7 @@ pub fn read_ego(
     scenario: &Scenario,
     planning_problem: Option<i64>,
 ) -> Result<Ego, EgoError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let bytes = without_marks(bytes);
     let unknown = |why: &str| EgoError::Unknown {
         file: file.to_string(),
         why: why.to_string(),
@@ -122,7 +123,10 @@ pub fn read_ego(
             return Err(unknown("this is a scenario"));
         }
         let solution = read_solution(bytes, file)?;
-        return ego_of_solution(&solution, file, scenario, planning_problem);
+        let mut ego = ego_of_solution(&solution, file, scenario, planning_problem)?;
+        let doubts = checks::check(&ego, scenario, &Lines::default());
+        ego.diagnostics.extend(doubts);
+        return Ok(ego);
     }
     let header = bytes.split(|&b| b == b'\n').next().unwrap_or_default();
     let header = table::plain(&String::from_utf8_lossy(header));
@@ -132,14 +136,14 @@ pub fn read_ego(
             "these are all trajectories that a planner sampled; what was driven is in logs.csv",
         ));
     }
-    let mut ego = if has("trajectory_number") {
+    let (mut ego, lines) = if has("trajectory_number") {
         log::read(bytes, file, scenario, planning_problem)?
     } else if has("timestep") || has("x_position") {
         recording::read_chosen(bytes, file, scenario, planning_problem)?
     } else {
         return Err(unknown("its first line is no header of a known kind"));
     };
-    let doubts = checks::check(&ego, scenario);
+    let doubts = checks::check(&ego, scenario, &lines);
     ego.diagnostics.extend(doubts);
     match planning_problem {
         Some(problem) if problem != ego.id => Err(EgoError::NoSuchProblem {

@@ -2,9 +2,11 @@
 
 use std::collections::HashSet;
 
+use super::checks::{self, Lines};
 use super::table::{Table, finite, shown};
 use super::{EgoError, EgoSource, assumed};
 use crate::geometry::Point;
+use crate::scenario::plausibility::limits::LATEST_STEP;
 use crate::scenario::track::forget_headings_at_standstill;
 use crate::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
 
@@ -19,10 +21,10 @@ pub(super) const USUAL: VehicleType = VehicleType::Bmw320i;
 /// # Errors
 /// Missing columns, rows of another length, values that are not numbers, several egos, no rows: with file and line.
 pub fn read_recording(bytes: &[u8], file: &str, scenario: &Scenario) -> Result<Ego, EgoError> {
-    read_chosen(bytes, file, scenario, None)
+    read_chosen(bytes, file, scenario, None).map(|(ego, _)| ego)
 }
 
-/// Reads a recorded ego; where there are several, that of a planning problem.
+/// Reads a recorded ego, with the lines of its rows; where there are several, that of a planning problem.
 ///
 /// # Errors
 /// See [`read_recording`].
@@ -31,7 +33,7 @@ pub(super) fn read_chosen(
     file: &str,
     scenario: &Scenario,
     planning_problem: Option<i64>,
-) -> Result<Ego, EgoError> {
+) -> Result<(Ego, Lines), EgoError> {
     let mut diagnostics = Vec::new();
     let rows = rows(bytes, file, &mut diagnostics)?;
     let (id, rows) = choose(rows, file, planning_problem, &mut diagnostics)?;
@@ -48,6 +50,9 @@ pub(super) fn read_chosen(
             file: file.to_string(),
         });
     }
+    let steps: Vec<i64> = rows.iter().map(|row| row.sample.step).collect();
+    diagnostics.extend(checks::order(&steps, |row| rows[row].line));
+    let lines = Lines::new(rows.iter().map(|row| (row.sample.step, row.line)));
     let mut samples: Vec<Sample> = rows.into_iter().map(|row| row.sample).collect();
     samples.sort_by_key(|s| s.step);
     let problem = scenario
@@ -61,14 +66,15 @@ pub(super) fn read_chosen(
     let recorded = samples.clone();
     forget_headings_at_standstill(&mut samples);
     diagnostics.push(usual_size());
-    Ok(Ego {
+    let ego = Ego {
         id: id.or(problem.map(|p| p.id)).unwrap_or(0),
         source: EgoSource::Recording(file.to_string()),
         footprint: USUAL.footprint(),
         track: Track::new(samples, scenario.dt(), resting),
         recorded,
         diagnostics,
-    })
+    };
+    Ok((ego, lines))
 }
 
 /// What is said of a size that is the usual vehicle's.
@@ -117,12 +123,17 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
         table.check_length(&row)?;
         let line = row.line;
         let number = |place: usize, column: &'static str| {
-            finite(row.text(place)).ok_or_else(|| EgoError::Value {
+            let value = finite(row.text(place)).ok_or_else(|| EgoError::Value {
                 file: named(),
                 line,
                 column,
                 value: shown(row.text(place)),
-            })
+            })?;
+            match column {
+                // Said of time steps in their own words.
+                "timestep" => Ok(value),
+                _ => checks::meant(value, file, line, column),
+            }
         };
         let given = |place: Option<usize>| place.filter(|p| !row.text(*p).is_empty());
         let optional = |place: Option<usize>, column: &'static str| {
@@ -208,7 +219,7 @@ fn choose(
 
 /// A time step; nothing for fractions and for what no scenario reaches.
 pub(super) fn whole(value: f64) -> Option<i64> {
-    (value.fract() == 0.0 && value.abs() <= 1e9).then_some(value as i64)
+    (value.fract() == 0.0 && value.abs() <= LATEST_STEP as f64).then_some(value as i64)
 }
 
 /// An ego's motion as CSV, a row for every recorded step; [`read_recording`] reads it back.

@@ -1,6 +1,7 @@
 //! Tables with a header, as people and programs write them: columns by name, and rows with their lines.
 
 use super::{EgoError, assumed};
+use crate::scenario::commonroad::without_marks;
 use crate::scenario::{Diagnostic, Severity};
 
 /// A table that is being read.
@@ -43,7 +44,7 @@ impl<'a> Table<'a> {
     /// # Errors
     /// None in practice: reading comes from memory.
     pub fn begin(bytes: &'a [u8], file: &'a str, delimiter: u8) -> Result<Self, EgoError> {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let bytes = without_marks(bytes);
         let mut reader = csv::ReaderBuilder::new()
             .delimiter(delimiter)
             .trim(csv::Trim::All)

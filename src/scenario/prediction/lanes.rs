@@ -1,4 +1,4 @@
-//! The lanes somebody may follow: those it is on, those beside that it drifts to, and all that they lead to.
+//! The lanes an obstacle may follow: those it is on, those beside that it drifts to, and all that they lead to.
 
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_4;
@@ -19,7 +19,7 @@ pub(super) struct LaneWay {
     pub weight: f64,
 }
 
-/// The lanes of one network; each is worked out once, and only where somebody is near it. (A
+/// The lanes of one network; each is worked out once, and only where an obstacle is near it. (A
 /// [`crate::scenario::LaneGraph`] works out all of them, which is too slow for something that is asked at every step.)
 #[derive(Debug)]
 pub(super) struct Lanes<'a> {
@@ -27,14 +27,14 @@ pub(super) struct Lanes<'a> {
     middles: HashMap<Driven, Option<Arc<Polyline>>>,
 }
 
-/// Nobody who points this much away from a lane follows it, radians.
+/// No obstacle that points this much away from a lane follows it, radians.
 const MOST_TURN: f64 = FRAC_PI_4;
 
 /// The spread of headings against the lane that is followed, radians, and of offsets from its middle, metres.
 const TURN: f64 = 0.2;
 const OFFSET: f64 = 1.0;
 
-/// The offset that counts is that to which somebody drifts within this time, seconds: it tells who changes lanes.
+/// The offset that counts is that to which an obstacle drifts within this time, seconds: it tells who changes lanes.
 const DRIFT: f64 = 1.0;
 
 /// Ways that are less likely than this share of the likeliest are not followed.
@@ -57,7 +57,7 @@ impl<'a> Lanes<'a> {
         }
     }
 
-    /// The ways on from where somebody is who drives `speed` m/s, `reach` metres long where the road goes on; the
+    /// The ways on from where an obstacle is that drives `speed` m/s, `reach` metres long where the road goes on; the
     /// likeliest first.
     pub fn ways(&mut self, seen: &Observed<'_>, speed: f64, reach: f64) -> Vec<LaneWay> {
         let pose = &seen.motion.pose;
@@ -201,7 +201,7 @@ fn fit(line: &Polyline, seen: &Observed<'_>, speed: f64) -> f64 {
     (-(turns / n + (drifted / OFFSET).powi(2)) / 2.0).exp()
 }
 
-/// Where somebody at offset `d` gets to who points `turn` away from the lane and drives `speed` m/s, metres.
+/// Where an obstacle at offset `d` gets to that points `turn` away from the lane and drives `speed` m/s, metres.
 fn drift(d: f64, turn: f64, speed: f64) -> f64 {
     d + speed * turn.sin() * DRIFT
 }

@@ -1,4 +1,4 @@
-//! The line somebody follows: straight, an arc, or the middle of a lane.
+//! The line an obstacle follows: straight, an arc, or the middle of a lane.
 
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ const RETURN: f64 = 10.0;
 /// The heading of a body on a line is that of the chord between its axles, this long, metres.
 const CHORD: f64 = 3.0;
 
-/// Steeper than this nobody crosses a lane.
+/// Steeper than this no obstacle crosses a lane.
 const STEEPEST: f64 = 1.0;
 
 impl Path {

@@ -1,7 +1,7 @@
 //! What somebody may do next, as a few weighted hypotheses: no chance in it, the same each time.
 
 use super::lanes::Lanes;
-use super::{Observed, Past, Path, Present, Speeds};
+use super::{Observed, ObservedHistory, Path, Present, Speeds};
 use crate::geometry::Pose;
 use crate::scenario::ObstacleType;
 
@@ -16,7 +16,7 @@ pub enum Model {
     AlongLanes,
 }
 
-/// Which way somebody goes.
+/// Which way an obstacle goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Way {
     /// Straight on.
@@ -27,7 +27,7 @@ pub enum Way {
     Lanes(Vec<i64>),
 }
 
-/// A line somebody may follow.
+/// A line an obstacle may follow.
 #[derive(Debug, Clone)]
 pub struct Course {
     /// Which way.
@@ -38,7 +38,7 @@ pub struct Course {
     pub weight: f64,
 }
 
-/// What somebody may do: any of the courses at any of the speeds.
+/// What an obstacle may do: any of the courses at any of the speeds.
 #[derive(Debug, Clone)]
 pub struct Prediction {
     /// The state it starts from.
@@ -73,16 +73,16 @@ pub struct Predictor<'a> {
 /// a second or two without a cause that could be seen.
 const LONGITUDINAL: f64 = 1.0;
 
-/// Standard deviation of the acceleration across the line of whoever follows no lane, m/s².
+/// Standard deviation of the acceleration across the line of an obstacle that follows no lane, m/s².
 const LATERAL: f64 = 0.5;
 
-/// The turn it adds is at most this, 1/m, however slow somebody is.
+/// The turn it adds is at most this, 1/m, however slow an obstacle is.
 const MOST_CURVATURE: f64 = 0.1;
 
 /// Seconds after which 1/e of an acceleration is left: manoeuvres last a few seconds.
 const FADE: f64 = 2.0;
 
-/// How likely somebody on a lane goes on along lanes instead of with its present turn: so likely that leaving the lane
+/// How likely an obstacle on a lane goes on along lanes instead of with its present turn: so likely that leaving the lane
 /// for no visible reason is not critical by itself.
 const LANES: f64 = 0.75;
 
@@ -99,7 +99,7 @@ const THREE: [(f64, f64); 3] = [
 impl<'a> Predictor<'a> {
     /// A predictor for what `past` shows.
     #[must_use]
-    pub fn new(past: &Past<'a>, model: Model) -> Self {
+    pub fn new(past: &ObservedHistory<'a>, model: Model) -> Self {
         Self {
             model,
             lanes: Lanes::new(past.network()),
@@ -149,7 +149,7 @@ impl<'a> Predictor<'a> {
     }
 
     fn courses(&mut self, seen: &Observed<'_>, present: &Present, reach: f64) -> Vec<Course> {
-        // Pedestrians keep to no lane, and whoever reverses is manoeuvring.
+        // Pedestrians keep to no lane, and an obstacle that reverses is manoeuvring.
         let free = seen.who.kind == Some(ObstacleType::Pedestrian) || present.speed < 0.0;
         let lanes = if free {
             Vec::new()

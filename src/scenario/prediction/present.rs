@@ -4,7 +4,7 @@ use super::Observed;
 use crate::geometry::{Pose, angle_between};
 use crate::scenario::Motion;
 
-/// Where somebody is and how it moves now.
+/// Where an obstacle is and how it moves now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Present {
     /// Where.
@@ -51,8 +51,8 @@ impl Present {
     /// The present, worked out from positions and headings of the last 0.3 s.
     ///
     /// Speed and acceleration are a straight line fitted to the displacements: files tell velocities of
-    /// different moments, some of the step to come; positions are what they agree on. Whoever was seen only once
-    /// has the recorded values, and whoever was seen twice the recorded acceleration.
+    /// different moments, some of the step to come; positions are what they agree on. An obstacle that was seen only once
+    /// has the recorded values, and one that was seen twice the recorded acceleration.
     #[must_use]
     pub fn of(seen: &Observed<'_>) -> Self {
         let recorded = Self::recorded(seen);

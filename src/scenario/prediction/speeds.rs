@@ -1,4 +1,4 @@
-//! How far somebody gets: an acceleration that fades, and never into reverse.
+//! How far an obstacle gets: an acceleration that fades, and never into reverse.
 
 /// A speed and an acceleration that fades to nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Speeds {
 impl Speeds {
     /// Metres along the path after `t` seconds.
     ///
-    /// Nobody changes between forward and reverse: whoever comes to a stop stays there, and whoever stands only
+    /// No obstacle changes between forward and reverse: one that comes to a stop stays there, and one that stands only
     /// starts forward.
     #[must_use]
     pub fn distance(&self, t: f64) -> f64 {

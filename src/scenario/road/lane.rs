@@ -156,7 +156,7 @@ impl Lanelet {
     }
 
     /// Distance from `p` to the lanelet, metres; 0 on it.
-    pub(super) fn distance(&self, p: &Point) -> f64 {
+    pub(in crate::scenario) fn distance(&self, p: &Point) -> f64 {
         let ring = self.ring();
         if contains(&ring, p) {
             return 0.0;

@@ -7,7 +7,7 @@ DROP INDEX pieces_by_run;
 -- Runs: one row a question to a judge. Times are milliseconds since 1970, UTC.
 CREATE TABLE runs (
     id             INTEGER PRIMARY KEY,
-    key            TEXT,              -- SHA-256 of the whole request, see README; null where none was sent
+    key            TEXT,              -- SHA-256 of the whole request, see `nearmiss help store`; null where none was sent
     sample         INTEGER NOT NULL DEFAULT 0,  -- which of several answers to the same request, from 0
     batch          TEXT,              -- the batch it belongs to
     origin         TEXT NOT NULL DEFAULT 'asked' CHECK (origin IN ('asked', 'recorded', 'replayed')),

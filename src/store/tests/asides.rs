@@ -41,7 +41,7 @@ fn other_leads_and_changed_scenes_are_told_from_first_questions() {
             .set_item(batch, place, None, state, run, None)
             .unwrap();
     }
-    let wanted = Asides {
+    let wanted = SecondaryRuns {
         leads: [runs[1], runs[4]].into(),
         changed: [runs[2]].into(),
         first: [runs[0], runs[3]].into(),
@@ -73,9 +73,9 @@ fn an_answer_to_the_same_request_is_known_by_its_key() {
         ..item("A", 0)
     };
     store.begin_batch("{}", None, &[plain]).unwrap();
-    let first = Asides {
+    let first = SecondaryRuns {
         first: [run].into(),
-        ..Asides::default()
+        ..SecondaryRuns::default()
     };
     assert_eq!(store.asides().unwrap(), first);
 }

@@ -25,7 +25,7 @@ fn of_several_batches_the_one_that_asked_says_what_is_true() {
             .set_item(batch, place, None, ItemState::Answered, Some(run), None)
             .unwrap();
     }
-    let told = Told {
+    let told = RunLabel {
         run,
         batch: second,
         collides: true,

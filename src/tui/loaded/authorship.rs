@@ -1,16 +1,8 @@
 //! A scenario that a language model makes dangerous: what is wanted of it, how far it is, and all that it wrote.
 
-use std::sync::Arc;
-
-use super::variant::{Thought, Wish, Working};
-use super::{Generated, Opened};
 use crate::evaluation::Settings as Asked;
 use crate::evaluation::generating::{Authored, Progress, SAMPLES, Source};
-use crate::generation::{Effort, Ground, Made as Taken};
-use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Scene, WantedEgo};
-use crate::simulation::Settings;
 
 /// Which model is to write, and how it is asked.
 #[derive(Debug, Clone)]
@@ -72,58 +64,6 @@ pub struct Authorship {
     pub authored: Authored,
     /// The answer that was taken.
     pub taken: Option<Source>,
-}
-
-/// Lets the model write on some ground, about the ego's drive in a scene; nothing where somebody stopped it.
-pub type Pen<'a> = &'a mut dyn FnMut(&Ground<'_>, &Arc<Scene>) -> Option<Result<Authored, String>>;
-
-impl Opened {
-    /// Makes a scenario dangerous as [`Opened::generated`] does, with a model in place of the search: `pen` is how it is
-    /// asked. `watch` hears what is done before and after that, and says whether to go on. Nothing where it said no.
-    ///
-    /// # Errors
-    /// Nothing can be tried, or nothing could be asked.
-    pub fn written(
-        wish: &Wish,
-        wanted: &WantedEgo,
-        thresholds: &Thresholds,
-        settings: &Settings,
-        pen: Pen<'_>,
-        watch: &mut dyn FnMut(Working) -> bool,
-    ) -> Result<Option<Generated>, String> {
-        let model = wish.writer.as_ref().map(|writer| writer.model.clone());
-        let model = model.ok_or("no model is chosen that could write")?;
-        let mut think =
-            |ground: &Ground<'_>, scene: &Arc<Scene>, watch: &mut dyn FnMut(Working) -> bool| {
-                if !watch(Working::Writing(Writing::default())) {
-                    return Ok(None);
-                }
-                let Some(authored) = pen(ground, scene) else {
-                    return Ok(None);
-                };
-                let mut authored = authored?;
-                let (of, delay) = (authored.attacks.len(), Effort::default().delay);
-                let mut drive = |driven| watch(Working::Trying(driven, of));
-                if !authored.drive_watched(ground, delay, &mut drive) || !watch(Working::Proving) {
-                    return Ok(None);
-                }
-                let Taken { found, chosen } = authored.taken(ground, delay);
-                let taken = chosen.as_ref().and_then(|c| authored.of(&c.attack));
-                let taken = taken.map(|attack| attack.source);
-                Ok(Some(Thought {
-                    found,
-                    chosen,
-                    by: model.clone(),
-                    authorship: Some(Authorship {
-                        model: model.clone(),
-                        only: wish.only,
-                        authored,
-                        taken,
-                    }),
-                }))
-            };
-        Self::thought_of(wish, wanted, thresholds, settings, &mut think, watch)
-    }
 }
 
 impl Authorship {

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{CycleShown, Opened, changed_scene};
+use super::{CycleShown, Opened};
 use crate::metrics::Thresholds;
-use crate::planner::{Forecast, Forecaster, Limits};
-use crate::scenario::{Entry, PlanningProblem, Scenario, Scene, Transform, VehicleType, WantedEgo};
-use crate::simulation::{Drive, Outcome, Settings, drive_watched};
+use crate::planner::{Cancel, Forecast, Limits};
+use crate::scenario::{Ego, Scenario, Scene, VehicleType};
+use crate::simulation::Outcome;
+use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 
 /// How an ego was planned.
 #[derive(Debug, PartialEq)]
@@ -45,72 +46,91 @@ impl Planned {
 }
 
 impl Opened {
-    /// Plans the ego of a scenario, after a change of its scene if there is one, and opens it with that; `watch` hears the number of steps that are
-    /// planned and of all, and says whether to go on. Nothing where it said no.
+    /// Plans the ego of a scenario and opens it with that; `on_step` hears the number of steps that are planned and of
+    /// all. Nothing where `cancel` asked for an end.
     ///
     /// # Errors
-    /// The scenario cannot be read, has no planning problem, or the planner cannot begin.
+    /// The scenario cannot be opened, has no planning problem, or the planner cannot begin.
     pub fn planned(
-        entry: &Entry,
-        wanted: &WantedEgo,
+        request: &PlanRequest<'_>,
         thresholds: &Thresholds,
-        (change, settings): (Option<Transform>, &Settings),
-        watch: &mut dyn FnMut(usize, usize) -> bool,
+        cancel: &Cancel,
+        on_step: &mut dyn FnMut(usize, usize),
     ) -> Result<Option<Self>, String> {
-        let (scenario, recorded) = changed_scene(entry, wanted, change)?;
-        let recorded = recorded.ok();
-        let problem = problem(&scenario.planning_problems, recorded.as_deref()).ok_or(
-            "the scenario has no planning problem: there is no start and no goal to plan for",
-        )?;
-        let Some((drive, cycles)) = driven(&scenario, problem, settings, watch)? else {
-            return Ok(None);
-        };
-        let ego = drive.ego(problem, settings);
+        let prepared = prepare(request).map_err(|error| error.to_string())?;
+        let mut recorder = Recorder::of(&prepared);
+        let outcome = prepared.run(cancel, &mut |event| recorder.hear(&event, on_step));
+        let outcome = outcome.map_err(|error| error.to_string())?;
+        Ok(outcome.map(|PlanOutcome { prepared, drive }| {
+            let ego = drive.ego(prepared.problem(), &prepared.settings);
+            let planned = Planned::of(&prepared, drive.outcome, recorder.cycles);
+            Self::with_planned(&request.open, ego, planned, thresholds)
+        }))
+    }
+
+    /// A scenario with its planned ego.
+    pub(super) fn with_planned(
+        request: &OpenRequest<'_>,
+        ego: Ego,
+        (scenario, planned): (Arc<Scenario>, Planned),
+        thresholds: &Thresholds,
+    ) -> Self {
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
-        let mut opened = Self::with(entry, change, scenario.clone(), Ok(scene), thresholds);
-        opened.planned = Some(Arc::new(Planned {
-            forecast: settings.forecast,
-            vehicle: settings.planner.vehicle,
-            problem: problem.id,
-            outcome: drive.outcome,
-            cycles,
-            recorded,
-        }));
-        Ok(Some(opened))
+        let (entry, change) = (request.entry, request.transform);
+        let mut opened = Self::with(entry, change, scenario, Ok(scene), thresholds);
+        opened.planned = Some(Arc::new(planned));
+        opened
     }
 }
 
-/// A drive with all its cycles; nothing where `watch`, which hears what [`Opened::planned`] says, said no.
-pub(super) fn driven(
-    scenario: &Scenario,
-    problem: &PlanningProblem,
-    settings: &Settings,
-    watch: &mut dyn FnMut(usize, usize) -> bool,
-) -> Result<Option<(Drive, Vec<CycleShown>)>, String> {
-    let first = problem.initial.time.from;
-    let steps = |step: i64| usize::try_from(step.saturating_sub(first)).unwrap_or(0);
-    let of = problem.deadline().map_or(0, steps);
-    // What the planner was told is made a second time, from the same past: it does not keep it.
-    let forecaster = Forecaster::new(scenario, settings.forecast, settings.without);
-    let limits = Limits::of(settings.planner.vehicle);
-    let dt = scenario.dt();
-    let mut cycles = Vec::new();
-    let mut stopped = false;
-    let drive = drive_watched(scenario, problem, settings, &mut |planner, cycle| {
-        let traffic = forecaster.traffic(cycle.step, planner.steps());
-        cycles.push(CycleShown::of((planner, &limits), cycle, &traffic, dt));
-        stopped = !watch(steps(cycle.step) + 1, of);
-        !stopped
-    });
-    let drive = drive.map_err(|error| error.to_string())?;
-    Ok((!stopped).then_some((drive, cycles)))
+impl Planned {
+    /// What is kept of a drive, and of which scenario.
+    pub(super) fn of(
+        prepared: &PreparedPlan,
+        outcome: Outcome,
+        cycles: Vec<CycleShown>,
+    ) -> (Arc<Scenario>, Self) {
+        let planned = Self {
+            forecast: prepared.settings.forecast,
+            vehicle: prepared.settings.planner.vehicle,
+            problem: prepared.problem().id,
+            outcome,
+            cycles,
+            recorded: prepared.recorded.clone(),
+        };
+        (Arc::clone(&prepared.scenario), planned)
+    }
 }
 
-/// The problem of the recorded ego, else the first one.
-fn problem<'a>(
-    all: &'a [PlanningProblem],
-    recorded: Option<&Scene>,
-) -> Option<&'a PlanningProblem> {
-    let own = recorded.and_then(|scene| all.iter().find(|problem| problem.id == scene.ego.id));
-    own.or(all.first())
+/// Keeps of each cycle what is shown.
+pub(super) struct Recorder {
+    limits: Limits,
+    /// Seconds a step.
+    dt: f64,
+    /// What there is so far.
+    pub cycles: Vec<CycleShown>,
+}
+
+impl Recorder {
+    pub(super) fn of(prepared: &PreparedPlan) -> Self {
+        Self {
+            limits: Limits::of(prepared.settings.planner.vehicle),
+            dt: prepared.scenario.dt(),
+            cycles: Vec::new(),
+        }
+    }
+
+    pub(super) fn hear(&mut self, event: &PlanEvent<'_>, on_step: &mut dyn FnMut(usize, usize)) {
+        let PlanEvent::Cycle {
+            planner,
+            cycle,
+            traffic,
+            done,
+            of,
+        } = event;
+        let planner = (*planner, &self.limits);
+        let shown = CycleShown::of(planner, cycle, &traffic(), self.dt);
+        self.cycles.push(shown);
+        on_step(*done, *of);
+    }
 }

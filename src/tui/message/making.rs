@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::evaluation::generating::Progress;
-use crate::tui::loaded::{Generated, Made, Wish, Working};
+use crate::tui::loaded::{Generated, Made, VariantRequest, Working};
 
 /// Numbers the searches; a message of an old one is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -14,7 +14,7 @@ pub struct MakeId(pub u64);
 #[derive(Debug)]
 pub enum MakeAsk {
     /// Make a scenario dangerous.
-    Begin(MakeId, Box<Wish>),
+    Begin(MakeId, Box<VariantRequest>),
     /// Stop that; all that is heard of it then is that it has ended.
     Stop(MakeId),
     /// Write a variant into a folder; the current one if none is named.

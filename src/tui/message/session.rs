@@ -7,6 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::scenario::{ContentHash, Entry, Place};
+use crate::system::activity::Subject;
 use crate::tui::model::{Layers, Sizes};
 
 /// The version of the files that are written.
@@ -111,6 +112,15 @@ impl Where {
         match &entry.place {
             Place::File(path) => Self::File(plain(&here.join(path))),
             Place::Bundled(_) => Self::Bundled(entry.name.clone()),
+        }
+    }
+
+    /// The same scenario at the next start, for what ended the program.
+    #[must_use]
+    pub fn subject(&self) -> Subject {
+        match self {
+            Self::File(path) => Subject::scenario(&path.display().to_string()),
+            Self::Bundled(name) => Subject::scenario(&format!("{name} (bundled)")),
         }
     }
 

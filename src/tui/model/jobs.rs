@@ -134,7 +134,8 @@ impl Job {
     /// An answer that was asked for now consumed this.
     pub fn consumed(&mut self, consumed: &Consumed) {
         let counted = [consumed.input_tokens, consumed.output_tokens];
-        self.tokens += counted.into_iter().flatten().sum::<u64>();
+        let known = counted.into_iter().flatten();
+        self.tokens = known.fold(self.tokens, u64::saturating_add);
         match consumed.cost_usd {
             Some(usd) => self.cost += usd,
             None if counted.iter().any(Option::is_some) => self.unpriced += 1,

@@ -128,13 +128,13 @@ impl Model {
     /// Why there is nothing to judge or plot, and what to do.
     #[must_use]
     pub fn without_ego(&self) -> String {
-        let why = self.opened.as_ref().map(|o| o.no_ego.as_deref());
+        let why = self.opened.as_ref().map(|o| o.no_ego.as_ref());
         match why {
             None => "no scenario is open".into(),
             Some(_) if self.driver.under_way.is_some() => "the ego is being planned".into(),
             Some(why) => format!(
                 "{}: {} picks an obstacle, {} makes it the ego{}",
-                why.unwrap_or("there is no ego"),
+                why.map_or("there is no ego".to_string(), ToString::to_string),
                 self.look.key(Action::NextObstacle),
                 self.look.key(Action::TakeAsEgo),
                 match &self.opened {

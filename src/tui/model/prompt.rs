@@ -94,6 +94,8 @@ pub struct PromptPane {
     pub error_line: Option<usize>,
     /// Tokens of the same question by the shipped template, while somebody compares them.
     pub shipped_tokens: Option<usize>,
+    /// Whether the program ended when this text was filled last, so that it waits for the user.
+    pub held: bool,
     /// What tokens cost.
     pub prices: Prices,
     /// The file in the editor.
@@ -305,6 +307,12 @@ impl PromptPane {
     /// The last draft that could be filled.
     pub(super) fn good(&self) -> Option<(String, String)> {
         self.good.clone()
+    }
+
+    /// The text as it was saved.
+    #[must_use]
+    pub fn saved(&self) -> &str {
+        &self.saved
     }
 
     /// The text was saved.

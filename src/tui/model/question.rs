@@ -2,8 +2,10 @@
 
 use super::{Model, PromptView};
 use crate::evaluation::{Case, CaseError, prepare};
-use crate::prompts::TemplateError;
+use crate::prompts::{Library, TemplateError};
+use crate::system::activity::{self, Subject, trying};
 use crate::text::Frame;
+use crate::tui::action::Action;
 use crate::verdict::Task;
 
 impl Model {
@@ -60,6 +62,11 @@ impl Model {
         self.prompt.fill_in = None;
         self.prompt.load(&self.library, self.task, self.frame);
         let draft = self.prompt.draft();
+        self.prompt.held = activity::is_held(&self.subject());
+        if self.prompt.held {
+            self.hold();
+            return;
+        }
         let prepared = self.prepared(case.clone(), draft.as_ref());
         match prepared {
             Ok(question) => {
@@ -78,6 +85,33 @@ impl Model {
         }
         self.prompt.tokens = self.prompt.question.as_ref().map_or(0, |q| q.tokens());
         self.compare();
+    }
+
+    /// The text that is filled, for what ended the program.
+    fn subject(&self) -> Subject {
+        Subject::template(self.prompt.file(), &self.prompt.text())
+    }
+
+    /// Nothing is filled: the program ended when it was tried last.
+    fn hold(&mut self) {
+        let (ask, edit) = (self.look.key(Action::Run), self.look.key(Action::Edit));
+        self.prompt.error = Some(format!(
+            "{}: the program ended while it filled this template, so it is not filled by itself; {ask} fills it all the same, {edit} edits it",
+            self.prompt.file()
+        ));
+        self.prompt.error_line = None;
+        self.prompt.question = None;
+        self.prompt.tokens = 0;
+    }
+
+    /// Fills a template that was held, as the user says; whether there was one.
+    pub fn fill_held(&mut self) -> bool {
+        let held = self.prompt.held;
+        if held {
+            activity::release(&self.subject());
+            self.refill();
+        }
+        held
     }
 
     /// Counts the tokens of the shipped template, while somebody compares them.
@@ -100,6 +134,12 @@ impl Model {
         draft: Option<&(String, String)>,
     ) -> Result<crate::evaluation::Question, CaseError> {
         let draft = draft.map(|(file, text)| (file.as_str(), text.as_str()));
+        let shipped = draft.is_some_and(|(file, text)| Library::shipped(file) == Some(text));
+        let _trying = (!shipped).then(|| {
+            let (file, text) = draft.unwrap_or((self.prompt.file(), self.prompt.saved()));
+            let words = format!("filling the template {file}");
+            trying(words, Subject::template(file, text))
+        });
         prepare(case, &self.library, draft)
     }
 

@@ -7,7 +7,7 @@ use crate::tui::message::session::{Opened, Session, Where};
 
 /// What the workbench knows of sessions.
 #[derive(Debug, Default)]
-pub struct Recall {
+pub struct SessionState {
     /// Whether this session is kept.
     pub on: bool,
     /// The folder that the program was started in.

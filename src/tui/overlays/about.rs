@@ -94,7 +94,8 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
             let (id, source) = (scene.ego.id, &scene.ego.source);
             line("ego", &format!("{id}, {source}, steps {first} to {last}"));
         }
-        (None, why) => line("ego", why.as_deref().unwrap_or("none")),
+        (None, Some(why)) => line("ego", &why.to_string()),
+        (None, None) => line("ego", "none"),
     }
     let possible = scenario.possible_egos();
     if !possible.is_empty() {

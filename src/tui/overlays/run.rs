@@ -99,7 +99,7 @@ fn rows(model: &Model, run: &Run, truth: Option<bool>) -> Vec<(&'static str, Str
     let all = judge::looks_at(&question.model, question.task).map(String::from);
     row("steps", all.or(window));
     let (when, at) = match run.origin {
-        // Nobody knows when a recorded answer was asked for.
+        // The time of a recorded answer is unknown.
         Origin::Recorded => ("imported", date(run.created_ms)),
         Origin::Asked | Origin::Replayed => ("when", date(run.created_ms)),
     };

@@ -1,54 +1,83 @@
 //! The signals of the system that the workbench answers in good order, with the terminal given back.
 
-use super::super::message::Msg;
+use crate::system::job_control::{JobSignal, Signals};
 
-/// The signals that ask the program to end or to stop for a while.
-///
-/// Ctrl-C and Ctrl-Z are keys here: an interrupt or a stop comes from somewhere else.
+/// A signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Heard {
+    /// The program is to end, or the terminal is gone.
+    End,
+    /// Ctrl-C or Ctrl-\ from elsewhere: they are keys here, and mean another program while that has the terminal.
+    Interrupt,
+    /// A shell's signal.
+    Job(JobSignal),
+}
+
+#[cfg(unix)]
+type Ends = [(tokio::signal::unix::Signal, Heard); 4];
+
+#[cfg(unix)]
+fn ends() -> std::io::Result<Ends> {
+    use tokio::signal::unix::{SignalKind, signal};
+    Ok([
+        (signal(SignalKind::terminate())?, Heard::End),
+        (signal(SignalKind::hangup())?, Heard::End),
+        (signal(SignalKind::interrupt())?, Heard::Interrupt),
+        (signal(SignalKind::quit())?, Heard::Interrupt),
+    ])
+}
+
+/// Listens to the signals that ask the program to end or to stop for a while.
 pub struct Ending {
+    job: Signals,
     #[cfg(unix)]
-    ends: [tokio::signal::unix::Signal; 4],
-    #[cfg(unix)]
-    stop: tokio::signal::unix::Signal,
+    signals: Ends,
 }
 
 impl Ending {
-    /// Begins to listen; what came before is not heard.
-    #[cfg(unix)]
+    /// Begins to listen; an end that was asked for before is not heard.
+    ///
+    /// # Errors
+    /// The system refuses, or job control was not taken over.
     pub fn listen() -> std::io::Result<Self> {
-        use tokio::signal::unix::{SignalKind, signal};
-        let stop = SignalKind::from_raw(signal_hook::consts::SIGTSTP);
         Ok(Self {
-            ends: [
-                signal(SignalKind::terminate())?,
-                signal(SignalKind::hangup())?,
-                signal(SignalKind::interrupt())?,
-                signal(SignalKind::quit())?,
-            ],
-            stop: signal(stop)?,
+            job: Signals::listen()?,
+            #[cfg(unix)]
+            signals: ends()?,
         })
     }
 
-    /// Waits for the next one.
-    #[cfg(unix)]
-    pub async fn wait(&mut self) -> Msg {
-        let [terminate, hang_up, interrupt, quit] = &mut self.ends;
-        tokio::select! {
-            _ = terminate.recv() => Msg::Terminate,
-            _ = hang_up.recv() => Msg::Terminate,
-            _ = interrupt.recv() => Msg::Terminate,
-            _ = quit.recv() => Msg::Terminate,
-            _ = self.stop.recv() => Msg::Stop,
+    /// Forgets what asked the program to end until now.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn forget(&mut self) -> std::io::Result<()> {
+        #[cfg(unix)]
+        {
+            self.signals = ends()?;
         }
+        Ok(())
     }
 
-    #[cfg(not(unix))]
-    pub fn listen() -> std::io::Result<Self> {
-        Ok(Self {})
-    }
-
-    #[cfg(not(unix))]
-    pub async fn wait(&mut self) -> Msg {
-        std::future::pending().await
+    /// Waits for the next one.
+    pub async fn wait(&mut self) -> Heard {
+        #[cfg(unix)]
+        {
+            let signals = &mut self.signals;
+            let ended = std::future::poll_fn(|context| {
+                let mut signals = signals.iter_mut();
+                let heard = signals.find_map(|(signal, heard)| {
+                    signal.poll_recv(context).is_ready().then_some(*heard)
+                });
+                heard.map_or(std::task::Poll::Pending, std::task::Poll::Ready)
+            });
+            tokio::select! {
+                biased;
+                heard = ended => heard,
+                job = self.job.wait() => Heard::Job(job),
+            }
+        }
+        #[cfg(not(unix))]
+        Heard::Job(self.job.wait().await)
     }
 }

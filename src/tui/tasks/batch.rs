@@ -11,7 +11,7 @@ use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
 use super::Tasks;
-use crate::evaluation::{self, Judge, Question, Wanted};
+use crate::evaluation::{self, Event, Judge, Question, Wanted};
 use crate::scenario::{Entry, WantedEgo};
 use crate::store::Store;
 use crate::tui::message::Msg;
@@ -171,7 +171,7 @@ impl Tasks {
 
 impl Asking {
     fn tell(&self, news: BatchNews) {
-        // The loop may have ended meanwhile; then nobody wants to know.
+        // The receiver is gone once the loop has ended.
         let _ = self.sender.send(Msg::Batch(news));
     }
 
@@ -202,8 +202,19 @@ impl Asking {
             batch: Some(self.name.clone()),
             ..Wanted::default()
         };
-        let answer = evaluation::run(&question, &self.judge, self.store.clone(), &wanted, |_| {});
+        let mut unstored = None;
+        let hear = |event| {
+            if let Event::NotStored(words) = event {
+                unstored = Some(words);
+            }
+        };
+        let answer = evaluation::run(&question, &self.judge, self.store.clone(), &wanted, hear);
         let answer = answer.await.map_err(|e| e.to_string())?;
+        if let Some(words) = unstored {
+            // Others could not be stored either, and would be paid for.
+            self.stop.store(true, Ordering::SeqCst);
+            return Err(words);
+        }
         let case = &question.case;
         let scenario = case.scene.scenario.hash.to_string();
         let about = (scenario, case.scene.ego.to_string(), case.task);

@@ -14,11 +14,13 @@ use crate::judge::{self, judge_under};
 use crate::metrics::Thresholds;
 use crate::scenario::{Entry, Scene, Transform, WantedEgo, Window};
 use crate::store::{Filter, Interrupter, Run, Store};
-use crate::system;
-use crate::tui::loaded::{changed_scene, obstacle_taken};
+use crate::system::{self, NewFile, SaveError};
+use crate::text::escaped_json;
+use crate::tui::loaded::obstacle_taken;
 use crate::tui::message::Msg;
 use crate::tui::message::runs::{HistoryAsk, HistoryNews};
 use crate::verdict::{Task, Verdict};
+use crate::workflow::{OpenRequest, open};
 
 /// How often it is looked whether somebody wrote to the store, while the history is open.
 const LOOK: Duration = Duration::from_millis(400);
@@ -108,7 +110,7 @@ fn read(
     news: &UnboundedSender<Msg>,
 ) {
     let tell = |said: HistoryNews| news.send(Msg::History(said)).is_ok();
-    let store = match Store::open(path) {
+    let store = match Store::open_to_read(path) {
         Ok(store) => store,
         Err(error) => {
             let why = error.to_string();
@@ -202,9 +204,9 @@ pub fn answer(
         }
         HistoryAsk::Details(id, entries) => {
             let interrupted = |e: &crate::store::StoreError| e.is_interrupted();
-            let mut found = store.run(id);
+            let mut found = store.run_shown(id);
             if found.as_ref().is_err_and(interrupted) {
-                found = store.run(id);
+                found = store.run_shown(id);
             }
             let truth = match &found {
                 Ok(Some(run)) => truths.of(store, judging, run, &entries),
@@ -238,41 +240,26 @@ fn done(id: crate::store::RunId, result: Result<(), crate::store::StoreError>) -
 /// Writes the runs that fit into a new file, as `nearmiss export` does: whole or not at all.
 fn export(store: &Store, filter: &Filter, path: &Path) -> Result<String, String> {
     let wrong = |error: &std::io::Error| format!("{}: {}", path.display(), system::words(error));
-    if path.exists() {
-        return Err(format!(
-            "{} is there already; choose another name",
-            path.display()
-        ));
-    }
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let file = tempfile::NamedTempFile::new_in(folder).map_err(|e| wrong(&e))?;
+    let file = NewFile::begin(path, false).map_err(|error| match error {
+        SaveError::Exists(path) => {
+            format!("{} is there already; choose another name", path.display())
+        }
+        other => other.to_string(),
+    })?;
     let mut writer = std::io::BufWriter::new(file);
     let numbers = store.numbers(filter).map_err(|e| e.to_string())?;
     let mut written = 0;
     for number in numbers {
         // One that is gone meanwhile is no longer listed either.
         if let Some(run) = store.run(number).map_err(|e| e.to_string())? {
-            let line = escaped(&run.to_record().to_string());
+            let line = escaped_json(&run.to_record().to_string());
             writeln!(writer, "{line}").map_err(|e| wrong(&e))?;
             written += 1;
         }
     }
     let file = writer.into_inner().map_err(|e| wrong(e.error()))?;
-    file.persist_noclobber(path).map_err(|e| wrong(&e.error))?;
+    file.finish().map_err(|error| error.to_string())?;
     Ok(format!("{written} runs written to {}", path.display()))
-}
-
-/// JSON must escape only the control characters below U+0020; terminals obey those from U+007F on as well.
-fn escaped(json: &str) -> String {
-    let mut text = String::with_capacity(json.len());
-    for c in json.chars() {
-        match c.is_control() {
-            true => text.push_str(&format!("\\u{:04x}", u32::from(c))),
-            false => text.push(c),
-        }
-    }
-    text
 }
 
 /// What the built-in judge says to the questions of runs, as far as it was asked.
@@ -346,7 +333,13 @@ pub(super) fn scene_of(
     let (_, change) = Transform::of_name(question.scenario);
     let taken = obstacle_taken(question.ego).map(WantedEgo::Obstacle);
     let ego = taken.unwrap_or_else(|| judging.ego.clone());
-    let scene = changed_scene(entry, &ego, change).ok()?.1.ok()?;
+    let request = OpenRequest {
+        entry,
+        ego: &ego,
+        transform: change,
+        strict: false,
+    };
+    let scene = open(&request).ok()?.scene.ok()?;
     let same = Some(scene.scenario.hash.to_string().as_str()) == question.scenario_hash;
     (same && scene.ego.to_string() == question.ego).then_some(scene)
 }

@@ -1,31 +1,29 @@
-//! Making a scenario dangerous in the background, until it is done or nobody wants it any more; writing a variant.
+//! Making a scenario dangerous in the background, until it is done or cancelled; writing a variant.
 
 mod writing;
 
 use std::path::Path;
-use std::sync::Arc;
 
-use self::writing::Stop;
-use super::super::loaded::{How, Made, Opened};
+use super::super::loaded::{Heard, How, Made, Opened};
 use super::super::message::Msg;
 use super::super::message::making::{MakeAsk, MakeId, MakeNews};
 use super::Tasks;
-use crate::evaluation::generating;
-use crate::generation::{Effort, Ground, Saved};
-use crate::scenario::Scene;
+use crate::generation::{Effort, Saved};
+use crate::planner::Cancel;
 use crate::simulation::Settings;
+use crate::workflow::{AttackSource, ModelWriter};
 
 /// The search that is under way.
 #[derive(Debug, Default)]
 pub struct Making {
-    under_way: Option<(MakeId, Arc<Stop>)>,
+    under_way: Option<(MakeId, Cancel)>,
 }
 
 impl Making {
     /// It shall end.
     pub fn stop(&mut self) {
-        if let Some((_, stop)) = self.under_way.take() {
-            stop.ask();
+        if let Some((_, cancel)) = self.under_way.take() {
+            cancel.ask();
         }
     }
 }
@@ -41,7 +39,7 @@ impl Tasks {
                         ..settings
                     },
                     Err(why) => {
-                        // Nobody listens when the loop has ended.
+                        // The receiver is gone once the loop has ended.
                         let _ = self.sender.send(Msg::Make(MakeNews::Ended(id, Err(why))));
                         return;
                     }
@@ -56,45 +54,36 @@ impl Tasks {
                     },
                     None => None,
                 };
-                let stop = Arc::new(Stop::default());
-                self.driving.making.under_way = Some((id, stop.clone()));
+                let cancel = Cancel::default();
+                self.driving.making.under_way = Some((id, cancel.clone()));
                 let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
                 let sender = self.sender.clone();
                 let runtime = tokio::runtime::Handle::current();
                 tokio::task::spawn_blocking(move || {
-                    // Nobody listens when the loop has ended.
-                    let tell = |news| sender.send(Msg::Make(news)).is_ok();
-                    let mut watch = |at| tell(MakeNews::Working(id, at)) && !stop.is_asked();
-                    let made = match writing {
-                        Some((author, held)) => {
-                            let mut held = Some(held);
-                            let heard = |progress| {
-                                tell(MakeNews::Heard(id, progress));
-                            };
-                            let mut pen = |ground: &Ground<'_>, scene: &Arc<Scene>| {
-                                let work = generating::write(&author, ground, scene, &heard);
-                                let written = runtime.block_on(stop.or(work));
-                                drop(held.take());
-                                Some(written?.map_err(|error| error.to_string()))
-                            };
-                            Opened::written(
-                                &wish,
-                                &ego,
-                                &thresholds,
-                                &settings,
-                                &mut pen,
-                                &mut watch,
-                            )
-                        }
-                        None => {
-                            let how = How {
-                                settings: &settings,
-                                effort: &Effort::default(),
-                                stop: &|| stop.is_asked(),
-                            };
-                            Opened::generated(&wish, &ego, &thresholds, &how, &mut watch)
-                        }
+                    // The receiver is gone once the loop has ended; that cancels.
+                    let tell = |news| {
+                        let _ = sender.send(Msg::Make(news));
                     };
+                    let mut on_event = |heard| {
+                        tell(match heard {
+                            Heard::Working(at) => MakeNews::Working(id, at),
+                            Heard::Model(progress) => MakeNews::Heard(id, progress),
+                        });
+                    };
+                    let model = writing.as_ref().map(|(author, _)| ModelWriter {
+                        author,
+                        runtime: &runtime,
+                    });
+                    let effort = Effort::default();
+                    let how = How {
+                        settings: &settings,
+                        source: match &model {
+                            Some(model) => AttackSource::Model(model),
+                            None => AttackSource::Search(&effort),
+                        },
+                    };
+                    let made =
+                        Opened::generated(&wish, &ego, &thresholds, &how, &cancel, &mut on_event);
                     tell(match made.transpose() {
                         Some(made) => MakeNews::Ended(id, made),
                         None => MakeNews::Stopped(id),

@@ -1,8 +1,6 @@
-//! Planning the ego of a scenario in the background, until it is done or nobody wants it any more.
+//! Planning the ego of a scenario in the background, until it is done or cancelled.
 
 use std::collections::HashMap;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::super::loaded::Opened;
 use super::super::message::Msg;
@@ -10,13 +8,15 @@ use super::super::message::planning::{PlanAsk, PlanId, PlanNews};
 use super::making::Making;
 use super::{Tasks, drives};
 use crate::config::Config;
-use crate::evaluation::{set_planning, usual_planning};
+use crate::evaluation::{default_planning, set_planning};
+use crate::planner::Cancel;
 use crate::simulation::Settings;
+use crate::workflow::{OpenRequest, PlanRequest};
 
 /// Drives of the planner that are under way, and how the configuration wants them.
 #[derive(Debug)]
 pub struct Driving {
-    under_way: HashMap<PlanId, Arc<AtomicBool>>,
+    under_way: HashMap<PlanId, Cancel>,
     /// Or why nothing can be planned as it wants.
     settings: Result<Settings, String>,
     /// The search for a dangerous variant.
@@ -28,7 +28,7 @@ pub struct Driving {
 /// # Errors
 /// It has a key or a value that the planner does not know: in words. Who reads the configuration checks both.
 pub fn settings(config: &Config) -> Result<Settings, String> {
-    let mut settings = usual_planning();
+    let mut settings = default_planning();
     for (key, value) in config.planner_values() {
         set_planning(&mut settings, key.id, value).map_err(|e| format!("config.toml: {e}"))?;
     }
@@ -56,8 +56,8 @@ impl Driving {
     /// All shall end.
     pub fn stop(&mut self) {
         self.making.stop();
-        for (_, stop) in self.under_way.drain() {
-            stop.store(true, Ordering::Relaxed);
+        for (_, cancel) in self.under_way.drain() {
+            cancel.ask();
         }
     }
 }
@@ -73,28 +73,36 @@ impl Tasks {
                     },
                     Err(why) => {
                         let ended = PlanNews::Ended(id, Err(why.clone()));
-                        // Nobody listens when the loop has ended.
+                        // The receiver is gone once the loop has ended.
                         let _ = self.sender.send(Msg::Plan(ended));
                         return;
                     }
                 };
-                // Whoever is at work holds one too.
+                // What has ended is marked so, too.
                 self.driving
                     .under_way
-                    .retain(|_, stop| Arc::strong_count(stop) > 1);
-                let stop = Arc::new(AtomicBool::new(false));
-                self.driving.under_way.insert(id, stop.clone());
+                    .retain(|_, cancel| !cancel.is_asked());
+                let cancel = Cancel::default();
+                self.driving.under_way.insert(id, cancel.clone());
                 let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
                 let sender = self.sender.clone();
                 tokio::task::spawn_blocking(move || {
-                    let news = sender.clone();
-                    let mut watch = |done, of| {
-                        // Nobody listens when the loop has ended.
-                        let heard = news.send(Msg::Plan(PlanNews::Planned(id, done, of)));
-                        heard.is_ok() && !stop.load(Ordering::Relaxed)
+                    let request = PlanRequest {
+                        open: OpenRequest {
+                            entry: &entry,
+                            ego: &ego,
+                            transform: change,
+                            strict: false,
+                        },
+                        problem: None,
+                        settings: &settings,
                     };
-                    let how = (change, &settings);
-                    let planned = Opened::planned(&entry, &ego, &thresholds, how, &mut watch);
+                    let mut on_step = |done, of| {
+                        // The receiver is gone once the loop has ended; that cancels.
+                        let _ = sender.send(Msg::Plan(PlanNews::Planned(id, done, of)));
+                    };
+                    let planned = Opened::planned(&request, &thresholds, &cancel, &mut on_step);
+                    cancel.ask();
                     if let Some(planned) = planned.transpose() {
                         let ended = PlanNews::Ended(id, planned.map(Box::new));
                         let _ = sender.send(Msg::Plan(ended));
@@ -106,8 +114,8 @@ impl Tasks {
                 Msg::Plan(PlanNews::Saved(files.key, written))
             }),
             PlanAsk::Stop(id) => {
-                if let Some(stop) = self.driving.under_way.remove(&id) {
-                    stop.store(true, Ordering::Relaxed);
+                if let Some(cancel) = self.driving.under_way.remove(&id) {
+                    cancel.ask();
                 }
             }
         }

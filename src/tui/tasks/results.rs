@@ -35,11 +35,11 @@ impl Tasks {
         let (path, sender) = (self.folders.store(), self.sender.clone());
         tokio::task::spawn_blocking(move || {
             let mut say = |news| {
-                // Nobody listens when the loop has ended.
+                // The receiver is gone once the loop has ended.
                 let _ = sender.send(Msg::Results(news));
             };
             // A store that is not there yet has no answers.
-            match Store::open(&path) {
+            match Store::open_to_read(&path) {
                 Ok(store) => answer(&store, &judging, ask, &stop, &mut say),
                 Err(error) => refused(ask, &error.to_string(), &mut say),
             }
@@ -66,7 +66,7 @@ pub fn answer(
     match ask {
         ResultsAsk::Stop => {}
         ResultsAsk::Run(id) => {
-            let found = store.run(id).map(|run| run.map(Box::new));
+            let found = store.run_shown(id).map(|run| run.map(Box::new));
             say(ResultsNews::Run(id, found.map_err(|e| e.to_string())));
         }
         ResultsAsk::Read(id, chosen, entries) => {

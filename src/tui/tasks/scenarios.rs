@@ -5,11 +5,24 @@ use std::sync::{Arc, OnceLock};
 
 use super::super::loaded::{Facts, Verdicts, worst_of};
 use super::super::message::Msg;
+use super::super::message::session::Where;
 use super::Tasks;
 use crate::config::Tags;
 use crate::judge;
 use crate::scenario::{Entry, bundled, find_in_pieces};
 use crate::store::Store;
+use crate::system::activity::{self, Doing, Subject, trying};
+
+/// Said of a scenario that is left alone.
+const HELD: &str =
+    "the program ended while it read this scenario or showed it; it is read when you open it";
+
+/// A panic meanwhile is held against the scenario; that the program is killed is not, as many are read at once.
+fn surveying(entry: &Entry, subject: Subject) -> Doing {
+    let doing = trying(format!("reading {} for the list", entry.name), subject);
+    doing.settle();
+    doing
+}
 
 impl Tasks {
     /// Finds the scenarios at these paths, and says of them as they are found; the bundled ones for none.
@@ -20,7 +33,7 @@ impl Tasks {
                 return Msg::Found(Ok(bundled().into()));
             }
             let found = find_in_pieces(&paths, &mut |piece| {
-                // Nobody listens when the loop has ended.
+                // The receiver is gone once the loop has ended.
                 let _ = sender.send(Msg::Listed(piece));
             });
             Msg::Searched(found.map_err(|error| error.to_string()))
@@ -32,6 +45,7 @@ impl Tasks {
         let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
         let (store, sender) = (self.store.clone(), self.sender.clone());
         let verdicts: OnceLock<Verdicts> = OnceLock::new();
+        let here = std::env::current_dir().unwrap_or_default();
         let work = move |place: usize, entry: &Entry| {
             let verdicts = verdicts.get_or_init(|| {
                 stored(store.as_deref(), None).unwrap_or_else(|error| {
@@ -39,6 +53,11 @@ impl Tasks {
                     Verdicts::default()
                 })
             });
+            let subject = Where::of(entry, &here).subject();
+            if activity::is_held(&subject) {
+                return Msg::Surveyed(place, Err(HELD.to_string()));
+            }
+            let _doing = surveying(entry, subject);
             Msg::Surveyed(place, Facts::read(entry, &ego, &thresholds, verdicts))
         };
         self.survey.replace(entries, Arc::new(work));
@@ -64,7 +83,13 @@ impl Tasks {
     /// Works out the most dangerous value of a measure in these scenarios.
     pub(super) fn rank(&self, measure: &'static str, entries: Vec<(usize, Entry)>) {
         let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
+        let here = std::env::current_dir().unwrap_or_default();
         let work = move |place: usize, entry: &Entry| {
+            let subject = Where::of(entry, &here).subject();
+            if activity::is_held(&subject) {
+                return Msg::Ranked(measure, place, None);
+            }
+            let _doing = surveying(entry, subject);
             Msg::Ranked(measure, place, worst_of(entry, &ego, measure, &thresholds))
         };
         self.ranking.replace(entries, Arc::new(work));

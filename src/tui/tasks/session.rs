@@ -21,7 +21,7 @@ impl Tasks {
         let sender = self.sender.clone();
         tokio::spawn(async move {
             tokio::time::sleep(REST).await;
-            // Nobody listens when the loop has ended.
+            // The receiver is gone once the loop has ended.
             let _ = sender.send(Msg::KeepSession);
         });
     }

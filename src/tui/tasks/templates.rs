@@ -3,6 +3,7 @@
 use std::io::{Error, ErrorKind, Write};
 use std::path::Path;
 
+use crate::config::Folders;
 use crate::prompts::{Library, Template, choose_template};
 use crate::system;
 
@@ -30,10 +31,7 @@ pub fn set_aside(path: &Path, draft: Option<&str>) -> std::io::Result<String> {
             true => saved,
             false => path.with_extension("draft.md.bak"),
         };
-        if let Some(folder) = to.parent() {
-            std::fs::create_dir_all(folder)?;
-        }
-        std::fs::write(&to, draft)?;
+        Folders::write(&to, draft)?;
         kept.push(to.display().to_string());
     }
     Ok(match kept.is_empty() {
@@ -50,7 +48,7 @@ pub fn save_as(folder: &Path, file: &str, text: &str) -> Result<String, String> 
     let path = folder.join(file);
     let front = Template::read(text).map_err(|e| e.in_file(file))?.front;
     let write = || {
-        std::fs::create_dir_all(folder)?;
+        system::make_folder(folder)?;
         std::fs::File::create_new(&path)?.write_all(text.as_bytes())
     };
     write().map_err(|e| named(&path, &e))?;

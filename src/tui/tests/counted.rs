@@ -7,7 +7,7 @@ use ratatui::layout::Position;
 use super::everywhere::seen_in_every_theme;
 use super::kept::{FIRST, Kept};
 use super::results::{counts, four, press, settle};
-use crate::evaluation::batch::{Counting, Manner, Matrix, Part, Spec, TruthSource};
+use crate::evaluation::batch::{Counting, Matrix, Part, RequestSettings, Spec, TruthSource};
 use crate::evaluation::report::{Half, Report};
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
@@ -53,7 +53,7 @@ pub(super) fn spec() -> Spec {
             samples: 1,
             more_leads: Vec::new(),
             transforms: vec![Transform::Mirror],
-            manner: Manner::default(),
+            manner: RequestSettings::default(),
         },
         truth: TruthSource::Files(vec!["/labels/ours.csv".into()]),
         templates: BTreeMap::new(),

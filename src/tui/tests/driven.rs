@@ -5,10 +5,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use crate::metrics::Thresholds;
-use crate::planner::{self, Forecast, Sampling};
+use crate::planner::{self, Cancel, Forecast, Sampling};
 use crate::scenario::{Entry, WantedEgo};
 use crate::simulation::Settings;
 use crate::tui::loaded::Opened;
+use crate::workflow::{OpenRequest, PlanRequest};
 
 /// Few samples over a short horizon: a test waits for it.
 pub fn coarse(forecast: Forecast) -> Settings {
@@ -32,6 +33,20 @@ pub fn coarse(forecast: Forecast) -> Settings {
     }
 }
 
+/// Its ego as it lies beside it.
+pub fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> {
+    PlanRequest {
+        open: OpenRequest {
+            entry,
+            ego: &WantedEgo::Beside,
+            transform: None,
+            strict: false,
+        },
+        problem: None,
+        settings,
+    }
+}
+
 /// A bundled scenario with its ego planned, each driven once for all tests; planning takes 12 ms in all of them.
 pub fn planned(entry: &Entry, forecast: Forecast) -> Result<Opened, String> {
     type Driven = HashMap<(String, &'static str), Result<Opened, String>>;
@@ -40,9 +55,8 @@ pub fn planned(entry: &Entry, forecast: Forecast) -> Result<Opened, String> {
     let drive = || {
         let settings = coarse(forecast);
         let thresholds = Thresholds::shipped();
-        let how = (None, &settings);
-        let mut go_on = |_, _| true;
-        let opened = Opened::planned(entry, &WantedEgo::Beside, thresholds, how, &mut go_on);
+        let request = request(entry, &settings);
+        let opened = Opened::planned(&request, thresholds, &Cancel::default(), &mut |_, _| {});
         let mut opened = opened?.expect("nobody stopped it");
         let planned = opened.planned.as_mut().unwrap();
         let planned = Arc::get_mut(planned).unwrap();

@@ -20,7 +20,7 @@ use crate::tui::widgets::highlight;
 const SIZES: [(u16, u16); 4] = [(80, 24), (100, 30), (120, 40), (200, 60)];
 
 /// Every view with the keys that lead to it, and whether a line in its middle is selected.
-const VIEWS: [(&str, &str, bool); 34] = [
+pub(super) const VIEWS: [(&str, &str, bool); 34] = [
     ("scenarios", "", false),
     ("scenarios alone", "z", false),
     ("grouped", "shift-s", false),

@@ -7,9 +7,11 @@ use std::time::Duration;
 use super::driven::coarse;
 use crate::generation::Effort;
 use crate::metrics::Thresholds;
+use crate::planner::Cancel;
 use crate::scenario::WantedEgo;
 use crate::simulation::Settings;
-use crate::tui::loaded::{Generated, How, Opened, Wish};
+use crate::tui::loaded::{Generated, How, Opened, VariantRequest};
+use crate::workflow::AttackSource;
 
 /// Few motions: a test waits for it.
 pub const SHORT: Effort = Effort {
@@ -22,12 +24,10 @@ pub const SHORT: Effort = Effort {
 };
 
 /// A short search.
-pub fn with<'a>(settings: &'a Settings, stop: &'a (dyn Fn() -> bool + Sync)) -> How<'a> {
-    let effort = &SHORT;
+pub fn with(settings: &Settings) -> How<'_> {
     How {
         settings,
-        effort,
-        stop,
+        source: AttackSource::Search(&SHORT),
     }
 }
 
@@ -44,19 +44,20 @@ pub fn in_12_ms(made: &mut Generated) {
 }
 
 /// What is made of a bundled scenario, each searched for once for all tests; planning takes 12 ms in all of them.
-pub fn generated(wish: &Wish) -> Result<Generated, String> {
+pub fn generated(wish: &VariantRequest) -> Result<Generated, String> {
     type Made = HashMap<(String, Option<i64>, u64), Result<Generated, String>>;
     static MADE: Mutex<Option<Made>> = Mutex::new(None);
     let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
     let make = || {
         // A folder in which nothing lies decides the name.
-        let wish = Wish {
+        let wish = VariantRequest {
             folder: Some("/nonexistent".into()),
             ..wish.clone()
         };
         let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
-        let (how, mut go_on) = (with(&settings, &|| false), |_| true);
-        let made = Opened::generated(&wish, &WantedEgo::Beside, thresholds, &how, &mut go_on);
+        let (how, cancel) = (with(&settings), Cancel::default());
+        let ego = WantedEgo::Beside;
+        let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {});
         let mut made = made?.expect("nobody stopped it");
         in_12_ms(&mut made);
         Ok(made)

@@ -220,6 +220,8 @@ fn the_listed_runs_are_exported_once() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("out.jsonl");
     let mut kept = three();
+    let hidden = "so \u{202e}far\u{200b}, \u{9b}31m so good";
+    kept.add(FIRST, "lab/large", false, hidden);
     kept.press("/");
     kept.type_text("model:large");
     kept.press("enter e ctrl-u");
@@ -230,7 +232,11 @@ fn the_listed_runs_are_exported_once() {
         .lines()
         .map(|l| crate::store::Run::from_record(l).unwrap())
         .collect();
-    assert_eq!(runs.len(), 2);
+    assert_eq!(runs.len(), 3);
+    assert!(runs.iter().any(|run| run.answer == hidden), "it is whole");
+    let obeyed = |c: char| c != '\n' && (c.is_control() || crate::text::disguises(c));
+    assert!(!written.contains(obeyed), "and nothing in it is obeyed");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     assert!(
         kept.bench
             .model
@@ -238,7 +244,7 @@ fn the_listed_runs_are_exported_once() {
             .last()
             .unwrap()
             .text
-            .contains("2 runs written")
+            .contains("3 runs written")
     );
     kept.press("e ctrl-u");
     kept.bench.send(Msg::Paste(path.display().to_string()));

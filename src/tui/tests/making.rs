@@ -4,14 +4,14 @@ use super::bench::Bench;
 use super::generated::generated;
 use crate::generation::{Consequence, Progress};
 use crate::scenario::{ContentHash, ObstacleRole, Scenario, commonroad};
-use crate::tui::loaded::{Generated, Made, VariantShown, Wish, Working};
+use crate::tui::loaded::{Generated, Made, VariantRequest, VariantShown, Working};
 use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::{Drives, JobState, Overlay};
 use crate::tui::tasks::making::write;
 
 /// The searches that were asked for.
-fn asked(bench: &Bench) -> Vec<(MakeId, Wish)> {
+fn asked(bench: &Bench) -> Vec<(MakeId, VariantRequest)> {
     let asks = bench.effects.iter();
     let asks = asks.filter_map(|effect| match effect {
         Effect::Make(MakeAsk::Begin(id, wish)) => Some((*id, (**wish).clone())),

@@ -3,6 +3,7 @@
 
 mod answers;
 mod asking;
+mod bare;
 mod bench;
 mod comparing;
 mod counted;
@@ -12,6 +13,7 @@ mod editing;
 mod everywhere;
 mod frames;
 mod generated;
+mod held;
 mod history;
 mod jobs;
 mod keeping;

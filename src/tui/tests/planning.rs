@@ -3,14 +3,15 @@
 use std::time::Duration;
 
 use super::bench::Bench;
-use super::driven::{coarse, planned};
+use super::driven::{coarse, planned, request};
 use crate::planner::{self, Forecast};
 use crate::scenario::{EgoSource, Entry, bundled};
 use crate::simulation::{Outcome, Settings};
-use crate::tui::loaded::NONE_BESIDE;
+use crate::tui::loaded::CycleShown;
 use crate::tui::message::planning::{PlanAsk, PlanId, PlanNews};
 use crate::tui::message::{Effect, Msg, OpenId};
 use crate::tui::model::{Drives, JobState, Model, Overlay};
+use crate::workflow::{MissingEgo, PlanEvent, prepare};
 
 /// The drive that was asked for last.
 fn asked(bench: &Bench) -> (PlanId, Entry, Forecast) {
@@ -64,7 +65,7 @@ fn without_ego(bench: &mut Bench) {
     opened.headline = None;
     opened.collision = None;
     opened.ranking = Vec::new();
-    opened.no_ego = Some(NONE_BESIDE.into());
+    opened.no_ego = Some(MissingEgo::NotRecorded);
     let id = OpenId(bench.model.new_id());
     bench.model.opening = Some((id, None));
     bench.send(Msg::Opened(id, Ok(Box::new(opened))));
@@ -191,7 +192,9 @@ fn who_does_not_want_a_planned_ego_gets_none_and_a_failure_is_told_once() {
     assert!(bench.model.scene().is_none());
     // What cannot be read is not made up for.
     let mut opened = (**bench.model.opened.as_ref().unwrap()).clone();
-    opened.no_ego = Some("ego.csv: line 1 has no column `timestep`".into());
+    opened.no_ego = Some(MissingEgo::Unusable(
+        "ego.csv: line 1 has no column `timestep`".into(),
+    ));
     bench.model.driver.declined = None;
     bench.model.opened = Some(Box::new(opened));
     passes(&mut bench, 900);
@@ -310,22 +313,25 @@ fn a_cycle_is_small() {
         ..coarse(Forecast::Lane)
     };
     // A few cycles of a whole fan.
-    let mut kept = Vec::new();
-    let scenario = entry.read().unwrap();
-    let problem = &scenario.planning_problems[0];
+    let prepared = prepare(&request(&entry, &settings)).unwrap();
     let limits = planner::Limits::of(settings.planner.vehicle);
-    crate::simulation::drive_watched(&scenario, problem, &settings, &mut |planner, cycle| {
-        let forecaster = planner::Forecaster::new(&scenario, settings.forecast, None);
-        let traffic = forecaster.traffic(cycle.step, planner.steps());
-        kept.push(crate::tui::loaded::CycleShown::of(
-            (planner, &limits),
+    let (dt, cancel) = (prepared.scenario.dt(), planner::Cancel::default());
+    let mut kept = Vec::new();
+    let stopped = prepared.run(&cancel, &mut |event| {
+        let PlanEvent::Cycle {
+            planner,
             cycle,
-            &traffic,
-            scenario.dt(),
-        ));
-        kept.len() < 2
-    })
-    .unwrap();
+            traffic,
+            ..
+        } = event;
+        let planner = (planner, &limits);
+        kept.push(CycleShown::of(planner, cycle, &traffic(), dt));
+        if kept.len() == 2 {
+            cancel.ask();
+        }
+    });
+    assert!(stopped.unwrap().is_none());
+    assert_eq!(kept.len(), 2);
     for cycle in &kept {
         assert!(cycle.fan.count() <= 200 && cycle.fan.count() > 20);
         assert!(cycle.bytes() < 60_000, "{} bytes", cycle.bytes());
@@ -368,4 +374,21 @@ fn how_it_ended_is_said_in_short() {
     assert!(bench.frame(120, 40).contains(&words), "{words}");
     let narrow = bench.frame(80, 24);
     assert!(narrow.contains("ego planned · ZAM_CutIn"), "{narrow}");
+}
+
+#[test]
+fn the_workbench_drives_as_the_command_line_does() {
+    let settings = coarse(Forecast::ConstantVelocity);
+    let entry = bundled().remove(0);
+    let prepared = prepare(&request(&entry, &settings)).unwrap();
+    let outcome = prepared.run(&planner::Cancel::default(), &mut |_| {});
+    let drive = outcome.unwrap().unwrap().drive;
+    let opened = planned(&entry, settings.forecast).unwrap();
+    assert_eq!(opened.planned.as_ref().unwrap().outcome, drive.outcome);
+    let track = &opened.scene.as_ref().unwrap().ego.track;
+    let limits = planner::Limits::of(settings.planner.vehicle);
+    for (step, state) in &drive.states {
+        let place = track.at(*step).unwrap().pose.position;
+        assert_eq!(place, state.centre(&limits).pose.position);
+    }
 }

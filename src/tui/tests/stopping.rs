@@ -1,19 +1,23 @@
-//! A search ends where somebody says so.
+//! A search ends where it is cancelled.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::driven::coarse;
-use super::generated::with;
-use crate::generation::Progress;
+use super::generated::{SHORT, with};
+use super::written::Canned;
+use crate::evaluation;
+use crate::generation::{Ground, Progress, VariantGenerator, search_until};
 use crate::metrics::Thresholds;
-use crate::planner::Forecast;
+use crate::planner::{Cancel, Forecast};
+use crate::prompts::Library;
 use crate::scenario::{WantedEgo, bundled};
-use crate::tui::loaded::{Opened, Wish, Working};
+use crate::tui::loaded::{Heard, How, Opened, VariantRequest, Working, Writer};
+use crate::workflow::AttackSource;
 
 /// Any attack on the ego that turns right.
-pub fn right_turn() -> Wish {
+pub fn right_turn() -> VariantRequest {
     let mut all = bundled().into_iter();
-    Wish {
+    VariantRequest {
         entry: all.find(|e| e.name.contains("RightTurn")).unwrap(),
         change: None,
         forecast: Forecast::Lane,
@@ -25,7 +29,7 @@ pub fn right_turn() -> Wish {
 }
 
 #[test]
-fn who_says_no_is_asked_for_nothing_more() {
+fn who_cancels_hears_nothing_more() {
     let wish = right_turn();
     let settings = coarse(wish.forecast);
     let thresholds = Thresholds::shipped();
@@ -34,16 +38,21 @@ fn who_says_no_is_asked_for_nothing_more() {
         |at: Working| matches!(at, Working::Searching(progress, _) if progress.tried > 0),
     ];
     for end in ends {
+        let cancel = Cancel::default();
         let mut heard = Vec::new();
-        let mut watch = |at| {
-            heard.push(at);
-            !end(at)
+        let mut on_event = |event| {
+            if let Heard::Working(at) = event {
+                heard.push(at);
+                if end(at) {
+                    cancel.ask();
+                }
+            }
         };
-        let how = with(&settings, &|| false);
-        let made = Opened::generated(&wish, &WantedEgo::Beside, thresholds, &how, &mut watch);
+        let (ego, how) = (WantedEgo::Beside, with(&settings));
+        let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut on_event);
         assert!(matches!(made, Ok(None)));
-        let said_no = heard.iter().position(|at| end(*at));
-        assert_eq!(said_no, Some(heard.len() - 1), "{heard:?}");
+        let ended = heard.iter().position(|at| end(*at));
+        assert_eq!(ended, Some(heard.len() - 1), "{heard:?}");
     }
 }
 
@@ -51,19 +60,54 @@ fn who_says_no_is_asked_for_nothing_more() {
 fn a_search_that_is_to_stop_begins_no_motion_and_no_drive_more() {
     let wish = right_turn();
     let settings = coarse(wish.forecast);
-    let thresholds = Thresholds::shipped();
-    // Somebody says so in the middle of the first round, of 32 motions.
+    let scenario = wish.entry.read().unwrap();
+    let problem = &scenario.planning_problems[0];
+    let workshop = VariantGenerator::new(scenario.clone(), problem, &settings).unwrap();
+    // In the middle of the first round, of 32 motions.
     let asked = AtomicUsize::new(0);
     let stop = || asked.fetch_add(1, Ordering::Relaxed) >= 10;
     let mut last = Progress::default();
-    let mut watch = |at| {
-        if let Working::Searching(progress, _) = at {
-            last = progress;
-        }
+    let mut watch = |progress| {
+        last = progress;
         asked.load(Ordering::Relaxed) < 10
     };
-    let how = with(&settings, &stop);
-    let made = Opened::generated(&wish, &WantedEgo::Beside, thresholds, &how, &mut watch);
-    assert!(matches!(made, Ok(None)));
+    let search = |ground: &Ground<'_>| search_until(ground, &SHORT, None, &mut watch, &stop);
+    let found = workshop.on(search).unwrap();
     assert!(last.refused >= 22 && last.driven == 0, "{last:?}");
+    assert_eq!(found.progress(), last);
+}
+
+#[test]
+fn who_cancels_is_driven_against_nothing_more() {
+    let wish = VariantRequest {
+        writer: Some(Box::new(Writer {
+            model: "lab/small".into(),
+            name: "test".into(),
+            library: Library::load(None),
+            settings: evaluation::Settings::default(),
+            fresh: false,
+        })),
+        ..right_turn()
+    };
+    let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
+    for end in [Working::Proving, Working::Trying(0, 1)] {
+        let cancel = Cancel::default();
+        let mut heard = Vec::new();
+        let mut on_event = |event| {
+            if let Heard::Working(at) = event {
+                heard.push(at);
+                if at == end {
+                    cancel.ask();
+                }
+            }
+        };
+        let how = How {
+            settings: &settings,
+            source: AttackSource::Model(&Canned),
+        };
+        let ego = WantedEgo::Beside;
+        let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut on_event);
+        assert!(matches!(made, Ok(None)));
+        assert_eq!(heard.last(), Some(&end));
+    }
 }

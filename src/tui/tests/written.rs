@@ -7,27 +7,29 @@ use super::bench::Bench;
 use super::driven::coarse;
 use super::generated::{generated, in_12_ms};
 use super::stopping::right_turn;
+use crate::evaluation::Event;
 use crate::evaluation::generating::{
-    Authored, AuthoredAttack, Choice, ChosenBy, Declined, Progress, Proposal, Source, Spent,
+    AuthorError, Authored, AuthoredAttack, Choice, ChosenBy, Declined, Progress, Proposal, Source,
+    Spent,
 };
-use crate::evaluation::{Event, Settings};
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{Ground, Reason, Refusal, admit};
 use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::scenario::WantedEgo;
+use crate::planner::Cancel;
+use crate::scenario::{Scene, WantedEgo};
 use crate::store::Consumed;
-use crate::tui::loaded::{Authorship, Generated, Made, Opened, Wish, Working, Writer};
+use crate::tui::loaded::{Authorship, Generated, How, Made, Opened, VariantRequest};
 use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::{JobState, Model, Overlay};
 use crate::verdict::{AttackerChoice, Motion, ObstacleRisk};
+use crate::workflow::{AttackSource, AttackWriter};
 
 /// What a model is wanted to say in tests.
 const WORDS: &str = "It is 4 m behind and has \u{1b}[31mno\u{1b}[0m other way.\n\tSo be it.";
 
 /// The last wish, and its number.
-fn asked(bench: &Bench) -> (MakeId, Wish) {
+fn asked(bench: &Bench) -> (MakeId, VariantRequest) {
     let mut asks = bench.effects.iter().rev();
     let ask = asks.find_map(|effect| match effect {
         Effect::Make(MakeAsk::Begin(id, wish)) => Some((*id, (**wish).clone())),
@@ -136,17 +138,35 @@ fn authored(ground: &Ground<'_>) -> Authored {
     }
 }
 
+/// A model that answers that.
+pub struct Canned;
+
+impl AttackWriter for Canned {
+    fn write(
+        &self,
+        ground: &Ground<'_>,
+        _: &Arc<Scene>,
+        _: &Cancel,
+        _: &mut dyn FnMut(Progress),
+    ) -> Result<Option<Authored>, AuthorError> {
+        Ok(Some(authored(ground)))
+    }
+}
+
 /// What comes of a wish where the model answers that.
-fn written(wish: &Wish) -> Result<Generated, String> {
+fn written(wish: &VariantRequest) -> Result<Generated, String> {
     let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
-    let mut pen = |ground: &Ground<'_>, _: &_| Some(Ok(authored(ground)));
-    let (wanted, mut watch) = (WantedEgo::Beside, |_| true);
+    let how = How {
+        settings: &settings,
+        source: AttackSource::Model(&Canned),
+    };
+    let (ego, cancel) = (WantedEgo::Beside, Cancel::default());
     // A folder in which nothing lies decides the name.
-    let wish = Wish {
+    let wish = VariantRequest {
         folder: Some("/nonexistent".into()),
         ..wish.clone()
     };
-    let made = Opened::written(&wish, &wanted, thresholds, &settings, &mut pen, &mut watch);
+    let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {});
     let mut made = made?.expect("nobody stopped it");
     in_12_ms(&mut made);
     Ok(made)
@@ -342,35 +362,5 @@ fn the_panel_tells_who_wrote_it_and_what_became_of_each_answer() {
         let panel = bench.frame(columns, rows);
         assert!(!panel.contains('\u{1b}'));
         insta::assert_snapshot!(format!("the_authorship_at_{columns}_by_{rows}"), panel);
-    }
-}
-
-#[test]
-fn who_says_no_is_driven_against_nothing_more() {
-    let wish = Wish {
-        writer: Some(Box::new(Writer {
-            model: "lab/small".into(),
-            name: "test".into(),
-            library: Library::load(None),
-            settings: Settings::default(),
-            fresh: false,
-        })),
-        ..right_turn()
-    };
-    let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
-    for (goes_on, last) in [(true, Working::Proving), (false, Working::Trying(0, 1))] {
-        let mut pen = |ground: &Ground<'_>, _: &_| Some(Ok(authored(ground)));
-        let mut heard = Vec::new();
-        let mut watch = |at| {
-            heard.push(at);
-            match at {
-                Working::Trying(..) => goes_on,
-                at => at != Working::Proving,
-            }
-        };
-        let wanted = WantedEgo::Beside;
-        let made = Opened::written(&wish, &wanted, thresholds, &settings, &mut pen, &mut watch);
-        assert!(matches!(made, Ok(None)));
-        assert_eq!(heard.last(), Some(&last));
     }
 }

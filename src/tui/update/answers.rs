@@ -11,6 +11,11 @@ use crate::verdict::Task;
 
 /// Asks the chosen model the question as it stands; `fresh` even where the store has its answer.
 pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
+    if model.fill_held() {
+        // What it would ask is to be seen first.
+        model.say("the template is filled again; the same key asks with it");
+        return Vec::new();
+    }
     let asked = model.model.clone();
     if asked == judge::MODEL && matches!(model.task, Task::Attacker | Task::Trajectory) {
         model.say("the built-in judge answers collision and safety only; m chooses a model");
@@ -28,8 +33,8 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         return Vec::new();
     }
     let Some(question) = model.prompt.question.clone() else {
-        let why = model.opened.as_ref().and_then(|o| o.no_ego.clone());
-        let why = why.unwrap_or_else(|| "no scenario is open".into());
+        let why = model.opened.as_ref().and_then(|o| o.no_ego.as_ref());
+        let why = why.map_or("no scenario is open".to_string(), ToString::to_string);
         let (pick, take) = (
             model.look.key(Action::NextObstacle),
             model.look.key(Action::TakeAsEgo),
@@ -102,6 +107,10 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
         Event::Text(text) => {
             column.progress = Progress::Arriving(seconds(column));
             column.text.push_str(&text);
+        }
+        Event::NotStored(words) => {
+            let text = format!("{}: {words}", column.model);
+            model.complain(text);
         }
         Event::Retrying { attempt, wait, why } => {
             let wait = wait.as_secs_f64();

@@ -150,7 +150,7 @@ fn piece(job: &mut Job, event: &Event) {
             job.state = JobState::Waiting(format!("run {run} asks the same"));
         }
         Event::Retrying { why, .. } => job.state = JobState::Waiting(why.clone()),
-        Event::Kept(_) | Event::Note(_) | Event::Barred(_) => {}
+        Event::Kept(_) | Event::Note(_) | Event::NotStored(_) | Event::Barred(_) => {}
     }
 }
 

@@ -119,6 +119,7 @@ pub fn choose(model: &mut Model) -> Vec<Effect> {
     if model.list.toggle_group() {
         return Vec::new();
     }
+    session::released(model);
     let changed = model.opened.as_ref().is_some_and(|o| o.change.is_some());
     match model.list.opened.filter(|_| changed) {
         // The file as it is, and not as an answer was about it.

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
-use super::super::loaded::{Generated, Made, Opened, VariantShown, Wish, Writer};
+use super::super::loaded::{Generated, Made, Opened, VariantRequest, VariantShown, Writer};
 use super::super::message::making::{MakeAsk, MakeId, MakeNews};
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Drives, Model, Overlay, Search, consequence_words, forecast_words};
@@ -142,7 +142,7 @@ fn begin(
         at: None,
         waits: None,
     });
-    let wish = Wish {
+    let wish = VariantRequest {
         entry: model.list.rows[place].entry.clone(),
         change,
         forecast: model.driver.forecast,

@@ -13,6 +13,7 @@ use crate::scenario::Transform;
 /// Opens the selected scenario, if another one is open.
 pub fn open_current(model: &mut Model) -> Vec<Effect> {
     match model.list.current() {
+        Some(place) if session::held_back(model, place) => Vec::new(),
         Some(place) if model.list.opened != Some(place) => open(model, place, None),
         _ => Vec::new(),
     }

@@ -6,7 +6,7 @@ pub use kept::instead;
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
-use super::super::loaded::{NONE_BESIDE, Opened};
+use super::super::loaded::Opened;
 use super::super::message::planning::{PlanAsk, PlanId, PlanNews};
 use super::super::message::{Effect, OpenId};
 use super::super::model::{
@@ -14,6 +14,7 @@ use super::super::model::{
 };
 use super::{actions, making, opening, values};
 use crate::planner::{Forecast, unavoided};
+use crate::workflow::MissingEgo;
 
 /// Seconds for which a scenario without an ego stays open before one is planned for it: whoever moves through the list
 /// does not want one for each.
@@ -205,7 +206,7 @@ fn lacks_ego(model: &Model) -> bool {
     let Some(opened) = &model.opened else {
         return false;
     };
-    let none = opened.scene.is_none() && opened.no_ego.as_deref() == Some(NONE_BESIDE);
+    let none = opened.scene.is_none() && opened.no_ego == Some(MissingEgo::NotRecorded);
     let busy = model.opening.is_some() || model.driver.under_way.is_some();
     let declined = model.driver.declined == Some(opened.scenario.hash);
     none && !busy && !declined && !opened.scenario.planning_problems.is_empty()

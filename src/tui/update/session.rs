@@ -1,5 +1,6 @@
 //! The session: what the workbench looks like is written down, and comes back at the next start.
 
+use super::super::action::Action;
 use super::super::message::session::{Instead, Opened, Session, View, Where};
 use super::super::message::{Effect, Msg};
 use super::super::model::{Grouping, Model, Order, Pane};
@@ -9,6 +10,7 @@ use crate::judge;
 use crate::metrics::measure;
 use crate::prompts::Techniques;
 use crate::scenario::Entry;
+use crate::system::activity;
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -137,6 +139,10 @@ pub fn open_found(model: &mut Model) -> Vec<Effect> {
             let ego = wanted.ego;
             // What the filter holds back is open all the same, as it was.
             model.list.select(place);
+            if held_back(model, place) {
+                model.recall.wanted = None;
+                return Vec::new();
+            }
             open(model, place, ego)
         }
         (None, Some(_)) if !model.list.found => Vec::new(),
@@ -168,6 +174,33 @@ fn find_again(model: &mut Model) -> Option<usize> {
         recall.marks.clear();
     }
     found
+}
+
+/// Whether a scenario ended the program when it was open last, so that it is not opened before the user says so; that is
+/// said, and the list has the keys.
+pub fn held_back(model: &mut Model, place: usize) -> bool {
+    let entry = model.list.rows[place].entry.clone();
+    if model.list.opened == Some(place) || !activity::is_held(&lies(model, &entry).subject()) {
+        return false;
+    }
+    let key = model.look.key(Action::Choose);
+    let words = format!(
+        "{}: the program ended while this scenario was being opened or shown, so it is not opened by itself; {key} opens it all the same",
+        entry.name
+    );
+    if model.opened.is_none() {
+        model.open_error = Some(words.clone());
+    }
+    model.focus = Pane::Scenarios;
+    model.tell(words);
+    true
+}
+
+/// The user opens the selected scenario, whatever it did before.
+pub fn released(model: &mut Model) {
+    if let Some(place) = model.list.current() {
+        activity::release(&lies(model, &model.list.rows[place].entry).subject());
+    }
 }
 
 /// Whether what is being opened is what was open last time.

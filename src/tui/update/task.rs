@@ -1,7 +1,7 @@
 //! Going from one task to the next.
 
 use super::super::model::Model;
-use crate::evaluation::usual_frame;
+use crate::evaluation::default_frame;
 use crate::verdict::Task;
 
 /// The next task that has a template, in the frame that was chosen if it has one for that, else in its usual one.
@@ -15,7 +15,7 @@ pub fn next(model: &mut Model) {
             found.is_some()
         };
         let chosen = model.frame_chosen.filter(has);
-        let frame = chosen.unwrap_or_else(|| usual_frame(&model.library, task));
+        let frame = chosen.unwrap_or_else(|| default_frame(&model.library, task));
         if has(&frame) {
             model.task = task;
             model.frame = frame;

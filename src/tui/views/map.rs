@@ -1,7 +1,7 @@
 //! The map from above: lanes, then trails and paths, then obstacles, then the ego, signs and labels on top.
 
 mod attack;
-mod board;
+mod label_placer;
 mod labels;
 mod legend;
 mod paths;
@@ -22,8 +22,8 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use unicode_width::UnicodeWidthStr;
 
-use self::board::Board;
-use crate::geometry::{Bounds, Point, Pose, Vector};
+use self::label_placer::LabelPlacer;
+use crate::geometry::{Bounds, Point, Pose, Vector, part_within};
 use crate::tui::loaded::Opened;
 use crate::tui::model::{MapDrawn, Model, On, Pane};
 use crate::tui::widgets::frame;
@@ -76,6 +76,20 @@ impl Projection {
 
     fn sees_point(&self, p: &Point) -> bool {
         self.sees_around(p, 0.0)
+    }
+
+    /// The part of a line on the canvas that may be seen, from 0 (its beginning) to 1; with some dots around the map.
+    fn part_seen(&self, from: (f64, f64), to: (f64, f64)) -> Option<(f64, f64)> {
+        let half = Vector::new(self.half.0 + 2.0 * self.dot, self.half.1 + 2.0 * self.dot);
+        let bounds = Bounds {
+            min: Point::from(-half),
+            max: Point::from(half),
+        };
+        part_within(
+            &Point::new(from.0, from.1),
+            &Point::new(to.0, to.1),
+            &bounds,
+        )
     }
 }
 
@@ -175,7 +189,7 @@ fn write(
     view: &Projection,
     step: i64,
 ) -> signs::Placed {
-    let mut board = Board::new(f.buffer_mut(), area, view);
+    let mut board = LabelPlacer::new(f.buffer_mut(), area, view);
     vehicles::arrows(&mut board, model, opened, view, step);
     let lights = signs::lights(&mut board, model, opened, view, step);
     tape::ends(&mut board, model, view);

@@ -36,6 +36,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
     let Readings { system, user, .. } = &mut *readings;
     let line = |line| vec![Part::Line(line)];
     let parts = match (view, &prompt.question) {
+        _ if prompt.held => return template(f, area, model),
         (PromptView::Template, _) if there => return template(f, area, model),
         (PromptView::Diff, _) if there => {
             let text = diff::text(model);
@@ -159,9 +160,13 @@ fn error(f: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
     let Some(error) = &model.prompt.error else {
         return area;
     };
-    let words = format!(
-        "{error}; the last one that could be filled is shown, and nothing is asked until this one is mended"
-    );
+    let rest = match model.prompt.held {
+        true => "",
+        false => {
+            "; the last one that could be filled is shown, and nothing is asked until this one is mended"
+        }
+    };
+    let words = format!("{error}{rest}");
     let words = Paragraph::new(visible(&words).into_owned())
         .style(Style::new().fg(model.theme.danger))
         .wrap(Wrap { trim: true });

@@ -32,7 +32,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     model.drawn.time_scale(scale);
     let width = usize::from(scale.width);
     let column = |step: i64| {
-        let part = (step - first) as f64 / (last - first).max(1) as f64;
+        let part = (step as f64 - first as f64) / (last as f64 - first as f64).max(1.0);
         (part * (width.saturating_sub(1)) as f64).round() as usize
     };
     let height = usize::from(inner.height);

@@ -44,7 +44,7 @@ fn a_question_that_was_asked_again_counts_once() {
         judged: true,
         ..Truth::default()
     };
-    let stored = stored(&runs, &truth, &Asides::default());
+    let stored = stored(&runs, &truth, &SecondaryRuns::default());
     let counted: Vec<_> = stored.scored.iter().map(|s| s.run.map(|r| r.0)).collect();
     assert_eq!(counted, [Some(3), Some(6), Some(7)]);
     assert_eq!((stored.asked_again, stored.unfinished), (3, 1));
@@ -66,14 +66,14 @@ fn an_answer_of_a_batch_is_held_against_the_truth_of_that_batch() {
         |run, batch: &str, label| truth.of_batches.insert(RunId(run), (batch.into(), label));
     tell(1, "b1", Label::Safe);
     tell(2, "b2", Label::Collision(Some(7)));
-    let found = stored(&runs, &truth, &Asides::default());
+    let found = stored(&runs, &truth, &SecondaryRuns::default());
     let truths: Vec<_> = found.scored.iter().map(|s| s.truth).collect();
     let collision = Some(Label::Collision(Some(7)));
     assert_eq!(truths, [Some(Label::Safe), collision, None]);
     let counts = [("b1".to_string(), 1), ("b2".to_string(), 1)];
     assert_eq!(found.of_batches, BTreeMap::from(counts));
     truth.found.insert("a".into(), Label::Safe);
-    let found = stored(&runs, &truth, &Asides::default());
+    let found = stored(&runs, &truth, &SecondaryRuns::default());
     assert_eq!(
         found.scored[1].truth, collision,
         "the batch's own counts first"
@@ -93,7 +93,7 @@ fn other_leads_and_changed_scenes_are_other_questions() {
     // Asked in the workbench, without a batch.
     runs[3].scenario = Transform::Mirror.name("a");
     runs[5].scenario = "b".into();
-    let asides = Asides {
+    let asides = SecondaryRuns {
         leads: [RunId(2)].into(),
         changed: [RunId(3)].into(),
         first: [RunId(1), RunId(5), RunId(7)].into(),
@@ -124,9 +124,9 @@ fn labels_of_people_count_before_the_judge() {
     };
     truth.found.insert("a".into(), Label::Safe);
     assert_eq!(
-        stored(&runs, &truth, &Asides::default()).scored[0].truth,
+        stored(&runs, &truth, &SecondaryRuns::default()).scored[0].truth,
         Some(Label::Safe)
     );
-    let nobody = stored(&runs, &Truth::default(), &Asides::default());
+    let nobody = stored(&runs, &Truth::default(), &SecondaryRuns::default());
     assert_eq!(nobody.unlabelled, ["a"]);
 }

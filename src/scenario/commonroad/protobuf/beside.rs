@@ -1,11 +1,11 @@
 //! Finding the other files of a scenario of 2024: beside the one that is opened, by the ids in them and by their names.
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
 use super::kind::{Head, Kind};
+use crate::system;
 
 /// How much of a file is looked at to see what it is, bytes: its information comes first.
 const BEGINNING: u64 = 256 << 10;
@@ -160,10 +160,8 @@ pub(in crate::scenario::commonroad) fn scenario_name(file: &Path) -> Option<Stri
 }
 
 fn look(file: &Path) -> Option<Head> {
-    // Opening a pipe would wait for somebody to write.
-    file.metadata().ok().filter(std::fs::Metadata::is_file)?;
     let mut beginning = Vec::new();
-    let opened = File::open(file).ok()?;
+    let opened = system::open_file(file).ok()?;
     opened.take(BEGINNING).read_to_end(&mut beginning).ok()?;
     Head::of(&beginning)
 }

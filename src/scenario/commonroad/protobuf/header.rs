@@ -11,6 +11,7 @@ use super::report::{At, Report};
 use super::values::text;
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::commonroad::xml::short;
+use crate::scenario::plausibility::limits::refused_time_step;
 use crate::scenario::{self, Header, Severity};
 
 /// The header of a file of 2020a.
@@ -145,11 +146,10 @@ fn needed_text(
 
 fn step_size(report: &Report, at: &At<'_>, value: Option<f64>) -> Result<f64, ReadError> {
     let value = report.need(at, "time_step_size", value)?;
-    if value.is_finite() && value > 0.0 {
-        return Ok(value);
+    match refused_time_step(value) {
+        None => Ok(value),
+        Some(why) => Err(report.fail(&at.field("time_step_size"), format!("{value} {why}"))),
     }
-    let message = format!("{value} is not a positive number of seconds");
-    Err(report.fail(&at.field("time_step_size"), message))
 }
 
 fn check_id(report: &mut Report, at: &At<'_>, id: &str) {

@@ -1,6 +1,7 @@
 //! CommonRoad files in protobuf: the single message of 2020a, and the map, dynamic and scenario files of 2024.
 
 mod beside;
+mod doubts;
 mod dynamic;
 mod header;
 mod kind;
@@ -35,7 +36,7 @@ use report::{At, Report};
 pub(super) use beside::{is_protobuf_name, scenario_name};
 
 use super::ReadError;
-use super::encoding::foreign;
+use super::encoding::{foreign, without_marks};
 use super::root::{Unrecognised, beginning_of_file};
 use crate::scenario::Scenario;
 
@@ -116,6 +117,5 @@ fn why_unknown(file: &Path) -> Unrecognised {
 
 /// Whether bytes begin as XML does.
 fn is_markup(bytes: &[u8]) -> bool {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    bytes.trim_ascii_start().starts_with(b"<")
+    without_marks(bytes).trim_ascii_start().starts_with(b"<")
 }

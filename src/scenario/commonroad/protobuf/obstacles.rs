@@ -11,7 +11,7 @@ use super::values::steps;
 use super::words::{OBSTACLE_TYPES, needed_word};
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::{
-    self, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity,
+    self, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity,
 };
 
 pub(super) fn fixed<B: BodyMessage>(
@@ -213,21 +213,4 @@ fn signals(
         found.extend(signal_state(report, &at.nth("signal_series", i), message)?);
     }
     Ok(found)
-}
-
-/// Obstacles from their parts; what they cannot have driven is told.
-pub(super) fn obstacles(
-    r: &mut Report,
-    root: &At<'_>,
-    parts: impl Iterator<Item = ObstacleParts>,
-    dt: f64,
-) -> Vec<Obstacle> {
-    let whole = |parts| {
-        let obstacle = Obstacle::new(parts, dt);
-        if let Some(jump) = obstacle.track().jump(dt) {
-            r.warn(root, format!("obstacle {}: {jump}", obstacle.id));
-        }
-        obstacle
-    };
-    parts.map(whole).collect()
 }

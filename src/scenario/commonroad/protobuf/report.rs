@@ -1,5 +1,6 @@
 //! What is said while a message is read: errors and diagnostics, with the file and the path of fields.
 
+use std::cell::RefCell;
 use std::collections::HashSet;
 use std::fmt;
 
@@ -67,6 +68,8 @@ pub(super) struct Report {
     diagnostics: Vec<Diagnostic>,
     suppressed: usize,
     ids: HashSet<i64>,
+    /// The first number that is nearer to 0 than any that is measured, and how many there are.
+    tiny: RefCell<Option<(String, f64, usize)>>,
 }
 
 impl Report {
@@ -76,6 +79,7 @@ impl Report {
             diagnostics: Vec::new(),
             suppressed: 0,
             ids: HashSet::new(),
+            tiny: RefCell::new(None),
         }
     }
 
@@ -91,6 +95,11 @@ impl Report {
 
     /// Notes something assumed or left out.
     pub fn note(&mut self, severity: Severity, at: &At<'_>, message: impl Into<String>) {
+        self.note_field(severity, at.to_string(), message);
+    }
+
+    /// Notes something about the field with this path.
+    pub fn note_field(&mut self, severity: Severity, field: String, message: impl Into<String>) {
         if self.diagnostics.len() >= MOST_DIAGNOSTICS {
             self.suppressed += 1;
             return;
@@ -98,13 +107,21 @@ impl Report {
         self.diagnostics.push(Diagnostic {
             severity,
             line: 0,
-            element: at.to_string(),
+            element: field,
             message: message.into(),
         });
     }
 
     pub fn warn(&mut self, at: &At<'_>, message: impl Into<String>) {
         self.note(Severity::Warning, at, message);
+    }
+
+    /// Remembers a number that is nearer to 0 than any that is measured.
+    pub fn saw_tiny(&self, at: &At<'_>, value: f64) {
+        match &mut *self.tiny.borrow_mut() {
+            Some((.., count)) => *count += 1,
+            first => *first = Some((at.to_string(), value, 1)),
+        }
     }
 
     /// A field that the schema requires.
@@ -234,6 +251,16 @@ impl Report {
     }
 
     pub fn into_diagnostics(mut self) -> Vec<Diagnostic> {
+        if let Some((field, value, count)) = self.tiny.take() {
+            let more = match count {
+                1 => String::new(),
+                count => format!(" (and {} more)", count - 1),
+            };
+            let message = format!(
+                "`{value:e}` is nearer to 0 than anything that is measured; taken as it is{more}"
+            );
+            self.note_field(Severity::Warning, field, message);
+        }
         if self.suppressed > 0 {
             let message = format!("{} more like these are not listed", self.suppressed);
             self.diagnostics.push(Diagnostic {

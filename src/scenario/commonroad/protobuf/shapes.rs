@@ -3,7 +3,7 @@
 use super::messages::{self, Body, BodyShape, Region, RegionShape};
 use super::report::{At, Report};
 use super::trucks::{semi_trailer_truck, truck};
-use super::values::{finite, number, point};
+use super::values::{finite, point, size};
 use crate::geometry::{Footprint, Point, Shape};
 use crate::scenario::commonroad::ReadError;
 
@@ -108,8 +108,8 @@ fn rectangle(
         .orientation
         .map(|o| finite(report, &at.field("orientation"), o));
     Ok(Shape::Rectangle {
-        length: number(report, at, "length", message.length)?,
-        width: number(report, at, "width", message.width)?,
+        length: size(report, at, "length", message.length)?,
+        width: size(report, at, "width", message.width)?,
         center: center(report, at, message.center.as_ref())?,
         orientation: turned.transpose()?.unwrap_or(0.0),
         origin_x_shift: 0.0,
@@ -118,7 +118,7 @@ fn rectangle(
 
 fn circle(report: &Report, at: &At<'_>, message: &messages::Circle) -> Result<Shape, ReadError> {
     Ok(Shape::Circle {
-        radius: number(report, at, "radius", message.radius)?,
+        radius: size(report, at, "radius", message.radius)?,
         center: center(report, at, message.center.as_ref())?,
     })
 }

@@ -4,10 +4,10 @@ use super::messages::{Region, ScenarioTags};
 use super::report::{At, Report};
 use super::wire::{Field, Fields};
 use super::words::{ENVIRONMENT_2020A, OBSTACLE_TYPES};
-use super::{header, obstacles, place, planning, references, road, words};
+use super::{doubts, header, obstacles, place, planning, references, road, words};
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::{
-    ContentHash, Header, Intersection, Lanelet, LaneletNetwork, Location, ObstacleParts,
+    ContentHash, Header, Intersection, Lanelet, LaneletNetwork, Location, Obstacle, ObstacleParts,
     PlanningProblem, Scenario, Sign, TrafficLight,
 };
 
@@ -49,17 +49,20 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
     references::check(&mut report, &network, &root, &found.problems, &root);
     let roles = [found.fixed, found.moving, found.environment, found.phantom];
     let parts = roles.into_iter().flatten();
-    let obstacles = obstacles::obstacles(&mut report, &root, parts, header.time_step_size);
-    Ok(Scenario {
-        obstacles,
+    let obstacles = parts.map(|parts| Obstacle::new(parts, header.time_step_size));
+    let mut scenario = Scenario {
+        obstacles: obstacles.collect(),
         header,
         location: Some(location),
         tags,
         network,
         planning_problems: found.problems,
-        diagnostics: report.into_diagnostics(),
+        diagnostics: Vec::new(),
         hash: ContentHash::of(bytes),
-    })
+    };
+    doubts::note(&mut report, &doubts::ONE, &scenario);
+    scenario.diagnostics = report.into_diagnostics();
+    Ok(scenario)
 }
 
 impl Found {

@@ -8,11 +8,11 @@ use super::kind::{Head, Kind};
 use super::map::{self, RoadMap};
 use super::report::{At, Report};
 use super::tasks::{self, Tasks};
-use super::{check_size, obstacles, references};
+use super::{check_size, doubts, references};
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::commonroad::xml::short;
 use crate::scenario::{
-    ContentHash, LaneletNetwork, Location, Scenario, Severity, Sign, TrafficLight,
+    ContentHash, LaneletNetwork, Location, Obstacle, Scenario, Severity, Sign, TrafficLight,
 };
 use crate::system;
 
@@ -189,9 +189,9 @@ fn compose(
     let (road, planning) = (At::root("map"), At::root("scenario"));
     references::check(r, &network, &road, &problems, &planning);
     let dt = header.time_step_size;
-    let obstacles = obstacles::obstacles(r, &At::root("dynamic"), parts.into_iter(), dt);
+    let obstacles = parts.into_iter().map(|parts| Obstacle::new(parts, dt));
     let all = [Some(files.map), files.dynamic, files.tasks];
-    Scenario {
+    let mut scenario = Scenario {
         header,
         location: Some(Location {
             environment,
@@ -199,11 +199,14 @@ fn compose(
         }),
         tags,
         network,
-        obstacles,
+        obstacles: obstacles.collect(),
         planning_problems: problems,
-        diagnostics: report.into_diagnostics(),
+        diagnostics: Vec::new(),
         hash: ContentHash::of_parts(all.into_iter().flatten()),
-    }
+    };
+    doubts::note(&mut report, &doubts::THREE, &scenario);
+    scenario.diagnostics = report.into_diagnostics();
+    scenario
 }
 
 /// Gives lights their cycles, and signs what they say in this scenario.

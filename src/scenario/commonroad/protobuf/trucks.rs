@@ -2,7 +2,7 @@
 
 use super::messages::{SemiTrailerTruckShape, TruckShape};
 use super::report::{At, Report};
-use super::values::number;
+use super::values::size;
 use crate::geometry::{SemiTrailer, Shape, Truck};
 use crate::scenario::commonroad::ReadError;
 
@@ -14,26 +14,21 @@ pub(super) fn truck(
 ) -> Result<Truck, ReadError> {
     let dimensions = report.need(at, "truck_dims", message.truck_dims.as_ref())?;
     let of = at.field("truck_dims");
-    let number = |name, value| number(report, &of, name, value);
+    let size = |name, value| size(report, &of, name, value);
     Ok(Truck {
-        length: number("length", dimensions.length)?,
-        width: number("width", dimensions.width)?,
-        wheelbase: number("wheelbase", dimensions.wheelbase)?,
-        rear_to_rear_axle: number(
+        length: size("length", dimensions.length)?,
+        width: size("width", dimensions.width)?,
+        wheelbase: size("wheelbase", dimensions.wheelbase)?,
+        rear_to_rear_axle: size(
             "dist_from_rear_to_rear_axle",
             dimensions.dist_from_rear_to_rear_axle,
         )?,
-        cabin_length: number("cabin_length", dimensions.cabin_length)?,
-        rear_axle_to_hitch: number(
+        cabin_length: size("cabin_length", dimensions.cabin_length)?,
+        rear_axle_to_hitch: size(
             "dist_from_rear_axle_to_hitch",
             dimensions.dist_from_rear_axle_to_hitch,
         )?,
-        origin_x_shift: super::values::number(
-            report,
-            at,
-            "origin_x_shift",
-            message.origin_x_shift,
-        )?,
+        origin_x_shift: super::values::size(report, at, "origin_x_shift", message.origin_x_shift)?,
     })
 }
 
@@ -47,12 +42,12 @@ pub(super) fn semi_trailer_truck(
     let trailer = report.need(at, "trailer_dims", message.trailer_dims.as_ref())?;
     let of = at.field("trailer_dims");
     let tractor = truck(report, &at.field("truck_shape"), tractor)?;
-    let number = |name, value| number(report, &of, name, value);
+    let size = |name, value| size(report, &of, name, value);
     let trailer = SemiTrailer {
-        length: number("length", trailer.length)?,
-        width: number("width", trailer.width)?,
-        wheelbase: number("wheelbase", trailer.wheelbase)?,
-        front_to_hitch: number("dist_from_front_to_hitch", trailer.dist_from_front_to_hitch)?,
+        length: size("length", trailer.length)?,
+        width: size("width", trailer.width)?,
+        wheelbase: size("wheelbase", trailer.wheelbase)?,
+        front_to_hitch: size("dist_from_front_to_hitch", trailer.dist_from_front_to_hitch)?,
     };
     report.warn(
         at,

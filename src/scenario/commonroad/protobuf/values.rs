@@ -7,8 +7,10 @@ use super::report::{At, Report};
 use crate::geometry::Point;
 use crate::scenario::commonroad::ReadError;
 use crate::scenario::commonroad::out::allowed;
-use crate::scenario::commonroad::states::LATEST;
-use crate::scenario::commonroad::xml::LARGEST;
+use crate::scenario::commonroad::states::refused_step;
+use crate::scenario::plausibility::limits::{
+    LARGEST_NUMBER, LATEST_STEP, MOST_PARTS, is_tiny, refused_coordinate, refused_size,
+};
 use crate::scenario::{Quantity, Steps};
 
 /// A text as XML gives it: trimmed, and with U+FFFD, and a diagnostic, for every character that no XML file can hold.
@@ -42,12 +44,42 @@ pub(super) fn number(
 }
 
 pub(super) fn finite(report: &Report, at: &At<'_>, value: f64) -> Result<f64, ReadError> {
-    if value.abs() <= LARGEST {
+    if is_tiny(value) {
+        report.saw_tiny(at, value);
+    }
+    if value.abs() <= LARGEST_NUMBER {
         Ok(value)
     } else if value.is_finite() {
         Err(report.fail(at, format!("`{value}` is out of all reason")))
     } else {
         Err(report.fail(at, format!("`{value}` is not a finite number")))
+    }
+}
+
+/// A length, width or radius that the schema requires, metres.
+pub(super) fn size(
+    report: &Report,
+    at: &At<'_>,
+    name: &str,
+    value: Option<f64>,
+) -> Result<f64, ReadError> {
+    let value = number(report, at, name, value)?;
+    match refused_size(value) {
+        None => Ok(value),
+        Some(message) => Err(report.fail(&at.field(name), message)),
+    }
+}
+
+fn coordinate(
+    report: &Report,
+    at: &At<'_>,
+    name: &str,
+    value: Option<f64>,
+) -> Result<f64, ReadError> {
+    let value = number(report, at, name, value)?;
+    match refused_coordinate(value) {
+        None => Ok(value),
+        Some(message) => Err(report.fail(&at.field(name), message)),
     }
 }
 
@@ -66,8 +98,8 @@ pub(super) fn point(
     at: &At<'_>,
     point: &messages::Point,
 ) -> Result<Point, ReadError> {
-    let x = number(report, at, "x", point.x)?;
-    Ok(Point::new(x, number(report, at, "y", point.y)?))
+    let x = coordinate(report, at, "x", point.x)?;
+    Ok(Point::new(x, coordinate(report, at, "y", point.y)?))
 }
 
 /// Points and, where every one has it, their heights.
@@ -76,6 +108,9 @@ pub(super) fn points(
     at: &At<'_>,
     all: &[messages::Point],
 ) -> Result<(Vec<Point>, Vec<f64>), ReadError> {
+    if all.len() > MOST_PARTS {
+        return Err(report.fail(at, format!("more than {MOST_PARTS} points in one place")));
+    }
     let mut points = Vec::with_capacity(all.len());
     let mut heights = Vec::new();
     for (i, message) in all.iter().enumerate() {
@@ -130,9 +165,8 @@ pub(super) fn steps(
         let message = format!("the interval from {} to {} is empty", steps.from, steps.to);
         return Err(report.fail(at, message));
     }
-    if steps.from.abs() > LATEST || steps.to.abs() > LATEST {
-        let message = format!("time step {} is out of all reason", steps.to);
-        return Err(report.fail(at, message));
+    if steps.from.abs() > LATEST_STEP || steps.to.abs() > LATEST_STEP {
+        return Err(report.fail(at, refused_step(steps)));
     }
     Ok(steps)
 }

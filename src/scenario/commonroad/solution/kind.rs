@@ -1,6 +1,7 @@
 //! The kinds of trajectories in a solution, and what their states hold.
 
 use crate::scenario::VehicleModel;
+use crate::scenario::plausibility::limits::{LARGEST_COORDINATE, LARGEST_NUMBER};
 
 /// A quantity of a state: its element and its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,6 +10,16 @@ pub struct Field {
     pub name: &'static str,
     /// Unit, SI and radians.
     pub unit: &'static str,
+}
+
+impl Field {
+    /// No value of it is larger.
+    pub(super) fn largest(&self) -> f64 {
+        match self.name {
+            "x" | "y" => LARGEST_COORDINATE,
+            _ => LARGEST_NUMBER,
+        }
+    }
 }
 
 /// What a trajectory of a solution is made of, in the schema's order.

@@ -12,7 +12,7 @@ pub use kind::{Field, TrajectoryKind};
 pub use reader::read_solution;
 pub use writer::write_solution;
 
-use super::xml::LARGEST;
+use crate::scenario::plausibility::limits::LATEST_STEP;
 use crate::scenario::{Diagnostic, VehicleModel, VehicleType};
 
 /// A solution of a scenario: one vehicle, or several for a cooperative one.
@@ -61,7 +61,7 @@ pub struct SolutionTrajectory {
 pub struct SolutionState {
     /// Time step.
     pub step: i64,
-    /// The quantities of [`TrajectoryKind::fields`], in that order; all within ±1e15.
+    /// The quantities of [`TrajectoryKind::fields`], in that order; all within ±1e9, and coordinates within ±2.5e7.
     pub values: Vec<f64>,
 }
 
@@ -158,9 +158,6 @@ impl ProblemSolution {
     }
 }
 
-/// Time steps beyond this are a mistake; the schema's integers end at twice as much.
-const LATEST: i64 = 1_000_000_000;
-
 impl SolutionTrajectory {
     /// A trajectory of `states` in any order.
     ///
@@ -180,7 +177,7 @@ impl SolutionTrajectory {
         let fields = kind.fields();
         for state in &states {
             let step = state.step;
-            if step.checked_abs().is_none_or(|s| s > LATEST) {
+            if step.checked_abs().is_none_or(|s| s > LATEST_STEP) {
                 return Err(SolutionError::Step(step));
             }
             if state.values.len() != fields.len() {
@@ -192,7 +189,7 @@ impl SolutionTrajectory {
                 });
             }
             let mut pairs = fields.iter().zip(&state.values);
-            if let Some((field, value)) = pairs.find(|(_, v)| v.is_nan() || v.abs() > LARGEST) {
+            if let Some((field, value)) = pairs.find(|(f, v)| v.is_nan() || v.abs() > f.largest()) {
                 return Err(SolutionError::NotFinite {
                     step,
                     field: field.name,

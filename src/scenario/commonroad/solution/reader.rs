@@ -5,10 +5,13 @@ use std::collections::HashSet;
 use jiff::civil::{Date, DateTime};
 
 use super::id::{BenchmarkId, COST_FUNCTIONS, POINT_MASS_COSTS, legal};
-use super::{LATEST, ProblemSolution, Solution, SolutionState, SolutionTrajectory, TrajectoryKind};
+use super::{ProblemSolution, Solution, SolutionState, SolutionTrajectory, TrajectoryKind};
 use crate::scenario::commonroad::error::ReadError;
+use crate::scenario::commonroad::states::refused_step;
 use crate::scenario::commonroad::xml::{Element, Xml, short};
-use crate::scenario::{Severity, VehicleModel, benchmark_id};
+use crate::scenario::plausibility::limits::{LATEST_STEP, doubtful};
+use crate::scenario::plausibility::missing_steps;
+use crate::scenario::{Quantity, Severity, StateField, Steps, VehicleModel, benchmark_id};
 
 const ROOT: &str = "CommonRoadSolution";
 
@@ -196,7 +199,8 @@ fn trajectory<'a>(
     kind: TrajectoryKind,
 ) -> Result<SolutionTrajectory, ReadError> {
     let (mut states, mut seen) = (Vec::<SolutionState>::new(), HashSet::new());
-    let mut disorder = None;
+    let (mut disorder, mut doubts) = (None, Doubts::default());
+    let mut places = Vec::new();
     while let Some(child) = xml.next()? {
         if child.name != kind.state_element() {
             let message = format!(
@@ -207,7 +211,8 @@ fn trajectory<'a>(
             );
             return Err(xml.fail(child.at, message));
         }
-        let state = state(xml, child, kind)?;
+        let state = state(xml, child, kind, &mut doubts)?;
+        xml.check_count(element, states.len(), "states")?;
         if !seen.insert(state.step) {
             let message = format!(
                 "time step {} was there before; every step has one state",
@@ -218,7 +223,16 @@ fn trajectory<'a>(
         if states.last().is_some_and(|last| last.step > state.step) {
             disorder = disorder.or(Some(child));
         }
+        places.push((state.step, child));
         states.push(state);
+    }
+    // Inputs hold until the next one.
+    if !kind.is_input() {
+        places.sort_by_key(|(step, _)| *step);
+        let steps: Vec<i64> = places.iter().map(|(step, _)| *step).collect();
+        if let Some((place, message)) = missing_steps(&steps) {
+            xml.note(Severity::Warning, places[place].1, message);
+        }
     }
     if let Some(child) = disorder {
         let message = "states were not in order of time and have been sorted";
@@ -227,10 +241,32 @@ fn trajectory<'a>(
     SolutionTrajectory::new(kind, states).map_err(|e| xml.fail_in(element, e.to_string()))
 }
 
+/// The quantities of which it was said already that they can hardly be true: of each once.
+#[derive(Default)]
+struct Doubts(HashSet<StateField>);
+
+impl Doubts {
+    fn look<'a>(&mut self, xml: &mut Xml<'a>, element: Element<'a>, value: f64) {
+        let field = match element.name {
+            "xVelocity" | "yVelocity" => Some(StateField::VelocityY),
+            "xAcceleration" | "yAcceleration" => Some(StateField::AccelerationY),
+            "hitch_angle" => Some(StateField::HitchAngle),
+            name => StateField::parse(name),
+        };
+        let doubt = field.and_then(|field| Some((field, doubtful(field, Quantity::Exact(value))?)));
+        if let Some((field, message)) = doubt
+            && self.0.insert(field)
+        {
+            xml.note(Severity::Warning, element, message);
+        }
+    }
+}
+
 fn state<'a>(
     xml: &mut Xml<'a>,
     element: Element<'a>,
     kind: TrajectoryKind,
+    doubts: &mut Doubts,
 ) -> Result<SolutionState, ReadError> {
     let fields = kind.fields();
     let mut values = vec![None; fields.len()];
@@ -245,7 +281,14 @@ fn state<'a>(
                 name => name,
             };
             match fields.iter().position(|f| f.name == name) {
-                Some(place) => values[place].replace(xml.number(child)?).is_some(),
+                Some(place) => {
+                    let value = match name {
+                        "x" | "y" => xml.coordinate(child)?,
+                        _ => xml.number(child)?,
+                    };
+                    doubts.look(xml, child, value);
+                    values[place].replace(value).is_some()
+                }
                 None => {
                     xml.skip_unknown(child)?;
                     false
@@ -268,8 +311,8 @@ fn state<'a>(
     let Some(step) = time else {
         return Err(xml.fail_in(element, missing("time")));
     };
-    if step.abs() > LATEST {
-        let message = format!("time step {step} is out of all reason");
+    if step.abs() > LATEST_STEP {
+        let message = refused_step(Steps::exact(step));
         return Err(xml.fail_in(element, message));
     }
     if let Some(place) = values.iter().position(Option::is_none) {

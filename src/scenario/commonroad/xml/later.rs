@@ -19,6 +19,8 @@ pub(super) struct Later<'a> {
     references: Vec<(Place<'a>, i64)>,
     /// Speed limits of version 2018b, by lanelet.
     speed_limits: Vec<(i64, f64, Place<'a>)>,
+    /// States and goals since the last top element, for what is found of them afterwards.
+    marks: Vec<Place<'a>>,
     /// The elements around the last one, which are those around the next one more often than not.
     around: Rc<[Element<'a>]>,
 }
@@ -52,7 +54,19 @@ impl<'a> Xml<'a> {
         self.push_note(severity, place.element.at, path, message);
     }
 
-    fn place(&mut self, element: Element<'a>) -> Place<'a> {
+    /// Remembers where a state or a goal is.
+    pub fn mark(&mut self, element: Element<'a>) {
+        let place = self.place(element);
+        self.later.marks.push(place);
+    }
+
+    /// What was remembered since this was last asked.
+    pub fn take_marks(&mut self) -> Vec<Place<'a>> {
+        std::mem::take(&mut self.later.marks)
+    }
+
+    /// An element and those around it.
+    pub fn place(&mut self, element: Element<'a>) -> Place<'a> {
         let open = match self.path.split_last() {
             Some((last, around)) if last.at == element.at => around,
             _ => &self.path,

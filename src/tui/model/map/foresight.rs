@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{Foreseen, On};
 use crate::geometry::Point;
 use crate::judge::Criterion;
-use crate::scenario::prediction::{Observed, Past, Prediction, Predictor};
+use crate::scenario::prediction::{Observed, ObservedHistory, Prediction, Predictor};
 use crate::scenario::{Scene, Window};
 
 /// Whose paths are "near": within this distance of the ego, metres, centre to centre, and no more than so many.
@@ -88,7 +88,7 @@ impl Foresight {
 
 fn futures(asked: &Asked) -> Vec<Future> {
     let window = Window::ending_at(&asked.scene, asked.step, asked.history);
-    let past = Past::of(&asked.scene, &window);
+    let past = ObservedHistory::of(&asked.scene, &window);
     let mut predictor = Predictor::new(&past, Criterion::REFERENCE.model);
     let mut future = |who, seen: &Observed<'_>| Future {
         who,

@@ -1,42 +1,12 @@
-//! Asking a model for attacks: as whom, and how that is stopped.
+//! Asking a model for attacks: as whom, and that its answers are kept.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use tokio::sync::{Notify, oneshot};
+use tokio::sync::oneshot;
 
 use super::super::super::loaded::Writer;
 use super::super::Tasks;
 use crate::evaluation::generating::{Author, RETRIES, SAMPLES};
-
-/// Tells work that it shall end, whether it waits or works.
-#[derive(Debug, Default)]
-pub struct Stop {
-    asked: AtomicBool,
-    woken: Notify,
-}
-
-impl Stop {
-    /// It shall end.
-    pub fn ask(&self) {
-        self.asked.store(true, Ordering::Relaxed);
-        self.woken.notify_one();
-    }
-
-    /// Whether it shall end.
-    pub fn is_asked(&self) -> bool {
-        self.asked.load(Ordering::Relaxed)
-    }
-
-    /// Waits for some work, or gives nothing as soon as it shall end; the work is dropped then.
-    pub async fn or<T>(&self, work: impl Future<Output = T>) -> Option<T> {
-        tokio::select! {
-            biased;
-            () = self.woken.notified() => None,
-            done = work => Some(done),
-        }
-    }
-}
 
 impl Tasks {
     /// The author that a model is; nothing is asked yet.

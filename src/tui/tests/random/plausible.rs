@@ -15,7 +15,7 @@ use crate::generation::Progress;
 use crate::metrics::Thresholds;
 use crate::scenario::{Entry, WantedEgo};
 use crate::store::{Choice, RatedAnswer, Rating, RunId};
-use crate::tui::loaded::{Facts, Generated, Verdicts, Wish, Working};
+use crate::tui::loaded::{Facts, Generated, VariantRequest, Verdicts, Working};
 use crate::tui::message::Msg;
 use crate::tui::message::making::{MakeAsk, MakeNews};
 use crate::tui::message::planning::{PlanAsk, PlanNews};
@@ -133,7 +133,7 @@ pub fn make(ask: MakeAsk, n: usize) -> Vec<Msg> {
         1 | 2 if wish.writer.is_some() => Ok(unwritten(HOSTILE)),
         // Only of one scenario, unchanged: a search takes long.
         1 if wish.entry.name.contains("RightTurn") && wish.change.is_none() => {
-            let wish = Wish {
+            let wish = VariantRequest {
                 only: None,
                 seed: 1,
                 ..*wish

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use super::super::super::loaded::{Generated, Wish, Working};
+use super::super::super::loaded::{Generated, VariantRequest, Working};
 use super::super::super::message::making::{MakeId, MakeNews};
 use super::super::super::model::{Job, JobKind, JobState, Model, consequence_words};
 use super::writing;
 
 /// Work on a wish, for the list of tasks.
-pub fn job(id: MakeId, wish: &Wish, now: Duration) -> Job {
+pub fn job(id: MakeId, wish: &VariantRequest, now: Duration) -> Job {
     let name = &wish.entry.name;
     match &wish.writer {
         Some(writer) => writing::job(id, name, &writer.model, now),

@@ -4,7 +4,7 @@
 use ratatui::style::{Modifier, Style};
 use ratatui::widgets::canvas::{Context, Line};
 
-use super::board::{Board, Body};
+use super::label_placer::{Body, LabelPlacer};
 use super::paths::{DASH, walk};
 use super::planner::thick;
 use super::{Projection, stroke};
@@ -56,7 +56,7 @@ pub fn motions(ctx: &mut Context<'_>, model: &Model, view: &Projection, step: i6
 }
 
 /// What the hollow body is, where the two are not in one place.
-pub fn name(board: &mut Board<'_>, model: &Model, view: &Projection, step: i64) {
+pub fn name(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection, step: i64) {
     let Some(shown) = shown(model).filter(|shown| step > shown.made.effect.from) else {
         return;
     };

@@ -3,7 +3,7 @@
 use ratatui::style::{Modifier, Style};
 
 use super::Projection;
-use super::board::{Area, Board, Body};
+use super::label_placer::{Area, Body, LabelPlacer};
 use crate::geometry::Placed;
 use crate::tui::loaded::Opened;
 use crate::tui::model::{Model, On};
@@ -19,7 +19,13 @@ struct Label {
     whose: On,
 }
 
-pub fn draw(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projection, step: i64) {
+pub fn draw(
+    board: &mut LabelPlacer<'_>,
+    model: &Model,
+    opened: &Opened,
+    view: &Projection,
+    step: i64,
+) {
     let theme = &model.theme;
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
     let mut labels = Vec::new();
@@ -91,7 +97,7 @@ pub fn draw(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projec
 
 /// The attacker's label has its place before all others. Where there is little room it loses words, and if nothing else
 /// helps, it covers others, but never the ego.
-fn most_telling(board: &mut Board<'_>, label: &Label, others: &[Label]) {
+fn most_telling(board: &mut LabelPlacer<'_>, label: &Label, others: &[Label]) {
     board.reserve(label.body);
     let ego = others.iter().filter(|other| other.whose == On::Ego);
     ego.for_each(|ego| board.reserve(ego.body));

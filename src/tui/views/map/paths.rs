@@ -3,7 +3,7 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::{Context, Points};
 
-use super::board::{Board, Body};
+use super::label_placer::{Body, LabelPlacer};
 use super::vehicles::velocity;
 use super::{Projection, stroke};
 use crate::geometry::Point;
@@ -17,6 +17,10 @@ const TRAIL: f64 = 2.0;
 pub const DASH: (f64, f64) = (5.0, 4.0);
 /// Dots from one cross to the next where somebody goes straight on.
 const APART: f64 = 9.0;
+/// Pieces of a line that are longer than this are no pieces of a road, metres.
+const FARTHEST: f64 = 1e100;
+/// Dashes that fit on the largest map, at a period of a dot.
+const MOST_DASHES: f64 = 10_000.0;
 /// What marks the end of the way straight on.
 pub const STRAIGHT: &str = "x";
 
@@ -117,7 +121,7 @@ fn cross(ctx: &mut Context<'_>, view: &Projection, (x, y): (f64, f64), color: Co
 }
 
 /// How likely each course of the picked obstacle is, and where the ways straight on end.
-pub fn ends(board: &mut Board<'_>, model: &Model, view: &Projection) {
+pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection) {
     let alone = model.map.layers.paths == Foreseen::Picked;
     for future in &model.map.foresight.futures {
         let style = Style::new()
@@ -172,9 +176,15 @@ pub fn walk(
     for pair in line.windows(2) {
         let (from, to) = (view.at(&pair[0]), view.at(&pair[1]));
         let length = (to.0 - from.0).hypot(to.1 - from.1);
-        if length <= 0.0 {
+        // Nothing is so far away that could be drawn.
+        if length <= 0.0 || length.is_nan() || length > FARTHEST {
             continue;
         }
+        // What is not seen is not walked along: coordinates may be of any size.
+        let Some((enters, leaves)) = view.part_seen(from, to) else {
+            done += length;
+            continue;
+        };
         let at = |s: f64| {
             let part = ((s - done) / length).clamp(0.0, 1.0);
             (
@@ -182,11 +192,16 @@ pub fn walk(
                 from.1 + (to.1 - from.1) * part,
             )
         };
-        // The first dash that reaches into this piece.
-        let mut start = ((done - on) / period).ceil().max(0.0) * period;
-        while start < done + length {
-            with(at(start), at(start + on));
-            start += period;
+        // The first dash that reaches into this piece, or into what is seen of it.
+        let first = ((done + enters * length - on) / period).ceil().max(0.0);
+        let last = (done + leaves * length) / period;
+        // Counted: a number that is large enough does not change by adding to it.
+        let count = (last - first).floor().clamp(-1.0, MOST_DASHES);
+        for dash in (0_u32..).map(f64::from).take_while(|dash| *dash <= count) {
+            let start = (first + dash) * period;
+            if start < done + length {
+                with(at(start), at(start + on));
+            }
         }
         done += length;
     }
@@ -196,6 +211,24 @@ pub fn walk(
 mod tests {
     use super::*;
     use crate::geometry::Pose;
+
+    #[test]
+    fn lines_of_any_length_have_as_many_dashes_as_are_seen() {
+        let view = Projection::new(Pose::new(0.0, 0.0, 0.0), (50.0, 50.0), (2.0, 4.0));
+        for far in [1e3, 1e9, 1e15, 1e100, f64::MAX, f64::INFINITY, f64::NAN] {
+            for from in [(-far, 0.0), (0.0, 0.0), (far, far)] {
+                let line = [from, (far, 0.0), (far, -far), (3.0, 4.0)];
+                let line = line.map(|(x, y)| Point::new(x, y));
+                let mut count = 0;
+                walk(&view, &line, 5.0, 4.0, |_, _| count += 1);
+                assert!(count < 200, "{count} dashes of {line:?}");
+            }
+        }
+        let mut seen = 0;
+        let line = [Point::new(-1e9, 0.0), Point::new(1e9, 0.0)];
+        walk(&view, &line, 5.0, 5.0, |_, _| seen += 1);
+        assert!((10..=14).contains(&seen), "{seen}");
+    }
 
     #[test]
     fn dashes_go_on_across_corners() {

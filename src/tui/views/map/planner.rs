@@ -6,7 +6,7 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::{Context, Points};
 
-use super::board::{Board, Body};
+use super::label_placer::{Body, LabelPlacer};
 use super::paths::{DASH, walk};
 use super::{Projection, stroke};
 use crate::geometry::{Bounds, Point};
@@ -81,7 +81,7 @@ pub fn thick(ctx: &mut Context<'_>, view: &Projection, line: &[Point], color: Co
 }
 
 /// The full seconds on what was chosen.
-pub fn seconds(board: &mut Board<'_>, model: &Model, view: &Projection) {
+pub fn seconds(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection) {
     let Some(cycle) = cycle(model) else { return };
     let style = Style::new()
         .fg(model.theme.ego)
@@ -124,7 +124,7 @@ pub fn recorded(ctx: &mut Context<'_>, model: &Model, view: &Projection, step: i
 }
 
 /// The name of the recorded ego.
-pub fn name(board: &mut Board<'_>, model: &Model, view: &Projection, step: i64) {
+pub fn name(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection, step: i64) {
     let placed = model.recorded_beside().and_then(|scene| scene.ego_at(step));
     let corners = placed.map(|body| body.outlines().concat());
     let corners = corners.iter().flatten().map(|p| view.at(p));

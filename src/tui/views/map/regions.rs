@@ -3,7 +3,7 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::Context;
 
-use super::board::{Board, Body};
+use super::label_placer::{Body, LabelPlacer};
 use super::{Projection, stroke};
 use crate::geometry::{Bounds, Point, Shape};
 use crate::scenario::{Goal, ObstacleRole, Position, Prediction};
@@ -65,7 +65,7 @@ pub fn occupancies(
 }
 
 /// What the goals are: lanelets, when, how fast.
-pub fn goal_labels(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projection) {
+pub fn goal_labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view: &Projection) {
     if !model.map.layers.goal {
         return;
     }

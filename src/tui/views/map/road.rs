@@ -12,6 +12,9 @@ use crate::tui::model::Model;
 /// Dash and gap of a dashed line, metres.
 const DASH: f64 = 3.0;
 
+/// Dashes of a straight piece of a line that are drawn at most.
+const MOST_DASHES: f64 = 10_000.0;
+
 /// Where a dot is at most this large, metres, there is room for a second line and for driving directions.
 const CLOSE: f64 = 0.4;
 
@@ -141,15 +144,38 @@ fn dashes(ctx: &mut Context<'_>, view: &Projection, points: &[Point], color: Col
     let Some(line) = Polyline::new(points.iter().copied()) else {
         return;
     };
-    let mut s = 0.0;
-    while s < line.length() {
-        let end = (s + DASH).min(line.length());
-        let ends = [line.pose_at(s).position, line.pose_at(end).position];
+    for start in dash_starts(&line, view) {
+        let end = (start + DASH).min(line.length());
+        let ends = [line.pose_at(start).position, line.pose_at(end).position];
         if view.sees_around(&ends[0], DASH) {
             stroke(ctx, view, &ends, color);
         }
-        s += 2.0 * DASH;
     }
+}
+
+/// Where along a line the dashes begin that may be seen, metres: of a line of any length no more than there is room for.
+fn dash_starts(line: &Polyline, view: &Projection) -> Vec<f64> {
+    let period = 2.0 * DASH;
+    let mut starts = Vec::new();
+    // The number of the next dash.
+    let mut next = 0.0_f64;
+    for (pair, from) in line.points().windows(2).zip(line.arc_lengths()) {
+        let Some((enters, leaves)) = view.part_seen(view.at(&pair[0]), view.at(&pair[1])) else {
+            continue;
+        };
+        let length = (pair[1] - pair[0]).norm();
+        // One that begins before a corner may be seen behind it.
+        let first = ((from + enters * length) / period - 1.0).floor();
+        let last = ((from + leaves * length) / period).min(line.length() / period);
+        let first = next.max(first);
+        // Counted: a number that is large enough does not change by adding to it.
+        let count = (last - first).floor().clamp(-1.0, MOST_DASHES) + 1.0;
+        let dashes = (0_u32..).map(f64::from).take_while(|dash| *dash < count);
+        let found = dashes.map(|dash| (first + dash) * period);
+        starts.extend(found.filter(|start| *start < line.length()));
+        next = first + count;
+    }
+    starts
 }
 
 /// A second line so many dots to the right of a line.
@@ -249,7 +275,30 @@ fn across(
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::geometry::Pose;
+
+    #[test]
+    fn of_dashes_those_that_are_seen_are_drawn() {
+        let view = Projection::new(Pose::new(0.0, 0.0, 0.0), (40.0, 40.0), (1.0, 2.0));
+        let line = |points: &[(f64, f64)]| {
+            let points = points.iter().map(|(x, y)| Point::new(*x, *y));
+            Polyline::new(points).unwrap()
+        };
+        let whole = line(&[(0.0, 0.0), (10.0, 0.0), (20.0, 3.0), (32.5, 3.0)]);
+        assert_eq!(
+            dash_starts(&whole, &view),
+            [0.0, 6.0, 12.0, 18.0, 24.0, 30.0]
+        );
+        for far in [1e4, 1e9, 1e15, 1e100] {
+            let starts = dash_starts(&line(&[(-far, 0.0), (far, 0.0), (0.0, 10.0)]), &view);
+            assert!(starts.len() < 40, "{}", starts.len());
+        }
+        let crossing = dash_starts(&line(&[(-6000.0, 0.0), (6000.0, 0.0)]), &view);
+        let seen = crossing.iter().filter(|s| (5960.0..6040.0).contains(*s));
+        assert_eq!(seen.count(), 13);
+    }
 
     #[test]
     fn a_second_line_lies_to_the_right() {

@@ -3,7 +3,7 @@
 use ratatui::style::{Color, Modifier, Style};
 
 use super::Projection;
-use super::board::{Board, Body};
+use super::label_placer::{Body, LabelPlacer};
 use crate::geometry::Point;
 use crate::scenario::{Sign, SignMeaning, SignalColor};
 use crate::text::visible;
@@ -32,7 +32,7 @@ pub struct Placed {
 }
 
 pub fn lights(
-    board: &mut Board<'_>,
+    board: &mut LabelPlacer<'_>,
     model: &Model,
     opened: &Opened,
     view: &Projection,
@@ -73,7 +73,12 @@ fn shown(model: &Model, color: SignalColor) -> (&'static str, Color) {
 }
 
 /// Says whether there are signs that are not read out.
-pub fn signs(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projection) -> bool {
+pub fn signs(
+    board: &mut LabelPlacer<'_>,
+    model: &Model,
+    opened: &Opened,
+    view: &Projection,
+) -> bool {
     if !model.map.layers.signs || view.cell.0 > SEEN {
         return false;
     }

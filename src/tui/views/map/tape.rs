@@ -3,7 +3,7 @@
 use ratatui::style::{Modifier, Style};
 use ratatui::widgets::canvas::Context;
 
-use super::board::{Board, Body};
+use super::label_placer::{Body, LabelPlacer};
 use super::{Projection, stroke};
 use crate::tui::model::{Measurement, Model, On, Tape};
 use crate::tui::widgets::words::hundredths;
@@ -16,7 +16,7 @@ pub fn line(ctx: &mut Context<'_>, model: &Model, view: &Projection) {
 }
 
 /// The two ends, where they are.
-pub fn ends(board: &mut Board<'_>, model: &Model, view: &Projection) {
+pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection) {
     let Some((_, measured)) = model.measured() else {
         return;
     };
@@ -33,7 +33,7 @@ fn style(model: &Model) -> Style {
 }
 
 /// What it says, as much as there is room for beside its middle, or beside its end.
-pub fn label(board: &mut Board<'_>, model: &Model, view: &Projection) {
+pub fn label(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection) {
     let Some((tape, measured)) = model.measured() else {
         return;
     };

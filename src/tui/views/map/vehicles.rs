@@ -3,7 +3,7 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::Context;
 
-use super::board::{Board, Body};
+use super::label_placer::{Body, LabelPlacer};
 use super::{Projection, stroke};
 use crate::geometry::{Footprint, Point, Vector};
 use crate::scenario::{Motion, Obstacle, ObstacleRole};
@@ -62,7 +62,13 @@ pub fn ego(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Project
 }
 
 /// Everybody who is too small for a body is an arrow, the ego on top.
-pub fn arrows(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Projection, step: i64) {
+pub fn arrows(
+    board: &mut LabelPlacer<'_>,
+    model: &Model,
+    opened: &Opened,
+    view: &Projection,
+    step: i64,
+) {
     let ego = ego_seen(model, opened, step);
     for drawn in seen(model, opened, view, step).into_iter().chain(ego) {
         if !is_arrow(view, drawn.body) {
@@ -84,7 +90,7 @@ pub fn arrows(board: &mut Board<'_>, model: &Model, opened: &Opened, view: &Proj
 
 /// Keeps words off the bodies that have no name.
 pub fn keep_clear(
-    board: &mut Board<'_>,
+    board: &mut LabelPlacer<'_>,
     model: &Model,
     opened: &Opened,
     view: &Projection,

@@ -59,6 +59,26 @@ pub fn marks_row(model: &Model, width: usize, column: &dyn Fn(i64) -> usize) -> 
     line
 }
 
+/// Columns that a label and the gap behind it take.
+const ROOM: f64 = 7.0;
+
+/// Round seconds from `from` to `to`, no more of them than there is room for in `width` columns.
+fn ticks(from: f64, to: f64, width: usize) -> impl Iterator<Item = f64> {
+    let least = (to - from) * ROOM / width.max(1) as f64;
+    let usual = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0];
+    let every = usual.into_iter().find(|every| *every >= least);
+    let every = every.unwrap_or_else(|| 200.0 * 10_f64.powf((least / 200.0).log10().ceil()));
+    // Counted: a number of seconds that is large enough does not change by adding to it.
+    let first = (from / every).ceil();
+    let count = ((to + 1e-9) / every - first)
+        .floor()
+        .clamp(-1.0, width as f64);
+    let counted = (0_u32..).map(f64::from).take_while(move |i| *i <= count);
+    counted
+        .map(move |i| (first + i) * every)
+        .filter(|tick| tick.is_finite())
+}
+
 /// Seconds, the contact and the cursor; `marks` too, where they have no row of their own.
 pub fn ruler(
     model: &Model,
@@ -70,11 +90,7 @@ pub fn ruler(
     let (first, last) = model.clock.range();
     let dt = opened.scenario.dt();
     let mut cells = vec![' '; width];
-    let seconds = (last - first) as f64 * dt;
-    let every = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
-        .into_iter()
-        .find(|e| seconds / e * 7.0 <= width as f64)
-        .unwrap_or(200.0);
+    let (from, to) = (first as f64 * dt, last as f64 * dt);
     let contact = opened
         .collision
         .as_ref()
@@ -84,8 +100,7 @@ pub fn ruler(
     let marked = |place: usize| {
         place == cursor || Some(place) == contact || marks.iter().any(|(at, ..)| *at == place)
     };
-    let mut tick = (first as f64 * dt / every).ceil() * every;
-    while tick <= last as f64 * dt + 1e-9 {
+    for tick in ticks(from, to, width) {
         let at = column((tick / dt).round() as i64);
         let label = if tick.fract() == 0.0 {
             format!("{tick:.0}s")
@@ -105,7 +120,6 @@ pub fn ruler(
         if let Some(from) = place.or_else(|| Some(beside).filter(|&from| free(from))) {
             cells.splice(from..from + label.len(), label.chars());
         }
-        tick += every;
     }
     let mut line = Line::from(Span::raw(" ".repeat(usize::from(LABEL))));
     for (i, cell) in cells.into_iter().enumerate() {
@@ -125,4 +139,45 @@ pub fn ruler(
         line.push_span(span);
     }
     line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_have_room() {
+        let of = |from, to, width| ticks(from, to, width).collect::<Vec<_>>();
+        assert_eq!(of(0.0, 8.0, 40), [0.0, 2.0, 4.0, 6.0, 8.0]);
+        assert_eq!(of(1.2, 3.9, 60), [1.5, 2.0, 2.5, 3.0, 3.5]);
+        assert_eq!(of(-4.0, 5.0, 20), [0.0, 5.0]);
+        assert_eq!(of(0.0, 0.0, 40), [0.0]);
+        assert_eq!(of(0.1, 0.2, 40), [0.0; 0]);
+        let long = of(0.0, 5000.0, 40);
+        assert_eq!(long, [0.0, 2000.0, 4000.0]);
+    }
+
+    #[test]
+    fn ticks_end_whatever_the_seconds() {
+        for seconds in [
+            1e9,
+            9e15,
+            1e18,
+            9.2e27,
+            1e308,
+            f64::MAX,
+            f64::INFINITY,
+            f64::NAN,
+        ] {
+            for from in [-seconds, 0.0, seconds / 2.0, seconds - 1.0, seconds] {
+                for width in [0, 1, 40, 500] {
+                    let count = ticks(from, seconds, width).count();
+                    assert!(
+                        count <= width + 1,
+                        "{count} from {from} to {seconds} in {width}"
+                    );
+                }
+            }
+        }
+    }
 }

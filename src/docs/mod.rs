@@ -1,0 +1,74 @@
+//! The manual: one Markdown file a topic, in the program (`nearmiss help TOPIC`) and in these pages.
+
+/// A topic of the manual.
+#[derive(Debug, Clone, Copy)]
+pub struct Topic {
+    /// What it is asked for by; no command has this name.
+    pub name: &'static str,
+    /// What it is about, in one line.
+    pub about: &'static str,
+    /// Commands that it explains.
+    pub commands: &'static [&'static str],
+    /// Its text, in Markdown.
+    pub text: &'static str,
+}
+
+/// Makes the table, and a page of each topic.
+macro_rules! topics {
+    ($($module:ident, $name:literal, $file:literal, [$($command:literal),*], $about:literal;)+) => {
+        $(#[doc = include_str!($file)] pub mod $module {})+
+
+        /// Every topic, in the order of reading.
+        pub const TOPICS: &[Topic] = &[$(Topic {
+            name: $name,
+            about: $about,
+            commands: &[$($command),*],
+            text: include_str!($file),
+        }),+];
+    };
+}
+
+topics! {
+    workbench, "workbench", "workbench.md", ["keys", "themes"],
+        "The screen: time, map, list, asking, comparing, the template editor";
+    scenarios, "scenarios", "scenarios.md", ["inspect", "convert"],
+        "File formats, where the ego comes from, the bundled scenarios";
+    measures, "measures", "measures.md", ["metrics"],
+        "Safety measures, the risk score, thresholds, the paper's convention";
+    judge, "judge", "judge.md", [],
+        "The built-in judge: exact geometry, and how far ahead it sees";
+    prompting, "prompting", "prompting.md", ["describe", "prompt", "prompts"],
+        "Descriptions, techniques, templates of your own";
+    providers, "providers", "providers.md", ["ask", "models"],
+        "Language models: keys, addresses, prices, what is refused, what fails";
+    evaluation, "evaluation", "evaluation.md", ["evaluate", "batches", "report"],
+        "Many scenarios and models: truth, leads, changed scenes, tables";
+    planning, "planning", "planning.md", ["plan"],
+        "The planner: how it drives the ego, and how drives end";
+    generating, "generating", "generating.md", ["generate"],
+        "Dangerous variants of safe scenarios: attack, gate, certificate";
+    figures, "figures", "figures.md", ["render"],
+        "Figures for papers: map, plot, screen; SVG, PNG, GIF";
+    store, "store", "store.md", ["runs", "ratings", "export", "import"],
+        "Every run: nothing is paid for twice; search, export, SQL";
+    configuration, "configuration", "configuration.md", ["doctor"],
+        "Configuration and data folders, every key of config.toml";
+    command_line, "command-line", "command-line.md", ["completions", "man"],
+        "Input, output, exit status, interruption, crashes";
+    glossary, "glossary", "glossary.md", [],
+        "The terms of the field, a sentence each";
+}
+
+/// The topic with this name.
+#[must_use]
+pub fn topic(name: &str) -> Option<&'static Topic> {
+    TOPICS.iter().find(|topic| topic.name == name)
+}
+
+/// The topic that explains a command.
+#[must_use]
+pub fn explaining(command: &str) -> Option<&'static Topic> {
+    TOPICS
+        .iter()
+        .find(|topic| topic.commands.contains(&command))
+}

@@ -1,0 +1,326 @@
+//! Making the questions of a batch: from an entry and a way of asking to what is sent, and to what the store keeps of it.
+
+use std::sync::Arc;
+
+use super::asking::Judges;
+use super::estimate::Size;
+use super::matrix::RequestSettings;
+use super::recent::Recent;
+use super::truth::Truth;
+use super::variant::Variant;
+use crate::evaluation::plan::default_window;
+use crate::evaluation::request::record;
+use crate::evaluation::{
+    Case, Decided, Judge, Label, LabelError, Labelled, Lead, Question, Wanted, Way, default_frame,
+    prepare, template,
+};
+use crate::judge;
+use crate::metrics::Thresholds;
+use crate::prompts::{Library, Techniques};
+use crate::scenario::{Entry, Place, Scene, Severity, WantedEgo, Window};
+use crate::store::{Key, NewItem, Store, StoreError};
+use crate::verdict::{Task, Verdict};
+
+/// What every question of a batch is made with.
+pub struct Desk {
+    /// The templates.
+    library: Library,
+    /// What risk scores are.
+    thresholds: Arc<Thresholds>,
+    /// How all are asked.
+    manner: RequestSettings,
+    scenes: Recent<String, Result<Reading, String>>,
+    questions: Recent<Asked, Result<Arc<Question>, String>>,
+}
+
+/// What tells questions apart: the scenario, how it is asked about, the lead and the change.
+type Asked = (String, Way, (Option<String>, Option<String>));
+
+/// A scenario that was opened, with its recorded ego.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// What is doubtful about its ego, in words.
+    pub doubts: Vec<String>,
+}
+
+/// A way of asking and the answers that are wanted of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ask {
+    /// How it is asked.
+    pub way: Way,
+    /// With which lead, and about which change of the scene.
+    pub variant: Variant,
+    /// Which of several answers.
+    pub samples: Vec<u32>,
+}
+
+/// What came of looking at a scenario.
+#[derive(Debug, Default)]
+pub struct PreparedQuestions {
+    /// The questions about it, and what asking them takes; nothing for those that cannot be asked.
+    pub items: Vec<(NewItem, Option<Size>)>,
+    /// Whether its truth is unknown; nothing is asked then.
+    pub unlabelled: bool,
+    /// A label that cannot be of this scenario; nothing is asked then.
+    pub wrong: Option<LabelError>,
+    /// What is doubtful about it, in words.
+    pub doubts: Vec<String>,
+    /// For each model the first question that would be sent to it.
+    pub first: Vec<(String, Arc<Question>)>,
+}
+
+/// Scenes that are kept in memory at once, and questions.
+const KEPT: (usize, usize) = (8, 64);
+
+impl Desk {
+    /// A desk with these templates.
+    #[must_use]
+    pub fn new(library: Library, thresholds: Arc<Thresholds>, manner: RequestSettings) -> Self {
+        Self {
+            library,
+            thresholds,
+            manner,
+            scenes: Recent::new(KEPT.0),
+            questions: Recent::new(KEPT.1),
+        }
+    }
+
+    /// The scenario of an entry with the ego beside it.
+    ///
+    /// # Errors
+    /// In words: it, or its ego, cannot be read, or there is none.
+    pub fn open(&self, entry: &Entry) -> Result<Reading, String> {
+        self.scenes.get(&path_of(entry), || {
+            let scenario = entry.read().map_err(|e| e.to_string())?;
+            let ego = WantedEgo::Beside.of(entry, &scenario);
+            let ego = ego.map_err(|e| e.to_string())?.ok_or_else(|| {
+                format!(
+                    "{}: no recorded ego; put NAME.ego_trajectory.csv beside NAME.xml",
+                    entry.display()
+                )
+            })?;
+            let doubts = ego.diagnostics.iter();
+            let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
+            let doubts = doubts.map(|doubt| format!("ego {}: {}", ego.source, doubt.message));
+            let doubts = doubts.collect();
+            Ok(Reading {
+                scene: Arc::new(Scene::new(scenario, ego)),
+                doubts,
+            })
+        })
+    }
+
+    /// The question about an entry, or a variant of it, that is asked this way; `label` is what is true about it, where
+    /// leads count from.
+    ///
+    /// # Errors
+    /// In words: it cannot be opened, or no prompt can be made of it.
+    pub fn question(
+        &self,
+        entry: &Entry,
+        way: &Way,
+        variant: &Variant,
+        label: Option<Label>,
+    ) -> Result<Arc<Question>, String> {
+        // Whom it is sent to changes nothing of it.
+        let whose = Way {
+            model: String::new(),
+            ..way.clone()
+        };
+        self.questions
+            .get(&(path_of(entry), whose, variant.words()), || {
+                let scene = self.open(entry)?.scene;
+                self.made(entry, scene, way, variant, label).map(Arc::new)
+            })
+    }
+
+    fn made(
+        &self,
+        entry: &Entry,
+        scene: Arc<Scene>,
+        way: &Way,
+        variant: &Variant,
+        label: Option<Label>,
+    ) -> Result<Question, String> {
+        let frame = way
+            .frame
+            .unwrap_or_else(|| default_frame(&self.library, way.task));
+        let techniques = way.techniques.unwrap_or(Techniques::ALL);
+        let decided = self.decided(way)?;
+        let window = self.window(entry, &scene, way, variant, label)?;
+        let (name, scene) = match variant.transform {
+            None => (entry.name.clone(), scene),
+            Some(change) => {
+                let changed = change.apply(&scene).scene;
+                (change.name(&entry.name), Arc::new(changed))
+            }
+        };
+        let case = Case {
+            name,
+            scene,
+            task: way.task,
+            frame,
+            techniques,
+            window,
+            options: decided.options,
+            thresholds: Arc::clone(&self.thresholds),
+        };
+        prepare(case, &self.library, None).map_err(|e| e.to_string())
+    }
+
+    /// How a way asks: as the batch says, else as its template does.
+    fn decided(&self, way: &Way) -> Result<Decided, String> {
+        let frame = way
+            .frame
+            .unwrap_or_else(|| default_frame(&self.library, way.task));
+        let techniques = way.techniques.unwrap_or(Techniques::ALL);
+        let (_, chosen) = template(&self.library, way.task, frame).map_err(|e| e.to_string())?;
+        let settings = self.manner.settings(Some(techniques));
+        Ok(settings.with(&chosen.front.defaults))
+    }
+
+    /// The steps that a question is about.
+    fn window(
+        &self,
+        entry: &Entry,
+        scene: &Scene,
+        way: &Way,
+        variant: &Variant,
+        label: Option<Label>,
+    ) -> Result<Window, String> {
+        let history = self.decided(way)?.history;
+        match (way.task, variant.lead.or(self.manner.lead)) {
+            (Task::Safety, Some(lead)) => Labelled::new(scene, label)
+                .window(lead, history)
+                .ok_or_else(|| too_short(entry, lead)),
+            _ => Ok(default_window(way.task, scene, history)),
+        }
+    }
+
+    /// What the built-in judge says about the same steps of a scene as it is.
+    ///
+    /// # Errors
+    /// In words: there is no template, or the recording is too short.
+    pub(super) fn judged(
+        &self,
+        entry: &Entry,
+        scene: &Scene,
+        way: &Way,
+        variant: &Variant,
+        label: Option<Label>,
+    ) -> Result<Verdict, String> {
+        let window = self.window(entry, scene, way, variant, label)?;
+        Ok(judge::judge_under(scene, way.task, &window, &self.thresholds).verdict)
+    }
+
+    /// Looks at a scenario: makes its questions, and sees which answers the store has.
+    ///
+    /// # Errors
+    /// The store cannot be read.
+    pub fn look(
+        &self,
+        entry: &Entry,
+        asks: &[Ask],
+        truth: &Truth,
+        judges: &Judges,
+        store: Option<&Store>,
+    ) -> Result<PreparedQuestions, StoreError> {
+        let mut looked = PreparedQuestions::default();
+        let opened = self.open(entry);
+        let scene = opened.as_ref().ok().map(|reading| &*reading.scene);
+        if let Err(wrong) = truth.fits(entry, scene) {
+            looked.wrong = Some(wrong);
+            return Ok(looked);
+        }
+        let label = truth.of(entry, scene);
+        if label.is_none() && truth.leaves_out() {
+            looked.unlabelled = true;
+            return Ok(looked);
+        }
+        if let Ok(reading) = &opened {
+            looked.doubts.clone_from(&reading.doubts);
+        }
+        for ask in asks {
+            // Windows of safe scenarios are the same at every lead: one is enough.
+            let another = ask.variant.transform.is_none()
+                && ask.variant.lead.is_some()
+                && ask.variant.lead != self.manner.lead;
+            if another && label == Some(Label::Safe) {
+                continue;
+            }
+            let question = self.question(entry, &ask.way, &ask.variant, label);
+            let judge = &judges[&ask.way.model];
+            let (key, size) = match &question {
+                Ok(question) => (key(question, judge)?, Some(Size::of(question, judge))),
+                Err(_) => (None, None),
+            };
+            let (lead, transform) = ask.variant.words();
+            for &sample in &ask.samples {
+                let stored = match (&key, store) {
+                    (Some(key), Some(store)) => store.has_answer(key, sample)?,
+                    _ => false,
+                };
+                if let (Ok(question), false) = (&question, stored)
+                    && !looked
+                        .first
+                        .iter()
+                        .any(|(model, _)| *model == ask.way.model)
+                {
+                    let first = (ask.way.model.clone(), Arc::clone(question));
+                    looked.first.push(first);
+                }
+                let item = NewItem {
+                    path: path_of(entry),
+                    scenario: entry.name.clone(),
+                    scenario_hash: scene.map(|scene| scene.scenario.hash.to_string()),
+                    ego: scene.map(|scene| scene.ego.to_string()),
+                    task: ask.way.task,
+                    frame: ask.way.frame.map(|frame| frame.name().to_string()),
+                    techniques: ask.way.techniques.map(|techniques| techniques.to_string()),
+                    model: ask.way.model.clone(),
+                    sample,
+                    lead: lead.clone(),
+                    transform: transform.clone(),
+                    key: key.clone(),
+                    collides: label.map(Label::collides),
+                    obstacle: obstacle(label),
+                    unaskable: question.as_ref().err().cloned(),
+                };
+                looked
+                    .items
+                    .push((item, size.map(|size| Size { stored, ..size })));
+            }
+        }
+        Ok(looked)
+    }
+}
+
+/// The key of the request; nothing where none is sent.
+pub(super) fn key(question: &Question, judge: &Judge) -> Result<Option<Key>, StoreError> {
+    Ok(record(question, judge, &Wanted::default())?.key())
+}
+
+/// Who collides, where a label says so.
+pub(super) fn obstacle(label: Option<Label>) -> Option<i64> {
+    match label {
+        Some(Label::Collision(obstacle)) => obstacle,
+        _ => None,
+    }
+}
+
+/// What an entry is found by again: its file, or the name of a bundled scenario.
+pub(super) fn path_of(entry: &Entry) -> String {
+    match &entry.place {
+        Place::File(path) => path.display().to_string(),
+        Place::Bundled(_) => entry.name.clone(),
+    }
+}
+
+fn too_short(entry: &Entry, lead: Lead) -> String {
+    format!(
+        "{}: the recording begins later than {lead} s before the collision",
+        entry.display()
+    )
+}

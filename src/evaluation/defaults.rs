@@ -1,0 +1,18 @@
+//! From where a scene is described where nobody said so: the same for the command line and the workbench, so that both
+//! ask the same and find each other's answers.
+
+use crate::prompts::Library;
+use crate::text::Frame;
+use crate::verdict::Task;
+
+/// Of an attacker the metrics, of the rest the ego frame, where the task has it; else the first that it has.
+#[must_use]
+pub fn default_frame(library: &Library, task: Task) -> Frame {
+    let first = match task {
+        Task::Attacker => Frame::Metrics,
+        _ => Frame::Ego,
+    };
+    let mut frames = std::iter::once(first).chain(Frame::ALL);
+    let has = |frame: &Frame| library.find(task.name(), frame.name()).is_some();
+    frames.find(has).unwrap_or(first)
+}

@@ -1,0 +1,88 @@
+//! Filling a template on trial, so that what is wrong with it is known before anybody is asked.
+
+use std::sync::Arc;
+
+use super::question::{Case, CaseError, prepare};
+use super::settings::Settings;
+use crate::metrics::Thresholds;
+use crate::prompts::{Library, RenderError, Techniques};
+use crate::scenario::{Scene, Window, bundled};
+use crate::text::Frame;
+use crate::verdict::Task;
+
+/// Fills the template in a file for a bundled scenario, with every combination of techniques, with contact said and not.
+///
+/// # Errors
+/// In words: it is for a task or frame that there is not, or cannot be filled.
+pub fn dry_render(library: &Library, file: &str) -> Result<(), String> {
+    tried(library, file).map_err(|error| match error.line {
+        Some(_) => error.to_string(),
+        None => error.message,
+    })
+}
+
+/// The same, with file and line of what is wrong, where they are known.
+pub(super) fn tried(library: &Library, file: &str) -> Result<(), RenderError> {
+    let wrong = |message: String| RenderError {
+        file: file.to_string(),
+        line: None,
+        message,
+    };
+    let Some((template, _)) = library.file(file) else {
+        return Err(wrong("there is no such template".into()));
+    };
+    let front = &template.front;
+    let Some(task) = Task::parse(&front.task) else {
+        let known = Task::ALL.map(Task::name).join(", ");
+        let why = format!("there is no task `{}`, but {known}", front.task);
+        return Err(wrong(why));
+    };
+    let Some(frame) = Frame::parse(&front.frame) else {
+        let known = Frame::names();
+        let why = format!("there is no frame `{}`, but {known}", front.frame);
+        return Err(wrong(why));
+    };
+    let Some(scene) = scene() else {
+        return Err(wrong(
+            "no bundled scenario can be opened for a trial".into(),
+        ));
+    };
+    let obstacle = scene.participants().next().map(|p| p.obstacle.id);
+    for bits in 0..16_u8 {
+        let settings = Settings {
+            techniques: Some(Techniques {
+                cp: bits & 1 != 0,
+                cot: bits & 2 != 0,
+                icl: bits & 4 != 0,
+            }),
+            contact: Some(bits & 8 != 0),
+            obstacle: obstacle.filter(|_| frame == Frame::Trajectory),
+            ..Settings::default()
+        };
+        let decided = settings.with(&front.defaults);
+        let case = Case {
+            name: scene.scenario.header.benchmark_id.clone(),
+            scene: scene.clone(),
+            task,
+            frame,
+            techniques: decided.techniques,
+            window: Window::ending_at(&scene, i64::MAX, decided.history),
+            options: decided.options,
+            thresholds: Arc::new(Thresholds::shipped().clone()),
+        };
+        let draft = Some((file, template.source.as_str()));
+        prepare(case, library, draft).map_err(|error| match error {
+            CaseError::Render(error) => error,
+            other => wrong(other.to_string()),
+        })?;
+    }
+    Ok(())
+}
+
+fn scene() -> Option<Arc<Scene>> {
+    bundled().iter().find_map(|entry| {
+        let scenario = entry.read().ok()?;
+        let ego = entry.recorded_ego(&scenario).ok()??;
+        Some(Arc::new(Scene::new(scenario, ego)))
+    })
+}

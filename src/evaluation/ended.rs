@@ -1,0 +1,61 @@
+//! The end of an answer: what it says, or why it says nothing.
+
+use super::answer::{Answer, Judged, Missing, TOO_LONG};
+use crate::llm::{Finish, LONGEST_ANSWER};
+use crate::verdict::{self, Task};
+
+/// What an answer says whose text is whole, or stopped short, or is missing.
+pub(super) fn read(task: Task, answer: &Answer, failure: Option<Missing>) -> Judged {
+    // A model that puts everything into its reasoning has still answered.
+    let whole = if answer.text.trim().is_empty() {
+        &answer.reasoning
+    } else {
+        &answer.text
+    };
+    match failure {
+        Some(missing @ (Missing::NoAnswer(_) | Missing::NotSent(_))) => Judged::Missing(missing),
+        stopped => match (verdict::read(task, whole), stopped) {
+            (Ok(reading), _) => Judged::from(reading),
+            (Err(_), Some(stopped)) => Judged::Missing(stopped),
+            (Err(why), None) => Judged::Missing(Missing::NotInAnswer(why.to_string())),
+        },
+    }
+}
+
+/// Why an answer that ended this way may hold no verdict.
+pub(super) fn stopped_short(finish: &Finish) -> Option<Missing> {
+    let why = match finish {
+        Finish::Length => "the answer ran into the token limit; raise max_tokens".to_string(),
+        Finish::TooLong => too_long(),
+        Finish::ContentFilter => "the server's content filter stopped the answer".to_string(),
+        Finish::Blocked(why) => format!("the server's filter blocked the question ({why})"),
+        Finish::Blank => {
+            "the answer is blank, as some servers make one that is not the JSON asked for; ask again".into()
+        }
+        Finish::Refusal(text) if text.is_empty() => "the model declined".into(),
+        Finish::Refusal(text) => format!("the model declined: {text}"),
+        Finish::Stop | Finish::Other(_) => return None,
+    };
+    Some(Missing::NotInAnswer(why))
+}
+
+/// What is said of an answer that this program cut off.
+pub(super) fn too_long() -> String {
+    let limit = LONGEST_ANSWER >> 20;
+    format!(
+        "nearmiss cut the answer off: no more than {limit} MiB of one are read; set max_tokens, or choose another model"
+    )
+}
+
+pub(super) fn word(finish: &Finish) -> String {
+    match finish {
+        Finish::Stop => "stop".into(),
+        Finish::Length => "length".into(),
+        Finish::TooLong => TOO_LONG.into(),
+        Finish::ContentFilter => "content_filter".into(),
+        Finish::Blocked(_) => "blocked".into(),
+        Finish::Blank => "blank".into(),
+        Finish::Refusal(_) => "refusal".into(),
+        Finish::Other(word) => word.clone(),
+    }
+}

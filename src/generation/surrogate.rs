@@ -1,0 +1,133 @@
+//! What the drives of a search teach about motions that were only rehearsed.
+//!
+//! A rehearsal hopes; a drive shows. What a drive showed against what its rehearsal hoped is taken to hold for motions nearby, the less the
+//! farther they are: a correction of the cheap model by the residuals of the dear one, as in multi-fidelity optimisation (Kennedy and
+//! O'Hagan, Predicting the Output from a Complex Computer Code When Fast Approximations Are Available, 2000).
+
+use super::attack::Attack;
+use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
+
+/// What was tried.
+#[derive(Debug)]
+pub(super) struct Tried {
+    /// Which arm.
+    pub arm: usize,
+    /// Its numbers.
+    pub numbers: Numbers,
+    /// What came of it.
+    pub attack: Attack,
+}
+
+impl Tried {
+    /// Whether it is another one of the same arm, nearer than `apart` spreads of that.
+    fn is_within(&self, apart: f64, other: &Self, arms: &[ManoeuvreSpace]) -> bool {
+        self.arm == other.arm && arms[self.arm].apart(&self.numbers, &other.numbers) < apart
+    }
+}
+
+/// Motions that are so far apart, in spreads of their arm, teach little about each other.
+const REACH: f64 = 0.5;
+
+/// The costs of all of `tried`, in their order: of those that were driven what the drive showed, of others what is to be expected.
+fn expected(arms: &[ManoeuvreSpace], tried: &[Tried]) -> Vec<f64> {
+    let driven = tried.iter().filter(|t| t.attack.effect.is_some());
+    // How much worse each drive was than its rehearsal hoped.
+    let lessons: Vec<(&Tried, f64)> = driven
+        .map(|t| (t, t.attack.cost() - t.attack.hoped()))
+        .collect();
+    let expect = |t: &Tried| {
+        if t.attack.effect.is_some() {
+            return t.attack.cost();
+        }
+        let same = lessons.iter().filter(|(l, _)| l.arm == t.arm);
+        let apart = |l: &Tried| arms[t.arm].apart(&l.numbers, &t.numbers);
+        t.attack.hoped() + correction(same.map(|&(l, worse)| (apart(l), worse)))
+    };
+    tried.iter().map(expect).collect()
+}
+
+/// What to add, of lessons that are so many spreads apart and taught so much: their mean, and less of it without any nearby.
+fn correction(lessons: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (mut nearest, mut weights, mut sum) = (0.0_f64, 0.0, 0.0);
+    for (apart, worse) in lessons {
+        let weight = (-0.5 * (apart / REACH).powi(2)).exp();
+        nearest = nearest.max(weight);
+        weights += weight;
+        sum += weight * worse;
+    }
+    if weights > f64::MIN_POSITIVE {
+        nearest * sum / weights
+    } else {
+        0.0
+    }
+}
+
+/// Motions that are nearer to each other than this, in spreads of their arm, end alike.
+const ALIKE: f64 = 0.25;
+
+/// After so many drives without an effect nothing more is expected of what is like them.
+const ENOUGH: usize = 2;
+
+/// Which of `tried` are to be driven next, at most `count`: the most promising ones, not more than half of them by one arm, and at least
+/// `apart` spreads from each other.
+pub(super) fn promising(
+    arms: &[ManoeuvreSpace],
+    tried: &[Tried],
+    count: usize,
+    apart: f64,
+) -> Vec<usize> {
+    let costs = expected(arms, tried);
+    let mut order: Vec<usize> = (0..tried.len()).collect();
+    let futile = |t: &&Tried| t.attack.effect.is_some() && t.attack.cost() > 0.0;
+    let futile: Vec<&Tried> = tried.iter().filter(futile).collect();
+    let hopeless = |t: &Tried| {
+        let alike = futile.iter().filter(|f| f.is_within(ALIKE, t, arms));
+        alike.count() >= ENOUGH
+    };
+    order.retain(|&i| tried[i].attack.effect.is_none() && !hopeless(&tried[i]));
+    order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+    let mut chosen: Vec<usize> = Vec::new();
+    for i in order {
+        let same = chosen.iter().filter(|&&c| tried[c].arm == tried[i].arm);
+        let near = |&c: &usize| tried[c].is_within(apart, &tried[i], arms);
+        let crowded = same.count() >= count.div_ceil(2) || chosen.iter().any(near);
+        if chosen.len() < count && !crowded {
+            chosen.push(i);
+        }
+    }
+    chosen
+}
+
+/// So many are learned from, and of no arm more than a third of them.
+const ELITE: usize = 9;
+
+/// The most promising of `tried` and those that did best, in order, each with its expected cost.
+pub(super) fn elite<'t>(arms: &[ManoeuvreSpace], tried: &'t [Tried]) -> Vec<(f64, &'t Tried)> {
+    let mut order: Vec<(f64, &Tried)> = expected(arms, tried).into_iter().zip(tried).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut elite: Vec<(f64, &Tried)> = Vec::new();
+    for (cost, tried) in order {
+        let same = elite.iter().filter(|(_, t)| t.arm == tried.arm).count();
+        let alike = elite.iter().any(|(_, t)| t.is_within(ALIKE, tried, arms));
+        if elite.len() < ELITE && same < ELITE / 3 && !alike {
+            elite.push((cost, tried));
+        }
+    }
+    elite
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drive_teaches_all_about_its_place_and_little_about_far_ones() {
+        let taught = |lessons: &[(f64, f64)]| correction(lessons.iter().copied());
+        assert_eq!(taught(&[]), 0.0);
+        assert!((taught(&[(0.0, 2.0)]) - 2.0).abs() < 1e-12);
+        assert!((taught(&[(0.0, 2.0), (0.0, 4.0)]) - 3.0).abs() < 1e-12);
+        let (near, far) = (taught(&[(0.2, 2.0)]), taught(&[(2.0, 2.0)]));
+        assert!(near > 1.8 && far < 0.01, "{near}, {far}");
+        assert_eq!(taught(&[(1e9, 2.0)]), 0.0, "too far to be a number");
+    }
+}

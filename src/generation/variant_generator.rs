@@ -1,0 +1,144 @@
+//! From a scenario to its dangerous variant, without any model.
+
+use std::sync::Arc;
+
+use super::attack::Ground;
+use super::closed_loop::NEAR_MISS;
+use super::{
+    AttackContext, Chosen, ClosedLoop, Effort, Found, Gate, Progress, choose, search_until,
+};
+use crate::scenario::{Ego, PlanningProblem, Scenario};
+use crate::simulation::{Collision, DriveError, Outcome, Settings};
+
+/// A scenario whose ego has been driven once, ready to be attacked.
+#[derive(Debug)]
+pub struct VariantGenerator {
+    /// What drives the ego, and its drive in the scenario as it was recorded.
+    pub closed: ClosedLoop,
+    /// The ego of that drive.
+    pub ego: Ego,
+}
+
+/// What was made.
+#[derive(Debug, Default)]
+pub struct Made {
+    /// Everything that was tried.
+    pub found: Found,
+    /// What was taken.
+    pub chosen: Option<Chosen>,
+}
+
+/// How far a search is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SearchEvent {
+    /// A round has ended.
+    Round(Progress),
+    /// Ways out of the best attacks are searched for.
+    Certifying,
+}
+
+/// Why nothing can be made.
+#[derive(Debug, thiserror::Error)]
+pub enum GeneratorError {
+    /// The ego cannot be driven.
+    #[error(transparent)]
+    Rollout(#[from] DriveError),
+    /// An ego that stands cannot be attacked.
+    #[error("the planned ego never moves, so there is nothing to attack")]
+    Stands,
+}
+
+impl VariantGenerator {
+    /// Drives the ego of a planning problem.
+    ///
+    /// # Errors
+    /// See [`GeneratorError`].
+    pub fn new(
+        scenario: Arc<Scenario>,
+        problem: &PlanningProblem,
+        settings: &Settings,
+    ) -> Result<Self, GeneratorError> {
+        Self::of(ClosedLoop::new(scenario, problem, settings)?)
+    }
+
+    /// The same, where the ego was driven already.
+    ///
+    /// # Errors
+    /// [`GeneratorError::Stands`].
+    pub fn of(closed: ClosedLoop) -> Result<Self, GeneratorError> {
+        let driver = closed.driver();
+        let baseline = closed.baseline().drive();
+        let ego = baseline.ego(driver.problem(), driver.settings());
+        let workshop = Self { closed, ego };
+        workshop.stage().ok_or(GeneratorError::Stands)?;
+        Ok(workshop)
+    }
+
+    fn stage(&self) -> Option<AttackContext<'_>> {
+        AttackContext::new(self.closed.scenario(), &self.ego.footprint, &self.ego.track)
+    }
+
+    /// Gives the ground for attacks to `work`.
+    ///
+    /// # Errors
+    /// The ego stands.
+    pub fn on<T>(&self, work: impl FnOnce(&Ground<'_>) -> T) -> Result<T, GeneratorError> {
+        let stage = self.stage().ok_or(GeneratorError::Stands)?;
+        let gate = self.gate();
+        Ok(work(&Ground {
+            stage: &stage,
+            gate: &gate,
+            closed_loop: &self.closed,
+        }))
+    }
+
+    /// What every changed motion has to pass.
+    #[must_use]
+    pub fn gate(&self) -> Gate<'_> {
+        Gate::new(self.closed.scenario()).with_ego(&self.ego)
+    }
+
+    /// The contact that the ego has in the original scenario: then that is not safe, and nothing is to be made dangerous.
+    #[must_use]
+    pub fn unsafe_already(&self) -> Option<Collision> {
+        match self.closed.baseline().drive().outcome {
+            Outcome::Collision(collision) => Some(collision),
+            _ => None,
+        }
+    }
+
+    /// Whether no obstacle comes near to the ego in the original: it touches none, and no risk score in it is that of a near
+    /// miss or lower. Otherwise that is no safe scenario, and what is made of it proves less.
+    #[must_use]
+    pub fn is_safe(&self) -> bool {
+        let lowest = self.closed.baseline().lowest();
+        self.unsafe_already().is_none() && lowest.is_none_or(|score| score > NEAR_MISS)
+    }
+
+    /// Searches, and takes the most dangerous attack that a good driver survives; `only` names the one obstacle that
+    /// may attack. `watch` hears how far that is, and says whether to go on. Nothing is tried where the original is not
+    /// safe.
+    ///
+    /// # Errors
+    /// The ego stands.
+    pub fn search(
+        &self,
+        effort: &Effort,
+        only: Option<i64>,
+        watch: &mut dyn FnMut(SearchEvent) -> bool,
+    ) -> Result<Made, GeneratorError> {
+        if self.unsafe_already().is_some() {
+            return Ok(Made::default());
+        }
+        self.on(|ground| {
+            let stop = || self.closed.driver().is_cancelled();
+            let mut round = |progress| watch(SearchEvent::Round(progress));
+            let found = search_until(ground, effort, only, &mut round, &stop);
+            let chosen = match watch(SearchEvent::Certifying) {
+                true => choose(&self.closed, &found.attacks, effort.delay),
+                false => None,
+            };
+            Made { found, chosen }
+        })
+    }
+}

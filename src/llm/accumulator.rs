@@ -1,0 +1,199 @@
+//! An answer being put together: what every dialect's decoder hands its findings to.
+
+use super::chunk::{Chunk, Finish, LONGEST_ANSWER, Usage};
+use super::think::{Part, Splitter};
+
+/// What has been found of an answer, and the chunks that came of it and were not taken yet.
+#[derive(Debug, Default)]
+pub(super) struct ResponseAccumulator {
+    chunks: Vec<Chunk>,
+    model: Option<String>,
+    started: bool,
+    complete: bool,
+    finish: Option<Finish>,
+    refusal: String,
+    usage: Option<Usage>,
+    content: Splitter,
+    /// Reasoning came through a channel of its own.
+    reasoned: bool,
+    /// Text other than white space has come.
+    spoke: bool,
+    received: usize,
+    /// Bytes of reasoning, text and refusal so far.
+    bytes: usize,
+    /// More came than is read of an answer.
+    capped: bool,
+}
+
+/// Most characters of the words that servers have for models and for the end of an answer.
+const LONGEST_WORD: usize = 300;
+
+impl ResponseAccumulator {
+    /// The model that the server says it uses; the first name holds.
+    pub fn model(&mut self, name: Option<&str>) {
+        if self.model.is_none() {
+            self.model = name.filter(|n| !n.is_empty()).map(word);
+        }
+    }
+
+    /// A piece of reasoning from a channel of its own.
+    pub fn reason(&mut self, text: &str) {
+        if !text.is_empty() {
+            self.reasoned = true;
+            self.push(Chunk::Reasoning, text.to_owned());
+        }
+    }
+
+    /// A piece of the answer; reasoning in leading tags is split off.
+    pub fn say(&mut self, text: &str) {
+        let parts = self.content.push(text);
+        self.sort(parts);
+    }
+
+    /// A piece of a refusal.
+    pub fn refuse(&mut self, text: &str) {
+        let text = self.fitting(text);
+        self.received += text.chars().count();
+        self.refusal.push_str(text);
+    }
+
+    /// The usage so far: servers repeat it, always counting from the beginning, so the last one holds.
+    pub fn usage(&mut self, usage: Usage) {
+        self.usage = Some(usage);
+    }
+
+    /// Why the model stopped.
+    pub fn finish(&mut self, finish: Finish) {
+        self.finish = Some(match finish {
+            Finish::Blocked(text) => Finish::Blocked(word(&text)),
+            Finish::Refusal(text) => Finish::Refusal(word(&text)),
+            Finish::Other(text) => Finish::Other(word(&text)),
+            other => other,
+        });
+    }
+
+    /// Whether the model said why it stopped.
+    pub fn has_finish(&self) -> bool {
+        self.finish.is_some()
+    }
+
+    /// Whether more came than is read of an answer.
+    pub fn is_capped(&self) -> bool {
+        self.capped
+    }
+
+    /// Whether anything was said.
+    pub fn has_begun(&self) -> bool {
+        self.received > 0
+    }
+
+    /// No more of the answer is read.
+    pub fn cap(&mut self) {
+        self.capped = true;
+        self.complete();
+    }
+
+    /// The server says that nothing more comes.
+    pub fn complete(&mut self) {
+        if self.complete {
+            return;
+        }
+        self.rest();
+        self.complete = true;
+        let finish = match self.finish.take() {
+            _ if self.capped => Finish::TooLong,
+            Some(Finish::Stop) | None if !self.refusal.is_empty() => {
+                Finish::Refusal(std::mem::take(&mut self.refusal))
+            }
+            Some(Finish::Refusal(words)) if words.is_empty() => {
+                Finish::Refusal(std::mem::take(&mut self.refusal))
+            }
+            Some(Finish::Stop) if !self.spoke => Finish::Blank,
+            Some(finish) => finish,
+            None => Finish::Other("unstated".into()),
+        };
+        self.start();
+        self.chunks.push(Chunk::Finished(finish));
+    }
+
+    /// Whether [`ResponseAccumulator::complete`] was called.
+    pub fn is_complete(&self) -> bool {
+        self.complete
+    }
+
+    /// Lets go of what is held back: text that might have become a tag, and the usage.
+    pub fn rest(&mut self) {
+        let parts = self.content.end();
+        self.sort(parts);
+        if let Some(usage) = self.usage.take() {
+            self.start();
+            let (usage, dropped) = usage.plausible();
+            if !dropped.is_empty() {
+                self.chunks.push(Chunk::Note(format!(
+                    "the server states {} that cannot be true; what it states is not counted",
+                    dropped.join(", ")
+                )));
+            }
+            self.chunks.push(Chunk::Usage(usage));
+        }
+    }
+
+    /// Characters of reasoning, text and refusal so far.
+    pub fn received(&self) -> usize {
+        self.received
+    }
+
+    /// The chunks since the last call.
+    pub fn take(&mut self) -> Vec<Chunk> {
+        // The first event may not name the model yet, so the start waits for a name or a chunk.
+        if self.model.is_some() {
+            self.start();
+        }
+        std::mem::take(&mut self.chunks)
+    }
+
+    fn sort(&mut self, parts: Vec<Part>) {
+        for part in parts {
+            match part {
+                // Already received through a channel of its own.
+                Part::Thought(_) if self.reasoned => {}
+                Part::Thought(text) => self.push(Chunk::Reasoning, text),
+                Part::Said(text) => {
+                    self.spoke |= !text.trim().is_empty();
+                    self.push(Chunk::Text, text);
+                }
+            }
+        }
+    }
+
+    fn push(&mut self, kind: fn(String) -> Chunk, mut text: String) {
+        text.truncate(self.fitting(&text).len());
+        if text.is_empty() {
+            return;
+        }
+        self.received += text.chars().count();
+        self.start();
+        self.chunks.push(kind(text));
+    }
+
+    /// As much of a text as still belongs to the answer.
+    fn fitting<'a>(&mut self, text: &'a str) -> &'a str {
+        let fitting = &text[..text.floor_char_boundary(LONGEST_ANSWER - self.bytes)];
+        self.bytes += fitting.len();
+        self.capped |= fitting.len() < text.len();
+        fitting
+    }
+
+    fn start(&mut self) {
+        if !self.started {
+            self.started = true;
+            let model = self.model.clone();
+            self.chunks.push(Chunk::Started { model });
+        }
+    }
+}
+
+/// A word of the server's, no longer than words are.
+fn word(text: &str) -> String {
+    text.chars().take(LONGEST_WORD).collect()
+}

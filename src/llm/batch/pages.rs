@@ -1,0 +1,60 @@
+//! Lists that come in pages: never more of them than there can be, and none twice.
+
+use std::collections::HashSet;
+use std::time::Instant;
+
+use super::super::error::{Error, Which};
+use super::call::Calls;
+
+/// Most pages of a list. With a hundred batches each this is more than any account has.
+const MOST_PAGES: usize = 200;
+
+/// Most entries of one page.
+const MOST_ENTRIES: usize = 10_000;
+
+/// The pages of one list so far.
+#[derive(Debug)]
+pub struct Pages {
+    begun: Instant,
+    /// What the pages after the first were asked for by.
+    seen: HashSet<String>,
+}
+
+impl Pages {
+    /// No page yet; the clock starts.
+    pub fn new() -> Self {
+        Self {
+            begun: Instant::now(),
+            seen: HashSet::new(),
+        }
+    }
+
+    /// Looks at a page that has so many entries, and is followed by the one asked for by `next`.
+    ///
+    /// # Errors
+    /// The list has no end: the server repeats itself, or goes on for longer than any list is.
+    pub fn turn(&mut self, calls: &Calls, entries: usize, next: Option<&str>) -> Result<(), Error> {
+        if entries > MOST_ENTRIES {
+            let what = format!("a page of {entries} batches; {MOST_ENTRIES} are more than one has");
+            return Err(calls.malformed(&what));
+        }
+        let Some(next) = next else { return Ok(()) };
+        if !self.seen.insert(next.to_owned()) {
+            let what = format!("a list of batches without an end: the page after `{next}` twice");
+            return Err(calls.malformed(&what));
+        }
+        if self.seen.len() >= MOST_PAGES {
+            let what = format!("a list of batches without an end: more than {MOST_PAGES} pages");
+            return Err(calls.malformed(&what));
+        }
+        let after = calls.endpoint().timeouts.total;
+        if self.begun.elapsed() > after {
+            return Err(Error::Timeout {
+                place: calls.endpoint().place(),
+                which: Which::Total,
+                after,
+            });
+        }
+        Ok(())
+    }
+}

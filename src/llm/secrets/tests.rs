@@ -1,0 +1,221 @@
+//! Secrets in all their forms, cut at every place.
+use base64::Engine;
+use base64::engine::general_purpose::{STANDARD, URL_SAFE, URL_SAFE_NO_PAD};
+
+use super::*;
+
+const SECRETS: [&str; 4] = [
+    "sk-test-0123456789abcdef",
+    "pa/ss+w%41rd&x\\q?=~",
+    "Grüße-2026 an alle",
+    "aaaaaaaaaaaa",
+];
+
+fn secrets(text: &str) -> Secrets {
+    Secrets::of(&[text.to_owned()])
+}
+
+/// Each letter, or every so manieth one, written by `write`.
+fn each(text: &str, step: usize, write: impl Fn(char) -> String) -> String {
+    let letters = text.chars().enumerate();
+    let written = letters.map(|(at, c)| match at % step {
+        0 => write(c),
+        _ => c.to_string(),
+    });
+    written.collect()
+}
+
+fn percent(c: char) -> String {
+    let mut buffer = [0; 4];
+    let bytes = c.encode_utf8(&mut buffer).bytes();
+    bytes.map(|byte| format!("%{byte:02X}")).collect()
+}
+
+fn json(c: char) -> String {
+    let mut buffer = [0; 2];
+    let units = c.encode_utf16(&mut buffer).iter();
+    units.map(|unit| format!("\\u{unit:04x}")).collect()
+}
+
+/// Everything that a secret may be written as, and nothing is left of.
+fn whole_forms(secret: &str) -> Vec<String> {
+    let quoted = serde_json::to_string(secret).unwrap_or_default();
+    let quoted = quoted.trim_matches('"');
+    let again = serde_json::to_string(&each(secret, 1, json)).unwrap_or_default();
+    vec![
+        secret.to_owned(),
+        secret.to_ascii_uppercase(),
+        each(secret, 1, percent),
+        each(secret, 1, percent).to_lowercase(),
+        each(secret, 1, |c| match c.is_ascii_alphanumeric() {
+            true => c.to_string(),
+            false => percent(c),
+        }),
+        each(&each(secret, 1, percent), 3, percent),
+        each(secret, 1, json),
+        each(secret, 1, |c| json(c).to_uppercase().replace("\\U", "\\u")),
+        again.trim_matches('"').to_owned(),
+        each(quoted, 1, |c| c.to_string()),
+        quoted.replace('/', "\\/"),
+        each(secret, 1, |c| format!("&#{};", u32::from(c))),
+        each(secret, 1, |c| format!("&#x{:X};", u32::from(c))),
+        each(secret, 1, |c| format!("\\u{{{:x}}}", u32::from(c))),
+        each(&each(secret, 1, json), 1, percent),
+        secret.bytes().map(|b| format!("{b:02x}")).collect(),
+        secret.bytes().map(|b| format!("{b:02X}")).collect(),
+    ]
+}
+
+/// The base64 of texts that hold the secret, at each of the three places of a group.
+fn coded_forms(secret: &str) -> Vec<String> {
+    let texts = ["", "Bearer ", "user:", "xx", "\u{0}"].map(|before| format!("{before}{secret}"));
+    let longer = texts.clone().map(|text| text + ", and more");
+    let both = texts.iter().chain(&longer);
+    let coded = both.flat_map(|text| {
+        [
+            STANDARD.encode(text),
+            URL_SAFE.encode(text),
+            URL_SAFE_NO_PAD.encode(text),
+            STANDARD.encode(text).replace('/', "\\/"),
+            STANDARD
+                .encode(text)
+                .replace('+', "%2B")
+                .replace('/', "%2f"),
+        ]
+    });
+    coded.collect()
+}
+
+fn in_pieces(secrets: &Secrets, text: &str, size: usize) -> String {
+    let mut redactor = Redactor::new(secrets);
+    let letters: Vec<char> = text.chars().collect();
+    let pieces = letters.chunks(size).map(|c| c.iter().collect::<String>());
+    let shown: String = pieces.map(|piece| redactor.push(&piece)).collect();
+    shown + &redactor.end()
+}
+
+#[test]
+fn every_form_goes_wherever_it_is_cut() {
+    for secret in SECRETS {
+        let secrets = secrets(secret);
+        for form in whole_forms(secret) {
+            let text = format!("Because <{form}> says so.");
+            for size in 1..=text.chars().count() {
+                let shown = in_pieces(&secrets, &text, size);
+                assert_eq!(shown, "Because <[key]> says so.", "{text} by {size}");
+            }
+            assert!(secrets.are_in(&text));
+        }
+    }
+}
+
+#[test]
+fn base64_goes_wherever_the_secret_begins_in_it() {
+    for secret in SECRETS {
+        let secrets = secrets(secret);
+        for form in coded_forms(secret) {
+            let text = format!("Because <{form}> says so.");
+            let whole = in_pieces(&secrets, &text, text.len());
+            assert_eq!(whole.matches("[key]").count(), 1, "{text}: {whole}");
+            assert!(whole.starts_with("Because <") && whole.ends_with("> says so."));
+            // At most a letter on each side still holds bits of it.
+            let gone = (text.len() + 5).saturating_sub(whole.len());
+            assert!(gone + 2 >= secret.len() * 4 / 3, "{text}: {whole}");
+            for size in 1..=9 {
+                assert_eq!(in_pieces(&secrets, &text, size), whole, "{text} by {size}");
+            }
+        }
+    }
+}
+
+#[test]
+fn usual_text_stays_as_it_is() {
+    let all: Vec<String> = SECRETS.map(str::to_owned).to_vec();
+    let secrets = Secrets::of(&all);
+    let verdict = r#"{"collision": true, "obstacles": [{"id": 301, "risk_score": 1, "reason": "sk\u00e9 \"close\" \\ 5 %, a&b &amp; c/d"}]}"#;
+    for text in [
+        "",
+        "é 車 🚗",
+        verdict,
+        "a % b %4 \\ & &# \\u00",
+        "sk-test-0123456789abcde",
+    ] {
+        for size in 1..=text.chars().count().max(1) {
+            assert_eq!(in_pieces(&secrets, text, size), text, "by {size}");
+        }
+        assert_eq!(Secrets::default().redact(text), text);
+    }
+}
+
+#[test]
+fn nothing_is_held_back_but_what_may_be_a_secret() {
+    let secrets = secrets(SECRETS[0]);
+    let mut redactor = Redactor::new(&secrets);
+    for (piece, shown) in [
+        ("Hello", "Hello"),
+        ("is", "i"),
+        ("o", "so"),
+        ("5 %", "5 "),
+        (" of", "% of"),
+        (" ask sk-test-01", " ask "),
+        ("2 of sk-", "sk-test-012 of "),
+        ("TEST-0123456789abcdefg", "[key]g"),
+    ] {
+        assert_eq!(redactor.push(piece), shown, "{piece}");
+    }
+    assert_eq!(redactor.end(), "");
+}
+
+#[test]
+fn what_is_held_back_is_bounded() {
+    let secrets = secrets("aaaaaaaaaaaa");
+    for text in ["a", "\\", "%25", "\\u0061", "&#97;", "\\\\u0061", "YWFh"] {
+        let mut redactor = Redactor::new(&secrets);
+        let mut shown = 0;
+        for _ in 0..20_000 {
+            shown += redactor.push(text).len();
+            assert!(
+                redactor.held.len() < 2000,
+                "{text}: {}",
+                redactor.held.len()
+            );
+        }
+        if secrets.are_in(&text.repeat(12)) {
+            assert!(shown < 100, "{text}: {shown}");
+        }
+    }
+}
+
+#[test]
+fn secrets_that_overlap_are_one_and_neighbours_are_two() {
+    let secrets = Secrets::of(&["sk-sk-abé1".to_owned(), "abé1-and-more".to_owned()]);
+    for (text, shown) in [
+        ("a sk-sk-abé1 b", "a [key] b"),
+        ("sk-sk-sk-abé1", "sk-[key]"),
+        ("sk-sk-abé1sk-sk-abé1", "[key][key]"),
+        ("sk-sk-abé1-and-more!", "[key]!"),
+        ("sk-sk-abé1-and-mo!", "[key]-and-mo!"),
+        ("ask sk-s", "ask sk-s"),
+        ("sk-sk-abe", "sk-sk-abe"),
+    ] {
+        for size in 1..=text.len() {
+            assert_eq!(in_pieces(&secrets, text, size), shown, "{text} by {size}");
+        }
+    }
+}
+
+#[test]
+fn a_text_that_breaks_off_in_a_secret_does_not_show_most_of_it() {
+    let secrets = secrets(SECRETS[0]);
+    for (text, shown) in [
+        ("it is sk-test-0123456789abcde", "it is [key]"),
+        ("it is sk-test-", "it is [key]"),
+        ("it is sk-test", "it is sk-test"),
+        ("it is sk%2Dtest%2D012%3", "it is [key]"),
+        ("c2stdGVzdC0wMTIz", "[key]"),
+        ("it is", "it is"),
+    ] {
+        assert_eq!(secrets.redact_cut(text), shown);
+    }
+    assert_eq!(secrets.redact("it is sk-test-01234"), "it is sk-test-01234");
+}

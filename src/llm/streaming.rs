@@ -1,0 +1,339 @@
+//! One question and its answer on the network: tries, waits, and the reading of the stream.
+
+use std::collections::VecDeque;
+use std::mem;
+use std::time::Duration;
+
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use reqwest::Response;
+use reqwest::header::CONTENT_TYPE;
+use tokio::sync::OwnedSemaphorePermit;
+use tokio::task::yield_now;
+
+use super::budget::Reservation;
+use super::chunk::{Chunk, Cost, CostSource, Finish, Usage};
+use super::client::Client;
+use super::deadlines::Deadlines;
+use super::decoder::Decoder;
+use super::dialect::Framing;
+use super::endpoint::Endpoint;
+use super::error::Error;
+use super::failure::Failure;
+use super::frames::{Frames, ended, frames, step};
+use super::problem::tidy;
+use super::redact::Redactors;
+use super::request::Request;
+use super::secrets::Secrets;
+use super::sending::{Ready, Sending};
+use super::text::{texts, whole};
+
+/// Most of an unstreamed answer that is read, in bytes.
+const LONGEST_DOCUMENT: usize = 16 << 20;
+
+/// Events that are read before everything else gets its turn.
+const TURN: u64 = 64;
+
+/// The state machine behind [`super::stream`].
+pub(super) struct StreamingRequest {
+    client: Client,
+    endpoint: Endpoint,
+    request: Request,
+    queue: VecDeque<Result<Chunk, Error>>,
+    state: State,
+    /// What was sent and is not to come back; known once the key is.
+    secrets: Secrets,
+    redactors: Redactors,
+    /// Money set aside for this request.
+    reserved: Option<Reservation>,
+    /// The place among the requests on their way.
+    place: Option<OwnedSemaphorePermit>,
+    returned: Option<String>,
+    asked: Timestamp,
+}
+
+enum State {
+    New,
+    Sending(Box<Sending>),
+    Waiting(Duration, Box<Sending>),
+    Reading(Box<Reading>),
+    Over,
+}
+
+struct Reading {
+    frames: Frames,
+    decoder: Decoder,
+    /// How many events were read.
+    events: u64,
+}
+
+impl StreamingRequest {
+    pub fn new(client: Client, endpoint: Endpoint, request: Request) -> Self {
+        Self {
+            client,
+            endpoint,
+            request,
+            queue: VecDeque::new(),
+            state: State::New,
+            secrets: Secrets::default(),
+            redactors: Redactors::default(),
+            reserved: None,
+            place: None,
+            returned: None,
+            asked: Timestamp::now(),
+        }
+    }
+
+    /// The next chunk, with secrets taken out of what the server said; `None` after the last.
+    pub async fn next(&mut self) -> Option<Result<Chunk, Error>> {
+        loop {
+            if let Some(item) = self.queue.pop_front() {
+                if item.is_err() {
+                    self.state = State::Over;
+                    self.queue.clear();
+                }
+                match self.cleared(item) {
+                    Some(item) => return Some(item),
+                    None => continue,
+                }
+            }
+            self.state = match mem::replace(&mut self.state, State::Over) {
+                State::New => self.prepare().await,
+                State::Sending(sending) => self.send(sending).await,
+                State::Waiting(wait, sending) => {
+                    tokio::time::sleep(wait).await;
+                    State::Sending(sending)
+                }
+                State::Reading(reading) => self.read(reading).await,
+                State::Over => {
+                    self.reserved = None;
+                    self.place = None;
+                    return None;
+                }
+            };
+        }
+    }
+
+    /// A chunk as it leaves: without secrets, and with its cost. `None` if all of it is held back, since it may become one.
+    fn cleared(&mut self, item: Result<Chunk, Error>) -> Option<Result<Chunk, Error>> {
+        let clear = |text: String| self.secrets.redact(&text);
+        let chunk = match item {
+            Ok(Chunk::Reasoning(_) | Chunk::Text(_) | Chunk::Note(_) | Chunk::Retrying { .. }) => {
+                item.ok()?
+            }
+            Ok(Chunk::Started { model }) => {
+                let model = model.map(clear);
+                self.returned.clone_from(&model);
+                return Some(Ok(Chunk::Started { model }));
+            }
+            // Nothing more is said, so what is held back was no secret, or it broke off.
+            last => match self.redactors.held() {
+                Some(held) => {
+                    self.queue.push_front(last);
+                    return Some(Ok(held));
+                }
+                None => match last {
+                    Ok(chunk) => chunk,
+                    Err(error) => return Some(Err(error.cleared_of(&self.secrets))),
+                },
+            },
+        };
+        Some(Ok(match chunk {
+            Chunk::Reasoning(_) | Chunk::Text(_) => self.redactors.piece(chunk)?,
+            Chunk::Usage(usage) => Chunk::Usage(self.priced(usage)),
+            Chunk::Finished(finish) => Chunk::Finished(match finish {
+                Finish::Refusal(text) => Finish::Refusal(clear(text)),
+                Finish::Blocked(text) => Finish::Blocked(clear(text)),
+                Finish::Other(text) => Finish::Other(clear(text)),
+                other => other,
+            }),
+            other => other,
+        }))
+    }
+
+    /// The usage with what it cost, which is taken from the budget.
+    fn priced(&mut self, mut usage: Usage) -> Usage {
+        if usage.cost.is_none() {
+            let day = self.asked.to_zoned(TimeZone::UTC).date();
+            let prices = &self.endpoint.prices;
+            let pricing = prices.of_answer(&self.request.model, self.returned.as_deref(), day);
+            usage.cost = pricing
+                .and_then(|pricing| pricing.cost(&usage, self.asked))
+                .map(|usd| Cost {
+                    usd,
+                    source: CostSource::Prices,
+                });
+        }
+        if let Some(cost) = usage.cost
+            && let Some(reserved) = self.reserved.take()
+        {
+            reserved.settle(cost.usd);
+        }
+        usage
+    }
+
+    fn fail(&mut self, error: Error) -> State {
+        self.queue.push_back(Err(error));
+        State::Over
+    }
+
+    async fn prepare(&mut self) -> State {
+        match Ready::new(&self.client, &mut self.endpoint, &self.request).await {
+            Ok(ready) => {
+                self.secrets = self.endpoint.secrets();
+                self.redactors = Redactors::new(&self.secrets);
+                let notes = ready.notes.into_iter().map(|note| Ok(Chunk::Note(note)));
+                self.queue.extend(notes);
+                self.place = ready.place;
+                self.reserved = ready.reserved;
+                State::Sending(Box::new(ready.sending))
+            }
+            Err(error) => self.fail(error),
+        }
+    }
+
+    fn may_be_paid(&mut self, yes: bool) {
+        if let Some(reserved) = &mut self.reserved {
+            reserved.may_be_paid(yes);
+        }
+    }
+
+    async fn send(&mut self, mut sending: Box<Sending>) -> State {
+        if let Err(why) = sending.gate.admit(sending.tokens).await {
+            let place = self.endpoint.place();
+            return self.fail(Error::Setup { place, why });
+        }
+        if sending.attempt == 1 {
+            // Whoever waits for a turn has not lost patience with the server.
+            sending.patience = Deadlines::starting_now(self.endpoint.timeouts);
+        }
+        self.asked = Timestamp::now();
+        self.may_be_paid(true);
+        let failure = match self.answer(&mut sending).await {
+            Ok(response) => return self.begin(response, sending.patience).await,
+            Err(failure) => failure,
+        };
+        // What the server refused is not paid for; what it may be working on may be.
+        self.may_be_paid(failure.status.is_none() && !failure.may_pass);
+        if let (Some(401 | 403), Some(command)) = (failure.status, &self.endpoint.key_command) {
+            self.client.forget_key(command);
+        }
+        let longest = self.endpoint.retry.longest_wait;
+        let too_long = failure
+            .asked
+            .filter(|asked| failure.may_pass && *asked > longest);
+        if let (Some(asked), Some(status)) = (too_long, failure.status) {
+            return self.fail(Error::RateLimited {
+                place: self.endpoint.place(),
+                status,
+                message: failure.message,
+                retry_after: Some(asked),
+                exhausted: false,
+            });
+        }
+        if !failure.may_pass {
+            return self.fail(failure.error);
+        }
+        let Some(wait) = sending
+            .waits
+            .next()
+            .map(|w| failure.asked.unwrap_or(w.min(longest)))
+        else {
+            return self.fail(failure.error);
+        };
+        // The total time would run out during the wait; what went wrong says more than a timeout then.
+        if wait >= sending.patience.left() {
+            return self.fail(failure.error);
+        }
+        sending.attempt += 1;
+        let status = failure.status.map(|s| format!("{s}: ")).unwrap_or_default();
+        let message = self.secrets.redact_cut(&failure.message);
+        let why = tidy(&format!("{status}{message}"), 200);
+        self.queue.push_back(Ok(Chunk::Retrying {
+            attempt: sending.attempt,
+            wait,
+            why,
+        }));
+        State::Waiting(wait, sending)
+    }
+
+    // Exclusive borrows, because shared ones of what is not `Sync` would tie the stream to one thread.
+    async fn answer(&mut self, sending: &mut Sending) -> Result<Response, Failure> {
+        let request = sending.http.post(sending.url.clone());
+        let request = request.headers(sending.headers.clone());
+        let sent = sending
+            .patience
+            .wait(request.body(sending.body.clone()).send())
+            .await;
+        match sent {
+            Ok(Ok(response)) if response.status().is_success() => Ok(response),
+            Ok(Ok(response)) => Err(Failure::answered(
+                response,
+                &self.endpoint,
+                &self.request.model,
+                sending.patience,
+            )
+            .await),
+            Ok(Err(error)) => Err(Failure::unanswered(&error, &self.endpoint)),
+            Err(elapsed) => Err(Failure::silence(elapsed, &self.endpoint)),
+        }
+    }
+
+    async fn begin(&mut self, response: Response, patience: Deadlines) -> State {
+        let kind = response
+            .headers()
+            .get(CONTENT_TYPE)
+            .and_then(|v| v.to_str().ok())
+            .unwrap_or_default();
+        let kind = kind
+            .split(';')
+            .next()
+            .unwrap_or_default()
+            .trim()
+            .to_ascii_lowercase();
+        let dialect = self.endpoint.dialect;
+        let mut decoder = Decoder::new(dialect, self.endpoint.place());
+        if kind == "text/html" {
+            let what = "a web page; the address may be that of a page for people".to_owned();
+            return self.fail(Error::Malformed {
+                place: self.endpoint.place(),
+                what,
+            });
+        }
+        // Where a line is an object, one object alone is a line too.
+        if kind == "application/json" && dialect.framing() == Framing::Events {
+            let items = match whole(response, patience, LONGEST_DOCUMENT).await {
+                Ok(body) => match decoder.document(&body) {
+                    Ok(chunks) => chunks.into_iter().map(Ok).collect(),
+                    Err(error) => decoder.failed(error),
+                },
+                Err((_, fault)) => ended(&mut decoder, fault),
+            };
+            self.queue.extend(items);
+            return State::Over;
+        }
+        let texts = texts(response.bytes_stream(), patience);
+        let frames = frames(texts, dialect.framing());
+        State::Reading(Box::new(Reading {
+            frames,
+            decoder,
+            events: 0,
+        }))
+    }
+
+    async fn read(&mut self, mut reading: Box<Reading>) -> State {
+        // One piece of the body may hold thousands of events; between them everything else gets its turn.
+        reading.events += 1;
+        if reading.events.is_multiple_of(TURN) {
+            yield_now().await;
+        }
+        let items = step(&mut reading.frames, &mut reading.decoder).await;
+        self.queue.extend(items);
+        // The connection is dropped with the frames: some servers keep it open after the end.
+        if reading.decoder.is_done() {
+            State::Over
+        } else {
+            State::Reading(reading)
+        }
+    }
+}

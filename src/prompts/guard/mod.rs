@@ -1,0 +1,117 @@
+//! Limits on what a template may use: source, nesting, steps, text and values made while it is filled.
+//!
+//! The engine bounds steps and recursion, but a single step can make any amount of text, and nested values can
+//! overflow the stack. So a template is checked before it is parsed ([`check`]), and rewritten so that every
+//! operation that makes or walks a value first pays for it ([`rewrite`]); the engine's own filters are replaced by
+//! ones that pay too ([`filters`]). All of it comes out of one [`Budget`] for each filling.
+
+mod budget;
+mod check;
+mod expressions;
+mod filters;
+mod growth;
+mod literal;
+mod operators;
+mod rewrite;
+
+pub use budget::Budget;
+use check::check;
+use rewrite::rewrite;
+
+use std::sync::Arc;
+
+use minijinja::machinery::{ast, parse};
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{AutoEscape, Environment, Error, UndefinedBehavior};
+
+/// A template that takes more steps than this to be filled would not end.
+pub const MOST_STEPS: u64 = 1_000_000;
+
+/// Larger sources are not parsed, bytes.
+pub const LARGEST_SOURCE: usize = 1 << 20;
+
+/// What a filling may make besides a few copies of what it is given, bytes.
+pub const MOST_MADE: u64 = 16 << 20;
+
+/// Lists in lists, at most so deep.
+pub const DEEPEST: usize = 160;
+
+/// Operators and filters one after the other in an expression, `elif` in a row.
+pub const LONGEST_CHAIN: usize = 1_000;
+
+/// The stack for parsing and filling: [`LONGEST_CHAIN`] and the engine's own limits on recursion fit many times.
+const STACK: usize = 64 << 20;
+
+/// Runs `work` on a stack that is large enough for whatever the limits allow.
+///
+/// # Errors
+/// The system gives no thread.
+pub fn apart<T: Send>(work: impl FnOnce() -> T + Send) -> std::io::Result<T> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new()
+            .name("template".into())
+            .stack_size(STACK)
+            .spawn_scoped(scope, work)?;
+        // A panic goes on where the template was asked for.
+        Ok(thread
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    })
+}
+
+/// Why a template is not filled.
+#[derive(Debug)]
+pub enum Fault {
+    /// It exceeds a limit before it is parsed.
+    Limit {
+        /// Line in the source, from 1.
+        line: usize,
+        /// Which limit.
+        message: String,
+    },
+    /// The engine refuses it.
+    Engine(Error),
+}
+
+impl From<Error> for Fault {
+    fn from(error: Error) -> Self {
+        Self::Engine(error)
+    }
+}
+
+/// Parses a template and gives it back with every operation paid for.
+///
+/// # Errors
+/// It is too large or too deep, or its syntax is wrong, with the line.
+pub fn guarded(name: &str, source: &str) -> Result<String, Fault> {
+    check(source)?;
+    let tree: ast::Stmt<'_> = parse(source, name, SyntaxConfig::default())?;
+    Ok(rewrite(source, &tree))
+}
+
+/// An environment for rewritten templates whose filters, tests and functions pay out of `budget`.
+pub fn environment<'source>(budget: &Arc<Budget>) -> Environment<'source> {
+    let mut environment = Environment::new();
+    // The rewriting keeps every character of the text.
+    let syntax = SyntaxConfig::builder().keep_trailing_newline(true).build();
+    if let Ok(syntax) = syntax {
+        environment.set_syntax(syntax);
+    }
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    // Prompts are Markdown, never HTML.
+    environment.set_auto_escape_callback(|_| AutoEscape::None);
+    environment.set_fuel(Some(MOST_STEPS));
+    filters::replace(&mut environment, budget);
+    operators::add(&mut environment, budget);
+    let paying = budget.clone();
+    environment.set_formatter(move |out, state, value| {
+        let times = if matches!(state.auto_escape(), AutoEscape::None) {
+            1
+        } else {
+            growth::ESCAPED
+        };
+        paying.printed(value, times)?;
+        minijinja::escape_formatter(out, state, value)
+    });
+    environment
+}

@@ -1,0 +1,97 @@
+//! Where in an XML file the elements of a scenario are, for what is found of them once all is read.
+
+use super::xml::{Element, Place, Xml};
+use crate::scenario::Scenario;
+use crate::scenario::plausibility::{self, About};
+
+/// An element and the states or goals in it.
+type Whole<'a> = (Place<'a>, Vec<Place<'a>>);
+
+/// The elements of a scenario in its own order.
+pub(super) struct Places<'a> {
+    root: Place<'a>,
+    location: Option<Place<'a>>,
+    lanelets: Vec<Place<'a>>,
+    signs: Vec<Place<'a>>,
+    lights: Vec<Place<'a>>,
+    intersections: Vec<Place<'a>>,
+    obstacles: Vec<Whole<'a>>,
+    problems: Vec<Whole<'a>>,
+}
+
+impl<'a> Places<'a> {
+    pub fn below(xml: &mut Xml<'a>, root: Element<'a>) -> Self {
+        Self {
+            root: xml.place(root),
+            location: None,
+            lanelets: Vec::new(),
+            signs: Vec::new(),
+            lights: Vec::new(),
+            intersections: Vec::new(),
+            obstacles: Vec::new(),
+            problems: Vec::new(),
+        }
+    }
+
+    /// Remembers a child of the root that was just read.
+    pub fn add(&mut self, xml: &mut Xml<'a>, child: Element<'a>) {
+        let (place, parts) = (xml.place(child), xml.take_marks());
+        match child.name {
+            "location" => self.location = Some(place),
+            "lanelet" => self.lanelets.push(place),
+            "trafficSign" => self.signs.push(place),
+            "trafficLight" => self.lights.push(place),
+            "intersection" => self.intersections.push(place),
+            "planningProblem" => self.problems.push((place, parts)),
+            name if name.ends_with("bstacle") => self.obstacles.push((place, parts)),
+            _ => {}
+        }
+    }
+
+    /// Notes what cannot be true of a scenario, in the order of the file.
+    pub fn note_doubts(&self, xml: &mut Xml<'a>, scenario: &Scenario) {
+        let found = plausibility::check(scenario).into_iter();
+        let mut placed: Vec<_> = found
+            .map(|finding| (self.of(finding.about, scenario), finding))
+            .collect();
+        placed.sort_by_key(|(place, _)| place.element.at);
+        for (place, finding) in placed {
+            xml.note_at(finding.severity, place, finding.message);
+        }
+    }
+
+    /// Where an element is; the root for what is in no element of its own, as the signs that are made of speed limits.
+    fn of(&self, about: About, scenario: &Scenario) -> &Place<'a> {
+        let found = match about {
+            About::Scenario => None,
+            About::Location => self.location.as_ref(),
+            About::Lanelet(i) => self.lanelets.get(i),
+            About::Sign(i) => self.signs.get(i),
+            About::Light(i) => self.lights.get(i),
+            About::Intersection(i) => self.intersections.get(i),
+            About::Obstacle(i) => self.obstacles.get(i).map(|(place, _)| place),
+            About::State { obstacle, state } => self.state(obstacle, state, scenario),
+            About::Start(i) => inside(self.problems.get(i), "initialState", 0),
+            About::Goal { problem, goal } => inside(self.problems.get(problem), "goalState", goal),
+        };
+        found.unwrap_or(&self.root)
+    }
+
+    /// A state, the first of which is the initial one, wherever in the element that stands.
+    fn state(&self, obstacle: usize, state: usize, scenario: &Scenario) -> Option<&Place<'a>> {
+        let whole = self.obstacles.get(obstacle);
+        let starts = scenario.obstacles.get(obstacle)?.initial.is_some();
+        match (starts, state) {
+            (true, 0) => inside(whole, "initialState", 0),
+            (true, state) => inside(whole, "state", state - 1),
+            (false, state) => inside(whole, "state", state),
+        }
+    }
+}
+
+/// The part of this name at this place; the whole where that is not there.
+fn inside<'p, 'a>(whole: Option<&'p Whole<'a>>, name: &str, place: usize) -> Option<&'p Place<'a>> {
+    let (whole, parts) = whole?;
+    let mut named = parts.iter().filter(|part| part.element.name == name);
+    Some(named.nth(place).unwrap_or(whole))
+}

@@ -1,0 +1,45 @@
+//! The root of a scenario and where on Earth it is.
+
+use super::limits::LONG_TIME_STEP;
+use super::{About, Findings};
+use crate::scenario::Scenario;
+
+/// What files write for degrees that they do not know.
+const UNKNOWN_DEGREES: f64 = 999.0;
+
+pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
+    let dt = scenario.dt();
+    if dt > LONG_TIME_STEP {
+        found.warn(
+            About::Scenario,
+            format!(
+                "a time step of {dt} s is unusually long; nothing is known of what happens in between, and collisions \
+                 may be missed"
+            ),
+        );
+    }
+    let Some(location) = &scenario.location else {
+        return;
+    };
+    for (name, degrees, most) in [
+        ("latitude", location.latitude, 90.0),
+        ("longitude", location.longitude, 180.0),
+    ] {
+        let absurd =
+            degrees.filter(|d| d.is_nan() || (d.abs() > most && d.abs() != UNKNOWN_DEGREES));
+        if let Some(degrees) = absurd {
+            found.warn(
+                About::Location,
+                format!("a {name} of {degrees}° is nowhere on Earth"),
+            );
+        }
+    }
+    let transformation = location.transformation.as_ref();
+    let scaling = transformation.and_then(|t| t.scaling);
+    if let Some(scaling) = scaling.filter(|s| *s <= 0.0) {
+        found.warn(
+            About::Location,
+            format!("the map is scaled by {scaling}, which makes no map"),
+        );
+    }
+}

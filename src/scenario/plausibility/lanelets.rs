@@ -1,0 +1,184 @@
+//! One lanelet: its bounds, its width, its stop line.
+
+use super::lines::{crossing, self_crossing};
+use super::{About, Findings, beyond};
+use crate::geometry::{Bounds, Point};
+use crate::scenario::{Bound, Lanelet, LaneletNetwork};
+
+/// Shorter bounds lead nowhere, metres.
+const SHORTEST: f64 = 0.01;
+
+/// No vehicle fits between bounds that are nowhere farther apart, metres.
+const NARROWEST: f64 = 0.1;
+
+/// No lane is wider, metres.
+const WIDEST: f64 = 50.0;
+
+/// No stretch of road is drawn with points farther apart, metres.
+const LONGEST_SEGMENT: f64 = 2_000.0;
+
+/// A point from which the line goes back where it came from, with legs longer than this, metres, is a mistake.
+const SPIKE: f64 = 1.0;
+
+/// Cosine of the turn at a spike: 150°.
+const SPIKE_TURN: f64 = -0.866;
+
+/// A stop line farther from its lanelet, metres, belongs to another one.
+const STOP_LINE_APART: f64 = 20.0;
+
+/// No road is higher or lower, metres.
+const HIGHEST: f64 = 1e4;
+
+pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
+    for (place, lanelet) in network.lanelets.iter().enumerate() {
+        let about = About::Lanelet(place);
+        let mut say = |message: String| {
+            found.warn(about, format!("lanelet {}: {message}", lanelet.id));
+        };
+        let sides = [("left", &lanelet.left), ("right", &lanelet.right)];
+        let mut whole = true;
+        for (side, bound) in sides {
+            whole &= self::bound(side, bound, &mut say);
+        }
+        if whole {
+            between(lanelet, &mut say);
+        }
+        stop_line(lanelet, &network.bounds_of(place), &mut say);
+    }
+}
+
+/// One bound; whether it leads anywhere.
+fn bound(side: &str, bound: &Bound, say: &mut impl FnMut(String)) -> bool {
+    let points = &bound.points;
+    let (mut length, mut longest, mut spike) = (0.0, (0.0, 0), None);
+    let mut before: Option<crate::geometry::Vector> = None;
+    for (i, pair) in points.windows(2).enumerate() {
+        let leg = pair[1] - pair[0];
+        let metres = leg.norm();
+        length += metres;
+        if metres > longest.0 {
+            longest = (metres, i);
+        }
+        if metres > SPIKE {
+            let turned = before.filter(|b| leg.dot(b) < SPIKE_TURN * metres * b.norm());
+            if turned.is_some() {
+                spike = spike.or(Some(i));
+            }
+        }
+        before = Some(leg).filter(|_| metres > SPIKE);
+    }
+    if length < SHORTEST {
+        say(format!(
+            "its {side} bound is {length:.3} m long and leads nowhere"
+        ));
+        return false;
+    }
+    let (metres, at) = longest;
+    if metres > LONGEST_SEGMENT {
+        say(format!(
+            "its {side} bound goes {metres:.0} m from point {} to {}; is a coordinate wrong?",
+            at + 1,
+            at + 2
+        ));
+    }
+    if let Some(at) = spike {
+        say(format!(
+            "its {side} bound turns back on itself at point {}",
+            at + 1
+        ));
+    }
+    if let Some((a, b)) = self_crossing(points, false) {
+        say(format!(
+            "its {side} bound crosses itself, after point {} and again after point {}",
+            a + 1,
+            b + 1
+        ));
+    }
+    if let Some(z) = bound.heights.iter().find(|z| z.abs() > HIGHEST) {
+        say(format!("its {side} bound lies at a height of {z} m"));
+    }
+    true
+}
+
+/// Both bounds.
+fn between(lanelet: &Lanelet, say: &mut impl FnMut(String)) {
+    let (left, right) = (&lanelet.left.points, &lanelet.right.points);
+    if left.len() != right.len() {
+        say(format!(
+            "its left bound has {} points and its right one {}, which belong in pairs; taken by their lengths",
+            left.len(),
+            right.len()
+        ));
+    }
+    if let Some((a, b)) = crossing(left, right) {
+        say(format!(
+            "its bounds cross, after point {} of the left and {} of the right one",
+            a + 1,
+            b + 1
+        ));
+    } else if lanelet.borders_disagree() {
+        say("its bounds are drawn in opposite directions; one is turned around".into());
+    } else if twice_area(left, right) > 0.0 {
+        say("its left bound lies on the right of the right one; are they exchanged?".into());
+    }
+    width(left, right, say);
+}
+
+fn width(left: &[Point], right: &[Point], say: &mut impl FnMut(String)) {
+    let ends = || {
+        [
+            left.first().zip(right.first()),
+            left.last().zip(right.last()),
+        ]
+    };
+    let widths: Vec<f64> = if left.len() == right.len() {
+        let pairs = left.iter().zip(right);
+        pairs.map(|(l, r)| (l - r).norm()).collect()
+    } else {
+        let pairs = ends().into_iter().flatten();
+        pairs.map(|(l, r)| (l - r).norm()).collect()
+    };
+    let most = widths.iter().copied().fold(0.0, f64::max);
+    if most < NARROWEST {
+        say(format!(
+            "it is nowhere wider than {most:.2} m; no vehicle fits"
+        ));
+    } else if most > WIDEST {
+        let at = widths.iter().position(|w| *w == most).unwrap_or_default();
+        say(format!(
+            "it is {most:.0} m wide at point {}; is a coordinate wrong?",
+            at + 1
+        ));
+    }
+}
+
+/// Twice the area that is on the left of the way along the left bound and back along the right one: negative where
+/// the left one lies on the left.
+fn twice_area(left: &[Point], right: &[Point]) -> f64 {
+    let Some(origin) = left.first() else {
+        return 0.0;
+    };
+    let ring = || left.iter().chain(right.iter().rev());
+    let next = ring().skip(1).chain([origin]);
+    ring()
+        .zip(next)
+        .map(|(a, b)| (a - origin).perp(&(b - origin)))
+        .sum()
+}
+
+fn stop_line(lanelet: &Lanelet, around: &Bounds, say: &mut impl FnMut(String)) {
+    let ends = lanelet.stop_line.as_ref().and_then(|line| line.points);
+    let Some((from, to)) = ends else {
+        return;
+    };
+    let length = (to - from).norm();
+    if length < SHORTEST {
+        say("its stop line has no length".into());
+    } else if length > WIDEST {
+        say(format!("its stop line is {length:.0} m long"));
+    }
+    let off = beyond(around, &from).min(beyond(around, &to));
+    if off > STOP_LINE_APART {
+        say(format!("its stop line lies {off:.0} m away from it"));
+    }
+}

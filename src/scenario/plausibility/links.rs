@@ -1,0 +1,276 @@
+//! How lanelets lead to and lie beside each other.
+
+use std::collections::HashSet;
+
+use super::{About, Findings, apart};
+use crate::geometry::{Point, Polyline, Vector};
+use crate::scenario::{Adjacent, Lanelet, LaneletNetwork};
+
+/// A lanelet begins where the one before it ends, within this, metres.
+const JOINT: f64 = 2.0;
+
+/// Neighbours lie no farther from each other, metres.
+const BESIDE: f64 = 5.0;
+
+/// A lanelet farther from all others, metres, is on no road with them.
+const ASTRAY: f64 = 500.0;
+
+/// What is farther to the wrong side than this, metres, lies there.
+const ASIDE: f64 = 0.5;
+
+pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
+    for (place, lanelet) in network.lanelets.iter().enumerate() {
+        let about = About::Lanelet(place);
+        let mut say = |message: String| {
+            found.warn(about, format!("lanelet {}: {message}", lanelet.id));
+        };
+        itself(lanelet, &mut say);
+        along(network, lanelet, &mut say);
+        beside(network, place, &mut say);
+    }
+    astray(network, found);
+}
+
+/// What a lanelet says of itself and says twice.
+fn itself(lanelet: &Lanelet, say: &mut impl FnMut(String)) {
+    let id = lanelet.id;
+    for (what, ids) in [
+        ("successor", &lanelet.successors),
+        ("predecessor", &lanelet.predecessors),
+    ] {
+        if ids.contains(&id) {
+            say(format!("it is its own {what}"));
+        }
+        let mut seen = HashSet::new();
+        if let Some(twice) = ids.iter().find(|id| !seen.insert(**id)) {
+            say(format!("{twice} is its {what} twice"));
+        }
+    }
+    let (left, right) = (lanelet.adjacent_left, lanelet.adjacent_right);
+    for (side, neighbour) in [("left", left), ("right", right)] {
+        let Some(neighbour) = neighbour else { continue };
+        if neighbour.id == id {
+            say(format!("it is its own neighbour on the {side}"));
+        } else if lanelet.successors.contains(&neighbour.id)
+            || lanelet.predecessors.contains(&neighbour.id)
+        {
+            say(format!(
+                "{} lies beside it on the {side} and before or behind it, too",
+                neighbour.id
+            ));
+        }
+    }
+    if let (Some(left), Some(right)) = (left, right)
+        && left.id == right.id
+    {
+        say(format!("{} lies on its left and on its right", left.id));
+    }
+}
+
+/// The lanelets that it leads to and comes from.
+fn along(network: &LaneletNetwork, lanelet: &Lanelet, say: &mut impl FnMut(String)) {
+    let id = lanelet.id;
+    let others = |ids: &[i64]| -> Vec<&Lanelet> {
+        let others = ids.iter().filter(|other| **other != id);
+        others.filter_map(|other| network.lanelet(*other)).collect()
+    };
+    for next in others(&lanelet.successors) {
+        if !next.predecessors.contains(&id) {
+            say(format!(
+                "{} is its successor and does not have it as predecessor",
+                next.id
+            ));
+        }
+        let (Some((_, end)), Some((begin, _))) = (ends(lanelet), ends(next)) else {
+            continue;
+        };
+        let gap = (begin - end).norm();
+        if gap > JOINT {
+            say(format!(
+                "its successor {} begins {gap:.1} m from where it ends",
+                next.id
+            ));
+        }
+    }
+    for before in others(&lanelet.predecessors) {
+        if !before.successors.contains(&id) {
+            say(format!(
+                "{} is its predecessor and does not have it as successor",
+                before.id
+            ));
+        }
+    }
+}
+
+/// The middle of where a lanelet begins and ends; nothing where its bounds run in opposite directions.
+fn ends(lanelet: &Lanelet) -> Option<(Point, Point)> {
+    let (left, right) = (&lanelet.left.points, &lanelet.right.points);
+    let begin = nalgebra::center(left.first()?, right.first()?);
+    let end = nalgebra::center(left.last()?, right.last()?);
+    (!lanelet.borders_disagree()).then_some((begin, end))
+}
+
+/// The lanelets on its left and right.
+fn beside(network: &LaneletNetwork, place: usize, say: &mut impl FnMut(String)) {
+    let lanelet = &network.lanelets[place];
+    for (side, neighbour) in [
+        (Side::Left, lanelet.adjacent_left),
+        (Side::Right, lanelet.adjacent_right),
+    ] {
+        let Some(adjacent) = neighbour.filter(|n| n.id != lanelet.id) else {
+            continue;
+        };
+        let Some(other) = network.place(adjacent.id) else {
+            continue;
+        };
+        let gap = apart(&network.bounds_of(place), &network.bounds_of(other));
+        let other = &network.lanelets[other];
+        let side_name = side.name();
+        if gap > BESIDE {
+            say(format!(
+                "{}, its neighbour on the {side_name}, lies {gap:.0} m away",
+                other.id
+            ));
+        } else if let Some(message) = course(lanelet, other, side, adjacent) {
+            say(message);
+        }
+        mutual(lanelet, other, side, adjacent, say);
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Left,
+    Right,
+}
+
+impl Side {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+}
+
+/// That the neighbour has this lanelet on the fitting side.
+fn mutual(
+    lanelet: &Lanelet,
+    other: &Lanelet,
+    side: Side,
+    adjacent: Adjacent,
+    say: &mut impl FnMut(String),
+) {
+    // What is on my left and driven the same way has me on its right.
+    let back = match (side, adjacent.same_direction) {
+        (Side::Left, true) | (Side::Right, false) => other.adjacent_right,
+        (Side::Right, true) | (Side::Left, false) => other.adjacent_left,
+    };
+    let (side, id) = (side.name(), other.id);
+    match back {
+        Some(back) if back.id == lanelet.id && back.same_direction == adjacent.same_direction => {}
+        Some(back) if back.id == lanelet.id => say(format!(
+            "whether {id}, its neighbour on the {side}, is driven the same way, the two say differently"
+        )),
+        _ => {
+            let there = [other.adjacent_left, other.adjacent_right];
+            if there.iter().flatten().any(|back| back.id == lanelet.id) {
+                say(format!(
+                    "{id} is its neighbour on the {side}, and has it on the wrong side for that"
+                ));
+            } else {
+                say(format!(
+                    "{id} is its neighbour on the {side}, and does not have it as neighbour"
+                ));
+            }
+        }
+    }
+}
+
+/// What the courses of two neighbours say against what is said of them; only of lanelets that run nearly straight.
+fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) -> Option<String> {
+    let (mine, theirs) = (straight(lanelet)?, straight(other)?);
+    let along = mine.dot(&theirs);
+    let id = other.id;
+    if adjacent.same_direction && along < -0.5 {
+        return Some(format!(
+            "{id} is to be driven the same way, and runs the other way"
+        ));
+    }
+    if !adjacent.same_direction && along > 0.5 {
+        return Some(format!(
+            "{id} is to be driven the other way, and runs the same way"
+        ));
+    }
+    // Of one that runs the other way the left is on the other side.
+    let left = to_the_left(lanelet, other)? * along.signum();
+    let wrong = match side {
+        Side::Left => left < -ASIDE,
+        Side::Right => left > ASIDE,
+    };
+    wrong.then(|| {
+        format!(
+            "{id} is its neighbour on the {}, and lies on the other side",
+            side.name()
+        )
+    })
+}
+
+/// How far to the left of a lanelet another one lies that runs the same way, metres; negative to the right. The median over the stretch on which
+/// they lie beside each other, as neighbours may be bent and of different lengths; nothing where there is none.
+fn to_the_left(lanelet: &Lanelet, other: &Lanelet) -> Option<f64> {
+    let theirs = Polyline::new(centre(other))?;
+    let offsets = centre(lanelet).filter_map(|p| {
+        let there = theirs.project(&p);
+        let inside = there.s > 0.0 && there.s < theirs.length();
+        inside.then_some(-there.d)
+    });
+    let mut offsets: Vec<f64> = offsets.collect();
+    offsets.sort_by(f64::total_cmp);
+    offsets.get(offsets.len() / 2).copied()
+}
+
+fn centre(lanelet: &Lanelet) -> impl Iterator<Item = Point> {
+    let pairs = lanelet.left.points.iter().zip(&lanelet.right.points);
+    pairs.map(|(left, right)| nalgebra::center(left, right))
+}
+
+/// The direction of a lanelet; nothing where it is bent.
+fn straight(lanelet: &Lanelet) -> Option<Vector> {
+    let (begin, end) = ends(lanelet)?;
+    let chord = end - begin;
+    let legs = lanelet.left.points.windows(2);
+    let length: f64 = legs.map(|pair| (pair[1] - pair[0]).norm()).sum();
+    let is_straight = chord.norm() > 1.0 && chord.norm() > 0.95 * length;
+    is_straight.then(|| chord.normalize())
+}
+
+/// Lanelets far from all others.
+fn astray(network: &LaneletNetwork, found: &mut Findings) {
+    let count = network.lanelets.len();
+    let wide = network
+        .bounds()
+        .is_some_and(|b| (b.max - b.min).norm() > ASTRAY);
+    if count < 2 || !wide {
+        return;
+    }
+    for (place, lanelet) in network.lanelets.iter().enumerate() {
+        let own = network.bounds_of(place);
+        let gap = |other: usize| apart(&own, &network.bounds_of(other));
+        // Those before and behind it in the file are nearly always near.
+        let near = (place.saturating_sub(8)..(place + 8).min(count)).chain(0..count);
+        let mut near = near.filter(|other| *other != place);
+        if near.any(|other| gap(other) <= ASTRAY) {
+            continue;
+        }
+        let nearest = (0..count).filter(|o| *o != place).map(gap);
+        let nearest = nearest.fold(f64::MAX, f64::min);
+        found.warn(
+            About::Lanelet(place),
+            format!(
+                "lanelet {}: it lies {nearest:.0} m from all other lanelets; is a coordinate wrong?",
+                lanelet.id
+            ),
+        );
+    }
+}

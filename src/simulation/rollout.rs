@@ -1,0 +1,160 @@
+//! A drive: what it is made of, and driving one planning problem once.
+
+use std::time::Duration;
+
+use super::{Driver, Outcome};
+use crate::geometry::Pose;
+use crate::planner::{
+    self, Cancel, Forecast, Limits, MOST_STEPS, Plan, Planner, ReferenceTrack, ReferenceTrackError,
+    VehicleState,
+};
+use crate::scenario::{Motion, PlanningProblem, Sample, Scenario, StateField, Track};
+
+/// How to drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The planner's.
+    pub planner: planner::Settings,
+    /// What it is told of the others' future.
+    pub forecast: Forecast,
+    /// Steps that are driven of a plan before the next one, at least 1.
+    pub replan: usize,
+    /// The obstacle whose place the ego takes.
+    pub without: Option<i64>,
+}
+
+/// One planning cycle of a drive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cycle {
+    /// The time step at which it was planned.
+    pub step: i64,
+    /// What was decided.
+    pub plan: Plan,
+    /// How long planning took, the forecast not counted.
+    pub took: Duration,
+}
+
+/// A drive from start to end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rollout {
+    /// Time steps and states of the ego, one a step.
+    pub states: Vec<(i64, VehicleState)>,
+    /// Every cycle.
+    pub cycles: Vec<Cycle>,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Whole limits of the vehicle.
+    pub limits: Limits,
+    /// Seconds between two steps.
+    pub dt: f64,
+}
+
+/// Why nothing was driven.
+#[derive(Debug, thiserror::Error)]
+pub enum DriveError {
+    /// The planner has nothing to follow.
+    #[error(transparent)]
+    ReferenceTrack(#[from] ReferenceTrackError),
+    /// The goal does not say until when.
+    #[error("planning problem {problem} has no goal")]
+    NoGoal {
+        /// Its id.
+        problem: i64,
+    },
+    /// The start lacks something.
+    #[error("planning problem {problem} does not say {what} of the ego at its start")]
+    NoStart {
+        /// Its id.
+        problem: i64,
+        /// What is missing.
+        what: &'static str,
+    },
+    /// A plan would have more steps than one can have.
+    #[error(
+        "time steps of {dt} s are too short to plan with: {horizon} s ahead would be {:.0} steps, and a plan has \
+         {MOST_STEPS} at most; a shorter --horizon, or longer time steps",
+        horizon / dt
+    )]
+    TooFine {
+        /// Seconds between two steps.
+        dt: f64,
+        /// How far ahead is planned, seconds.
+        horizon: f64,
+    },
+}
+
+/// Drives the ego of a planning problem.
+///
+/// # Errors
+/// The problem has no start or no goal, or no way leads to it.
+pub fn drive(
+    scenario: &Scenario,
+    problem: &PlanningProblem,
+    settings: &Settings,
+) -> Result<Rollout, DriveError> {
+    let driver = Driver::new(scenario, problem, settings)?;
+    Ok(driver.drive(scenario, &driver.whole()))
+}
+
+/// The state a problem starts with.
+///
+/// Files made of SUMO's traffic say a yaw rate of exactly 0 in every curve; the wheels are then taken to stand as the
+/// path bends. A yaw rate that is not 0 is kept.
+pub(super) fn start(
+    problem: &PlanningProblem,
+    guide: &ReferenceTrack,
+    limits: &Limits,
+) -> Option<VehicleState> {
+    let initial = &problem.initial;
+    let position = initial.point()?;
+    let velocity = initial.velocity?.middle();
+    let motion = Motion {
+        pose: Pose {
+            position,
+            heading: initial.orientation?.middle(),
+        },
+        velocity,
+        acceleration: initial.acceleration.map_or(0.0, |q| q.middle()),
+    };
+    let state = VehicleState::of_centre(&motion, 0.0, limits);
+    let said = initial
+        .quantity(StateField::YawRate)
+        .map_or(0.0, |q| q.middle());
+    let curvature = if said != 0.0 && velocity.abs() > SLOW {
+        said / velocity
+    } else {
+        guide.curvature_at(&state).unwrap_or(0.0)
+    };
+    let most = limits.curvature();
+    Some(VehicleState {
+        curvature: curvature.clamp(-most, most),
+        ..state
+    })
+}
+
+/// Below this speed a yaw rate does not tell how the wheels stand, m/s.
+const SLOW: f64 = 0.1;
+
+impl Rollout {
+    /// Whether it ends with a contact with this obstacle.
+    #[must_use]
+    pub fn touches(&self, obstacle: i64) -> bool {
+        matches!(self.outcome, Outcome::Collision(collision) if collision.with == obstacle)
+    }
+
+    /// The motion of the body's centre.
+    #[must_use]
+    pub fn track(&self) -> Track {
+        let samples = self.states.iter().map(|(step, state)| {
+            let motion = state.centre(&self.limits);
+            Sample {
+                step: *step,
+                position: motion.pose.position,
+                heading: Some(motion.pose.heading),
+                velocity: Some(motion.velocity),
+                acceleration: Some(motion.acceleration),
+            }
+        });
+        Track::new(samples.collect(), self.dt, None)
+    }
+}

@@ -1,0 +1,233 @@
+//! What the program is doing, for the report of a crash, and marks on the disk of what may end it.
+//!
+//! A mark is written before a draft is filled or a scenario is opened, and removed after. One that is left by a
+//! program that is gone names what ended it: that is *held*, and not tried again until the user asks for it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::ThreadId;
+
+use super::marks::Marks;
+
+/// Something that is tried, by a name that is the same at the next start.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Subject(String);
+
+impl Subject {
+    /// A scenario, by where it lies.
+    #[must_use]
+    pub fn scenario(place: &str) -> Self {
+        Self(one_line(&format!("scenario {place}")))
+    }
+
+    /// A template with this text: another text is another subject.
+    #[must_use]
+    pub fn template(file: &str, text: &str) -> Self {
+        use std::hash::{DefaultHasher, Hash, Hasher};
+        let mut hasher = DefaultHasher::new();
+        text.hash(&mut hasher);
+        Self(one_line(&format!(
+            "template {file} {:016x}",
+            hasher.finish()
+        )))
+    }
+
+    /// Its name, in one line.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.0
+    }
+}
+
+fn one_line(text: &str) -> String {
+    text.replace(['\n', '\r'], "\u{fffd}")
+}
+
+struct Task {
+    thread: ThreadId,
+    words: String,
+    subject: Option<Subject>,
+    /// Whether it went well so far: only a panic is still held against it.
+    settled: bool,
+}
+
+#[derive(Default)]
+struct State {
+    next: u64,
+    tasks: BTreeMap<u64, Task>,
+    /// The file that was read last, by this thread and by any.
+    files: BTreeMap<String, PathBuf>,
+    last: Option<PathBuf>,
+    marks: Option<Marks>,
+}
+
+static STATE: Mutex<Option<State>> = Mutex::new(None);
+
+struct Locked(MutexGuard<'static, Option<State>>);
+
+impl Locked {
+    fn state(&mut self) -> &mut State {
+        self.0.get_or_insert_default()
+    }
+}
+
+fn lock() -> Locked {
+    Locked(STATE.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Something is being done as long as this is kept.
+#[derive(Debug)]
+#[must_use = "it is over when this is dropped"]
+pub struct Doing(u64);
+
+impl Drop for Doing {
+    fn drop(&mut self) {
+        let mut locked = lock();
+        let task = locked.state().tasks.remove(&self.0);
+        if task.is_some_and(|task| task.subject.is_some() && !task.settled) {
+            locked.state().mark();
+        }
+    }
+}
+
+impl Doing {
+    /// It went well: when the program is killed from now on, this was not the cause.
+    pub fn settle(&self) {
+        let mut locked = lock();
+        if let Some(task) = locked.state().tasks.get_mut(&self.0) {
+            task.settled = true;
+        }
+        locked.state().mark();
+    }
+}
+
+/// Says what is being done from now on, in words such as `planning`.
+pub fn doing(words: impl Into<String>) -> Doing {
+    lock().state().begin(words.into(), None)
+}
+
+/// Says what is being tried from now on, and marks it on the disk where marks are kept.
+pub fn trying(words: impl Into<String>, subject: Subject) -> Doing {
+    lock().state().begin(words.into(), Some(subject))
+}
+
+/// A file is being read: what fails later is about it.
+pub fn reading(file: &Path) {
+    let mut locked = lock();
+    let state = locked.state();
+    let thread = format!("{:?}", std::thread::current().id());
+    state.last = Some(file.to_path_buf());
+    if state.files.len() > MOST_THREADS {
+        state.files.clear();
+    }
+    state.files.insert(thread, file.to_path_buf());
+}
+
+/// Of more threads the file is not remembered.
+const MOST_THREADS: usize = 256;
+
+impl State {
+    fn begin(&mut self, words: String, subject: Option<Subject>) -> Doing {
+        let id = self.next;
+        self.next += 1;
+        let marked = subject.is_some();
+        self.tasks.insert(
+            id,
+            Task {
+                thread: std::thread::current().id(),
+                words,
+                subject,
+                settled: false,
+            },
+        );
+        if marked {
+            self.mark();
+        }
+        Doing(id)
+    }
+
+    /// Writes down what is being tried now.
+    fn mark(&mut self) {
+        let tried = self.tasks.values().filter(|task| !task.settled);
+        let names = tried.filter_map(|task| task.subject.as_ref().map(Subject::name));
+        let names: Vec<&str> = names.collect();
+        if let Some(marks) = &mut self.marks {
+            marks.write(&names);
+        }
+    }
+}
+
+/// Keeps marks in this folder from now on, and takes up those that programs left which are gone.
+///
+/// # Errors
+/// The folder cannot be made or written in; marks are not kept then.
+pub fn keep_marks(folder: &Path) -> std::io::Result<()> {
+    let marks = Marks::open(folder)?;
+    lock().state().marks = Some(marks);
+    Ok(())
+}
+
+/// No mark is kept any longer: the program ends as it should.
+pub fn close_marks() {
+    lock().state().marks = None;
+}
+
+/// Whether this ended the program when it was tried last.
+#[must_use]
+pub fn is_held(subject: &Subject) -> bool {
+    let mut locked = lock();
+    let marks = locked.state().marks.as_ref();
+    marks.is_some_and(|marks| marks.holds(subject.name()))
+}
+
+/// The user asks for it all the same, or it is no longer there.
+pub fn release(subject: &Subject) {
+    if let Some(marks) = &mut lock().state().marks {
+        marks.release(subject.name());
+    }
+}
+
+/// What was being done when this thread panicked, and the file that it was about.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Crashed {
+    /// The tasks of this thread, the first the widest; of all threads if it has none.
+    pub tasks: Vec<String>,
+    /// The file that this thread read last, else the one that any read.
+    pub file: Option<PathBuf>,
+}
+
+/// What was being done: asked in a panic. Holds what was being tried, so that it is not tried by itself again.
+#[must_use]
+pub fn crashed() -> Crashed {
+    // A panic within this module must not wait for itself.
+    let Ok(mut guard) = STATE.try_lock() else {
+        return Crashed::default();
+    };
+    let state = guard.get_or_insert_default();
+    let here = std::thread::current().id();
+    let own = state.tasks.values().any(|task| task.thread == here);
+    let tasks = state.tasks.values().filter(|t| !own || t.thread == here);
+    let words = tasks.map(|task| task.words.clone()).collect();
+    let tried = |of: &dyn Fn(&Task) -> bool| -> Vec<String> {
+        let tasks = state.tasks.values().filter(|task| of(task));
+        let subjects = tasks.filter_map(|task| task.subject.as_ref());
+        subjects.map(|subject| subject.name().to_string()).collect()
+    };
+    // The narrowest guess that there is: this thread's, else what is being tried, else what is open.
+    let guesses = [
+        tried(&|task| task.thread == here && !task.settled),
+        tried(&|task| task.thread == here),
+        tried(&|task| !task.settled),
+        tried(&|_| true),
+    ];
+    let suspects = guesses.into_iter().find(|guess| !guess.is_empty());
+    if let Some(mut marks) = state.marks.take() {
+        for name in suspects.unwrap_or_default() {
+            marks.hold(&name);
+        }
+    }
+    let thread = format!("{here:?}");
+    let file = state.files.get(&thread).or(state.last.as_ref()).cloned();
+    Crashed { tasks: words, file }
+}

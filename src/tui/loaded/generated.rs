@@ -1,0 +1,225 @@
+//! Making a scenario dangerous for the workbench: the shared workflow, and what is shown of its outcome.
+
+use std::sync::Arc;
+
+use super::authorship::{Authorship, Writing};
+use super::planned::Recorder;
+use super::variant::{Generated, Made, VariantRequest, Working};
+use super::{Opened, Planned};
+use crate::evaluation::generating;
+use crate::generation::attacker::{self, Candidate};
+use crate::generation::{Attack, Chosen, ClosedLoop, Effort, Found, Passed, Progress};
+use crate::metrics::Thresholds;
+use crate::planner::Cancel;
+use crate::scenario::WantedEgo;
+use crate::simulation::Settings;
+use crate::workflow::{
+    AttackSource, GenerateEvent, GenerateRequest, Generation, OpenRequest, PlanRequest, generate,
+    prepare,
+};
+
+/// How a scenario is made dangerous.
+pub struct How<'a> {
+    /// How the ego is planned.
+    pub settings: &'a Settings,
+    /// Where attacks come from; the seed is that of the wish.
+    pub source: AttackSource<'a>,
+}
+
+/// What is heard on the way.
+#[derive(Debug)]
+pub enum Heard {
+    /// What is being done.
+    Working(Working),
+    /// What happens while a model writes.
+    Model(generating::Progress),
+}
+
+impl Opened {
+    /// Makes a scenario dangerous: plans its ego, finds attacks, takes the most dangerous one that a good driver
+    /// survives, and opens the scenario with it. Nothing where `cancel` asked for an end.
+    ///
+    /// # Errors
+    /// Nothing can be tried: those of [`Opened::planned`], the planned ego touches something already, or there is no
+    /// obstacle that could attack.
+    pub fn generated(
+        wish: &VariantRequest,
+        ego: &WantedEgo,
+        thresholds: &Thresholds,
+        how: &How<'_>,
+        cancel: &Cancel,
+        on_event: &mut dyn FnMut(Heard),
+    ) -> Result<Option<Generated>, String> {
+        let request = PlanRequest {
+            open: OpenRequest {
+                entry: &wish.entry,
+                ego,
+                transform: wish.change,
+                strict: false,
+            },
+            problem: None,
+            settings: how.settings,
+        };
+        let prepared = prepare(&request).map_err(|error| error.to_string())?;
+        let effort = match how.source {
+            AttackSource::Search(effort) => Effort {
+                seed: wish.seed,
+                ..*effort
+            },
+            AttackSource::Model(_) => Effort::default(),
+        };
+        let attacking = GenerateRequest {
+            prepared: &prepared,
+            attacker: wish.only,
+            delay: effort.delay,
+            source: match how.source {
+                AttackSource::Search(_) => AttackSource::Search(&effort),
+                model @ AttackSource::Model(_) => model,
+            },
+        };
+        let mut recorder = Recorder::of(&prepared);
+        let generation = generate(&attacking, cancel, &mut |event| {
+            heard(event, &mut recorder, on_event);
+        });
+        let Some(generation) = generation.map_err(|error| error.to_string())? else {
+            return Ok(None);
+        };
+        let Generation {
+            workshop,
+            made,
+            authored,
+        } = generation;
+        if let Some(collision) = workshop.unsafe_already() {
+            return Err(format!(
+                "the scenario is not safe as it is: the planned ego touches {collision}"
+            ));
+        }
+        let model = wish.writer.as_ref().map(|writer| writer.model.clone());
+        let authorship = authored.map(|authored| {
+            let chosen = made.chosen.as_ref();
+            let taken = chosen.and_then(|c| authored.of(&c.attack));
+            Authorship {
+                model: model.clone().unwrap_or_default(),
+                only: wish.only,
+                taken: taken.map(|attack| attack.source),
+                authored,
+            }
+        });
+        if made.found.candidates == 0 && authorship.is_none() {
+            return Err(match wish.only {
+                Some(id) => format!(
+                    "{id} cannot attack: it does not move by itself, or never comes near enough to the ego"
+                ),
+                None => "nobody moves who could come near to the ego".into(),
+            });
+        }
+        let effective = |c: &Chosen| c.attack.has_effect();
+        let Some(chosen) = made.chosen.filter(effective) else {
+            return Ok(Some(match authorship {
+                Some(wrote) => Generated::Unwritten(wrote.nothing(), Arc::new(wrote)),
+                None => Generated::Nothing(nothing(&made.found, wish)),
+            }));
+        };
+        let passed = workshop.gate().passes(&chosen.attack.change, None);
+        let passed = passed.map_err(|refusal| refusal.to_string())?;
+        let ranked = workshop.on(|ground| attacker::rank(ground.stage));
+        let ranked = ranked.map_err(|error| error.to_string())?;
+        let original = {
+            let outcome = workshop.closed.baseline().drive().outcome;
+            let planned = Planned::of(&prepared, outcome, recorder.cycles);
+            Self::with_planned(&request.open, workshop.ego.clone(), planned, thresholds)
+        };
+        let shown = Shown {
+            closed: workshop.closed,
+            by: model.unwrap_or_else(|| effort.to_string()),
+            only: wish.only,
+            passed,
+            ranked,
+            authorship,
+        };
+        let variant = shown.made(&made.found, chosen)?;
+        let Some(cycles) = variant.cycles(&prepared, cancel, on_event)? else {
+            return Ok(None);
+        };
+        let variant = variant.opened(wish, cycles, thresholds)?;
+        Ok(Some(Generated::Found {
+            original: Box::new(original),
+            variant: Box::new(variant),
+        }))
+    }
+}
+
+/// Hands on what happens, in the terms of the workbench.
+fn heard(event: GenerateEvent<'_>, recorder: &mut Recorder, on_event: &mut dyn FnMut(Heard)) {
+    let heard = match event {
+        GenerateEvent::Planning(event) => {
+            recorder.hear(&event, &mut |done, of| {
+                on_event(Heard::Working(Working::Driving(done, of)));
+            });
+            return;
+        }
+        GenerateEvent::Searching(progress, of) => Heard::Working(Working::Searching(progress, of)),
+        GenerateEvent::Asking => Heard::Working(Working::Writing(Writing::default())),
+        GenerateEvent::Model(progress) => Heard::Model(progress),
+        GenerateEvent::Driving(done, of) => Heard::Working(Working::Trying(done, of)),
+        GenerateEvent::Certifying => Heard::Working(Working::Proving),
+    };
+    on_event(heard);
+}
+
+/// What is known of a variant beside the attack.
+struct Shown {
+    closed: ClosedLoop,
+    by: String,
+    only: Option<i64>,
+    passed: Passed,
+    ranked: Vec<Candidate>,
+    authorship: Option<Authorship>,
+}
+
+impl Shown {
+    fn made(self, found: &Found, chosen: Chosen) -> Result<Made, String> {
+        let author = self.authorship.as_ref();
+        let author = author.map(|wrote| wrote.authored.document(Some(&chosen.attack)));
+        let Attack {
+            asked,
+            change,
+            effect,
+            ..
+        } = chosen.attack;
+        Ok(Made {
+            closed: self.closed,
+            asked,
+            change,
+            effect: effect.ok_or("the ego was not driven against the attack")?,
+            avoidability: chosen.avoidability,
+            passed: self.passed,
+            refused: match &self.authorship {
+                Some(wrote) => wrote.authored.refusals(),
+                None => found.refused.clone(),
+            },
+            progress: found.progress(),
+            only: self.only,
+            ranked: self.ranked,
+            by: self.by,
+            authorship: self.authorship.map(Arc::new),
+            author,
+        })
+    }
+}
+
+/// Why there is no variant, in words.
+fn nothing(found: &Found, wish: &VariantRequest) -> String {
+    let Progress {
+        tried,
+        refused,
+        driven,
+        ..
+    } = found.progress();
+    let who = wish.only.map_or("anybody".to_string(), |id| id.to_string());
+    format!(
+        "nothing dangerous was found for {who} with seed {}: of {tried} motions {refused} were refused, against \
+         {driven} the ego was driven, and it got away or was only hit from behind",
+        wish.seed
+    )
+}

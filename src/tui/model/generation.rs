@@ -1,0 +1,245 @@
+//! Making scenarios dangerous: the search that is under way, and the variants that were made.
+
+use std::sync::Arc;
+
+use super::Model;
+use crate::generation::Consequence;
+use crate::scenario::{ContentHash, Transform};
+use crate::tui::loaded::{Authorship, Made, Opened, VariantShown, Working, Writing};
+use crate::tui::message::making::MakeId;
+
+/// Variants that are kept; beyond, the oldest go.
+const MOST: usize = 8;
+
+/// What is known of making beside what is open.
+#[derive(Debug, Default)]
+pub struct GenerationState {
+    /// The search that is under way.
+    pub under_way: Option<Search>,
+    /// Variants that were made since the start, the oldest first; one of a scenario and change.
+    kept: Vec<KeptVariant>,
+    /// Searches that shall end and have not yet.
+    pub stopping: Vec<MakeId>,
+    /// What models wrote that came to nothing, the newest last; one of a scenario and change.
+    unwritten: Vec<Unwritten>,
+    /// Models that have had their say about a scenario, with the one obstacle that was allowed to attack.
+    heard_out: Vec<(ContentHash, Option<i64>, String)>,
+    /// The last seed for each scenario and for the one obstacle that was allowed to attack.
+    seeds: Vec<(ContentHash, Option<i64>, u64)>,
+}
+
+/// What a model wrote that came to nothing, and of which scenario.
+type Unwritten = (ContentHash, Option<Transform>, Arc<Authorship>);
+
+/// A search that is under way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Search {
+    /// Its number.
+    pub id: MakeId,
+    /// The place of the scenario in the list.
+    pub place: usize,
+    /// What it is at; nothing until it has begun.
+    pub at: Option<Working>,
+    /// Why a model has not answered yet, where something is waited for.
+    pub waits: Option<String>,
+}
+
+/// A variant that is kept, with its original.
+#[derive(Debug)]
+pub struct KeptVariant {
+    /// The original with its planned ego.
+    pub original: Box<Opened>,
+    /// The variant.
+    pub variant: Box<Opened>,
+    /// The variant itself.
+    pub made: Arc<Made>,
+    /// The files that it was written to.
+    pub saved: Option<String>,
+}
+
+impl GenerationState {
+    /// Keeps a variant; one of the same scenario goes.
+    pub fn keep(&mut self, original: Box<Opened>, variant: Box<Opened>, made: Arc<Made>) {
+        let (hash, change) = (original.scenario.hash, original.change);
+        self.kept.retain(|kept| !kept.is_of(hash, change));
+        self.kept.push(KeptVariant {
+            original,
+            variant,
+            made,
+            saved: None,
+        });
+        if self.kept.len() > MOST {
+            self.kept.remove(0);
+        }
+    }
+
+    /// The variant of a scenario.
+    #[must_use]
+    pub fn find(&self, hash: ContentHash, change: Option<Transform>) -> Option<&KeptVariant> {
+        self.kept.iter().find(|kept| kept.is_of(hash, change))
+    }
+
+    /// The variant was written to these files.
+    pub fn saved(&mut self, made: &Arc<Made>, files: &str) {
+        let mut kept = self.kept.iter_mut();
+        if let Some(kept) = kept.find(|kept| Arc::ptr_eq(&kept.made, made)) {
+            kept.saved = Some(files.into());
+        }
+    }
+
+    /// Where the variant was written to.
+    #[must_use]
+    pub fn files(&self, made: &Arc<Made>) -> Option<&str> {
+        let mut kept = self.kept.iter();
+        let kept = kept.find(|kept| Arc::ptr_eq(&kept.made, made))?;
+        kept.saved.as_deref()
+    }
+
+    /// A seed that was not used for this scenario and attacker: the same one would find the same again.
+    pub fn next_seed(&mut self, hash: ContentHash, only: Option<i64>) -> u64 {
+        let mut seeds = self.seeds.iter_mut();
+        match seeds.find(|(of, who, _)| (*of, *who) == (hash, only)) {
+            Some((_, _, seed)) => {
+                *seed += 1;
+                *seed
+            }
+            None => {
+                self.seeds.push((hash, only, 1));
+                1
+            }
+        }
+    }
+
+    /// What a model wrote of a scenario came to nothing.
+    pub fn keep_unwritten(&mut self, of: (ContentHash, Option<Transform>), wrote: Arc<Authorship>) {
+        self.unwritten
+            .retain(|(hash, change, _)| (*hash, *change) != of);
+        self.unwritten.push((of.0, of.1, wrote));
+        if self.unwritten.len() > MOST {
+            self.unwritten.remove(0);
+        }
+    }
+
+    /// What a model wrote of a scenario, where that came to nothing.
+    #[must_use]
+    pub fn unwritten(&self, of: (ContentHash, Option<Transform>)) -> Option<&Arc<Authorship>> {
+        let mut all = self.unwritten.iter();
+        all.find(|(hash, change, _)| (*hash, *change) == of)
+            .map(|(_, _, wrote)| wrote)
+    }
+
+    /// Whether a model has had its say about this: the same would come from the store.
+    #[must_use]
+    pub fn was_heard(&self, hash: ContentHash, only: Option<i64>, model: &str) -> bool {
+        let mut all = self.heard_out.iter();
+        all.any(|(of, who, said)| (*of, *who) == (hash, only) && said == model)
+    }
+
+    /// A model has had its say.
+    pub fn heard_out(&mut self, hash: ContentHash, only: Option<i64>, model: &str) {
+        if !self.was_heard(hash, only, model) {
+            self.heard_out.push((hash, only, model.into()));
+        }
+    }
+
+    /// Forgets all variants: what was measured on them holds no longer.
+    pub fn forget(&mut self) {
+        self.kept.clear();
+        self.unwritten.clear();
+    }
+}
+
+impl KeptVariant {
+    fn is_of(&self, hash: ContentHash, change: Option<Transform>) -> bool {
+        self.original.scenario.hash == hash && self.original.change == change
+    }
+}
+
+/// What a search is at, in few words or with all its numbers.
+#[must_use]
+pub fn working_words(at: Option<Working>, whole: bool) -> String {
+    match at {
+        None => "generating".into(),
+        Some(Working::Driving(done, of)) => driving_words("the original", (done, of), whole),
+        Some(Working::Showing(done, of)) => driving_words("the variant", (done, of), whole),
+        Some(Working::Writing(at)) => writing_words(&at, whole),
+        Some(Working::Trying(done, of)) if whole => {
+            format!("generating: driving against motion {} of {of}", done + 1)
+        }
+        Some(Working::Trying(done, of)) => format!("driving against motion {}/{of}", done + 1),
+        Some(Working::Proving) if whole => {
+            "generating: looking for ways a good driver avoids it".into()
+        }
+        Some(Working::Proving) => "can it be avoided?".into(),
+        Some(Working::Searching(progress, of)) if !whole => {
+            format!("trying motion {}/{of}", progress.tried)
+        }
+        Some(Working::Searching(progress, of)) => format!(
+            "generating: motion {} of {of}, {} refused, {} driven, best {}",
+            progress.tried,
+            progress.refused,
+            progress.driven,
+            progress.best.as_ref().map_or("none", consequence_words)
+        ),
+    }
+}
+
+/// How far the ego's drive is, in words; nothing is known of that where it has not begun.
+fn driving_words(what: &str, (done, of): (usize, usize), whole: bool) -> String {
+    match (of, whole) {
+        (0, true) => format!("generating: driving {what}"),
+        (0, false) => format!("driving {what}"),
+        (_, true) => format!("generating: driving {what}, step {done} of {of}"),
+        (_, false) => format!("driving {what}, step {done}/{of}"),
+    }
+}
+
+/// How far a model is, in words.
+fn writing_words(at: &Writing, whole: bool) -> String {
+    if at.begun == 0 {
+        return "model: chooses the attacker".into();
+    }
+    let mut words = format!("model: writes motion {}/{}", at.begun, at.of);
+    if whole {
+        if at.retry > 0 {
+            words.push_str(&format!(", try {}", at.retry + 1));
+        }
+        words.push_str(&format!(", {} passed, {} refused", at.passed, at.refused));
+    }
+    words
+}
+
+/// What a change leads to, in words.
+#[must_use]
+pub fn consequence_words(consequence: &Consequence) -> &'static str {
+    match consequence {
+        Consequence::Collision(_) => "collision",
+        Consequence::NearMiss => "near miss",
+        Consequence::NoEffect => "no effect",
+    }
+}
+
+impl Model {
+    /// What a model wrote of what is open, where that came to nothing.
+    #[must_use]
+    pub fn unwritten(&self) -> Option<&Arc<Authorship>> {
+        self.maker.unwritten(self.made_of()?)
+    }
+
+    /// What variants of the open scenario are kept under: those of its original.
+    #[must_use]
+    pub fn made_of(&self) -> Option<(ContentHash, Option<Transform>)> {
+        let opened = self.opened.as_deref()?;
+        let hash = match &opened.variant {
+            Some(shown) => shown.made.original(),
+            None => opened.scenario.hash,
+        };
+        Some((hash, opened.change))
+    }
+
+    /// The variant that is shown, or beside whose original stands what is shown.
+    #[must_use]
+    pub fn variant(&self) -> Option<&VariantShown> {
+        self.opened.as_ref()?.variant.as_ref()
+    }
+}

@@ -1,0 +1,50 @@
+//! The scenario that is open, for the report of a crash, and for the next start if it ends the program.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::scenario::Entry;
+use crate::system::activity::{Doing, trying};
+use crate::tui::message::Effect;
+use crate::tui::message::session::Where;
+
+/// A program that is killed later than this after the first picture was not ended by the scenario.
+const SETTLED: Duration = Duration::from_millis(800);
+
+/// What was opened last.
+#[derive(Debug, Default)]
+pub struct Tried {
+    open: Option<Arc<Doing>>,
+    drawn: bool,
+}
+
+impl Tried {
+    /// An effect is about to be performed: if it opens a scenario, that is tried from now on.
+    pub fn hear(&mut self, effect: &Effect, here: &Path) {
+        let entry: &Entry = match effect {
+            Effect::Open(_, entry, _) | Effect::OpenChanged(_, entry, _, _) => entry,
+            _ => return,
+        };
+        // The one before is over first.
+        self.open = None;
+        let words = format!("opening or showing {}", entry.name);
+        let subject = Where::of(entry, here).subject();
+        self.open = Some(Arc::new(trying(words, subject)));
+        self.drawn = false;
+    }
+
+    /// A frame was drawn: the scenario is in it unless it is still being opened.
+    pub fn drawn(&mut self, opening: bool) {
+        if opening || self.drawn {
+            return;
+        }
+        self.drawn = true;
+        if let Some(open) = self.open.clone() {
+            tokio::spawn(async move {
+                tokio::time::sleep(SETTLED).await;
+                open.settle();
+            });
+        }
+    }
+}

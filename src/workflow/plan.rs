@@ -1,0 +1,257 @@
+//! Planning the ego of a scenario: which problem, whether it can be planned, and the drive.
+
+use std::sync::Arc;
+
+use super::{OpenError, OpenRequest, open};
+use crate::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
+use crate::scenario::{Entry, PlanningProblem, Scenario, Scene};
+use crate::simulation::{Cycle, DriveError, Driver, Rollout, Settings};
+
+/// Whose ego is planned, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct PlanRequest<'a> {
+    /// The scenario. Its ego is what the planned one is compared with.
+    pub open: OpenRequest<'a>,
+    /// Id of the planning problem; that of the recorded ego where none is named, else the first one.
+    pub problem: Option<i64>,
+    /// How is planned.
+    pub settings: &'a Settings,
+}
+
+/// Why an ego is not planned, in words that begin with the scenario.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum PlanError {
+    /// The scenario cannot be opened.
+    #[error("{0}")]
+    Unreadable(String),
+    /// The request does not fit the scenario: it has no planning problem of that id, or too long steps.
+    #[error("{0}")]
+    Mismatch(String),
+    /// The scenario has nothing that could be planned; that is a finding about it.
+    #[error("{0}")]
+    NothingToPlan(String),
+}
+
+/// What happens while an ego is planned.
+pub enum PlanEvent<'a> {
+    /// A cycle has ended.
+    Cycle {
+        /// The planner, with the candidates of the cycle.
+        planner: &'a Planner<'a>,
+        /// What it decided.
+        cycle: &'a Cycle,
+        /// What it was told of the traffic, worked out again.
+        traffic: &'a dyn Fn() -> Traffic,
+        /// Steps that are planned by now.
+        done: usize,
+        /// Steps until the goal's time is over; 0 where it has none.
+        of: usize,
+    },
+}
+
+/// A request that can be carried out.
+#[derive(Debug)]
+pub struct PreparedPlan {
+    /// The scenario, changed if that was asked for.
+    pub scenario: Arc<Scenario>,
+    /// The scene with the ego that the scenario has otherwise.
+    pub recorded: Option<Arc<Scene>>,
+    /// How is planned.
+    pub settings: Settings,
+    /// The scenario, as errors name it.
+    shown: String,
+    /// Its place among the scenario's problems.
+    problem: usize,
+}
+
+/// A planned ego.
+#[derive(Debug)]
+pub struct PlanOutcome {
+    /// What was asked for.
+    pub prepared: PreparedPlan,
+    /// How it drove.
+    pub drive: Rollout,
+}
+
+/// So many planning problems are named where one has to be chosen.
+const NAMED: usize = 12;
+
+/// Opens the scenario and checks that its ego can be planned as asked.
+///
+/// # Errors
+/// See [`PlanError`].
+pub fn prepare(request: &PlanRequest<'_>) -> Result<PreparedPlan, PlanError> {
+    let entry = request.open.entry;
+    let opened = open(&request.open).map_err(|error| match error {
+        // It names the file itself.
+        OpenError::Scenario(error) => PlanError::Unreadable(error.to_string()),
+        error => PlanError::Unreadable(format!("{}: {error}", entry.display())),
+    })?;
+    let recorded = opened.scene.ok();
+    let scenario = opened.scenario;
+    let problem = chosen(entry, &scenario, recorded.as_deref(), request.problem)?;
+    within_horizon(entry, &scenario, request.settings)?;
+    let prepared = PreparedPlan {
+        scenario,
+        recorded,
+        settings: *request.settings,
+        shown: entry.display(),
+        problem,
+    };
+    prepared.starts_slowly_enough()?;
+    Ok(prepared)
+}
+
+/// The place of the problem that is solved.
+fn chosen(
+    entry: &Entry,
+    scenario: &Scenario,
+    recorded: Option<&Scene>,
+    wanted: Option<i64>,
+) -> Result<usize, PlanError> {
+    let problems = &scenario.planning_problems;
+    if problems.is_empty() {
+        return Err(PlanError::NothingToPlan(format!(
+            "{}: no planning problem in it, so there is nothing to plan",
+            entry.display()
+        )));
+    }
+    let place = |id| problems.iter().position(|p| p.id == id);
+    let Some(id) = wanted else {
+        let own = recorded.and_then(|scene| place(scene.ego.id));
+        return Ok(own.unwrap_or(0));
+    };
+    place(id).ok_or_else(|| {
+        let ids = problems.iter().map(|p| p.id.to_string());
+        let mut known: Vec<String> = ids.take(NAMED).collect();
+        if problems.len() > NAMED {
+            known.push(format!("and {} more", problems.len() - NAMED));
+        }
+        let ids = match &known[..] {
+            [only] => format!("the only one in it has the id {only}"),
+            _ => format!("those in it have the ids {}", known.join(", ")),
+        };
+        PlanError::Mismatch(format!(
+            "{}: no planning problem has the id {id}; {ids}",
+            entry.display()
+        ))
+    })
+}
+
+/// A plan ends at the horizon: nothing of it can be driven beyond.
+fn within_horizon(
+    entry: &Entry,
+    scenario: &Scenario,
+    settings: &Settings,
+) -> Result<(), PlanError> {
+    let (dt, horizon) = (scenario.dt(), settings.planner.horizon);
+    let most = settings.planner.steps(dt);
+    // Steps that do not fit at all are refused by the planner.
+    if settings.replan <= most || !settings.planner.fits(dt) {
+        return Ok(());
+    }
+    Err(PlanError::Mismatch(format!(
+        "{}: {} steps of a plan cannot be driven before the next one: with a horizon of {horizon} s and {dt} s a step it \
+         has {most}; --replan {most} at most, or a longer --horizon",
+        entry.display(),
+        settings.replan
+    )))
+}
+
+impl PreparedPlan {
+    /// The planning problem that is solved.
+    #[must_use]
+    pub fn problem(&self) -> &PlanningProblem {
+        &self.scenario.planning_problems[self.problem]
+    }
+
+    /// An error that begins with the scenario.
+    pub(super) fn nothing(&self, why: &dyn std::fmt::Display) -> PlanError {
+        PlanError::NothingToPlan(format!("{}: {why}", self.shown))
+    }
+
+    /// The same about what was asked.
+    pub(super) fn mismatch(&self, why: &dyn std::fmt::Display) -> PlanError {
+        PlanError::Mismatch(format!("{}: {why}", self.shown))
+    }
+
+    fn starts_slowly_enough(&self) -> Result<(), PlanError> {
+        let (problem, vehicle) = (self.problem(), self.settings.planner.vehicle);
+        let (start, most) = (problem.initial.velocity, Limits::of(vehicle).speed);
+        match start.map(|v| v.middle()).filter(|v| *v > most) {
+            None => Ok(()),
+            Some(start) => Err(self.nothing(&format!(
+                "planning problem {} starts at {start} m/s, and a {} goes {most} m/s at most; --vehicle names another",
+                problem.id,
+                vehicle.name()
+            ))),
+        }
+    }
+
+    /// Drives. Nothing where `cancel` asked for an end.
+    ///
+    /// # Errors
+    /// [`PlanError::NothingToPlan`]: the problem has no start or no goal, or no way leads to it.
+    pub fn run(
+        self,
+        cancel: &Cancel,
+        on_event: &mut dyn FnMut(PlanEvent<'_>),
+    ) -> Result<Option<PlanOutcome>, PlanError> {
+        let drive = self.drive_in(&self.scenario, cancel, on_event);
+        let drive = drive.map_err(|error| self.nothing(&error))?;
+        Ok(drive.map(|drive| PlanOutcome {
+            prepared: self,
+            drive,
+        }))
+    }
+
+    /// Drives in a scenario that differs from the prepared one by the motion of obstacles alone.
+    ///
+    /// # Errors
+    /// Those of [`Driver::new`].
+    pub fn drive_in(
+        &self,
+        scenario: &Scenario,
+        cancel: &Cancel,
+        on_event: &mut dyn FnMut(PlanEvent<'_>),
+    ) -> Result<Option<Rollout>, DriveError> {
+        let driver = Driver::new(scenario, self.problem(), &self.settings)?.cancelled_by(cancel);
+        let mut watch = self.watch(scenario, on_event);
+        let drive = driver.drive_watched(scenario, &driver.whole(), &mut |planner, cycle| {
+            watch(planner, cycle);
+            !cancel.is_asked()
+        });
+        Ok((!cancel.is_asked()).then_some(drive))
+    }
+
+    /// Tells `on_event` of each cycle.
+    pub(super) fn watch<'a>(
+        &'a self,
+        scenario: &'a Scenario,
+        on_event: &'a mut dyn FnMut(PlanEvent<'_>),
+    ) -> impl FnMut(&Planner<'_>, &Cycle) + 'a {
+        let problem = self.problem();
+        let first = problem.initial.time.from;
+        let steps = move |step: i64| usize::try_from(step.saturating_sub(first)).unwrap_or(0);
+        let of = problem.deadline().map_or(0, steps);
+        let Settings {
+            forecast, without, ..
+        } = self.settings;
+        // The planner does not keep what it was told: it is made again from the same past where it is asked for.
+        let forecaster = std::cell::OnceCell::new();
+        move |planner, cycle| {
+            let traffic = || {
+                let forecaster =
+                    forecaster.get_or_init(|| Forecaster::new(scenario, forecast, without));
+                forecaster.traffic(cycle.step, planner.steps())
+            };
+            on_event(PlanEvent::Cycle {
+                planner,
+                cycle,
+                traffic: &traffic,
+                done: steps(cycle.step) + 1,
+                of,
+            });
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! What command line and workbench both rely on.
+
+use std::path::Path;
+
+use super::*;
+use crate::planner::{Cancel, Forecast};
+use crate::scenario::{Entry, WantedEgo, bundled};
+use crate::simulation::Settings;
+
+fn settings() -> Settings {
+    let mut settings = crate::evaluation::default_planning();
+    settings.forecast = Forecast::ConstantVelocity;
+    settings.planner.horizon = 2.0;
+    settings
+}
+
+fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> {
+    PlanRequest {
+        open: OpenRequest {
+            entry,
+            ego: &WantedEgo::Beside,
+            transform: None,
+            strict: false,
+        },
+        problem: None,
+        settings,
+    }
+}
+
+/// A bundled scenario that has another planning problem before its own; its recorded ego lies beside it or not.
+fn with_two_problems(folder: &Path, ego: bool) -> Entry {
+    let entry = bundled().remove(0);
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenarios")
+        .join(&entry.name);
+    let xml = std::fs::read_to_string(shipped.with_extension("xml")).unwrap();
+    let start = xml.find("<planningProblem").unwrap();
+    let end = xml.find("</planningProblem>").unwrap() + "</planningProblem>".len();
+    let id = entry.read().unwrap().planning_problems[0].id;
+    let problem = &xml[start..end];
+    let other = problem.replacen(&format!("id=\"{id}\""), "id=\"98765\"", 1);
+    let path = folder.join("two.xml");
+    std::fs::write(
+        &path,
+        xml.replacen(problem, &format!("{other}{problem}"), 1),
+    )
+    .unwrap();
+    if ego {
+        let csv = shipped.with_extension("ego_trajectory.csv");
+        std::fs::copy(csv, folder.join("two.ego_trajectory.csv")).unwrap();
+    }
+    Entry::of_argument(&path)
+}
+
+#[test]
+fn the_recorded_egos_problem_is_planned_wherever_it_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let settings = settings();
+    let entry = with_two_problems(folder.path(), true);
+    let own = prepare(&request(&entry, &settings)).unwrap();
+    assert_ne!(own.problem().id, 98765);
+    assert_eq!(own.problem().id, own.recorded.as_ref().unwrap().ego.id);
+    let other = PlanRequest {
+        problem: Some(98765),
+        ..request(&entry, &settings)
+    };
+    assert_eq!(prepare(&other).unwrap().problem().id, 98765);
+
+    let bare = tempfile::tempdir().unwrap();
+    let entry = with_two_problems(bare.path(), false);
+    let first = prepare(&request(&entry, &settings)).unwrap();
+    assert_eq!(first.problem().id, 98765);
+}
+
+#[test]
+fn what_is_cancelled_has_no_outcome_and_says_nothing_more() {
+    let settings = settings();
+    let entry = bundled().remove(0);
+    let prepared = prepare(&request(&entry, &settings)).unwrap();
+    let cancel = Cancel::default();
+    let mut cycles = 0;
+    let outcome = prepared.run(&cancel, &mut |PlanEvent::Cycle { done, .. }| {
+        cycles += 1;
+        assert_eq!(done, cycles);
+        if cycles == 3 {
+            cancel.ask();
+        }
+    });
+    assert!(outcome.unwrap().is_none());
+    assert_eq!(cycles, 3);
+}
+
+#[test]
+fn errors_name_the_scenario_and_what_is_there() {
+    let settings = settings();
+    let entry = bundled().remove(0);
+    let wrong = PlanRequest {
+        problem: Some(-4),
+        ..request(&entry, &settings)
+    };
+    let error = prepare(&wrong).unwrap_err();
+    assert!(matches!(error, PlanError::Mismatch(_)));
+    let words = error.to_string();
+    assert!(words.starts_with(&entry.display()) && words.contains("the only one in it has the id"));
+    let prepared = prepare(&request(&entry, &settings)).unwrap();
+    let nobody = GenerateRequest {
+        prepared: &prepared,
+        attacker: Some(-4),
+        delay: 0.5,
+        source: AttackSource::Search(&crate::generation::Effort::default()),
+    };
+    let error = generate(&nobody, &Cancel::default(), &mut |_| {}).unwrap_err();
+    assert!(error.to_string().contains("there is no obstacle -4"));
+}
