@@ -5,8 +5,7 @@ use std::time::Duration;
 use super::{Driver, Outcome};
 use crate::geometry::Pose;
 use crate::planner::{
-    self, Cancel, Forecast, Limits, MOST_STEPS, Plan, Planner, ReferenceTrack, ReferenceTrackError,
-    VehicleState,
+    self, Forecast, Limits, MOST_STEPS, Plan, ReferenceTrack, ReferenceTrackError, VehicleState,
 };
 use crate::scenario::{Motion, PlanningProblem, Sample, Scenario, StateField, Track};
 
