@@ -11,7 +11,7 @@ use nearmiss::scenario::{
 use super::drive::{DT, Drive, Moment};
 use super::{place, rounded};
 
-/// Somebody's body: what it is, length and width in metres.
+/// A body: what it is, length and width in metres.
 pub type Body = (ObstacleType, f64, f64);
 
 /// A compact car.
@@ -32,7 +32,7 @@ pub const BUS: Body = (ObstacleType::Bus, 12.0, 2.55);
 pub const MOTORCYCLE: Body = (ObstacleType::Motorcycle, 2.2, 0.85);
 /// A bicycle with its rider.
 pub const BICYCLE: Body = (ObstacleType::Bicycle, 1.8, 0.65);
-/// Somebody on foot; a disc, as wide as long.
+/// A pedestrian; a disc, as wide as long.
 pub const PEDESTRIAN: Body = (ObstacleType::Pedestrian, 0.6, 0.6);
 
 /// Everybody but the ego, as they are put on the road.
@@ -44,7 +44,7 @@ pub struct Cast {
 }
 
 impl Cast {
-    /// Nobody yet; everybody will be recorded at the steps 0 to `last`.
+    /// An empty cast; all will be recorded at the steps 0 to `last`.
     pub fn until(last: usize) -> Self {
         Self {
             last,
@@ -52,7 +52,7 @@ impl Cast {
         }
     }
 
-    /// Somebody who moves.
+    /// A moving participant.
     pub fn add(&mut self, id: i64, body: Body, drive: &Drive) -> Result<(), Box<dyn Error>> {
         let moments = drive.moments(self.last);
         let mut states = (0..)

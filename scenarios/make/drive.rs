@@ -100,7 +100,7 @@ struct Shift {
     to: f64,
 }
 
-/// How somebody moves.
+/// How a participant moves.
 #[derive(Debug, Clone)]
 pub struct Drive {
     path: Path,

@@ -1,7 +1,7 @@
 //! Writes the bundled scenarios: `cargo run --example make-scenarios`.
 //!
 //! The files land in `scenarios/` and are the same at every run. Each line of output says how near
-//! the ego comes to anybody, which is what to look at while changing a scenario.
+//! the ego comes to any obstacle, which is what to look at while changing a scenario.
 
 #[path = "mod.rs"]
 mod make;

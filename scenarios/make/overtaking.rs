@@ -1,4 +1,4 @@
-//! Overtaking on a two-way road: the ego is still beside the lorry when somebody comes the other way.
+//! Overtaking on a two-way road: the ego is still beside the lorry when oncoming traffic arrives.
 
 use std::error::Error;
 

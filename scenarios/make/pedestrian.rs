@@ -1,4 +1,4 @@
-//! A pedestrian crossing in town: the ego sees somebody step out between parked cars and stops in good time.
+//! A pedestrian crossing in town: a person steps out between parked cars, and the ego stops in good time.
 
 use std::error::Error;
 

@@ -18,9 +18,9 @@ use super::{place, rounded};
 pub enum Outcome {
     /// It hits, or is hit by, this obstacle.
     Collision(i64),
-    /// Nobody touches it, but only just.
+    /// Nothing touches it, but only just.
     NearMiss,
-    /// Nobody comes near.
+    /// Nothing comes near.
     Safe,
 }
 
@@ -96,7 +96,7 @@ impl Story {
                 StateField::YawRate,
                 Quantity::Exact(rounded(start.yaw_rate)),
             ),
-            // Nobody slides: motion is along the heading.
+            // Vehicles do not slide: motion is along the heading.
             (StateField::SlipAngle, Quantity::Exact(0.0)),
         ];
         let steps = i64::try_from(self.last)?;

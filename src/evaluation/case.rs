@@ -200,10 +200,10 @@ async fn ready(question: &Question, judge: &Judge) -> Result<(), AskError> {
     }
 }
 
-/// How often it is looked whether somebody else's answer is there.
+/// How often to look for the answer of a concurrent run.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A number to ask under, or the answer that is there; waits for whoever is asking the same.
+/// A run id to ask under, or the stored answer; waits while another run asks the same question.
 async fn claim(
     store: &Store,
     run: &NewRun,

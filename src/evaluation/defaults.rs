@@ -1,4 +1,4 @@
-//! From where a scene is described where nobody said so: the same for the command line and the workbench, so that both
+//! The default frame of a description: the same for the command line and the workbench, so that both
 //! ask the same and find each other's answers.
 
 use crate::prompts::Library;

@@ -1,4 +1,4 @@
-//! Filling a template on trial, so that what is wrong with it is known before anybody is asked.
+//! Renders a template with sample values, so that its errors show before a model is asked.
 
 use std::sync::Arc;
 

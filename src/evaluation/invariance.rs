@@ -172,7 +172,7 @@ mod tests {
             answer("b", "m/x", true, &[(1, 1)]),
             answer("c", "m/x", false, &[]),
             answer("d", "m/x", false, &[]),
-            // The same; a flip that names nobody; another one named; no verdict; no original.
+            // The same; a flip that names no obstacle; another one named; no verdict; no original.
             answer(&mirrored("a"), "m/x", true, &[(1, 0), (2, 5)]),
             answer(&mirrored("b"), "m/x", false, &[(1, 4)]),
             answer(&mirrored("c"), "m/x", false, &[(7, 1)]),

@@ -134,7 +134,7 @@ fn joined(events: &[Event]) -> Vec<(bool, String)> {
 impl Drop for Keeper {
     fn drop(&mut self) {
         if let Some((store, run)) = self.kept.take() {
-            // Nobody is left to hear of an error here.
+            // An error has no receiver here.
             let joined = joined(&self.waiting);
             let _ = store.conclude(run, &pieces(&joined), &Ending::bare(RunState::Cancelled));
         }

@@ -8,9 +8,9 @@ use crate::scenario::Scenario;
 /// What is true about one scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Label {
-    /// Nobody collides with the ego.
+    /// No obstacle collides with the ego.
     Safe,
-    /// Somebody does: this obstacle, where it is said.
+    /// One does: this obstacle, where it is given.
     Collision(Option<i64>),
 }
 
@@ -93,7 +93,7 @@ pub enum LabelError {
 
 const SCENARIO: [&str; 3] = ["scenario", "scenario_name", "name"];
 const ANSWER: [&str; 2] = ["label", "collision"];
-/// Labels of scenarios in which somebody collides with the ego, or is about to; capitals are the same.
+/// Labels of scenarios in which an obstacle collides with the ego, or is about to; capitals are the same.
 pub const DANGEROUS: [&str; 6] = ["collision", "critical", "dangerous", "yes", "true", "1"];
 /// Labels of the others.
 pub const SAFE: [&str; 6] = ["safe", "normal", "none", "no", "false", "0"];
@@ -176,7 +176,7 @@ impl Labels {
             }
             let who = cell(obstacle).to_ascii_lowercase();
             let id = match who.as_str() {
-                // Nothing is no word for nobody where nothing else says it: somebody may have forgotten it.
+                // An empty cell alone is not a no: it may have been forgotten.
                 "" if answer.is_none() => {
                     return Err(wrong("", "id of an obstacle, nor none"));
                 }

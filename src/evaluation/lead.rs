@@ -72,11 +72,11 @@ pub struct Answers {
 /// Yes or no to one window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Yes {
-    /// Nobody is critical.
+    /// No obstacle is critical.
     No,
-    /// Somebody is; of a collision whose obstacle is known it names this one, see [`super::recorded::accused`].
+    /// One is; of a collision whose obstacle is known it names this one, see [`super::recorded::accused`].
     Yes,
-    /// It names somebody else than the obstacle that is known to collide: it is counted as a no,
+    /// It names another obstacle than the one that is known to collide: it is counted as a no,
     /// as with language models, see [`super::Scored::positive`].
     Another,
 }
@@ -314,7 +314,7 @@ impl Lead {
         }
     }
 
-    /// Where the windows of the safety task end, in words; without a lead, where nobody says one.
+    /// Where the windows of the safety task end, in words; without a lead where none is given.
     #[must_use]
     pub fn words(lead: Option<Self>) -> String {
         match lead {

@@ -74,7 +74,7 @@ pub fn planning_value(settings: &Settings, id: &str) -> Option<Value> {
     }
 }
 
-/// Gives the setting with this name a value, whose bounds are checked by whoever read it.
+/// Sets the setting of this name; the reader of the value has checked its bounds.
 ///
 /// # Errors
 /// There is no such setting, or the value is none of its kind: in words.

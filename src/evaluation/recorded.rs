@@ -86,7 +86,7 @@ pub fn names(verdict: &Verdict, obstacle: i64) -> bool {
 /// Whom a verdict with these obstacles and risk scores names as the danger.
 ///
 /// Those that collide or are of extreme risk, the scores 0 and 1: so the paper counts the obstacles that a model found.
-/// Where a yes gives nobody so low a score, as for a collision that is predicted for later, those with the lowest one, 2 at
+/// Where a yes gives no obstacle so low a score, as for a collision that is predicted for later, those with the lowest one, 2 at
 /// most.
 #[must_use]
 pub fn accused(dangerous: bool, scores: impl Iterator<Item = (i64, u8)> + Clone) -> Vec<i64> {

@@ -37,7 +37,7 @@ pub struct Submitted {
     pub handed: usize,
     /// Questions whose answers the store had.
     pub stored: usize,
-    /// Questions that somebody is asking, or that are with the provider already.
+    /// Questions that another run asks now, or that are with the provider already.
     pub taken: usize,
     /// What people should know about the requests.
     pub notes: Vec<String>,
@@ -112,7 +112,7 @@ pub enum RemoteError {
 }
 
 /// Hands questions to a model's provider, in as many batches as its limits need; leaves out what the store has an
-/// answer to, and what is being asked. Submissions of which nobody knows whether they arrived are looked for first.
+/// answer to, and what is being asked. Submissions that may or may not have arrived are looked for first.
 ///
 /// # Errors
 /// What was handed over before the error is in the store, and `collect` gets its answers.

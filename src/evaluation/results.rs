@@ -42,7 +42,7 @@ pub struct Counted {
     pub sample: u32,
     /// What became of it.
     pub outcome: Outcome,
-    /// Of a false negative, whether it says yes and names somebody else than who is dangerous.
+    /// Of a false negative, whether it says yes and names another obstacle than the dangerous one.
     pub named_another: bool,
 }
 
@@ -97,8 +97,8 @@ impl Outcome {
         Self::Failed,
     ];
 
-    /// What comes of a stored outcome and the truth. In the safety task a yes about a dangerous scene has to name somebody
-    /// who is dangerous, see [`accused`]; else it is a no, as the paper counts it.
+    /// What comes of a stored outcome and the truth. In the safety task a yes about a dangerous scene has to name an obstacle
+    /// that is dangerous, see [`accused`]; else it is a no, as the paper counts it.
     #[must_use]
     pub fn of(stored: &StoredOutcome, truth: Option<&Known>) -> Self {
         let names = |known: &Known| {
@@ -196,7 +196,7 @@ impl Results {
         all.find(|(o, _)| **o == outcome).map_or(0, |(_, n)| n)
     }
 
-    /// How many of the false negatives say yes and name somebody else.
+    /// How many of the false negatives say yes and name another obstacle.
     #[must_use]
     pub fn named_another(&self) -> usize {
         self.answers.iter().filter(|a| a.named_another).count()
@@ -318,14 +318,14 @@ mod tests {
         };
         use Outcome::{FalseNegative, FalsePositive, TruePositive};
         assert_eq!(of(Task::Safety, &[(8, 1)], &truth), TruePositive);
-        // Score 2 names somebody where nobody is graver.
+        // Score 2 names an obstacle where none is graver.
         assert_eq!(of(Task::Safety, &[(8, 2)], &truth), TruePositive);
         assert_eq!(of(Task::Safety, &[(9, 1), (8, 2)], &truth), FalseNegative);
         assert_eq!(of(Task::Safety, &[(8, 3)], &truth), FalseNegative);
         assert_eq!(of(Task::Safety, &[(9, 0)], &truth), FalseNegative);
         assert_eq!(of(Task::Safety, &[], &truth), FalseNegative);
         assert_eq!(of(Task::Collision, &[], &truth), TruePositive);
-        // Where nobody is known, yes is enough; where nobody is dangerous, it is wrong whomever it names.
+        // Where no obstacle is known, yes is enough; where none is dangerous, yes is wrong whichever it names.
         let nobody = Known::judged(true, []);
         assert_eq!(of(Task::Safety, &[], &nobody), TruePositive);
         let safe = Known::judged(false, [(8, 3)]);

@@ -36,7 +36,7 @@ pub struct Ground<'a> {
 /// So long after it was nearest to the ego an attack is over, seconds.
 const OVER: f64 = 2.0;
 
-/// What an attack costs more that nobody survives.
+/// Added cost of an attack that cannot be survived.
 const HOPELESS: f64 = 3.2;
 
 /// The ego is driven for so long after the attack should be nearest, seconds: it slows down before that.

@@ -70,7 +70,7 @@ pub struct Effect {
     pub after: RiskCurve,
     /// The lowest risk score of any obstacle in the baseline; nothing where none ever is there.
     pub anyone_before: Option<u8>,
-    /// The lowest risk score of anybody in this drive.
+    /// The lowest risk score of any obstacle in this drive.
     pub anyone_after: Option<u8>,
     /// The smallest distance of the attacker's body to the ego's in this drive, metres.
     pub distance: Option<f64>,
@@ -242,7 +242,7 @@ impl Baseline {
         lowest(&self.risk_of(obstacle))
     }
 
-    /// The lowest risk score of anybody.
+    /// The lowest risk score of any obstacle.
     #[must_use]
     pub fn lowest(&self) -> Option<u8> {
         lowest_of_all(&self.scores)

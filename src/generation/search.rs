@@ -179,7 +179,7 @@ impl Search<'_> {
             self.draw(count, round == 0, spread, &mut random);
             self.drive(effort.drives, spread);
             self.look(effort.delay);
-            // What was not looked at may be one that nobody survives.
+            // A motion that was not looked at may be one that cannot be survived.
             let survived = self.attacks().filter(|a| a.survivable == Some(true));
             let best = survived.map(Attack::cost).fold(f64::INFINITY, f64::min);
             let goes_on = watch(self.found.so_far(self.attacks())) && !(self.stop)();

@@ -11,7 +11,7 @@ use super::{Encounter, NoValue, Thresholds};
 use crate::geometry::{Footprint, Placed};
 use crate::scenario::{Motion, Participant, RouteError, Scene, Window};
 
-/// Somebody at a step: motion and body.
+/// A participant at a step: motion and body.
 pub(super) type Here<'s> = (&'s Motion, &'s Footprint);
 
 /// A scene prepared for measuring.

@@ -50,7 +50,7 @@ fn nearest(series: &Series, measure: &str) -> Option<Nearest> {
             let Some(value) = reading.value() else {
                 continue;
             };
-            // Earlier wins among equals, whoever comes first in the file.
+            // Among equals the earlier step wins, whatever the order in the file.
             let better =
                 best.is_none_or(|b| value < b.value || (value == b.value && step < b.step));
             if better {

@@ -49,7 +49,7 @@ pub struct Rss {
     pub brake_least: f64,
     /// Deceleration that the one in front brakes with at most, m/s².
     pub brake_most: f64,
-    /// Deceleration that somebody in his correct lane brakes with at least before oncoming traffic, m/s².
+    /// Least deceleration of a vehicle in its own lane before oncoming traffic, m/s².
     pub brake_correct: f64,
     /// Largest lateral acceleration during the response time, m/s².
     pub lateral_accelerate: f64,

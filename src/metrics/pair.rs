@@ -65,7 +65,7 @@ impl Context<'_> {
             if self.stands(participant) {
                 return vec![along(0); self.length()];
             }
-            // Where the ego is not, nobody asks.
+            // No pair exists at steps without the ego.
             let asked = |index: usize| self.ego[index].and_then(|_| along(index));
             (0..self.length()).map(asked).collect()
         });

@@ -40,7 +40,7 @@ pub enum NoValue {
     TooLate,
     /// No start at any step of the recording avoids the recorded overlap.
     NeverAvoided,
-    /// Nobody drives where the other does, or one of them stands all the time.
+    /// The two paths have no place in common, or one of the two stands all the time.
     NoConflictArea,
     /// Both are in the conflict area at the same time.
     Together,

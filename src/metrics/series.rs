@@ -29,7 +29,7 @@ impl Series {
         Self::among(context, measures, &everyone.collect::<Vec<_>>())
     }
 
-    /// Computes `measures` of one obstacle over a prepared scene; of nobody where it has no such obstacle.
+    /// Computes `measures` of one obstacle over a prepared scene; of none where the scene has no such obstacle.
     #[must_use]
     pub fn of_obstacle(
         context: &Context<'_>,

@@ -68,7 +68,7 @@ pub enum FigureError {
     /// No obstacle has this id.
     #[error("no obstacle {0} in the scenario")]
     NoSuchObstacle(i64),
-    /// Somebody is the ego, and cannot be pointed out beside it.
+    /// An obstacle is the ego, and cannot be highlighted beside it.
     #[error("{0} is the ego; obstacles are pointed out beside it")]
     IsEgo(i64),
 }

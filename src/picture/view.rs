@@ -211,7 +211,7 @@ impl<'a> Subject<'a> {
         obstacles.filter(move |o| Some(o.id) != ego)
     }
 
-    /// Where anyone ever is; where nobody is, the road.
+    /// Where any participant ever is; without participants, the road.
     fn everywhere(&self) -> Vec<Point> {
         let ego = self.scene.into_iter().map(|scene| &scene.ego.track);
         let tracks = self.scenario.obstacles.iter().map(Obstacle::track);

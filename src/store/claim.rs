@@ -1,4 +1,4 @@
-//! Claims: who asks a question first asks it alone, and whoever asks it next sees the answer.
+//! Claims: the first run to ask a question asks it alone; the next one gets its answer.
 
 use std::time::Duration;
 
@@ -17,16 +17,16 @@ pub const RENEWAL: Duration = Duration::from_millis(1500);
 /// What comes of wanting to ask a question.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Claim {
-    /// It is to be asked, under this number; nobody else asks it meanwhile.
+    /// It is to be asked, under this run id; no other run asks it meanwhile.
     Granted(RunId),
     /// It was answered before.
     Stored(Box<Run>),
-    /// Somebody is asking it.
+    /// Another run is asking it.
     Taken(RunId),
 }
 
 impl Store {
-    /// Looks for an answer to the same request; where there is none, and nobody is asking for one, writes down that
+    /// Looks for an answer to the same request; where there is none, and no run is asking for one, writes down that
     /// it is about to be asked. With `fresh` it is asked in any case.
     ///
     /// An answer that was cut off, failed, cancelled, interrupted or deleted is none. The newest of several counts: the
@@ -151,7 +151,7 @@ pub(super) fn hold_until(
     Ok(())
 }
 
-/// A program that slept longer than its claim held takes its run up again: nobody else can have asked under the
+/// A program that slept longer than its claim held takes its run up again: no other run can have asked under the
 /// same number.
 pub(super) fn renew(transaction: &Transaction<'_>, run: RunId) -> Result<(), StoreError> {
     hold(transaction, run)?;

@@ -36,7 +36,7 @@ pub struct StoredOutcome {
 
 impl Store {
     /// What became of every run with a task of [`Task::VERDICTS`] that is over, the newest first. Deleted ones are left
-    /// out, and those that somebody cancelled.
+    /// out, and those that were cancelled.
     ///
     /// # Errors
     /// SQLite refused.

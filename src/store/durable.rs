@@ -19,7 +19,7 @@ struct State {
     written: u64,
     /// How many of them are on the disk.
     synced: u64,
-    /// Whether somebody is syncing.
+    /// Whether a thread is syncing.
     busy: bool,
     /// Whether the folder is on the disk with the log's name in it. The log stays as long as the store is open.
     named: bool,
@@ -39,7 +39,7 @@ impl Log {
         }
     }
 
-    /// Counts a commit. Whoever has committed says so before anybody else can.
+    /// Counts a commit. A thread that has committed says so before any other can commit.
     pub fn committed(&self) -> Ticket {
         let mut state = self.lock();
         state.written += 1;

@@ -162,7 +162,7 @@ impl Store {
         Ok(found.next().transpose()?)
     }
 
-    /// A number that changes when somebody else writes to the file: another program, or another [`Store`] of this one.
+    /// A number that changes when another program, or another [`Store`] of this one, writes to the file.
     ///
     /// # Errors
     /// SQLite refused.

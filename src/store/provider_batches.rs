@@ -91,7 +91,7 @@ pub struct Opened {
     pub id: ProviderBatchId,
     /// What it is recognised by.
     pub tag: String,
-    /// For each question that was to be asked: its run and what the provider is to call it; nothing where somebody else
+    /// For each question that was to be asked: its run and what the provider is to call it; nothing where another run
     /// has the answer, or asks for it.
     pub requests: Vec<Option<(RunId, String)>>,
 }

@@ -92,7 +92,7 @@ pub enum Origin {
     /// This store's program asked a judge.
     #[default]
     Asked,
-    /// Somebody published the answer.
+    /// The answer was published.
     Recorded,
     /// Another store's program asked a judge.
     Replayed,

@@ -12,7 +12,7 @@ mod looking;
 mod pages;
 mod truths;
 
-/// A question that is asked of nobody.
+/// A question that is never sent.
 pub(super) fn question() -> NewRun {
     let text = |s: &str| s.to_string();
     NewRun {
@@ -222,7 +222,7 @@ fn the_last_piece_and_the_end_are_written_together_or_not_at_all() {
     );
     store.lock().execute_batch("DROP TRIGGER breaks").unwrap();
     store.conclude(id, &last, &ending).unwrap();
-    // Whoever comes after a program that was killed right now finds the answer.
+    // The next program after one that was killed right now finds the answer.
     drop(store);
     let next = Store::open(&path).unwrap();
     let found = next.claim(&question(), false).unwrap();

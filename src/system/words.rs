@@ -3,7 +3,7 @@
 use std::io::{Error, ErrorKind};
 
 /// Why the system refused something, for people: without error numbers, and without paths that the program made up
-/// (those of temporary files). Whoever shows it names the path that is meant.
+/// (those of temporary files). The caller names the path that is meant.
 #[must_use]
 pub fn words(error: &Error) -> String {
     let said = match error.kind() {

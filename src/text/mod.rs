@@ -69,7 +69,7 @@ pub enum TextError {
     /// The trajectory frame is about one obstacle, and none is named.
     #[error("the trajectory frame describes one obstacle: choose which")]
     NoObstacle,
-    /// Nobody with a body has this id.
+    /// No obstacle with a shape has this id.
     #[error("no obstacle with a body has the id {id}; there are {known}")]
     UnknownObstacle {
         /// The id asked for.

@@ -1,4 +1,4 @@
-//! How somebody moves in relation to the ego, in a sentence without numbers.
+//! How an obstacle moves relative to the ego, in a sentence without numbers.
 
 use crate::metrics::{Direction, Relation};
 

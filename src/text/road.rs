@@ -13,10 +13,10 @@ const SPACING: f64 = 10.0;
 /// Points of one centre line; on a longer one they lie farther apart.
 const MOST_POINTS: f64 = 200.0;
 
-/// Lanelets that are described: somebody who drives over more in one window is a mistake in the file.
+/// Lanelets that are described: more under one obstacle in one window is a mistake in the file.
 const MOST_LANELETS: usize = 40;
 
-/// Describes the lanelets `under` somebody, those that they lead to, and those beside them; of their centre
+/// Describes the lanelets `under` a participant, those that they lead to, and those beside them; of their centre
 /// lines what lies within `radius` metres of any of `places`.
 pub(super) fn describe(
     w: &mut Writer,

@@ -1,4 +1,4 @@
-//! On which side of the ego somebody is said to be, with contact called contact only where that is wanted.
+//! On which side of the ego an obstacle is, with contact named only where that is asked for.
 
 use super::options::Options;
 use crate::metrics::{Direction, Encounter, Relation, side_of_centre};

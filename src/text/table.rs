@@ -22,7 +22,7 @@ pub(super) enum Cell {
     Angle(f64),
     Whole(i64),
     Words(&'static str),
-    /// The lanelets under somebody.
+    /// The lanelets under a participant.
     Lanelets(Vec<i64>),
 }
 
@@ -32,7 +32,7 @@ impl Cell {
         value.map_or(Self::Nothing, Self::Real)
     }
 
-    /// The lanelets under somebody.
+    /// The lanelets under a participant.
     pub fn lanelets(scene: &Scene, motion: &Motion) -> Self {
         Self::Lanelets(scene.scenario.network.lanelets_at(&motion.pose.position))
     }

@@ -17,7 +17,7 @@ pub(super) struct Group<'a> {
 }
 
 impl Group<'_> {
-    /// Whether somebody is in it, with a readable id or not.
+    /// Whether it has an entry, with a readable id or not.
     pub(super) fn names_someone(&self) -> bool {
         !entries(self.value).is_empty()
     }

@@ -190,7 +190,7 @@ impl<'a> Found<'a> {
     }
 
     fn attacker(&self) -> Option<Reading> {
-        // Whoever answers yes or no has listed obstacles for that, and not as attackers.
+        // An answer with a yes or no lists obstacles for that, not as attackers.
         let other_task = self.objects.iter().any(|(_, o)| decision::is_stated(o));
         self.objects.iter().rev().find_map(|(piece, object)| {
             if other_task && !attacker::is_named(object) {

@@ -8,7 +8,7 @@ use super::whom::{Mention, begins_with, is_label};
 pub struct Above {
     /// Whom the heading names.
     pub heading: Option<i64>,
-    /// The list items that name somebody, the innermost last.
+    /// The list items that name a participant, the innermost last.
     pub named: Vec<Item>,
     /// Whom the last sentence of the paragraph was about.
     pub sentence: Option<i64>,
@@ -23,17 +23,17 @@ pub struct Above {
     pub titles: Vec<String>,
 }
 
-/// A list item that names somebody.
+/// A list item that names a participant.
 pub struct Item {
     indent: usize,
     /// Whom it is about; nothing where that cannot be told.
     obstacle: Option<i64>,
-    /// Whether the items beside it that name nobody are about the same.
+    /// Whether items beside it without a name have the same subject.
     stays: bool,
 }
 
 impl Above {
-    /// Whom a sentence is about that names nobody.
+    /// The subject of a sentence that names no participant.
     pub fn obstacle(&self) -> Option<i64> {
         if self.open {
             return None;
@@ -61,7 +61,7 @@ impl Above {
         self.open = false;
     }
 
-    /// A heading, an item or a line that names nobody begins.
+    /// A heading, an item or a line without a name begins.
     pub fn begin(&mut self, kind: Kind, indent: usize, lower: &str, named: &[Mention]) {
         self.open = false;
         match kind {
@@ -93,7 +93,7 @@ impl Above {
                         stays: !firm && !beside,
                     },
                 };
-                // Somebody mentioned inside an item leaves open whom its own items are about, not those beside it.
+                // A participant mentioned inside an item leaves the subject of its own items open, not that of those beside it.
                 if beside && next.obstacle.is_some() {
                     self.named.pop();
                 }

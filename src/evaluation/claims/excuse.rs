@@ -50,7 +50,7 @@ pub fn of(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static st
     if length && along_the_map(claim, subject, step) {
         return Some("it is the difference of x or y on the map");
     }
-    // Whom a sentence is about that names nobody is read from what it stands under.
+    // A sentence that names no participant takes its subject from what it stands under.
     let telling = decimals >= 2 && value != 0.0;
     if !claim.named && telling {
         let others = subject.scene.participants().map(|p| p.obstacle.id);
@@ -126,7 +126,7 @@ fn from_rounded(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
     })
 }
 
-/// Whether a length is the difference of the centres along an axis of the map: what somebody told coordinates may call
+/// Whether a length is the difference of the centres along an axis of the map: what a model that was given coordinates may call
 /// longitudinal or lateral.
 fn along_the_map(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
     let Stated::Number {

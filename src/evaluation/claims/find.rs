@@ -15,7 +15,7 @@ use super::whom::{begins_with, mentions};
 pub struct World<'a> {
     /// Ids of the obstacles.
     pub ids: &'a BTreeSet<i64>,
-    /// The ego's id, which is nobody else's.
+    /// The ego's id, which no obstacle has.
     pub ego: i64,
     /// Seconds of a time step.
     pub dt: f64,
@@ -115,7 +115,7 @@ fn sentence(
         [one] if begins_with(&lower, one) || one.id.is_some() && one.id == before => {
             if fixed != one.id {
                 above.sentence = one.id;
-                // Under somebody else's heading it is an aside, and the next sentence is about whom it names.
+                // Under the heading of another obstacle it is an aside, and the next sentence is about the obstacle it names.
                 above.open = one.id.is_none();
                 if above.heading.is_some() {
                     above.sentence = None;
@@ -126,7 +126,7 @@ fn sentence(
             }
             one.id.map(|id| (id, whole))
         }
-        // "The distance to obstacle 7 is 3 m": it is about the obstacle where it is about nobody else.
+        // "The distance to obstacle 7 is 3 m": its subject is the obstacle unless it has another.
         [one] => {
             above.open = before.is_some() && fixed.is_none();
             if before.is_none() && !above.open && fixed.is_none() {

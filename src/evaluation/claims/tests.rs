@@ -78,7 +78,7 @@ fn prose() {
             format!("{a} relative velocity lateral: 0.1 m/s"),
             format!("{b} speed: 8.1 m/s"),
         ],
-        "after the blank line nobody is meant"
+        "after the blank line no subject is left"
     );
 }
 

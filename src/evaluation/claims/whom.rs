@@ -31,7 +31,7 @@ const CALLED: &[&str] = &[
     "bicycle",
 ];
 
-/// What stands before somebody whom the sentence is not about.
+/// Words before an obstacle that is not the subject of the sentence.
 const COMPARED: &[&str] = &[
     "than",
     "than that of",
@@ -175,7 +175,7 @@ pub fn begins_with(lower: &str, mention: &Mention) -> bool {
     })
 }
 
-/// Whether what stands before a comma or colon says when, or how something goes on, and nothing of anybody.
+/// Whether what stands before a comma or colon says when, or how something continues, and mentions no participant.
 fn is_introduction(text: &str) -> bool {
     let mut words = text.split_whitespace();
     let few = words.by_ref().take(8).count() < 8;

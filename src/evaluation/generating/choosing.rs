@@ -31,7 +31,7 @@ pub enum ChosenBy {
     Model,
     /// It is the first of the reference's ranking, since the model's choice cannot be taken.
     Reference,
-    /// There is none: nobody can attack, or the model's choice cannot be taken and was to be obeyed.
+    /// There is none: no obstacle can attack, or the model's choice is binding and cannot be used.
     Nobody,
 }
 
@@ -64,7 +64,7 @@ pub struct Proposal {
 }
 
 impl Desk<'_> {
-    /// Decides who attacks; the model is asked unless the user has said it, or nobody could.
+    /// Decides who attacks; the model is asked unless the user has named the attacker or no obstacle can attack.
     pub(super) async fn choose(&self, spent: &mut Spent) -> Result<Choice, AuthorError> {
         let mut choice = Choice {
             ranked: attacker::rank(self.ground.stage),
@@ -141,7 +141,7 @@ impl Desk<'_> {
         }
     }
 
-    /// Whether somebody can be given another motion.
+    /// Whether any obstacle can be given another motion.
     fn can_attack(&self, id: i64, ranked: &[Candidate]) -> Result<(), Refusal> {
         let driver = self.ground.closed_loop.driver();
         let own = [

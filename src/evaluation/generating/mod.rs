@@ -125,7 +125,7 @@ pub enum Progress {
 /// Motions that are asked for by default.
 pub const SAMPLES: u32 = 5;
 
-/// How often a refused motion goes back where nobody says it.
+/// How often a refused motion goes back to the model by default.
 pub const RETRIES: u32 = 2;
 
 /// Who hears of it.

@@ -135,7 +135,7 @@ impl Desk<'_> {
                     (self.listener)(Progress::Refused(Box::new(declined.clone())));
                     talk.declined.push(declined);
                     if !answer.arrived() {
-                        // It is no use to speak to nobody.
+                        // There is no attacker to write a motion for.
                         break;
                     }
                     question = question.after(&words::shortened(&answer.text), &words);

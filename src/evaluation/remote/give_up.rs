@@ -1,4 +1,4 @@
-//! Giving a batch up whose results nobody can have any more: its questions are free to be asked again.
+//! Gives up a batch whose results can no longer be fetched: its questions are free to be asked again.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

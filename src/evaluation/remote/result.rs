@@ -71,7 +71,7 @@ fn answer(run: Run, answered: Answered, model: &ModelJudge) -> Settled {
             reasoning_tokens: usage.reasoning_tokens,
             cached_tokens: usage.cached_tokens,
             cost_usd,
-            // Nobody waited for it, so that its time says nothing of the model.
+            // Its time is the provider's queue, not the model's.
             first_chunk_ms: None,
             duration_ms: None,
         },

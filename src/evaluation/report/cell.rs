@@ -59,7 +59,7 @@ pub struct Named {
     pub n: u32,
     /// Of them those that name it as the danger, see [`super::super::recorded::accused`].
     pub right: u32,
-    /// Of them those that give nobody a graver score than it.
+    /// Of them those that give no obstacle a graver score.
     pub first: u32,
 }
 
@@ -190,7 +190,7 @@ impl Cell {
             true => votes.yes += 1,
             false => votes.no += 1,
         }
-        // Against the judge, yes is yes, whoever is named; with itself everybody agrees.
+        // Against the judge a yes counts whichever obstacle is named; a judge agrees with itself.
         let reference = one.reference.as_ref();
         if let Some(reference) = reference.filter(|_| one.way.model != judge::MODEL) {
             let place = 2 * usize::from(!verdict.dangerous) + usize::from(!reference.dangerous);

@@ -80,7 +80,7 @@ fn key(answer: &Recorded) -> (&str, bool) {
     (&answer.scenario, answer.collision)
 }
 
-/// What is true about a scenario: where some are annotated, nobody says it about the others.
+/// The truth about a scenario: where only some are annotated, it is unknown for the others.
 fn label(labels: &Labels, name: &str, collision: bool) -> Option<Label> {
     match labels.iter().next() {
         Some(_) => labels.of(name),

@@ -35,7 +35,7 @@ impl Found {
         }
     }
 
-    /// Whether what is `exempt` is of interest: nobody who tries thousands asks for what the recording breaks.
+    /// Whether to report what is `exempt`: a search over thousands of motions does not need what the recording breaks.
     pub fn asks(&self, exempt: bool) -> bool {
         !(exempt && self.stop)
     }

@@ -17,7 +17,7 @@ struct Both {
     other: Inside,
 }
 
-/// When somebody is in the conflict area.
+/// When a participant is in the conflict area.
 #[derive(Debug, Clone, Copy)]
 struct Inside {
     first: i64,
@@ -90,7 +90,7 @@ impl Both {
     }
 }
 
-/// Whether somebody comes near the area; between two steps he is in the box around both.
+/// Whether a participant comes near the area; between two steps it is in the box around both.
 fn near(area: &Swept, places: impl Iterator<Item = Bounds>) -> bool {
     let mut before: Option<Bounds> = None;
     let mut places = places.map(|here| {

@@ -1,6 +1,6 @@
 //! Post-encroachment time: from one leaving the conflict area to the other entering it, as recorded.
 //!
-//! PET = t_entry(second) − t_exit(first), whoever is first. The conflict area is all places that both bodies sweep
+//! PET = t_entry(second) − t_exit(first), whichever is first. The conflict area is all places that both bodies sweep
 //! in their whole recordings; exit is the last and entry the first recorded step at which a body touches it. One
 //! value for the pair, the same at every step; who follows another has none, as both are in it together.
 //! Source: Allen, Shin and Cooper 1978.

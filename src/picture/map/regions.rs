@@ -1,4 +1,4 @@
-//! Regions of the world: goals, buildings and the like, and where somebody may be.
+//! Regions of the world: goals, buildings and the like, and where an obstacle may be.
 
 use super::Map;
 use crate::geometry::{Bounds, Shape};
