@@ -6,7 +6,7 @@ use nearmiss::{evaluation, planner, simulation};
 use serde_json::Value;
 
 use super::support::program::{Ended, Home};
-use super::{BUNDLED, CUT_IN, bundled_xml};
+use super::{BUNDLED, CUT_IN, bundled_ego, bundled_xml};
 
 const TURN: &str = "ZAM_RightTurn-1_1_T-1";
 
@@ -581,10 +581,7 @@ fn every_bundled_scenario_can_be_planned() {
 #[test]
 fn without_a_named_problem_the_one_of_the_recorded_ego_is_solved() {
     let home = Home::new();
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("scenarios")
-        .join(CUT_IN);
-    let xml = std::fs::read_to_string(shipped.with_extension("xml")).unwrap();
+    let xml = bundled_xml(CUT_IN);
     let start = xml.find("<planningProblem").unwrap();
     let end = xml.find("</planningProblem>").unwrap() + "</planningProblem>".len();
     let own = &xml[start..end];
@@ -598,8 +595,7 @@ fn without_a_named_problem_the_one_of_the_recorded_ego_is_solved() {
         said["planning_problem"].to_string()
     };
     assert_eq!(solved(&[]), "98765", "no ego is recorded beside it");
-    let csv = std::fs::read(shipped.with_extension("ego_trajectory.csv")).unwrap();
-    home.write("two.ego_trajectory.csv", csv);
+    home.write("two.ego_trajectory.csv", bundled_ego(CUT_IN));
     assert_eq!(solved(&[]), id);
     assert_eq!(solved(&["--planning-problem", "98765"]), "98765");
 }
