@@ -175,7 +175,7 @@ async fn answers_come_back_to_their_questions_at_half_the_price() {
         let [id] = done.batches[..] else {
             panic!("{done:?}")
         };
-        // Opened anew, the runs are still with the provider, and nobody asks twice.
+        // Opened anew, the runs are still with the provider, and none is asked twice.
         bench.reopen();
         assert_eq!(bench.states(), [RunState::Running; 3]);
         let again = bench.submit(4).await.unwrap();

@@ -233,7 +233,7 @@ fn the_ego_that_lies_with_a_scenario_is_found() {
     assert_eq!(
         find_recording(&scenario),
         None,
-        "two of them, and nobody chose"
+        "two of them, and none was chosen"
     );
     // Solutions do not count: the scenario is alone in its folder.
     let log = put("logs.csv", "");

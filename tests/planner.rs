@@ -53,7 +53,7 @@ fn published_scenarios_are_driven_without_a_collision() {
         // Of fewer scenarios the same share.
         let least = of_30 * count / 30;
         assert!(free >= least, "{}: {free} of {count}", forecast.name());
-        // Whoever only stops touches few, and gets nowhere.
+        // A planner that only stops touches few, and gets nowhere.
         let least = arriving * count / 30;
         assert!(
             arrived >= least,

@@ -24,7 +24,7 @@ struct Published {
     collides: bool,
 }
 
-/// Annotations that are wrong, and who it is in truth: the bodies overlap someone else's.
+/// Annotations that are wrong, and who it is in truth: the ego overlaps another obstacle.
 const WRONGLY_ANNOTATED: [(&str, i64); 2] =
     [("DEU_Bonn-38_4_T-1", 30233), ("ESP_Vigo-99_21_T-1", 3515)];
 

@@ -257,12 +257,12 @@ fn runs_of_the_store_are_counted_once_each() {
         &["--truth", "truth.csv", "--batch", "even", "--model", "/x"],
     );
     assert_eq!(counts(&even, "lab/x"), [4, 0, 2, 0, 0, 1, 1, 0]);
-    // Nobody says what is true: every verdict is counted, and none is right or wrong.
+    // The truth is unknown: every verdict is counted, and none is right or wrong.
     let unknown = home.run(&["report", "--json"]).status(0);
     assert!(
         unknown
             .stderr
-            .contains("of 8 scenarios nobody says what is true"),
+            .contains("the truth of 8 scenarios is unknown"),
         "{}",
         unknown.stderr
     );

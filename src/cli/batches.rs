@@ -260,7 +260,7 @@ fn words(batch: &ProviderBatch, progress: &Progress) -> String {
     let id = batch.id;
     match progress {
         Progress::Unknown => format!(
-            "batch {id}: nobody knows yet whether it reached {}, where the ids of its questions begin with {}; collect it again in some minutes",
+            "batch {id}: not known yet whether it reached {}, where the ids of its questions begin with {}; collect it again in some minutes",
             batch.model, batch.tag
         ),
         Progress::NotSent => {

@@ -9,7 +9,7 @@ pub fn tokens(consumed: &Consumed) -> Option<String> {
     (input.or(output).is_some()).then(|| format!("{} in, {} out", count(input), count(output)))
 }
 
-/// Why nobody knows what an answer cost. `asked` is `provider/model`, `returned` the model as the server named it.
+/// Why the cost of an answer is unknown. `asked` is `provider/model`, `returned` the model as the server named it.
 pub fn unknown(consumed: &Consumed, asked: &str, returned: Option<&str>) -> String {
     match (consumed.input_tokens, consumed.output_tokens) {
         (Some(input), Some(_)) if consumed.cached_tokens.is_some_and(|cached| cached > input) => {

@@ -289,7 +289,7 @@ pub fn advised(error: EgoError) -> Failure {
     Failure::input(format!("{error}{advice}"))
 }
 
-/// Folders and configuration; a configuration that cannot be used is an error here, where nobody could see a warning.
+/// Folders and configuration; a configuration that cannot be used is an error here, where no warning could be seen.
 pub fn configuration() -> Result<(Folders, Config), Failure> {
     let folders = Folders::find().map_err(Failure::input)?;
     folders.close();

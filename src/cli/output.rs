@@ -10,7 +10,7 @@ pub fn text(text: &str) -> Result<(), Failure> {
     heard(text).map(drop)
 }
 
-/// Writes text, and says whether somebody still reads: false where the pipe is closed.
+/// Writes text, and returns whether it is still read: false where the pipe is closed.
 pub fn heard(text: &str) -> Result<bool, Failure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

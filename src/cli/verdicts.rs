@@ -11,7 +11,7 @@ use crate::judge::{self, judge};
 use crate::scenario::{Entry, Scene, WantedEgo, Window, bundled};
 use crate::verdict::Task;
 
-/// Whether somebody is there to look at a screen and press keys.
+/// Whether a user is there to look at a screen and press keys.
 #[must_use]
 pub fn has_terminal() -> bool {
     use std::io::IsTerminal;

@@ -1,13 +1,13 @@
-//! Jumps: displacements from one recorded step to the next that nobody on a road can have driven.
+//! Jumps: displacements from one recorded step to the next that no road user can have driven.
 
 use std::fmt;
 
 use super::Track;
 
-/// Faster than this on average nobody on a road is, m/s.
+/// No road user is faster than this on average, m/s.
 const FASTEST: f64 = 100.0;
 
-/// Nobody speeds up more than this between two records, m/s².
+/// No road user speeds up more than this between two records, m/s².
 const STRONGEST: f64 = 20.0;
 
 /// What positions and speeds may be wrong by, metres: some recordings are a step late in their speeds.

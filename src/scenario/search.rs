@@ -167,7 +167,7 @@ pub fn find(paths: &[PathBuf]) -> Result<Found, LibraryError> {
     }
 }
 
-/// The same in pieces, for whoever does not want to wait: a piece is at most 256 scenarios. In a folder come the
+/// The same in pieces, for a caller that does not want to wait: a piece is at most 256 scenarios. In a folder come the
 /// scenarios first, by name, then its folders, by name. Gives back what was passed over.
 ///
 /// # Errors

@@ -66,7 +66,7 @@ pub struct Track {
 const STANDSTILL: f64 = 0.005;
 
 /// Time steps between the first and the last record that a track keeps; what is later is a mistake in
-/// the file, and whoever goes through all steps would never end.
+/// the file, and a loop over all steps would never end.
 pub const LONGEST_TRACK: i64 = 100_000;
 
 impl Track {

@@ -105,7 +105,7 @@ const TUI_ALLOWED: [(&str, &[&str]); 4] = [
     ("tasks", &["loaded", "message", "effects", "tasks"]),
 ];
 
-/// What nobody else in the terminal may import: the root module and the loop put the parts together.
+/// What no other part of the terminal may import: the root module and the loop put the parts together.
 const TUI_ENDS: [&str; 6] = ["views", "overlays", "update", "tasks", "terminal", "run"];
 
 /// The loop, the workbench without a terminal, and what commands ask of it: like the root module, they put the parts together.

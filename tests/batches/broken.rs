@@ -192,7 +192,7 @@ async fn neither_keys_nor_escape_sequences_come_back() {
             {
                 let mut world = bench.provider.world();
                 world.fates = vec![Fate::Errored, Fate::Answered];
-                // What of it is an escape of JSON is so in the string, and again for whoever reads the string as JSON.
+                // What of it is an escape of JSON is so in the string, and again when the string is read as JSON.
                 world.words = format!("you sent {}\u{1b}]0;x\u{7}", quoted(&SECRETS));
                 world.state = "in_progress".into();
             }

@@ -1,4 +1,4 @@
-//! Each scenario ends as it is declared, and nobody touches anybody who is not meant to.
+//! Each scenario ends as it is declared, and no other obstacles touch.
 
 use nearmiss::metrics::{Headline, Series, measure};
 use nearmiss::scenario::Participant;

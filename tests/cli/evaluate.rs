@@ -86,7 +86,7 @@ fn csv_and_json_hold_the_same_counts() {
     // 0.2 s before, everybody sees both collisions; 1.5 s before, a horizon of 1 s cannot.
     assert_eq!((&*rows[0]["tp"], &*rows[0]["f1"]), ("2", "1"));
     assert_eq!((&*rows[3]["tp"], &*rows[3]["fn"]), ("0", "2"));
-    assert_eq!(rows[3]["precision"], "", "nobody said yes");
+    assert_eq!(rows[3]["precision"], "", "no model said yes");
     assert_eq!(
         document["judges"][1]["leads"][1]["missed"]
             .as_array()

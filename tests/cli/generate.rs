@@ -74,7 +74,7 @@ fn what_others_made_is_held_against_the_gate() {
     home.write("same.xml", &xml);
     let same = home.run(&["generate", "original.xml", "--check", "same.xml", "--json"]);
     assert_eq!(same.status(1).json()["passed"], false);
-    // Somebody is 8 m aside for one step.
+    // An obstacle is 8 m aside for one step.
     let at = xml.rfind("<dynamicObstacle").unwrap();
     let (head, tail) = xml.split_at(at);
     let state = tail.match_indices("<state>").nth(10).unwrap().0;

@@ -79,7 +79,7 @@ fn what_an_earlier_run_has_made_is_taken_over_and_not_attacked() {
     let other = home.run(&other).json();
     assert_eq!(other["taken_over"], false);
     assert_ne!(other["id"], before["id"]);
-    // Neither may somebody else's work on it count as ours.
+    // A variant that was changed by hand does not count as made here.
     let variant = home.files().join(before["variant"].as_str().unwrap());
     let mut changed = std::fs::read_to_string(&variant).unwrap();
     changed.push('\n');

@@ -58,7 +58,7 @@ async fn what_arrived_before_a_kill_is_in_the_store() {
         store.run(RunId(1)).unwrap().expect("the run is there")
     };
     assert_eq!(killed().answer, SAID.concat());
-    // Nobody renews its claim.
+    // Its claim is not renewed.
     let begun = Instant::now();
     while killed().ending.state != RunState::Interrupted {
         assert!(begun.elapsed() < LEASE + Duration::from_secs(20));

@@ -56,7 +56,7 @@ fn what_was_asked_is_for_the_user_alone_also_in_a_folder_of_an_older_program() {
     assert_eq!(mode(&data), 0o700);
 }
 
-/// The program as somebody who may only read: this user, or another one where this is root.
+/// The program as a user who may only read: this user, or another one where this is root.
 fn reading(home: &Home, program: &Path, arguments: &[&str]) -> Ended {
     let mut command = home.command();
     if is_root(home) {
@@ -250,7 +250,7 @@ fn no_pipe_device_or_loop_in_the_place_of_a_file_is_waited_for() {
             for arguments in commands {
                 let ended = ends(&home, arguments);
                 let said = ended.stdout.clone() + &ended.stderr;
-                // A store may be made where a link leads, and folders of this name are nobody's templates.
+                // A store may be made where a link leads, and folders of this name hold no templates.
                 let silent = ["dangling link", "folder"].contains(&what);
                 let name = path.file_name().unwrap().to_str().unwrap();
                 assert!(

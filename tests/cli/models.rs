@@ -105,7 +105,7 @@ async fn servers_of_this_machine_are_listed() {
     assert!(run(&["models"]).stdout.contains("running here"));
     assert_eq!(server.requests().len(), 2);
     run(&["models", "--offline"]);
-    assert_eq!(server.requests().len(), 2, "nobody is asked");
+    assert_eq!(server.requests().len(), 2, "no server is asked");
 }
 
 #[test]
@@ -198,7 +198,7 @@ async fn a_key_in_a_file_is_used_and_shows_nowhere() {
 async fn an_address_in_a_file_is_not_believed() {
     let home = Home::new();
     let server = Server::start(vec![streamed(&verdict())]).await;
-    // As it may come with somebody's scenarios.
+    // As it may come with a folder of scenarios.
     home.write(
         ".env",
         format!("NEARMISS_LOCAL_URL={}\n", server.base_url()),

@@ -39,7 +39,7 @@ fn count(home: &Home, model: &str, state: &str) -> usize {
         .count()
 }
 
-/// An address at which nobody listens.
+/// An address without a listener.
 fn nowhere() -> String {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     format!("http://{}", listener.local_addr().unwrap())

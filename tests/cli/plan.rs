@@ -290,7 +290,7 @@ fn what_cannot_be_planned_is_named_and_counted() {
     );
 }
 
-/// The turn with somebody who stands in the ego where it starts.
+/// The turn with an obstacle that stands where the ego starts.
 fn standing_in_the_ego() -> String {
     let xml = bundled_xml(TURN);
     let scenario = read(xml.as_bytes(), "turn").unwrap();

@@ -96,7 +96,7 @@ fn without_an_ego_it_says_so() {
         .run(&["render", "alone.xml", "--what", "map"])
         .status(0);
     let map = map.says(&["alone.xml: drawn without an ego", "--ego ID|FILE"]);
-    assert!(!map.stdout.contains(">ego<"), "nobody is planned unasked");
+    assert!(!map.stdout.contains(">ego<"), "no ego is planned unasked");
     let screen = home
         .run(&["render", "alone.xml", "--what", "screen"])
         .status(0);

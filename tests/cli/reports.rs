@@ -151,7 +151,7 @@ async fn what_was_not_asked_and_what_cannot_be_judged_is_said() {
         "{report}"
     );
     assert_eq!(counted["kappa_n"], 1);
-    // Without the file nobody can be asked about it, and the report says so.
+    // Without the file no judge can be asked about it, and the report says so.
     std::fs::remove_file(whole_one).unwrap();
     let report = run(&home, &["report", "--batch", "b1", "--json"])
         .status(0)

@@ -52,7 +52,7 @@ pub fn closed_loop() -> &'static ClosedLoop {
     })
 }
 
-/// Somebody who is parked, far away from the road.
+/// A parked car, far away from the road.
 fn parked(dt: f64) -> Obstacle {
     let parts = ObstacleParts {
         id: PARKED,
@@ -260,7 +260,7 @@ async fn ask(author: &Author) -> (Result<Authored, AuthorError>, Vec<Progress>) 
     let writing = write(author, &ground, &scene, &hear);
     let outcome = sendable(writing).await;
     if let Ok(authored) = &outcome {
-        // Whoever wrote it: what comes out has passed.
+        // Whatever its author: what comes out has passed.
         for attack in &authored.attacks {
             let change = &attack.admitted.attack.change;
             assert!(gate.check(change, None).is_ok());

@@ -13,7 +13,7 @@ pub fn scenario(name: &str) -> Arc<Scenario> {
     entry.expect("bundled").read().unwrap()
 }
 
-/// The scenario with nobody but this obstacle.
+/// The scenario with this obstacle alone.
 pub fn alone(name: &str, id: i64) -> Scenario {
     let mut scenario = (*scenario(name)).clone();
     scenario.obstacles.retain(|o| o.id == id);

@@ -135,7 +135,7 @@ fn driving_backwards() {
 
 #[test]
 fn the_largest_speed() {
-    // Somebody recorded at 55 m/s: that is the recording's, what is made of it is not.
+    // Recorded at 55 m/s: that is the recording's own fault, a change to it is not.
     let scenario = motorway();
     let mut fast = driven(&scenario, CAR, 0, 0.0, &[(0.0, 0.0); 20]);
     let forward = fast.motions[0].1.pose.forward();

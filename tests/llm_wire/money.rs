@@ -75,7 +75,7 @@ async fn what_an_answer_cost_is_worked_out_or_taken_from_the_server() {
     assert_eq!(
         cost(&answer),
         None,
-        "another model answered, whose price nobody knows"
+        "another model answered, whose price is unknown"
     );
     assert!(
         budget.spent() > 0.9,

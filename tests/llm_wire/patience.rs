@@ -1,4 +1,4 @@
-//! Waiting: timeouts, and closing the connection when nobody waits any more.
+//! Waiting: timeouts, and closing the connection when the caller stops waiting.
 
 use super::*;
 

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 const DT: f64 = 0.1;
 const WIDTH: f64 = 3.5;
 
-/// How somebody drives.
+/// How a vehicle drives.
 #[derive(Debug, Clone)]
 struct Driver {
     /// Metres along the road at the first step.

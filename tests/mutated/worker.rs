@@ -1,4 +1,4 @@
-//! Works off cases in one process and writes down what it does, so that whoever watches knows where it ended.
+//! Works off cases in one process and writes down what it does, so that its parent knows where it ended.
 
 use std::fs::{self, File};
 use std::io::Write;

@@ -212,7 +212,7 @@ fn a_track_shows_what_its_states_do() {
     let tight = states(begin(15.0, 0.14), &[steady(0.0, 0.0); 6]);
     assert_eq!(tracked(&tight).len(), 6);
     assert!(tracked(&tight).iter().all(|b| b.bound == Bound::Friction));
-    // Whoever stands does not turn.
+    // A standing vehicle does not turn.
     let mut parked = states(begin(0.0, 0.0), &[steady(0.0, 0.0); 6]);
     for state in &mut parked[3..] {
         state.rear.heading += 0.02;

@@ -153,7 +153,7 @@ fn bidirectional_lanelets_are_driven_both_ways() {
             .all(|l| l.driven.direction == Direction::Against)
     );
     assert!(back.path.at(back.end).heading.abs() > 3.0 && back.length() > 65.0);
-    // A pedestrian is nobody that the file names there.
+    // The file does not name pedestrians there.
     let walk = network.lane_graph(Some(RoadUser::Pedestrian));
     let refused = walk.route(&problem(Pose::new(10.0, 0.0, 0.0), vec![to_lanelet(2)]));
     assert!(matches!(refused, Err(RouteError::StartOffRoad { nearest: Some((1, d)) }) if d == 0.0));

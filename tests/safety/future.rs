@@ -11,13 +11,13 @@ use crate::stage::HERE;
 fn another_future_changes_nothing() {
     for (name, stage, _) in all() {
         let as_recorded = safety(&stage.at(HERE));
-        // Everybody in one place: whoever looked would see a collision.
+        // All in one place: looking ahead would show a collision.
         let together = stage.changed_after(HERE, NOW, |_, _| Some(Pose::new(5.0, 5.0, 1.0)));
-        // Everybody far apart: whoever looked would see none.
+        // All far apart: looking ahead would show none.
         let apart = stage.changed_after(HERE, NOW, |id, _| {
             Some(Pose::new(1e4, 1e4 * (1.0 + id as f64), -2.0))
         });
-        // Nobody has a future at all.
+        // No future at all.
         let none = stage.changed_after(HERE, NOW, |_, _| None);
         for other in [together, apart, none] {
             assert_eq!(as_recorded, safety(&other), "{name}");

@@ -207,7 +207,7 @@ pub fn all() -> Vec<(&'static str, Stage, Option<i64>)> {
             None,
         ),
         (
-            "somebody walks into the lane",
+            "a pedestrian walks into the lane",
             stage(
                 street(),
                 east10,
@@ -216,7 +216,7 @@ pub fn all() -> Vec<(&'static str, Stage, Option<i64>)> {
             Some(7),
         ),
         (
-            "somebody walks beside the lane",
+            "a pedestrian walks beside the lane",
             stage(
                 street(),
                 east10,
@@ -225,7 +225,7 @@ pub fn all() -> Vec<(&'static str, Stage, Option<i64>)> {
             None,
         ),
         (
-            "standing, and somebody does not stop",
+            "standing, and a car does not stop",
             stage(
                 street(),
                 standing,

@@ -3,7 +3,7 @@
 Usage: variant_gate.py ORIGINAL.xml VARIANT.xml [--ego EGO.csv] [--contact STEP]
 
 Says as JSON who moves in another way, from which step, and which steps of the new motion no road user of its kind can
-drive, or drives through somebody else. It knows nothing of the program that it checks: the formulas are its own.
+drive, or drives through another obstacle. It knows nothing of the program that it checks: the formulas are its own.
 Steps at which both ends are those of the original are not judged.
 """
 

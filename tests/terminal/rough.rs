@@ -191,7 +191,7 @@ fn hang_up(data: &std::path::Path, keys: &str, environment: &[(&str, &str)]) -> 
     let mut writer = pair.master.take_writer().unwrap();
     std::io::Write::write_all(&mut writer, keys.as_bytes()).unwrap();
     std::thread::sleep(Duration::from_millis(300 * keys.len() as u64));
-    // Nobody has the other side of the terminal from here on.
+    // The other side of the terminal is closed from here on.
     drop((writer, reader, pair.master));
     let begun = Instant::now();
     loop {

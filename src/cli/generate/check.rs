@@ -86,7 +86,7 @@ pub fn run(entries: &[Entry], variant: &Path, as_json: bool) -> Outcome {
     })
 }
 
-/// An obstacle that vanishes before its recorded motion ends: no limit is broken by that, and nobody can do it.
+/// An obstacle that vanishes before its recorded motion ends: no limit is broken by that, and no road user can do it.
 #[derive(Debug, Clone, Copy)]
 struct Gone {
     /// The first step at which it is not there any more.

@@ -20,7 +20,7 @@ pub struct Job<'a> {
     pub folder: Option<&'a Path>,
     pub json: bool,
     pub by: &'a str,
-    /// Whether it is of use where nobody reads standard output any more: files are written.
+    /// Whether it is of use after standard output is closed: files are written.
     pub unheard: bool,
     pub summary: Summary,
     pub table: Table,
@@ -72,7 +72,7 @@ impl Job<'_> {
         self.show(&text)
     }
 
-    /// Where nobody reads any more, only files are worth going on for.
+    /// After standard output is closed, only files are worth going on for.
     fn show(&self, text: &str) -> Result<ControlFlow<()>, Failure> {
         Ok(match output::heard(text)? || self.unheard {
             true => ControlFlow::Continue(()),

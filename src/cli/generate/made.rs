@@ -87,12 +87,12 @@ impl Generated {
         let mut notes = Vec::new();
         let made = &self.made;
         if made.found.candidates == 0 && made.chosen.is_none() {
-            notes.push("nobody is there who could attack".into());
+            notes.push("no obstacle can attack".into());
         }
         let lowest = self.workshop.closed.baseline().lowest();
         if let Some(lowest) = lowest.filter(|_| !self.workshop.is_safe()) {
             notes.push(format!(
-                "not safe as it is: the lowest risk score of anybody is {lowest} already"
+                "not safe as it is: the lowest risk score is {lowest} already"
             ));
         }
         let effect = made.chosen.as_ref().and_then(|c| c.attack.effect.as_ref());

@@ -145,7 +145,7 @@ impl Summary {
         let astray: Vec<String> = astray.collect();
         if !astray.is_empty() {
             text.push_str(&format!(
-                "the ego ends, touched by nobody: {}\n",
+                "the ego fails without a collision: {}\n",
                 astray.join(", ")
             ));
         }

@@ -140,7 +140,7 @@ fn measured(arguments: &Metrics) -> Result<(Rows, Thresholds), Failure> {
     let thresholds = match (&arguments.thresholds, Folders::find()) {
         (Some(path), _) => thresholds_of(path)?,
         (None, Ok(folders)) => user_thresholds(&folders)?,
-        // Where nobody is at home there is no file of theirs.
+        // Without a home folder there are no thresholds of the user.
         (None, Err(_)) => Thresholds::shipped().clone(),
     };
     let rows = if arguments.scene {

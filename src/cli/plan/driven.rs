@@ -116,7 +116,7 @@ impl Driven {
         Some((median(&ms)?, *ms.last()?))
     }
 
-    /// The strongest braking, m/s²; 0 where nobody braked.
+    /// The strongest braking, m/s²; 0 without braking.
     pub fn largest_deceleration(&self) -> f64 {
         let states = self.drive.states.iter();
         states.map(|(_, s)| -s.acceleration).fold(0.0, f64::max)

@@ -123,7 +123,7 @@ struct Job<'a> {
     table: Table,
     /// The table has a header.
     begun: bool,
-    /// Nobody reads the table any more.
+    /// The reader of the table is gone.
     gone: bool,
     /// Place of the next scenario.
     next: usize,

@@ -86,7 +86,7 @@ fn stopped() -> Failure {
     }
 }
 
-/// Nobody is planned unasked: what is drawn without an ego is said to be.
+/// No ego is planned unless asked for; a note says that a picture has no ego.
 fn without_ego(entry: &Entry) {
     output::say(&format!(
         "nearmiss: {}: drawn without an ego, as none lies beside it; --ego ID|FILE chooses one, `nearmiss plan -o` \

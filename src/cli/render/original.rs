@@ -54,7 +54,7 @@ impl Original {
         Ok(Some(papers.with(scenario)))
     }
 
-    /// The scenario that somebody says is the original of an entry.
+    /// The scenario that `--original` names for an entry.
     ///
     /// # Errors
     /// It cannot be read, no papers lie beside the entry, or they are about another original.

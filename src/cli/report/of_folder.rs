@@ -65,7 +65,7 @@ fn read(folder: &Path) -> Result<(Vec<Scored>, About, usize), Failure> {
         ),
     };
     let note = format!(
-        "{answers} recorded answers, beside the annotations{}. Models are those that the paper's scripts ask; nobody was \
+        "{answers} recorded answers, beside the annotations{}. Models are those that the paper's scripts ask; none was \
          asked now.",
         match judged {
             true =>

@@ -125,7 +125,7 @@ fn notices(stored: &Stored) -> Vec<String> {
             false => "",
         };
         notices.push(format!(
-            "of {} scenarios nobody says what is true ({}{more}); --truth names labels or a folder with the scenarios",
+            "the truth of {} scenarios is unknown ({}{more}); --truth names labels or a folder with the scenarios",
             stored.unlabelled.len(),
             some.join(", ")
         ));

@@ -76,7 +76,7 @@ pub(super) fn order(steps: &[i64], line: impl Fn(usize) -> u64) -> Option<Diagno
     })
 }
 
-/// What whoever reads numbers about this ego should know.
+/// What readers of numbers about this ego should know.
 pub(super) fn check(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
     let mut found = states(ego, scenario, lines);
     let mut warn = |message: String| found.push(assumed(Severity::Warning, message));

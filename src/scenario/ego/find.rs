@@ -1,4 +1,4 @@
-//! Where the ego of a scenario lies, if nobody says.
+//! Finds the ego of a scenario when none is named.
 
 use std::path::{Path, PathBuf};
 

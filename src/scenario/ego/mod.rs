@@ -42,7 +42,7 @@ pub enum EgoSource {
     },
     /// An obstacle of the scenario took the ego's place.
     Obstacle(i64),
-    /// Nobody drove it: nearmiss' planner did.
+    /// Driven by nearmiss' planner, not recorded.
     Planned {
         /// The vehicle, e.g. `BMW 320i`.
         vehicle: String,

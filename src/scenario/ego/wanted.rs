@@ -1,4 +1,4 @@
-//! Who shall be the ego of a scenario: whoever lies beside it, whoever is in another file, or an obstacle.
+//! Which ego a scenario gets: the one beside it, one from another file, or an obstacle.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -10,7 +10,7 @@ use crate::scenario::{
 
 /// The road, and what everyone did during a window.
 ///
-/// It holds slices that end at the window's last step instead of the tracks themselves, so whoever is given
+/// It holds slices that end at the window's last step instead of the tracks themselves, so code that is given
 /// a past cannot look into the future of the ego or of anyone else. The goal of the ego is not in it either.
 #[derive(Debug, Clone)]
 pub struct ObservedHistory<'a> {

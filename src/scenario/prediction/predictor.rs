@@ -1,4 +1,4 @@
-//! What somebody may do next, as a few weighted hypotheses: no chance in it, the same each time.
+//! What an obstacle may do next, as a few weighted hypotheses; deterministic.
 
 use super::lanes::Lanes;
 use super::{Observed, ObservedHistory, Path, Present, Speeds};

@@ -48,7 +48,7 @@ impl LaneGraph<'_> {
         numbers
     }
 
-    /// The lanelet on a side of a lane, seen the way that the lane is driven, whoever may use it.
+    /// The lanelet on a side of a lane, seen the way that the lane is driven, whatever users it allows.
     fn beside(&self, driven: Driven, side: Side) -> Option<Driven> {
         let place = self.network.place(driven.lanelet)?;
         let lanelet = &self.network.lanelets[place];

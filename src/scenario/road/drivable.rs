@@ -1,4 +1,4 @@
-//! The drivable area: all lanelets that somebody may use, as one area.
+//! The drivable area: all lanelets that any user may use, as one area.
 
 use crate::geometry::{Area, Outside, Placed, Point};
 use crate::scenario::{Lanelet, LaneletNetwork, RoadUser};
@@ -29,11 +29,11 @@ impl LaneletNetwork {
 }
 
 impl Lanelet {
-    /// Whether `user` may use it in at least one direction; all may where the file names nobody.
+    /// Whether `user` may use it in at least one direction; all may where the file names none.
     #[must_use]
     pub fn may_use(&self, user: RoadUser) -> bool {
-        let nobody = self.users_one_way.is_empty() && self.users_bidirectional.is_empty();
-        nobody || includes(&self.users_one_way, user) || includes(&self.users_bidirectional, user)
+        let unnamed = self.users_one_way.is_empty() && self.users_bidirectional.is_empty();
+        unnamed || includes(&self.users_one_way, user) || includes(&self.users_bidirectional, user)
     }
 }
 

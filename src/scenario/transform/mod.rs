@@ -39,7 +39,7 @@ pub struct Transformed {
 }
 
 impl Transformed {
-    /// The original's id of an obstacle; one that nobody has stays as it is.
+    /// The original's id of an obstacle; one that no obstacle has stays as it is.
     #[must_use]
     pub fn original(&self, id: i64) -> i64 {
         self.ids.get(&id).copied().unwrap_or(id)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::scenario::{EgoSource, Obstacle, ObstacleParts, Scenario, Scene};
 
-/// From new ids to old ones. Several obstacles pass theirs round in one cycle, so that nobody keeps his own (Sattolo,
+/// From new ids to old ones. Several obstacles pass theirs round in one cycle, so that none keeps its own (Sattolo,
 /// *An algorithm to generate a random cyclic permutation*, Information Processing Letters 22, 1986); one alone gets
 /// an id that nothing in the scenario has.
 pub(super) fn ids(scenario: &Scenario, seed: u64) -> BTreeMap<i64, i64> {

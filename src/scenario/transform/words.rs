@@ -17,7 +17,7 @@ pub struct TransformError {
     pub why: &'static str,
 }
 
-/// Nobody turns further, degrees.
+/// Largest rotation, degrees.
 const MOST_DEGREES: f64 = 360.0;
 
 /// Farther from the origin less than a micrometre would be told apart, metres.
