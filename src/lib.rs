@@ -57,8 +57,8 @@
 //! at most 400 lines.
 //!
 //! In the workbench, data goes one way: a key becomes an action, `tui::update` changes the model and asks for
-//! effects, `tui::tasks` works them off and sends messages back, and `tui::views` and `tui::overlays` draw the
-//! model without changing it.
+//! effects, `tui::tasks` works them off and sends messages back, and `tui::views` draws the model without changing it.
+//! What opens over the main screen is a `tui::screens::Screen`: its state, keys, drawing and footer are one file.
 //!
 //! What must hold is told by the tests: `tests/architecture.rs` the rules above, `tests/cli.rs` the commands,
 //! `tests/terminal.rs` the workbench in a real terminal, `tests/measures.rs` and `tests/paper.rs` the numbers.

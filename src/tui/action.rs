@@ -163,6 +163,7 @@ pub enum Action {
     CopySelection,
     PasteCopied,
     SelectAll,
+    Accept,
 }
 
 /// Where an action holds.
@@ -176,6 +177,8 @@ pub enum Scope {
     Map,
     /// In panes with text.
     Text,
+    /// In a window over the others.
+    Window,
     /// In the history of runs.
     History,
     /// In the list of tasks.
@@ -190,11 +193,12 @@ pub enum Scope {
 
 impl Scope {
     /// Every place with its name in keymap files, and in words.
-    pub const ALL: [(Self, &'static str, &'static str); 9] = [
+    pub const ALL: [(Self, &'static str, &'static str); 10] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
         (Self::Map, "map", "on the map"),
         (Self::Text, "text", "in prompt, verdict and reasoning"),
+        (Self::Window, "window", "in a window"),
         (Self::History, "history", "in the history of runs"),
         (Self::Jobs, "tasks", "in the list of tasks"),
         (Self::Results, "results", "on the screen of results"),

@@ -2,6 +2,7 @@
 
 mod chord;
 mod file;
+mod line;
 mod map;
 mod positions;
 mod print;
@@ -9,6 +10,7 @@ mod print;
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 pub use chord::Chord;
+pub use line::{edit_line, first_line};
 pub use map::{Keymap, Meaning, Preset};
 pub use positions::latin;
 pub use print::{as_file, as_table};

@@ -17,11 +17,11 @@ use super::theme::Named;
 use crate::config::{Config, Tags};
 use crate::evaluation::{Answer, Event, Question};
 use crate::llm::Discovered;
-use crate::metrics::Thresholds;
+use crate::metrics::{Measure, Series, Thresholds};
 use crate::prompts::Library;
 use crate::scenario::{Entry, Found, PassedOver, Scene, Transform};
 use crate::store::{NewRating, Rating};
-use crate::verdict::Task;
+use crate::verdict::{Task, Verdict};
 
 /// Something happened.
 #[derive(Debug)]
@@ -56,6 +56,10 @@ pub enum Msg {
     Opened(OpenId, Result<Box<Opened>, String>),
     /// Every measure of an obstacle was worked out.
     Measured(MeasureId, Box<Measured>),
+    /// The values of the plotted measure over a scene.
+    Plotted(SeriesId, Box<Series>),
+    /// What the built-in judge says about windows of a scene.
+    Judged(Arc<Scene>, Task, Vec<WindowTruth>),
     /// The user's thresholds were read, or why they cannot be used.
     Thresholds(Result<Arc<Thresholds>, String>),
     /// A piece of an answer.
@@ -134,9 +138,16 @@ pub struct OpenId(pub u64);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct MeasureId(pub u64);
 
+/// Numbers the requests for what is plotted; what an old one gives is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct SeriesId(pub u64);
+
 /// Numbers the questions asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct AskId(pub u64);
+
+/// The first and last step of a window, and what the built-in judge says about it.
+pub type WindowTruth = ((i64, i64), Verdict);
 
 /// What a mouse does, and where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -191,6 +202,10 @@ pub enum Effect {
     OpenChanged(OpenId, Entry, Option<i64>, Transform),
     /// Work out every measure of an obstacle, if one is picked, and of the scene.
     Measure(MeasureId, Arc<Scene>, Option<i64>, Arc<Thresholds>),
+    /// Work out a measure over a scene, to be plotted.
+    Plot(SeriesId, Arc<Scene>, &'static Measure, Arc<Thresholds>),
+    /// Let the built-in judge say what is true of windows of a scene, by their first and last steps.
+    Judge(Arc<Scene>, Task, Vec<(i64, i64)>, Arc<Thresholds>),
     /// Read the user's thresholds again.
     ReadThresholds,
     /// Measure with these thresholds from now on.

@@ -9,10 +9,10 @@ mod loaded;
 mod message;
 mod model;
 mod outside;
-mod overlays;
 mod reload;
 mod run;
 mod screen;
+mod screens;
 mod shell;
 /// The workbench without a terminal, for benches.
 #[doc(hidden)]

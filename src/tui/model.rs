@@ -16,10 +16,8 @@ mod list;
 mod look;
 mod map;
 mod notices;
-mod overlay;
 mod pane;
 mod picker;
-mod picture;
 mod planner;
 mod plot;
 mod prices;
@@ -55,9 +53,8 @@ pub use map::{Detail, End, Foreseen, Foresight, Layers, Measurement, On, Tape, T
 pub use notices::{Notice, Toast};
 pub use pane::Pane;
 pub use picker::{
-    Picker, measures_shown, models_shown, orders_shown, palette_shown, templates_shown,
+    Picker, matching, measures_shown, models_shown, orders_shown, palette_shown, templates_shown,
 };
-pub use picture::pictures_shown;
 pub use planner::{Driver, UnderWay, forecast_words};
 pub use plot::{Drives, Plot};
 pub use prices::Prices;
@@ -68,9 +65,11 @@ pub use sizes::{Border, Edge, Shares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
 
+use super::action::Scope;
 use super::clock::Clock;
 use super::loaded::{Opened, Source};
 use super::message::{AskId, OpenId};
+use super::screens::Screens;
 use super::theme::Theme;
 use crate::config::Config;
 use crate::evaluation::{Decided, Settings};
@@ -82,81 +81,6 @@ use crate::scenario::{Scene, Window};
 use crate::store::{Run, RunId};
 use crate::text::Frame;
 use crate::verdict::Task;
-
-/// What lies over the main screen and takes the keys.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Overlay {
-    /// All keys that match what is typed; scrolled by so many lines.
-    Help {
-        /// Lines scrolled.
-        scroll: usize,
-        /// What is typed.
-        text: String,
-    },
-    /// What is in the opened scenario and what reading it had to assume; scrolled by so many lines.
-    About {
-        /// Lines scrolled.
-        scroll: usize,
-    },
-    /// Every measure at the current step, and the thresholds; scrolled by so many lines.
-    Values {
-        /// Lines scrolled.
-        scroll: usize,
-    },
-    /// The history of runs.
-    History,
-    /// What all stored answers come to.
-    Results,
-    /// Everything that runs, and what ran.
-    Jobs,
-    /// What a batch of questions would take, before it is asked.
-    Batch,
-    /// Everything about the picked obstacle; scrolled by so many lines.
-    Details(usize),
-    /// What the planner saw and chose at the current step; scrolled by so many lines.
-    Cycle(usize),
-    /// What the variant is and leads to; scrolled by so many lines.
-    Variant(usize),
-    /// The layers of the map; the row that is switched.
-    Layers(usize),
-    /// Actions by name.
-    Palette(Picker),
-    /// Themes; the selected one is seen at once.
-    Themes(Picker),
-    /// Models; the chosen one is asked at once if `ask`.
-    Models {
-        /// What is typed and selected.
-        picker: Picker,
-        /// Whether the chosen one is asked at once.
-        ask: bool,
-    },
-    /// Templates for the task and frame.
-    Templates {
-        /// What is typed and selected.
-        picker: Picker,
-    },
-    /// The source of the scenario.
-    Source {
-        /// The first line shown.
-        scroll: usize,
-    },
-    /// Pictures that can be saved.
-    Pictures(Picker),
-    /// Measures, to plot one or to sort the list by it.
-    Measures {
-        /// What is typed and selected.
-        picker: Picker,
-        /// Whether the list is sorted by the chosen one.
-        sort: bool,
-    },
-    /// The user's tags of a scenario, to be typed.
-    Tags {
-        /// What is typed.
-        picker: Picker,
-        /// The scenario's name.
-        scenario: String,
-    },
-}
 
 /// Everything that the workbench knows.
 #[derive(Debug)]
@@ -249,8 +173,8 @@ pub struct Model {
     pub results: ResultsView,
     /// How long the program has been running; the loop sets it.
     pub uptime: Duration,
-    /// What lies over the main screen, the top last.
-    pub overlays: Vec<Overlay>,
+    /// What lies over the main screen.
+    pub screens: Screens,
     /// Messages.
     pub toasts: Vec<Toast>,
     /// The session: what comes back of it, and what is kept.
@@ -326,7 +250,7 @@ impl Model {
             jobs: Jobs::default(),
             results: ResultsView::default(),
             uptime: Duration::ZERO,
-            overlays: Vec::new(),
+            screens: Screens::default(),
             toasts: Vec::new(),
             recall: SessionState::default(),
             theme,
@@ -377,6 +301,16 @@ impl Model {
         said.with(&defaults.unwrap_or_default())
     }
 
+    /// Where keys are looked up: on the screen on top, or in the pane that has them.
+    #[must_use]
+    pub fn scope(&self) -> Scope {
+        match self.screens.top() {
+            Some(screen) => screen.scope(),
+            None if self.compare.open => Scope::Compare,
+            None => self.focus.scope(),
+        }
+    }
+
     /// Whether time has to pass: something plays, or a message fades.
     #[must_use]
     pub fn moves(&self) -> bool {
@@ -384,7 +318,7 @@ impl Model {
             || self.toasts.iter().any(|t| t.left.is_finite())
             || self.answers.is_running()
             || self.jobs.has_batch()
-            || (self.overlays.contains(&Overlay::Jobs) && self.jobs.all.iter().any(Job::is_running))
+            || self.screens.iter().any(|screen| screen.moves(self))
             || self.prompt.waits()
             || self.driver.waits.is_some()
             || self.quit_within > 0.0

@@ -6,7 +6,7 @@ use ratatui::buffer::Buffer;
 use ratatui::style::{Color as Ink, Modifier};
 
 use super::action::Action;
-use super::loaded::Opened;
+use super::loaded::{Opened, plotted};
 use super::message::{Effect, Msg};
 use super::model::Model;
 use super::theme::Theme;
@@ -32,15 +32,25 @@ pub fn screen(wanted: &ScreenWanted) -> Result<(Screen, i64), String> {
     // Drawn once before, so that the map knows its size when it is pointed at the ego.
     paint(&model)?;
     let thresholds = model.thresholds.clone();
+    if let Some(measure) = wanted.measure {
+        model.plot.measure = measure;
+    }
     let mut todo = update(
         &mut model,
         Msg::Found(Ok(vec![wanted.entry.clone()].into())),
     );
     while let Some(effect) = todo.pop() {
-        if let Effect::Open(id, entry, _) = effect {
-            let opened = read(&entry, wanted, &thresholds)?;
-            todo.extend(update(&mut model, Msg::Opened(id, Ok(Box::new(opened)))));
-        }
+        let msg = match effect {
+            Effect::Open(id, entry, _) => {
+                let opened = read(&entry, wanted, &thresholds)?;
+                Msg::Opened(id, Ok(Box::new(opened)))
+            }
+            Effect::Plot(id, scene, measure, thresholds) => {
+                Msg::Plotted(id, Box::new(plotted(&scene, measure, &thresholds)))
+            }
+            _ => continue,
+        };
+        todo.extend(update(&mut model, msg));
     }
     if let Some(id) = wanted.obstacle {
         let known = model
@@ -60,11 +70,6 @@ pub fn screen(wanted: &ScreenWanted) -> Result<(Screen, i64), String> {
     }
     if wanted.obstacle.is_some() {
         model.picked = wanted.obstacle;
-    }
-    if let Some(measure) = wanted.measure {
-        model.plot.measure = measure;
-        let scene = model.opened.as_ref().and_then(|o| o.scene.clone());
-        model.plot.refresh(scene.as_deref(), &thresholds);
     }
     model.toasts.clear();
     model.refresh();

@@ -7,7 +7,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use super::keymap::Key;
-use super::loaded::Opened;
+use super::loaded::{Opened, plotted};
 use super::message::planning::{PlanAsk, PlanNews};
 use super::message::runs::ResultsAsk;
 use super::message::{AskId, Effect, Msg};
@@ -60,7 +60,16 @@ impl Stage {
     }
 
     fn send(&mut self, msg: Msg) -> Vec<Effect> {
-        update(&mut self.model, msg)
+        let mut effects = update(&mut self.model, msg);
+        // What is plotted is there in every frame.
+        let plots = effects.extract_if(.., |effect| matches!(effect, Effect::Plot(..)));
+        for effect in plots.collect::<Vec<_>>() {
+            if let Effect::Plot(id, scene, measure, thresholds) = effect {
+                let series = Box::new(plotted(&scene, measure, &thresholds));
+                effects.extend(update(&mut self.model, Msg::Plotted(id, series)));
+            }
+        }
+        effects
     }
 
     /// These scenarios too are found, whether or not they can be read.

@@ -9,6 +9,7 @@ pub mod planning;
 mod queue;
 pub mod results;
 mod scenarios;
+mod scenes;
 pub mod session;
 mod templates;
 
@@ -21,14 +22,14 @@ use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
 use self::queue::Queue;
-use super::loaded::{Measured, Opened, PictureJob, Source};
-use super::message::{AskId, Effect, Msg, OpenId, Outside, StoredOf};
+use super::loaded::{PictureJob, Source};
+use super::message::{AskId, Effect, Msg, Outside, StoredOf};
 use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::{self, Answer, AskError, Judge, Question, Wanted};
 use crate::llm::{Budget, Client, Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Entry, WantedEgo};
+use crate::scenario::WantedEgo;
 use crate::store::{Origin, Store};
 use crate::system;
 
@@ -141,23 +142,19 @@ impl Tasks {
             Effect::ReadTags => self.read_tags(),
             Effect::ChangeTags(scenario, tags) => self.change_tags(scenario, tags),
             Effect::Rank(measure, entries) => self.rank(measure, entries),
-            Effect::Open(id, entry, obstacle) => {
-                let ego = obstacle.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
-                let thresholds = self.thresholds.clone();
-                self.background(move || open(id, &entry, &ego, &thresholds));
-            }
+            Effect::Open(id, entry, obstacle) => self.open(id, entry, obstacle, None),
             Effect::OpenChanged(id, entry, obstacle, change) => {
-                let ego = obstacle.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
-                let thresholds = self.thresholds.clone();
-                self.background(move || {
-                    let opened = Opened::changed(&entry, &ego, &thresholds, Some(change));
-                    Msg::Opened(id, opened.map(Box::new))
-                });
+                self.open(id, entry, obstacle, Some(change));
             }
-            Effect::Measure(id, scene, obstacle, thresholds) => self.background(move || {
-                let measured = Measured::of(&scene, obstacle, &thresholds);
-                Msg::Measured(id, Box::new(measured))
-            }),
+            Effect::Measure(id, scene, obstacle, thresholds) => {
+                self.measure(id, scene, obstacle, thresholds);
+            }
+            Effect::Plot(id, scene, measure, thresholds) => {
+                self.plot(id, scene, measure, thresholds);
+            }
+            Effect::Judge(scene, task, windows, thresholds) => {
+                self.judge_windows(scene, task, windows, thresholds);
+            }
             Effect::ReadThresholds => {
                 let path = self.folders.thresholds();
                 self.background(move || Msg::Thresholds(thresholds(&path).map(Arc::new)));
@@ -382,10 +379,6 @@ fn remove(path: &Path) -> std::io::Result<()> {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
         _ => Ok(()),
     }
-}
-
-fn open(id: OpenId, entry: &Entry, ego: &WantedEgo, thresholds: &Thresholds) -> Msg {
-    Msg::Opened(id, Opened::read(entry, ego, thresholds).map(Box::new))
 }
 
 /// The shipped thresholds, changed by the user's file if it is there.

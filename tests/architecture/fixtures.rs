@@ -168,6 +168,10 @@ fn the_parts_of_the_terminal_keep_apart() {
         ("tui/tasks.rs", "use super::model::Model;"),
         ("tui/model/list.rs", "use crate::tui::views::list;"),
         ("tui/widgets/plot.rs", "use super::super::views::risk;"),
+        ("tui/widgets/plot.rs", "use crate::tui::screens::Screen;"),
+        ("tui/screens/help.rs", "use super::history::HistoryScreen;"),
+        ("tui/screens/help.rs", "use crate::tui::screens::jobs;"),
+        ("tui/screens/help.rs", "use crate::tui::update::update;"),
         ("tui/views/map.rs", "fn f() { println!(\"x\"); }"),
         (
             "tui/update/mod.rs",
@@ -189,6 +193,11 @@ fn the_parts_of_the_terminal_keep_apart() {
             "tui/views/map.rs",
             "use super::widgets; use super::list; use crate::tui::widgets::plot;",
         ),
+        (
+            "tui/screens/history/mod.rs",
+            "use super::{Screen, Step}; use crate::tui::screens::history::typing; use crate::tui::model::Model;",
+        ),
+        ("tui/model.rs", "use super::screens::Screens;"),
         (
             "tui/update/actions.rs",
             "use super::super::{action::Action, message::Effect}; use super::open;",

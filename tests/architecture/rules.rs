@@ -85,28 +85,31 @@ const TUI_ALLOWED: [(&str, &[&str]); 4] = [
     (
         "views",
         &[
-            "model", "loaded", "theme", "widgets", "views", "overlays", "layout", "action",
+            "model", "loaded", "theme", "widgets", "views", "screens", "layout", "action",
             "keymap", "clock",
         ],
     ),
     (
-        "overlays",
+        "screens",
         &[
-            "model", "loaded", "theme", "widgets", "views", "overlays", "layout", "action",
-            "keymap", "clock",
+            "model", "loaded", "theme", "widgets", "screens", "action", "message", "keymap",
         ],
     ),
     (
         "update",
         &[
-            "model", "action", "message", "keymap", "effects", "update", "clock", "loaded",
+            "model", "action", "message", "keymap", "effects", "update", "screens", "clock",
+            "loaded",
         ],
     ),
     ("tasks", &["loaded", "message", "effects", "tasks"]),
 ];
 
 /// What no other part of the terminal may import: the root module and the loop put the parts together.
-const TUI_ENDS: [&str; 6] = ["views", "overlays", "update", "tasks", "terminal", "run"];
+const TUI_ENDS: [&str; 6] = ["views", "screens", "update", "tasks", "terminal", "run"];
+
+/// What screens have in common: beside it, a screen sees no other screen.
+const SCREENS_SHARE: [&str; 6] = ["Screen", "Step", "PAGE", "WHEEL", "moves_scene", "picker"];
 
 /// The loop, the workbench without a terminal, and what commands ask of it: like the root module, they put the parts together.
 const TUI_LOOPS: [&str; 4] = ["run", "screen", "shell", "stage"];
@@ -163,15 +166,27 @@ fn inside(from: &[String], to: &[String]) -> Option<String> {
     let Some(wanted) = to.get(1).map(String::as_str) else {
         return Some("name the part of the terminal that is meant, not `tui` itself".into());
     };
+    if part == "screens" && wanted == "screens" && !is_of_screen(from, to) {
+        return Some(format!("a screen must not import `{}`", to.join("::")));
+    }
     if part == wanted || TUI_LOOPS.contains(&part) {
         return None;
     }
     let allowed = TUI_ALLOWED.iter().find(|(name, _)| *name == part);
     let fine = match allowed {
         Some((_, allowed)) => allowed.contains(&wanted),
-        None => !TUI_ENDS.contains(&wanted),
+        // The model holds the screens that are open.
+        None => !TUI_ENDS.contains(&wanted) || (part, wanted) == ("model", "screens"),
     };
     (!fine).then(|| format!("`tui::{part}` must not import `{}`", to.join("::")))
+}
+
+/// Whether what a screen imports of the screens is its own, or shared; the root module brings them together.
+fn is_of_screen(from: &[String], to: &[String]) -> bool {
+    let (Some(own), Some(other)) = (from.get(2), to.get(2)) else {
+        return true;
+    };
+    own == other || SCREENS_SHARE.contains(&other.as_str())
 }
 
 fn outside(file: &str, path: &[String]) -> Option<String> {

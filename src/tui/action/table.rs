@@ -130,6 +130,13 @@ table! {
     PageDown, Text, "page-down", ["pagedown", "ctrl-d"], 0, "page down", "A page down.";
     Top, Text, "top", ["g"], 0, "top", "To the beginning.";
     Bottom, Text, "bottom", ["shift-g"], 0, "bottom", "To the end; new text is followed from there.";
+    Up, Window, "up", ["up", "k"], 0, "up", "A line up.";
+    Down, Window, "down", ["down", "j"], 0, "down", "A line down.";
+    PageUp, Window, "page-up", ["pageup"], 0, "page up", "A page up.";
+    PageDown, Window, "page-down", ["pagedown"], 0, "page down", "A page down; so does the key that plays, where nothing plays in sight.";
+    Top, Window, "top", ["g"], 0, "top", "To the beginning.";
+    Bottom, Window, "bottom", ["shift-g"], 0, "bottom", "To the end.";
+    Accept, Window, "accept", ["enter"], 0, "accept", "Switch what is selected, or say yes.";
     Up, History, "up", ["up", "k"], 0, "up", "The newer run; or a line up in the details.";
     Down, History, "down", ["down", "j"], 0, "down", "The older run; or a line down in the details.";
     PageUp, History, "page-up", ["pageup", "ctrl-u"], 0, "page up", "A page up.";

@@ -168,6 +168,14 @@ impl Keymap {
             .map(|b| &b.keys)
     }
 
+    /// The key of an action where `scope` holds, for a sentence; empty where it has none there.
+    #[must_use]
+    pub fn key_in(&self, action: Action, scope: Scope) -> String {
+        let mut all = self.bindings.iter();
+        let binding = all.find(|b| b.entry().action == action && b.entry().scope == scope);
+        binding.map_or(String::new(), |b| b.keys.to_string())
+    }
+
     /// The key of an action for a sentence, such as `o` or `Ctrl-w w`; of one without keys its name in the palette.
     #[must_use]
     pub fn key_of(&self, action: Action) -> String {

@@ -53,6 +53,8 @@ pub struct Column {
     pub begun: bool,
     /// What the built-in judge says about the same question.
     pub truth: Option<Verdict>,
+    /// Whether that is being computed.
+    pub judging: bool,
     /// Reasoning so far.
     pub reasoning: String,
     /// Answer so far.
@@ -222,6 +224,14 @@ impl Column {
         }
     }
 
+    /// What it is held against: the truth of its own question, else what the built-in judge says about what is open;
+    /// nothing while the truth is being computed.
+    #[must_use]
+    pub fn truth_or<'a>(&'a self, reference: Option<&'a Verdict>) -> Option<&'a Verdict> {
+        let other = reference.filter(|_| !self.judging);
+        self.truth.as_ref().or(other)
+    }
+
     /// The answer, once it is here.
     #[must_use]
     pub fn answer(&self) -> Option<&Answer> {
@@ -261,6 +271,7 @@ impl From<Answer> for Column {
             steps: answer.window,
             begun: true,
             truth: None,
+            judging: false,
             reasoning: answer.reasoning.clone(),
             text: answer.text.clone(),
             progress: Progress::Done(Box::new(answer)),

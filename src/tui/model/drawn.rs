@@ -17,6 +17,7 @@ pub struct Drawn {
     map: RefCell<Option<MapDrawn>>,
     scales: RefCell<Vec<Rect>>,
     history: Cell<Option<HistoryDrawn>>,
+    window_end: Cell<usize>,
     results: RefCell<ResultsDrawn>,
     list: RefCell<Option<Rect>>,
     columns: RefCell<Vec<(Extent, Vec<usize>)>>,
@@ -133,6 +134,17 @@ impl Drawn {
     #[must_use]
     pub fn history(&self) -> HistoryDrawn {
         self.history.get().unwrap_or_default()
+    }
+
+    /// The line that the window of text on top is scrolled to at its end.
+    pub fn set_window_end(&self, line: usize) {
+        self.window_end.set(line);
+    }
+
+    /// The same as it was drawn last.
+    #[must_use]
+    pub fn window_end(&self) -> usize {
+        self.window_end.get()
     }
 
     /// The screen of results is here.

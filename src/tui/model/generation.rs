@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::Model;
 use crate::generation::Consequence;
 use crate::scenario::{ContentHash, Transform};
+use crate::tui::action::Action;
 use crate::tui::loaded::{Authorship, Made, Opened, VariantShown, Working, Writing};
 use crate::tui::message::making::MakeId;
 
@@ -241,5 +242,27 @@ impl Model {
     #[must_use]
     pub fn variant(&self) -> Option<&VariantShown> {
         self.opened.as_ref()?.variant.as_ref()
+    }
+
+    /// Why there is no variant to show, and what to do.
+    #[must_use]
+    pub fn without_variant(&self) -> String {
+        if self.maker.under_way.is_some() {
+            return "the variant is still being made".into();
+        }
+        if self.opened.is_none() {
+            return "no scenario is open".into();
+        }
+        let generate = self.look.key(Action::Generate);
+        let kept = self
+            .made_of()
+            .and_then(|(hash, change)| self.maker.find(hash, change));
+        match kept {
+            Some(_) => format!(
+                "the variant is not shown: {generate} or {} shows it",
+                self.look.key(Action::SwitchVariant)
+            ),
+            None => format!("no variant was made; {generate} makes the scenario dangerous"),
+        }
     }
 }

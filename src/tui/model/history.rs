@@ -1,5 +1,7 @@
 //! The history of runs: the part of the list that is at hand, and the selected run.
 
+use super::Model;
+use crate::scenario::{Entry, Transform, bundled};
 use crate::store::{Cursor, Edge, Filter, Page, Run, RunId, Summary};
 use crate::tui::action::Action;
 use crate::tui::message::runs::PageId;
@@ -68,6 +70,16 @@ const MOST: usize = 6 * PAGE;
 pub const COUNTED: u64 = 10_000;
 
 impl History {
+    /// Searches for these words and filters when the history opens next.
+    pub fn search_for(&mut self, line: String) {
+        self.filter = Filter::read(&line).unwrap_or_default();
+        self.line = line;
+        self.wrong = None;
+        self.rows.clear();
+        self.selected = 0;
+        self.total = None;
+    }
+
     /// The selected run's number.
     #[must_use]
     pub fn current(&self) -> Option<RunId> {
@@ -150,5 +162,23 @@ impl History {
         let place = kept.and_then(|id| self.rows.iter().position(|run| run.run == id.0));
         let last = self.rows.len().saturating_sub(1);
         self.selected = place.unwrap_or(self.selected).min(last);
+    }
+}
+
+impl Model {
+    /// Files that may be the scenario of this name, which may tell of a change: those of the list, else the bundled one.
+    #[must_use]
+    pub fn files_of(&self, name: &str) -> Vec<Entry> {
+        let (name, _) = Transform::of_name(name);
+        let rows = self.list.rows.iter().map(|row| &row.entry);
+        let mut found: Vec<Entry> = rows
+            .filter(|entry| entry.name == name)
+            .take(4)
+            .cloned()
+            .collect();
+        if found.is_empty() {
+            found.extend(bundled().into_iter().find(|entry| entry.name == name));
+        }
+        found
     }
 }

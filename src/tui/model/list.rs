@@ -24,6 +24,7 @@ use crate::config::Tags;
 use crate::metrics::Measure;
 use crate::scenario::{Entry, Found, PassedOver};
 use crate::tui::loaded::Facts;
+use crate::tui::message::Effect;
 
 /// The scenarios.
 #[derive(Debug, Default)]
@@ -192,6 +193,14 @@ impl List {
             Order::Measure(measure) => Some(measure),
             _ => None,
         }
+    }
+
+    /// Asks for the values that it is sorted by, where they are not known with the facts.
+    #[must_use]
+    pub fn ranking(&self) -> Option<Effect> {
+        let measure = self.measure().filter(|m| !HEADLINE.contains(&m.id))?;
+        let entries = self.rows.iter().map(|row| row.entry.clone());
+        Some(Effect::Rank(measure.id, entries.enumerate().collect()))
     }
 
     /// Sorts anew, as far as what it sorts by is known; by the same again, the other way around.

@@ -2,7 +2,7 @@
 
 use ratatui::layout::Position;
 
-use super::{Border, Model, Overlay, Picker, Sizes};
+use super::{Border, Model, Picker, Sizes};
 use crate::tui::action::Action;
 use crate::tui::keymap::{Key, Keymap, Preset};
 use crate::tui::theme::{AUTO, Depth, Named, Theme};
@@ -148,20 +148,12 @@ impl Model {
         }
     }
 
-    /// Shows the theme that is selected in the list of themes, or the chosen one where the list is not open.
+    /// Shows the theme of this name.
     ///
     /// # Errors
     /// It cannot be used; what was shown stays.
-    pub fn show_theme(&mut self) -> Result<(), String> {
-        let name = match self.overlays.last() {
-            Some(Overlay::Themes(picker)) => {
-                let shown = themes_shown(self, picker);
-                shown.get(picker.selected).cloned()
-            }
-            _ => None,
-        };
-        let name = name.unwrap_or_else(|| self.look.chosen.clone());
-        self.theme = self.look.theme(&name)?;
+    pub fn show_theme(&mut self, name: &str) -> Result<(), String> {
+        self.theme = self.look.theme(name)?;
         Ok(())
     }
 }

@@ -84,7 +84,8 @@ pub fn templates_shown(model: &Model, picker: &Picker) -> Vec<String> {
 }
 
 /// Places of the texts that match, the best first; all of them for an empty pattern.
-pub(super) fn matching(pattern: &str, texts: impl Iterator<Item = String>) -> Vec<usize> {
+#[must_use]
+pub fn matching(pattern: &str, texts: impl Iterator<Item = String>) -> Vec<usize> {
     let mut matcher = Matcher::new(Config::DEFAULT);
     let parsed = Pattern::parse(pattern, CaseMatching::Smart, Normalization::Smart);
     let mut buffer = Vec::new();

@@ -4,6 +4,7 @@ use super::Model;
 use super::kept::Kept;
 use crate::planner::Forecast;
 use crate::scenario::{ContentHash, Scene};
+use crate::tui::action::Action;
 use crate::tui::loaded::{CycleShown, Planned};
 use crate::tui::message::planning::PlanId;
 
@@ -78,5 +79,34 @@ impl Model {
     #[must_use]
     pub fn cycle(&self) -> Option<&CycleShown> {
         self.planned()?.cycle_at(self.clock.step())
+    }
+
+    /// Why the planner has nothing to do in what is open, and what to do.
+    #[must_use]
+    pub fn nothing_to_plan(&self) -> Option<String> {
+        let opened = self.opened.as_deref()?;
+        opened.scenario.planning_problems.is_empty().then(|| {
+            format!(
+                "no planning problem here, so no start and no goal to plan for: open another scenario, or make an obstacle \
+                 the ego ({} {})",
+                self.look.key(Action::NextObstacle),
+                self.look.key(Action::TakeAsEgo)
+            )
+        })
+    }
+
+    /// Why there is no planned ego, and what to do.
+    #[must_use]
+    pub fn unplanned(&self) -> String {
+        if self.opened.is_none() {
+            return "no scenario is open".into();
+        }
+        if self.driver.under_way.is_some() {
+            return "the ego is still being planned".into();
+        }
+        self.nothing_to_plan().unwrap_or_else(|| {
+            let key = self.look.key(Action::DrivePlanner);
+            format!("the ego was not planned; {key} lets the planner drive")
+        })
     }
 }

@@ -1,7 +1,10 @@
 //! What is plotted over time: a measure, for everyone together and for the chosen obstacles.
 
-use crate::metrics::{Context, MEASURES, Measure, Series, Thresholds};
+use std::sync::Arc;
+
+use crate::metrics::{MEASURES, Measure, Series, Thresholds};
 use crate::scenario::Scene;
+use crate::tui::message::SeriesId;
 
 /// The measure that is plotted, and whose.
 #[derive(Debug)]
@@ -10,10 +13,21 @@ pub struct Plot {
     pub measure: &'static Measure,
     /// Obstacles that are plotted beside the picked one, in the order in which they were marked.
     pub marked: Vec<i64>,
-    /// The measure's values over the opened scene.
-    pub series: Option<Series>,
+    /// The measure's values over the opened scene, once they are worked out.
+    pub series: Option<Box<Series>>,
+    /// What was asked for last.
+    asked: Option<Asked>,
     /// What of the planned and the recorded ego is plotted in the measure's place, where the ego was planned.
     pub drives: Option<Drives>,
+}
+
+/// Values that are worked out, or were.
+#[derive(Debug)]
+struct Asked {
+    id: SeriesId,
+    measure: &'static str,
+    scene: Arc<Scene>,
+    thresholds: Arc<Thresholds>,
 }
 
 /// What of the planned and the recorded ego is plotted.
@@ -36,6 +50,7 @@ impl Default for Plot {
             measure: measure("risk"),
             marked: Vec::new(),
             series: None,
+            asked: None,
             drives: None,
         }
     }
@@ -48,10 +63,38 @@ fn measure(id: &str) -> &'static Measure {
 }
 
 impl Plot {
-    /// Works the values out for a scene.
-    pub fn refresh(&mut self, scene: Option<&Scene>, thresholds: &Thresholds) {
-        let series = |scene| Series::of(&Context::under(scene, thresholds), vec![self.measure]);
-        self.series = scene.map(series);
+    /// Whether the values of the measure over this scene are there or on their way.
+    #[must_use]
+    pub fn is_asked(&self, scene: &Arc<Scene>, thresholds: &Arc<Thresholds>) -> bool {
+        self.asked.as_ref().is_some_and(|asked| {
+            asked.measure == self.measure.id
+                && Arc::ptr_eq(&asked.scene, scene)
+                && Arc::ptr_eq(&asked.thresholds, thresholds)
+        })
+    }
+
+    /// The values of the measure over this scene are on their way under a number.
+    pub fn wait(&mut self, id: SeriesId, scene: Arc<Scene>, thresholds: Arc<Thresholds>) {
+        self.series = None;
+        self.asked = Some(Asked {
+            id,
+            measure: self.measure.id,
+            scene,
+            thresholds,
+        });
+    }
+
+    /// Takes values, if nothing newer was asked for.
+    pub fn take(&mut self, id: SeriesId, series: Box<Series>) {
+        if self.asked.as_ref().is_some_and(|asked| asked.id == id) {
+            self.series = Some(series);
+        }
+    }
+
+    /// There is nothing to plot.
+    pub fn clear(&mut self) {
+        self.series = None;
+        self.asked = None;
     }
 
     /// Marks an obstacle, or takes its mark away; says whether there was room.

@@ -58,7 +58,7 @@ impl Model {
             Heat::Risk => ("risk", shown),
             Heat::Ttc => ("ttc", shown),
             Heat::Distance => ("distance", shown),
-            Heat::Plotted => (self.plot.measure.id, self.plot.series.as_ref()),
+            Heat::Plotted => (self.plot.measure.id, self.plot.series.as_deref()),
             Heat::Off => return None,
         };
         Some((measure(id)?, series?))
@@ -74,7 +74,7 @@ impl Model {
         let columns = self.answers.columns.iter().enumerate();
         let differing = columns.filter_map(|(column, c)| {
             let verdict = c.answer()?.verdict()?;
-            let truth = c.truth.as_ref().unwrap_or(&reference.verdict);
+            let truth = c.truth_or(Some(&reference.verdict))?;
             let step = c.steps.map(|(_, last)| last);
             let step = step.or(reference.decisive_step).unwrap_or(last);
             (verdict.dangerous != truth.dangerous).then_some(Disagreement { step, column })

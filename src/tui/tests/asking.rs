@@ -14,7 +14,8 @@ use crate::scenario::WantedEgo;
 use crate::store::{Filter, Store};
 use crate::tui::keymap::Key;
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{JobState, Model, Notice, Overlay};
+use crate::tui::model::{JobState, Model, Notice};
+use crate::tui::screens::history::HistoryScreen;
 use crate::tui::tasks::Tasks;
 use crate::tui::theme::Theme;
 use crate::tui::update::{start, update};
@@ -209,7 +210,7 @@ async fn every_scenario_is_asked_about_once_and_the_store_answers_the_second_tim
     whole
         .until("the runs", |model| model.history.total == Some(8))
         .await;
-    assert_eq!(whole.model.overlays, [Overlay::History]);
+    assert!(whole.model.screens.is_top::<HistoryScreen>());
     assert!(whole.model.history.line.starts_with("batch:"));
 }
 

@@ -13,7 +13,7 @@ use crate::prompts::Library;
 use crate::scenario::{Entry, Place, WantedEgo, bundled};
 use crate::store::Consumed;
 use crate::tui::keymap::Key;
-use crate::tui::loaded::{Measured, Opened};
+use crate::tui::loaded::{Measured, Opened, judged, plotted};
 use crate::tui::message::{AskId, Effect, Msg};
 use crate::tui::model::Model;
 use crate::tui::theme::Theme;
@@ -75,6 +75,14 @@ impl Bench {
                 Effect::Measure(id, scene, obstacle, thresholds) => {
                     let measured = Measured::of(&scene, obstacle, &thresholds);
                     self.send(Msg::Measured(id, Box::new(measured)));
+                }
+                Effect::Plot(id, scene, measure, thresholds) => {
+                    let series = plotted(&scene, measure, &thresholds);
+                    self.send(Msg::Plotted(id, Box::new(series)));
+                }
+                Effect::Judge(scene, task, windows, thresholds) => {
+                    let truths = judged(&scene, task, windows, &thresholds);
+                    self.send(Msg::Judged(scene, task, truths));
                 }
                 Effect::ReadSource(place, entry) => {
                     let source = crate::tui::loaded::Source::read(&entry);

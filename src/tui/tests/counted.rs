@@ -348,7 +348,7 @@ fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
     press(&mut kept, "left left left left left enter");
     let answer = find(&kept, FIRST);
     mouse(&mut kept, Mouse::Press(answer));
-    assert!(kept.bench.model.overlays.is_empty());
+    assert!(kept.bench.model.screens.is_empty());
     assert_eq!(kept.bench.model.opened.as_ref().unwrap().name, FIRST);
 }
 

@@ -340,7 +340,7 @@ fn source_at_80_by_24() {
 fn source_at_200_by_60() {
     let mut bench = Bench::bundled();
     bench.press("shift-x pagedown esc");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
     bench.press("shift-x");
     insta::assert_snapshot!(bench.frame(200, 60));
 }

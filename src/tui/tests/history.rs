@@ -4,7 +4,8 @@ use super::kept::{FIRST, Kept, three};
 use crate::store::RunId;
 use crate::tui::message::runs::{HistoryAsk, HistoryNews};
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{Notice, Overlay, Shown};
+use crate::tui::model::{Notice, Shown};
+use crate::tui::screens::history::HistoryScreen;
 use crate::verdict::Task;
 
 #[test]
@@ -29,7 +30,7 @@ fn words_and_filters_narrow_it_down_as_one_types() {
     kept.press("esc");
     assert_eq!(kept.rows(), [3, 2, 1], "Esc clears the search first");
     kept.press("esc");
-    assert!(kept.bench.model.overlays.is_empty());
+    assert!(kept.bench.model.screens.is_empty());
 }
 
 #[test]
@@ -85,7 +86,7 @@ fn enter_opens_the_scenario_as_it_was_asked_about() {
     kept.bench.model.list.set_filter("merge".into());
     kept.press("j j enter");
     let model = &kept.bench.model;
-    assert!(model.overlays.is_empty() && model.reopening.is_none());
+    assert!(model.screens.is_empty() && model.reopening.is_none());
     assert_eq!(model.opened.as_ref().unwrap().name, FIRST);
     assert_eq!(
         (model.task, model.frame.name()),
@@ -130,7 +131,8 @@ fn enter_opens_the_scenario_as_it_was_asked_about() {
 fn a_scenario_that_is_not_there_is_said_and_nothing_changes() {
     let mut kept = three();
     kept.press("j enter");
-    assert_eq!(kept.bench.model.overlays, [Overlay::History]);
+    assert!(kept.bench.model.screens.is_top::<HistoryScreen>());
+    assert_eq!(kept.bench.model.screens.iter().count(), 1);
     let said = &kept.bench.model.toasts.last().unwrap().text;
     assert!(
         said.contains("ZAM_Lost-1_1_T-1 is not in the list"),

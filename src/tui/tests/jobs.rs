@@ -7,7 +7,8 @@ use super::bench::{Bench, answer, no_verdict};
 use crate::store::Consumed;
 use crate::tui::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended, Priced};
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{JobState, Notice, Overlay};
+use crate::tui::model::{JobState, Notice};
+use crate::tui::screens::history::HistoryScreen;
 
 /// The last batch that was to be counted.
 fn counted(bench: &Bench) -> (BatchId, Arc<Batch>) {
@@ -173,7 +174,8 @@ fn a_batch_ends_with_one_message() {
     );
     bench.press("enter");
     assert_eq!(bench.model.history.line, "batch:then-1");
-    assert_eq!(bench.model.overlays, [Overlay::History]);
+    assert!(bench.model.screens.is_top::<HistoryScreen>());
+    assert_eq!(bench.model.screens.iter().count(), 1);
 }
 
 #[test]

@@ -7,7 +7,9 @@ use super::editing::{kept, said, with};
 use crate::config::Keys;
 use crate::prompts::Library;
 use crate::tui::message::{Effect, Msg, Outside};
-use crate::tui::model::{Overlay, PromptView};
+use crate::tui::model::PromptView;
+use crate::tui::screens::picker::PickerScreen;
+use crate::tui::screens::templates::Templates;
 
 #[test]
 fn drafts_are_kept_within_a_second_of_typing() {
@@ -83,10 +85,7 @@ fn a_template_is_saved_under_a_new_name_and_chosen() {
     bench.press("enter");
     let frame = bench.frame(120, 40);
     assert!(frame.contains("* collision-ego-brief.md") && frame.contains("  collision-ego.md"));
-    assert!(matches!(
-        bench.model.overlays.last(),
-        Some(Overlay::Templates { .. })
-    ));
+    assert!(bench.model.screens.is_top::<PickerScreen<Templates>>());
     bench.press("down enter");
     assert!(
         bench

@@ -9,7 +9,8 @@ use crate::scenario::{WantedEgo, bundled};
 use crate::store::{Origin, StoredVerdict};
 use crate::tui::loaded::{Facts, Verdicts};
 use crate::tui::message::{Effect, Mouse, Msg};
-use crate::tui::model::{Grouping, Overlay, Pane};
+use crate::tui::model::{Grouping, Pane};
+use crate::tui::screens::tags::TagsScreen;
 use crate::tui::theme::Depth;
 use crate::verdict::Task;
 
@@ -171,10 +172,7 @@ fn a_click_meets_the_row_below_filter_and_heads() {
 fn tags_are_typed_kept_and_found() {
     let mut bench = surveyed();
     bench.press("#");
-    assert!(matches!(
-        bench.model.overlays.last(),
-        Some(Overlay::Tags { .. })
-    ));
+    assert!(bench.model.screens.is_top::<TagsScreen>());
     bench.type_text("odd #later");
     let frame = bench.frame(120, 40);
     assert!(frame.contains("your tags of ZAM_HardBraking") && frame.contains("critical"));

@@ -9,8 +9,10 @@ use super::bench::Bench;
 use crate::config::Config;
 use crate::tui::action::Scope;
 use crate::tui::keymap::{Keymap, Preset};
-use crate::tui::message::{Msg, Reloaded};
-use crate::tui::model::{Glyphs, Overlay, Pane};
+use crate::tui::message::{Effect, Msg, Reloaded};
+use crate::tui::model::{Glyphs, Pane};
+use crate::tui::screens::details::DetailsScreen;
+use crate::tui::screens::help::HelpScreen;
 use crate::tui::theme::{Depth, Theme};
 use crate::tui::views;
 
@@ -63,7 +65,7 @@ fn a_theme_is_seen_while_it_is_looked_for() {
         "{}",
         said(&bench)
     );
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
     // What is picked is where the list opens again.
     bench.press("ctrl-t");
     assert_eq!(bench.model.theme.name, "contrast");
@@ -183,9 +185,9 @@ fn help_is_searched_and_closed() {
     bench.type_text("no such thing");
     assert!(bench.frame(100, 40).contains("nothing is called or does"));
     bench.press("esc");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
     bench.press("? ?");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
     // What has no key is found too.
     bench.press("?");
     bench.type_text("read-thresholds");
@@ -249,7 +251,7 @@ fn without_colours_and_without_unicode_everything_is_there() {
         for (columns, rows) in [(80, 24), (200, 60), (40, 10)] {
             let mut bench = bench();
             bench.model.look.depth = Depth::None;
-            bench.model.show_theme().unwrap();
+            bench.model.show_theme("auto").unwrap();
             bench.model.look.glyphs = Glyphs::Ascii;
             bench.press(keys);
             let drawn = buffer(&bench, columns, rows);
@@ -266,7 +268,7 @@ fn the_selected_line_is_reversed_in_every_theme() {
     for name in Theme::shipped() {
         let mut bench = bench();
         bench.model.look.chosen = name.into();
-        bench.model.show_theme().unwrap();
+        bench.model.show_theme(name).unwrap();
         let drawn = buffer(&bench, 80, 24);
         let row = (0..24)
             .find(|&y| (0..80).any(|x| drawn[(x, y)].symbol() == "▸"))
@@ -290,8 +292,34 @@ fn every_pane_has_a_place_in_the_keymap_files() {
     }
     let mut bench = bench();
     bench.press("?");
-    assert!(matches!(
-        bench.model.overlays.last(),
-        Some(Overlay::Help { .. })
-    ));
+    assert!(bench.model.screens.is_top::<HelpScreen>());
+}
+
+#[test]
+fn chords_work_in_windows_as_their_titles_say() {
+    let mut bench = vim();
+    bench.press("n shift-i");
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("details · y y copies"), "{frame}");
+    bench.press("y");
+    assert!(bench.frame(120, 40).contains(" y … "), "what can follow");
+    assert!(bench.model.screens.is_top::<DetailsScreen>());
+    bench.press("y");
+    let Some(Effect::Copy(text)) = bench.effects.last() else {
+        panic!("nothing was copied");
+    };
+    assert!(text.contains("distance"), "{text}");
+    bench.press("y x");
+    assert!(said(&bench).contains("`y x` means nothing here"));
+    bench.press("y esc");
+    assert!(bench.model.screens.is_top::<DetailsScreen>(), "still open");
+    bench.press("esc");
+    assert!(bench.model.screens.is_empty());
+    // Other keys for a window.
+    let text = "[window]\ndown = \"f7\"\naccept = \"f8\"\n[global]\nlayers = \"f9\"\n";
+    bench.model.look.keymap = Keymap::parse("keymap.toml", text).unwrap();
+    let signs = bench.model.map.layers.signs;
+    bench.press("f9 f7 f8");
+    assert_ne!(bench.model.map.layers.signs, signs);
+    assert!(bench.frame(120, 40).contains("F8 switch"));
 }

@@ -183,7 +183,7 @@ fn help_has_every_key_and_the_palette_every_action() {
         assert!(frame.contains(&words), "{}\n{frame}", entry.id);
         bench.press("esc");
     }
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
 }
 
 #[test]

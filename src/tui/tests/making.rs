@@ -7,7 +7,8 @@ use crate::scenario::{ContentHash, ObstacleRole, Scenario, commonroad};
 use crate::tui::loaded::{Generated, Made, VariantRequest, VariantShown, Working};
 use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{Drives, JobState, Overlay};
+use crate::tui::model::{Drives, JobState};
+use crate::tui::screens::variant::VariantScreen;
 use crate::tui::tasks::making::write;
 
 /// The searches that were asked for.
@@ -161,7 +162,7 @@ fn original_and_variant_take_turns_and_both_can_be_left() {
     assert!(bench.model.variant().is_none() && bench.model.planned().is_none());
     assert_eq!(bench.model.plot.drives, None);
     bench.press("K");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
     bench.press("!");
     assert_eq!(asked(&bench).len(), 1, "it is shown again, not made again");
     assert!(shown(&bench).changed);
@@ -272,10 +273,7 @@ fn the_picked_obstacle_attacks_if_it_can() {
 fn the_panel_tells_everything_and_follows_the_clock() {
     let mut bench = dangerous();
     bench.press("K");
-    assert!(matches!(
-        bench.model.overlays.last(),
-        Some(Overlay::Variant(0))
-    ));
+    assert!(bench.model.screens.is_top::<VariantScreen>());
     let effect = &made(&bench).effect;
     let attacker = effect.attacker;
     let obstacle = effect.scenario.obstacle(attacker).unwrap();
@@ -307,7 +305,7 @@ fn the_panel_tells_everything_and_follows_the_clock() {
     assert!(!shown(&bench).changed);
     assert!(bench.frame(200, 60).contains("the original; U the variant"));
     bench.press("K");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
 }
 
 #[test]

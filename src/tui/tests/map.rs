@@ -5,7 +5,8 @@ use ratatui::layout::Position;
 use super::bench::Bench;
 use crate::tui::action::Action;
 use crate::tui::message::{Effect, Mouse, Msg};
-use crate::tui::model::{Foreseen, On, Overlay, Pane};
+use crate::tui::model::{Foreseen, On, Pane};
+use crate::tui::screens::details::DetailsScreen;
 use crate::tui::theme::{Depth, Theme};
 
 /// A bundled scenario with the map alone, at a step.
@@ -251,7 +252,7 @@ fn layers_are_switched_one_by_one() {
     assert!(bench.model.map.layers.lights);
     assert_eq!(bench.model.map.layers.paths, Foreseen::Picked);
     bench.press("esc");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
 }
 
 #[test]
@@ -269,15 +270,12 @@ fn details_follow_the_clock_and_are_copied() {
         panic!("nothing was copied");
     };
     assert!(text.contains("car 301") && text.contains("step 31") && text.contains("distance"));
-    assert!(matches!(
-        bench.model.overlays.last(),
-        Some(Overlay::Details(_))
-    ));
+    assert!(bench.model.screens.is_top::<DetailsScreen>());
     bench.press("esc");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
     bench.model.picked = None;
     does(&mut bench, Action::Details);
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
 }
 
 #[test]

@@ -210,7 +210,7 @@ fn what_reading_assumed_is_shown_and_counted() {
         assert!(frame.contains(words), "{words}: {frame}");
     }
     bench.press("i");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
 }
 
 #[test]

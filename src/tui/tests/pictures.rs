@@ -63,7 +63,7 @@ fn where_it_is_or_why_not_is_said() {
 fn without_a_scenario_there_is_nothing_to_draw() {
     let mut bench = Bench::empty();
     bench.press("o");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::scenario::{Prediction, bundled};
 use crate::tui::loaded::{DriveFiles, DriveKey, Opened};
 use crate::tui::message::planning::{PlanAsk, PlanNews};
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::Overlay;
+use crate::tui::screens::cycle::CycleScreen;
 use crate::tui::tasks::drives;
 
 /// How often planning was asked for.
@@ -164,7 +164,7 @@ fn where_nothing_can_be_planned_every_key_says_why_and_what_to_do() {
         let words = said(&bench);
         assert!(words.contains("no planning problem"), "{key}: {words}");
         assert!(words.contains("open another scenario"), "{key}: {words}");
-        assert!(bench.model.overlays.is_empty());
+        assert!(bench.model.screens.is_empty());
     }
     bench.perform("save-drive");
     assert!(said(&bench).starts_with("nothing to write: no planning problem"));
@@ -247,10 +247,7 @@ fn the_panel_says_where_the_drive_is() {
             .contains("until you quit; : save-drive")
     );
     bench.perform("save-drive");
-    assert!(matches!(
-        bench.model.overlays.last(),
-        Some(Overlay::Cycle(_))
-    ));
+    assert!(bench.model.screens.is_top::<CycleScreen>());
     let asked = bench.effects.iter().rev().find_map(|effect| match effect {
         Effect::Plan(PlanAsk::Save(files)) => Some(files.key),
         _ => None,

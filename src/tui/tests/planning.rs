@@ -10,7 +10,8 @@ use crate::simulation::{Outcome, Settings};
 use crate::tui::loaded::CycleShown;
 use crate::tui::message::planning::{PlanAsk, PlanId, PlanNews};
 use crate::tui::message::{Effect, Msg, OpenId};
-use crate::tui::model::{Drives, JobState, Model, Overlay};
+use crate::tui::model::{Drives, JobState, Model};
+use crate::tui::screens::cycle::CycleScreen;
 use crate::workflow::{MissingEgo, PlanEvent, prepare};
 
 /// The drive that was asked for last.
@@ -248,10 +249,7 @@ fn stepping_goes_through_the_cycles() {
     }
     bench.model.clock.go(first + 5);
     bench.press("Y");
-    assert!(matches!(
-        bench.model.overlays.last(),
-        Some(Overlay::Cycle(_))
-    ));
+    assert!(bench.model.screens.is_top::<CycleScreen>());
     let panel = bench.frame(200, 60);
     assert!(panel.contains(&format!("step {}", first + 5)), "{panel}");
     let cycle = bench.model.cycle().unwrap();
@@ -265,7 +263,7 @@ fn stepping_goes_through_the_cycles() {
             .contains(&format!("step {}", first + 6))
     );
     bench.press("Y");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
 }
 
 #[test]

@@ -12,7 +12,7 @@ use crate::scenario::WantedEgo;
 use crate::tui::keymap::{Keymap, Preset};
 use crate::tui::message::runs::ResultsNews;
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::Overlay;
+use crate::tui::screens::results::ResultsScreen;
 use crate::tui::tasks::history::Judging;
 use crate::tui::tasks::results::answer;
 
@@ -113,7 +113,8 @@ fn from_a_cell_to_its_answers_to_the_scenario_and_back() {
     assert!(!frame.contains('\u{1b}'));
     // It is not in the list: that is said, and the answers stay.
     press(&mut kept, "enter");
-    assert_eq!(kept.bench.model.overlays, [Overlay::Results]);
+    assert!(kept.bench.model.screens.is_top::<ResultsScreen>());
+    assert_eq!(kept.bench.model.screens.iter().count(), 1);
     assert!(
         kept.bench
             .model
@@ -128,11 +129,11 @@ fn from_a_cell_to_its_answers_to_the_scenario_and_back() {
     results.column = 0;
     press(&mut kept, "enter enter");
     let model = &kept.bench.model;
-    assert!(model.overlays.is_empty());
+    assert!(model.screens.is_empty());
     assert_eq!(model.opened.as_ref().unwrap().name, FIRST);
     assert_eq!(model.answers.column().unwrap().model, "lab/small");
     press(&mut kept, "% esc");
-    assert!(kept.bench.model.overlays.is_empty());
+    assert!(kept.bench.model.screens.is_empty());
 }
 
 #[test]
@@ -158,7 +159,8 @@ fn the_palette_has_it_and_an_empty_store_says_what_to_do() {
     let mut bench = Bench::bundled();
     bench.model.look.keymap = Keymap::of(Preset::Vim);
     bench.press("%");
-    assert_eq!(bench.model.overlays, [Overlay::Results]);
+    assert!(bench.model.screens.is_top::<ResultsScreen>());
+    assert_eq!(bench.model.screens.iter().count(), 1);
 }
 
 #[test]

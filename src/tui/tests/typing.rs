@@ -5,7 +5,10 @@ use super::editing::with;
 use super::kept::three;
 use super::side_by_side::{sized, two};
 use crate::config::Keys;
-use crate::tui::model::{EntryLine, Overlay};
+use crate::tui::model::EntryLine;
+use crate::tui::screens::help::HelpScreen;
+use crate::tui::screens::palette::Palette;
+use crate::tui::screens::picker::PickerScreen;
 
 #[test]
 fn the_filter_of_the_list_is_cleared_and_what_it_was_before_stays_until_then() {
@@ -52,10 +55,12 @@ fn lines_of_overlays_and_of_the_editor_are_cleared() {
     bench.press(":");
     bench.type_text("no such thing");
     bench.press("ctrl-w");
-    let text = |bench: &Bench| match bench.model.overlays.last() {
-        Some(Overlay::Palette(picker)) => picker.text.clone(),
-        Some(Overlay::Help { text, .. }) => text.clone(),
-        other => panic!("{other:?}"),
+    let text = |bench: &Bench| {
+        let screens = &bench.model.screens;
+        let palette = screens.find::<PickerScreen<Palette>>();
+        let help = screens.find::<HelpScreen>().map(|help| &help.typed);
+        let typed = palette.map(|list| &list.picker.text).or(help);
+        typed.expect("one of them is open").clone()
     };
     assert_eq!(text(&bench), "no such ");
     bench.press("ctrl-u");

@@ -80,11 +80,11 @@ fn steps_and_obstacles_can_be_changed_while_it_is_open() {
     assert_ne!(next, picked);
     assert!(bench.frame(120, 40).contains(&format!(" {next} at ")));
     assert_ne!(line(&bench, "distance"), "");
-    assert_eq!(bench.model.overlays.len(), 1);
+    assert_eq!(bench.model.screens.iter().count(), 1);
     bench.press("home");
     assert!(!line(&bench, "ttc").contains("! ttc"), "far away at first");
     bench.press("esc");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
 }
 
 #[test]

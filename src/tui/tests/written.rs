@@ -21,7 +21,8 @@ use crate::store::Consumed;
 use crate::tui::loaded::{Authorship, Generated, How, Made, Opened, VariantRequest};
 use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
 use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{JobState, Model, Overlay};
+use crate::tui::model::{JobState, Model};
+use crate::tui::screens::variant::VariantScreen;
 use crate::verdict::{AttackerChoice, Motion, ObstacleRisk};
 use crate::workflow::{AttackSource, AttackWriter};
 
@@ -322,14 +323,14 @@ fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
 fn what_came_to_nothing_can_be_read() {
     let mut bench = open();
     bench.press("K");
-    assert!(bench.model.overlays.is_empty());
+    assert!(bench.model.screens.is_empty());
     bench.press("&");
     let (id, _) = asked(&bench);
     let nothing = unwritten("lab/\u{1b}[31msmall");
     bench.send(Msg::Make(MakeNews::Ended(id, Ok(nothing))));
     assert!(said(&bench.model).ends_with("K tells all"));
     bench.press("K");
-    assert_eq!(bench.model.overlays.last(), Some(&Overlay::Variant(0)));
+    assert!(bench.model.screens.is_top::<VariantScreen>());
     let panel = bench.frame(200, 60);
     for words in [
         "what the model wrote",

@@ -1,18 +1,21 @@
 //! What each action does.
 
 use super::super::action::{Action, Scope};
-use super::super::keymap::{Code, Key};
 use super::super::message::{Effect, StoredOf};
-use super::super::model::{Column, Model, Notice, Overlay, Pane, Picker, PromptView, Shown, Toast};
+use super::super::model::{Column, Model, Notice, Pane, PromptView, Shown, Toast};
+use super::super::screens;
 use super::{
-    answers, batch, claims, clock, compare, editing, history, jobs, list, look, map, obstacles,
-    open_current, panes, picture, planning, plot, rating, results, session, source, task, timeline,
+    answers, batch, claims, clock, compare, editing, jobs, list, map, obstacles, open_current,
+    panes, planning, plot, rating, screens as on_screen, session, task, timeline,
 };
 use crate::scenario::EgoSource;
 
 /// Does it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     use Action::*;
+    if let Some(effects) = screens::open(model, action) {
+        return effects;
+    }
     match action {
         Quit => return leave(model),
         Cancel => return cancel(model),
@@ -27,21 +30,8 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.say(words);
             return vec![Effect::UseMouse(model.mouse)];
         }
-        Help => model.overlays.push(Overlay::Help {
-            scroll: 0,
-            text: String::new(),
-        }),
-        About => model.overlays.push(Overlay::About { scroll: 0 }),
-        Values => model.overlays.push(Overlay::Values { scroll: 0 }),
         ReadThresholds => return vec![Effect::ReadThresholds],
-        PlotMeasure => plot::choose(model, false),
-        SortScenarios => plot::choose(model, true),
         Mark => plot::mark(model),
-        PickTheme => look::pick_theme(model),
-        Palette => model.overlays.push(Overlay::Palette(Picker::default())),
-        ChooseModel => choose_model(model, false),
-        Compare => choose_model(model, true),
-        SavePicture => picture::choose(model),
         NextPane => focus_next(model, 1),
         PreviousPane => focus_next(model, Pane::ALL.len() - 1),
         Zoom => model.zoomed = !model.zoomed,
@@ -55,7 +45,6 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Choose => return list::choose(model),
         GroupScenarios => list::group(model),
         TurnOrder => list::turn(model),
-        EditTags => list::edit_tags(model),
         NextDisagreement => return timeline::next_disagreement(model),
         HeatStrips => timeline::next_heat(model),
         Up | Down | PageUp | PageDown | Top | Bottom => return moved(model, action),
@@ -64,18 +53,15 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
             move_map(model, action);
         }
-        Details => map::details(model),
         NextPaths => map::next_paths(model),
-        Layers => model.overlays.push(Overlay::Layers(0)),
         TakeTape => map::tape(model),
         SwapTape => map::swap_tape(model),
         NextObstacle => obstacles::pick(model, 1),
         PreviousObstacle => obstacles::pick(model, -1),
         TakeAsEgo => return obstacles::take_as_ego(model),
         RecordedEgo => return obstacles::recorded_ego(model),
-        DrivePlanner | NextForecast | PlannerCycle | PlotDrives | SaveDrive | Generate
-        | GenerateWith | ModelAttacks | ModelAttacksWith | SwitchVariant | VariantPanel
-        | SaveVariant => {
+        DrivePlanner | NextForecast | PlotDrives | SaveDrive | Generate | GenerateWith
+        | ModelAttacks | ModelAttacksWith | SwitchVariant | SaveVariant => {
             return planning::perform(model, action);
         }
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl => {
@@ -88,8 +74,6 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         }
         Edit => editing::begin(model),
         OutsideEditor => return editing::open_outside(model),
-        ChooseTemplate => editing::choose_template(model),
-        Source => return source::open(model),
         EditDone | SaveTemplate | SaveTemplateAs | Find | GoToLine | Turn | Undo | Redo | Cut
         | CopySelection | PasteCopied | SelectAll => return editing::perform(model, action),
         ResetTemplate => return editing::reset(model),
@@ -108,16 +92,16 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         | BestSecond | BestThird | BestFourth | RateTie | RateAllWrong | MarkWrong | NextRound
         | Ratings => return compare::perform(model, action),
         Copy => return copy(model),
-        History => return history::open(model, None),
-        TaskList => return jobs::open(model),
-        Results => return results::open(model),
-        CellLeft | CellRight | OpenCell | ChooseCounted => return results::perform(model, action),
         MarkScenario => batch::mark(model),
         UnmarkScenarios => model.marks.clear(),
         AskMarked => return batch::propose(model),
-        ReopenRun | SearchRuns | PinRun | DeleteRun | UndoDelete | NoteRun | CopyRun
-        | ExportRuns | OtherHalf => return history::perform(model, action),
-        CancelJob | CancelAllJobs | ShowJob => return jobs::perform(model, action),
+        CancelJob | CancelAllJobs => return jobs::perform(model, action),
+        // These open a screen, or are done by the one on top.
+        Help | About | Values | PlotMeasure | SortScenarios | PickTheme | Palette | ChooseModel
+        | Compare | SavePicture | EditTags | Details | Layers | PlannerCycle | VariantPanel
+        | ChooseTemplate | Source | History | TaskList | Results | CellLeft | CellRight
+        | OpenCell | ChooseCounted | ReopenRun | SearchRuns | PinRun | DeleteRun | UndoDelete
+        | NoteRun | CopyRun | ExportRuns | OtherHalf | ShowJob | Accept => {}
     }
     Vec::new()
 }
@@ -127,14 +111,14 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
     if model.prompt.editing && model.prompt.editor.selection().is_some() {
         return editing::perform(model, Action::CopySelection);
     }
-    if model.compare.open && model.overlays.is_empty() {
+    if model.compare.open && model.screens.is_empty() {
         return compare::interrupt(model);
     }
     let aborted = answers::abort_all(model);
     if !aborted.is_empty() {
         return aborted;
     }
-    if model.prompt.editing || !model.overlays.is_empty() || model.list.filtering {
+    if model.prompt.editing || !model.screens.is_empty() || model.list.filtering {
         return cancel(model);
     }
     // An answer may have ended just as somebody was about to cancel it.
@@ -200,19 +184,8 @@ pub fn stored_of(model: &Model) -> Option<StoredOf> {
 
 /// Esc: the innermost thing that is open is closed.
 pub fn cancel(model: &mut Model) -> Vec<Effect> {
-    match model.overlays.last() {
-        Some(Overlay::History) => return history::close(model),
-        Some(Overlay::Results) => return results::back(model),
-        Some(Overlay::Batch) => {
-            return batch::on_key(model, Key::plain(Code::Esc));
-        }
-        _ => {}
-    }
-    if let Some(closed) = model.overlays.pop() {
-        if matches!(closed, Overlay::Themes(_)) {
-            look::preview(model);
-        }
-        return Vec::new();
+    if !model.screens.is_empty() {
+        return on_screen::on_action(model, Action::Cancel);
     }
     if model.prompt.editing {
         return editing::end(model);
@@ -235,13 +208,6 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
     aborted
 }
 
-fn choose_model(model: &mut Model, ask: bool) {
-    model.overlays.push(Overlay::Models {
-        picker: Picker::default(),
-        ask,
-    });
-}
-
 fn focus_next(model: &mut Model, by: usize) {
     let now = Pane::ALL
         .iter()
@@ -251,18 +217,6 @@ fn focus_next(model: &mut Model, by: usize) {
 }
 
 fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
-    match model.overlays.last() {
-        Some(Overlay::History) => return history::moved(model, action),
-        Some(Overlay::Jobs) => {
-            jobs::moved(model, action);
-            return Vec::new();
-        }
-        Some(Overlay::Results) => {
-            results::moved(model, action);
-            return Vec::new();
-        }
-        _ => {}
-    }
     if model.focus.scope() == Scope::Scenarios || model.list.filtering {
         let page = model.drawn.extent(Pane::Scenarios).rows.max(2) - 1;
         let page = isize::try_from(page).unwrap_or(1);

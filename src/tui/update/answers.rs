@@ -1,12 +1,15 @@
 //! Asking, and what arrives.
 
+use std::sync::Arc;
+
 use super::super::action::Action;
-use super::super::message::{AskId, Effect};
+use super::super::message::{AskId, Effect, WindowTruth};
 use super::super::model::{Column, Model, Pane, Progress, Shown};
 use super::{batch, making};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
 use crate::llm::{Discovered, Offer};
+use crate::scenario::Scene;
 use crate::verdict::Task;
 
 /// Asks the chosen model the question as it stands; `fresh` even where the store has its answer.
@@ -18,7 +21,10 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
     }
     let asked = model.model.clone();
     if asked == judge::MODEL && matches!(model.task, Task::Attacker | Task::Trajectory) {
-        model.say("the built-in judge answers collision and safety only; m chooses a model");
+        let key = model.look.key(Action::ChooseModel);
+        model.say(format!(
+            "the built-in judge answers collision and safety only; {key} chooses a model"
+        ));
         return Vec::new();
     }
     // The built-in judge reads the scene, not the prompt.
@@ -56,6 +62,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
             steps: Some((question.case.window.first(), question.case.window.last())),
             begun: false,
             truth: model.answers.reference.as_ref().map(|r| r.verdict.clone()),
+            judging: false,
             reasoning: String::new(),
             text: String::new(),
             progress: Progress::Waiting(0.0),
@@ -68,6 +75,43 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         model: asked,
         fresh,
     }]
+}
+
+/// Asks for the truth about the windows of answers from the store, where that is not known.
+pub fn request_truths(model: &mut Model) -> Option<Effect> {
+    let scene = model.opened.as_ref()?.scene.clone()?;
+    let mut windows = Vec::new();
+    for column in &mut model.answers.columns {
+        if column.ask.is_none()
+            && column.truth.is_none()
+            && !column.judging
+            && let Some(steps) = column.steps
+        {
+            column.judging = true;
+            windows.push(steps);
+        }
+    }
+    windows.sort_unstable();
+    windows.dedup();
+    let thresholds = model.thresholds.clone();
+    (!windows.is_empty()).then_some(Effect::Judge(scene, model.task, windows, thresholds))
+}
+
+/// The truth about windows of a scene and task; what is no longer open or asked is dropped.
+pub fn judged(model: &mut Model, scene: &Arc<Scene>, task: Task, verdicts: &[WindowTruth]) {
+    let open = model.opened.as_ref().and_then(|o| o.scene.as_ref());
+    if task != model.task || !open.is_some_and(|open| Arc::ptr_eq(open, scene)) {
+        return;
+    }
+    for column in model.answers.columns.iter_mut().filter(|c| c.judging) {
+        let same = verdicts
+            .iter()
+            .find(|(steps, _)| Some(*steps) == column.steps);
+        if let Some((_, verdict)) = same {
+            column.truth = Some(verdict.clone());
+            column.judging = false;
+        }
+    }
 }
 
 /// Offers models that were found on this machine, beside those that are known.
@@ -186,7 +230,8 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
             column.reasoning.clone_from(&answer.reasoning);
             column.progress = Progress::Done(answer);
             if let Some(run) = twice {
-                model.say(format!("from the store, run {run}: R asks anew"));
+                let key = model.look.key(Action::RunAnew);
+                model.say(format!("from the store, run {run}: {key} asks anew"));
                 model.answers.show_once(ask, run);
             }
             if let Some(text) = failed {

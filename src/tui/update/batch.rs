@@ -3,10 +3,10 @@
 use super::super::action::Action;
 use std::sync::Arc;
 
-use super::super::keymap::{Code, Key};
 use super::super::message::Effect;
 use super::super::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended};
-use super::super::model::{Card, Column, JobKind, JobState, Model, Overlay};
+use super::super::model::{Card, Column, JobKind, JobState, Model};
+use super::super::screens::batch::BatchScreen;
 use super::{actions, jobs};
 use crate::evaluation::Plan;
 use crate::judge;
@@ -43,7 +43,10 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     }
     if model.frame == Frame::Trajectory {
-        model.say("this frame is about one picked obstacle: f chooses another one");
+        let key = model.look.key(Action::ToggleFrame);
+        model.say(format!(
+            "this frame is about one picked obstacle: {key} chooses another one"
+        ));
         return Vec::new();
     }
     let plan = Plan {
@@ -66,53 +69,8 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         counts: Counts::default(),
         marked: model.marks.count(&model.list) > 0,
     });
-    model.overlays.push(Overlay::Batch);
+    model.screens.open(BatchScreen);
     vec![Effect::Batch(BatchAsk::Count(id, batch))]
-}
-
-/// A key while the card is on top.
-pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
-    let Some(card) = &model.card else {
-        model.overlays.pop();
-        return Vec::new();
-    };
-    match key.code {
-        Code::Enter | Code::Char('y') if !card.is_counted() => {
-            model.say("still counting; Enter asks once everything is counted");
-            Vec::new()
-        }
-        Code::Enter | Code::Char('y') => begin(model),
-        Code::Esc | Code::Char('q' | 'n') => {
-            model.overlays.pop();
-            model.card = None;
-            vec![Effect::Batch(BatchAsk::StopCounting)]
-        }
-        _ => Vec::new(),
-    }
-}
-
-fn begin(model: &mut Model) -> Vec<Effect> {
-    let Some(card) = model.card.take() else {
-        return Vec::new();
-    };
-    let nothing_to_ask = card.counts.asks == 0 && card.counts.stored == 0;
-    if let Some(why) = &card.counts.refused {
-        let why = why.clone();
-        model.card = Some(card);
-        model.say(why);
-        return Vec::new();
-    }
-    model.overlays.pop();
-    if nothing_to_ask {
-        model.say("there is nothing to ask about");
-        return Vec::new();
-    }
-    model.say(format!(
-        "asking {} about {} scenarios; J shows how far it is",
-        card.batch.model,
-        card.batch.entries.len()
-    ));
-    vec![Effect::Batch(BatchAsk::Begin(card.id, card.batch))]
 }
 
 /// What a batch tells; the list of tasks has heard it already.
@@ -139,10 +97,7 @@ fn show(model: &mut Model, ended: Ended) {
     if !same || ended.answer.model == judge::MODEL || model.answers.columns.iter().any(is_it) {
         return;
     }
-    let mut column = Column::from(*ended.answer);
-    column.truth = column
-        .steps
-        .and_then(|steps| super::opening::truth(model, steps));
+    let column = Column::from(*ended.answer);
     let (shown, scroll) = (model.answers.shown, model.answers.scroll);
     let kept = model.answers.columns.len();
     model.answers.add(column);

@@ -5,7 +5,7 @@ use super::clock;
 use crate::evaluation::claims::{Subject, checked};
 
 /// Looks for the claims of the answers that are on the screen, where that was not done.
-pub fn follow(model: &mut Model) {
+pub fn settle(model: &mut Model) {
     let seen = if model.compare.open {
         model.compare.shown.clone()
     } else {

@@ -3,8 +3,9 @@
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;
 use super::super::message::Effect;
-use super::super::model::{Column, MOST_COMPARED, Model, Overlay, Shown};
-use super::{actions, answers, claims, clock, keys, rating};
+use super::super::model::{Column, MOST_COMPARED, Model, Shown};
+use super::keys::{self, Pressed};
+use super::{actions, answers, claims, clock, rating};
 use crate::store::Choice;
 
 /// Opens the screen on the answers that are shown in the verdict pane, the built-in judge's last.
@@ -50,9 +51,9 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.compare.ratings.take().is_some() {
         return Vec::new();
     }
-    match keys::action(model, key, Scope::Compare) {
-        Some(action) => perform(model, action),
-        None => Vec::new(),
+    match keys::pressed(model, key, Scope::Compare) {
+        Pressed::Action(action) => perform(model, action),
+        Pressed::Chord | Pressed::Nothing => Vec::new(),
     }
 }
 
@@ -74,11 +75,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.compare.blind = None;
         }
         BlindMode => rating::toggle_blind(model),
-        Quit | SavePicture => return actions::perform(model, action),
-        Help => model.overlays.push(Overlay::Help {
-            scroll: 0,
-            text: String::new(),
-        }),
+        Quit | SavePicture | Help => return actions::perform(model, action),
         CompareLeft => model.compare.focus = (model.compare.focus + count - 1) % count,
         CompareRight => model.compare.focus = (model.compare.focus + 1) % count,
         Up | Down | PageUp | PageDown | Top | Bottom => scroll(model, action),
@@ -205,7 +202,10 @@ fn other(model: &mut Model, forward: bool) {
             follow_ends(model);
         }
         None => {
-            model.say("there is no other answer; r in the main screen asks, c asks another model")
+            let (asks, compares) = (model.look.key(Action::Run), model.look.key(Action::Compare));
+            model.say(format!(
+                "there is no other answer; {asks} in the main screen asks, {compares} asks another model"
+            ));
         }
     }
 }
@@ -266,7 +266,7 @@ fn go_to_claim(model: &mut Model, forward: bool) {
 }
 
 /// Keeps the screen true after anything happened: answers that are gone are not shown, those waited for are.
-pub fn follow(model: &mut Model) {
+pub fn settle(model: &mut Model) {
     if !model.compare.open {
         return;
     }

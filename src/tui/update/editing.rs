@@ -6,14 +6,14 @@ mod outside;
 mod saving;
 
 use super::super::action::Action;
-use super::super::keymap::{Code, Key};
+use super::super::keymap::{Code, Key, first_line};
 use super::super::message::{Effect, Mouse};
-use super::super::model::{HEAVY, Model, Overlay, Pane, PromptView};
-use super::history;
+use super::super::model::{HEAVY, Model, Pane, PromptView};
+use super::screens;
 use crate::text::visible;
 
 pub use outside::{edited_outside, open_outside};
-pub use saving::{choose_template, reread, reset, saved, use_template};
+pub use saving::{reread, reset, saved};
 
 /// Gives the keys to the editor.
 pub fn begin(model: &mut Model) {
@@ -42,9 +42,11 @@ pub fn end(model: &mut Model) -> Vec<Effect> {
     if model.prompt.error.is_some() {
         model.say("the draft cannot be filled yet: nothing is asked with it until it is mended");
     } else if model.prompt.is_draft() {
-        model.say(
-            "the draft is in use; e and Ctrl-S save it, the palette's reset-template discards it",
-        );
+        let [edit, save, reset] = [Action::Edit, Action::SaveTemplate, Action::ResetTemplate]
+            .map(|action| model.look.key(action));
+        model.say(format!(
+            "the draft is in use; {edit} and {save} save it, {reset} discards it"
+        ));
     }
     keep(model)
 }
@@ -186,22 +188,15 @@ fn turn(model: &mut Model) {
     };
 }
 
-/// Characters that are pasted into a line at most: nobody looks for more.
-const LINE: usize = 1000;
-
-/// What of a pasted text goes into a line: its first line, as far as a line goes.
-pub fn first_line(text: &str) -> String {
-    let line = text.lines().next().unwrap_or_default();
-    line.chars().take(LINE).collect()
-}
-
 /// Text from the terminal's clipboard: it goes where keys go.
 pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
-    if model.overlays.last() == Some(&Overlay::History) {
-        return history::paste(model, text);
+    if !model.screens.is_empty() {
+        return screens::paste(model, text);
     }
-    if !model.overlays.is_empty() || model.compare.open {
-        super::overlays::paste(model, text);
+    if model.compare.open {
+        if let Some(marking) = model.compare.marking.as_mut() {
+            marking.text.push_str(&first_line(text));
+        }
         return Vec::new();
     }
     if model.prompt.editing {

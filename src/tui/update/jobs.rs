@@ -1,18 +1,17 @@
 //! The list of tasks: it hears what goes out and what comes back, and can cancel it.
 
-use super::super::action::{Action, Scope};
-use super::super::keymap::Key;
+use super::super::action::Action;
 use super::super::message::making::MakeAsk;
 use super::super::message::planning::PlanAsk;
 use super::super::message::runs::{BatchAsk, BatchId, BatchNews, Ended};
 use super::super::message::{AskId, Effect, Msg};
-use super::super::model::{Column, Job, JobKind, JobState, Model, Overlay};
-use super::{actions, answers, batch, history, keys, making, planning};
+use super::super::model::{Column, Job, JobKind, JobState, Model};
+use super::{answers, batch, making, planning};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::prompts::estimate_tokens;
 
 /// Takes note of what is asked for.
-pub fn follow(model: &mut Model, effects: &[Effect]) {
+pub fn note_requested(model: &mut Model, effects: &[Effect]) {
     let now = model.uptime;
     for effect in effects {
         let job = match effect {
@@ -111,7 +110,7 @@ fn supersede(model: &mut Model, kinds: impl Fn(JobKind) -> bool) {
 }
 
 /// Takes note of what comes back.
-pub fn hear(model: &mut Model, msg: &Msg) {
+pub fn note(model: &mut Model, msg: &Msg) {
     let now = model.uptime;
     match msg {
         Msg::Asked(id, event) => {
@@ -229,68 +228,21 @@ fn answered(job: &mut Job, ended: &Ended) {
     }
 }
 
-/// A key while the list of tasks is on top.
-pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
-    match keys::action(model, key, Scope::Jobs) {
-        Some(Action::TaskList) => {
-            model.overlays.pop();
+/// Cancels the selected task, or everything that runs.
+pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
+    if action == Action::CancelAllJobs {
+        let running = model.jobs.all.iter().filter(|job| job.is_running());
+        let kinds: Vec<_> = running.map(|job| job.kind).collect();
+        let kinds = kinds.into_iter();
+        return kinds.flat_map(|kind| cancel(model, kind)).collect();
+    }
+    match model.jobs.current().filter(|job| job.is_running()) {
+        Some(job) => cancel(model, job.kind),
+        None => {
+            model.say("that is over");
             Vec::new()
         }
-        Some(action) => actions::perform(model, action),
-        None => Vec::new(),
     }
-}
-
-/// Moves the selection.
-pub fn moved(model: &mut Model, action: Action) {
-    let last = model.jobs.all.len().saturating_sub(1);
-    let selected = &mut model.jobs.selected;
-    *selected = match action {
-        Action::Up => selected.saturating_sub(1),
-        _ => (*selected + 1).min(last),
-    };
-}
-
-/// Does something with the list of tasks; where it is not open, it is opened and nothing else is done.
-pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
-    if model.overlays.last() != Some(&Overlay::Jobs) {
-        return open(model);
-    }
-    match action {
-        Action::CancelJob => match model.jobs.current().filter(|job| job.is_running()) {
-            Some(job) => cancel(model, job.kind),
-            None => {
-                model.say("that is over");
-                Vec::new()
-            }
-        },
-        Action::CancelAllJobs => {
-            let running = model.jobs.all.iter().filter(|job| job.is_running());
-            let kinds: Vec<_> = running.map(|job| job.kind).collect();
-            kinds
-                .into_iter()
-                .flat_map(|kind| cancel(model, kind))
-                .collect()
-        }
-        _ => match model.jobs.current().and_then(|job| job.batch.clone()) {
-            Some(name) => {
-                model.overlays.pop();
-                history::open(model, Some(format!("batch:{name}")))
-            }
-            None => {
-                model.say("only a batch has runs of its own");
-                Vec::new()
-            }
-        },
-    }
-}
-
-/// Opens the list, at the newest.
-pub fn open(model: &mut Model) -> Vec<Effect> {
-    model.overlays.retain(|o| *o != Overlay::Jobs);
-    model.overlays.push(Overlay::Jobs);
-    model.jobs.selected = 0;
-    Vec::new()
 }
 
 fn cancel(model: &mut Model, kind: JobKind) -> Vec<Effect> {

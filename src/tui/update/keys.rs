@@ -1,4 +1,4 @@
-//! Keys of the main screen and of screens of their own: single ones, and those of a chord one after another.
+//! What keys mean: single ones, and those of a chord one after another.
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::{Code, Key, Meaning, latin};
@@ -6,18 +6,29 @@ use super::super::message::Effect;
 use super::super::model::Model;
 use super::actions;
 
-/// A key where nothing is typed and no overlay is open.
+/// What a key means, with those that were pressed before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pressed {
+    /// An action.
+    Action(Action),
+    /// A part of a chord, or one that is given up.
+    Chord,
+    /// Nothing.
+    Nothing,
+}
+
+/// A key where nothing is typed and no screen is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
-    match action(model, key, model.focus.scope()) {
-        Some(action) => actions::perform(model, action),
-        None => Vec::new(),
+    match pressed(model, key, model.focus.scope()) {
+        Pressed::Action(action) => actions::perform(model, action),
+        Pressed::Chord | Pressed::Nothing => Vec::new(),
     }
 }
 
-/// What a key does where `scope` holds, with those that were pressed before it; nothing for the beginning of a chord.
-pub fn action(model: &mut Model, key: Key, scope: Scope) -> Option<Action> {
+/// What a key does where `scope` holds, with those that were pressed before it.
+pub fn pressed(model: &mut Model, key: Key, scope: Scope) -> Pressed {
     if key.code == Code::Esc && give_up(model) {
-        return None;
+        return Pressed::Chord;
     }
     let begun = std::mem::take(&mut model.look.pending);
     let with = |key: Key| {
@@ -33,15 +44,15 @@ pub fn action(model: &mut Model, key: Key, scope: Scope) -> Option<Action> {
         meaning = model.look.keymap.meaning(&keys, scope);
     }
     match meaning {
-        Meaning::Action(action) => return Some(action),
+        Meaning::Action(action) => return Pressed::Action(action),
         Meaning::Prefix => model.look.pending = keys,
-        Meaning::Nothing if begun.is_empty() => {}
+        Meaning::Nothing if begun.is_empty() => return Pressed::Nothing,
         Meaning::Nothing => {
             let names: Vec<String> = keys.iter().map(Key::to_string).collect();
             model.say(format!("`{}` means nothing here", names.join(" ")));
         }
     }
-    None
+    Pressed::Chord
 }
 
 /// Forgets the beginning of a chord; says whether there was one.

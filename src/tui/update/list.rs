@@ -1,7 +1,8 @@
 //! The list of scenarios: what is found, in what order and groups it stands, and the user's tags.
 
+use super::super::action::Action;
 use super::super::message::{AskId, Effect};
-use super::super::model::{HEADLINE, Line, Model, Order, Overlay, Pane, Picker};
+use super::super::model::{Line, Model, Pane};
 use super::{open, open_current, session};
 use crate::config::Tags;
 use crate::scenario::{Entry, Found, PassedOver};
@@ -14,7 +15,7 @@ pub fn found(model: &mut Model, found: Result<Found, String>) -> Vec<Effect> {
             model.list.fill(found);
             let mut effects = session::open_found(model);
             effects.push(Effect::Survey(survey));
-            effects.extend(rank(model));
+            effects.extend(model.list.ranking());
             effects
         }
         Err(message) => nothing_found(model, message),
@@ -45,7 +46,7 @@ pub fn searched(model: &mut Model, ended: Result<Vec<PassedOver>, String>) -> Ve
             model.list.found = true;
             model.list.passed_over = passed_over;
             let mut effects = session::open_found(model);
-            effects.extend(rank(model));
+            effects.extend(model.list.ranking());
             effects
         }
         Err(message) => nothing_found(model, message),
@@ -82,22 +83,6 @@ pub fn drawing(model: &mut Model) -> Vec<Effect> {
     vec![Effect::SurveyFirst(unknown)]
 }
 
-/// Sorts; by the same again, the other way around.
-pub fn sort(model: &mut Model, order: Order) -> Vec<Effect> {
-    model.list.sort_by(order);
-    rank(model)
-}
-
-/// Asks for the values that the list is sorted by, where they are not known with the facts.
-pub fn rank(model: &mut Model) -> Vec<Effect> {
-    let measure = model.list.measure();
-    let Some(measure) = measure.filter(|m| !HEADLINE.contains(&m.id)) else {
-        return Vec::new();
-    };
-    let entries = model.list.rows.iter().map(|row| row.entry.clone());
-    vec![Effect::Rank(measure.id, entries.enumerate().collect())]
-}
-
 /// Turns the order around.
 pub fn turn(model: &mut Model) {
     let order = model.list.order;
@@ -108,9 +93,10 @@ pub fn turn(model: &mut Model) {
 pub fn group(model: &mut Model) {
     let next = model.list.grouping.next();
     model.list.group_by(next);
+    let key = model.look.key(Action::Choose);
     model.say(match next.name() {
         "nothing" => "not grouped".to_string(),
-        name => format!("grouped by {name}; Enter on a group shuts it"),
+        name => format!("grouped by {name}; {key} on a group shuts it"),
     });
 }
 
@@ -126,30 +112,6 @@ pub fn choose(model: &mut Model) -> Vec<Effect> {
         Some(place) if model.list.current() == Some(place) => open(model, place, None),
         _ => open_current(model),
     }
-}
-
-/// Opens the line in which the selected scenario's tags are typed.
-pub fn edit_tags(model: &mut Model) {
-    let Some(place) = model.list.current().or(model.list.opened) else {
-        return model.say("select a scenario first");
-    };
-    let row = &model.list.rows[place];
-    let mut text = row.own_tags.join(" ");
-    if !text.is_empty() {
-        text.push(' ');
-    }
-    let picker = Picker { text, selected: 0 };
-    let scenario = row.entry.name.clone();
-    model.overlays.push(Overlay::Tags { picker, scenario });
-}
-
-/// The tags were typed.
-pub fn tag(model: &Model, scenario: String, line: &str) -> Vec<Effect> {
-    let tags = Tags::typed(line);
-    if tags == model.list.tags.of(&scenario) {
-        return Vec::new();
-    }
-    vec![Effect::ChangeTags(scenario, tags)]
 }
 
 /// The user's tags were read or changed; where they cannot be, they stay as they were.

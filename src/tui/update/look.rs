@@ -1,50 +1,8 @@
-//! Themes that are chosen, and files that say how the workbench looks: what was good stays where the new is not.
+//! Files that say how the workbench looks: what was good stays where the new is not.
 
-use super::super::message::{Effect, Reloaded};
-use super::super::model::{Glyphs, Model, Overlay, Picker, themes_shown};
+use super::super::message::Reloaded;
+use super::super::model::{Glyphs, Model};
 use crate::config::Config;
-
-/// Opens the list of themes at the one that is chosen.
-pub fn pick_theme(model: &mut Model) {
-    let all = Picker::default();
-    let shown = themes_shown(model, &all);
-    let now = shown.iter().position(|name| *name == model.look.chosen);
-    model.overlays.push(Overlay::Themes(Picker {
-        selected: now.unwrap_or(0),
-        ..all
-    }));
-}
-
-/// Shows the selected theme, if it can be shown.
-pub fn preview(model: &mut Model) {
-    // Why it cannot be shown stands in the list.
-    let _ = model.show_theme();
-}
-
-/// Takes the theme that was selected in the list, which is closed.
-pub fn take(model: &mut Model, picker: &Picker) -> Vec<Effect> {
-    let shown = themes_shown(model, picker);
-    if let Some(name) = shown.get(picker.selected) {
-        match model.look.theme(name) {
-            Ok(theme) => {
-                model.theme = theme;
-                model.look.chosen.clone_from(name);
-                let while_it_lasts = match model.recall.on {
-                    true => "for this session",
-                    false => "until you quit",
-                };
-                model.say(format!(
-                    "{while_it_lasts}; `theme = {name:?}` in config.toml keeps it"
-                ));
-            }
-            Err(why) => {
-                model.complain(format!("the theme stays as it was: {why}"));
-                preview(model);
-            }
-        }
-    }
-    Vec::new()
-}
 
 /// A file was changed.
 pub fn reloaded(model: &mut Model, what: Reloaded) {
@@ -65,7 +23,7 @@ pub fn reloaded(model: &mut Model, what: Reloaded) {
         }
         Reloaded::Themes(themes) => {
             model.look.themes = themes;
-            if let Err(why) = model.show_theme() {
+            if let Err(why) = model.show_theme(&model.look.chosen.clone()) {
                 model.complain(format!("{why}; the colours stay as they were"));
             }
         }
@@ -79,9 +37,9 @@ fn configured(model: &mut Model, config: &Config) {
     if model.config.theme != config.theme {
         model.config.theme.clone_from(&config.theme);
         match model.look.theme(&name) {
-            Ok(_) => {
+            Ok(theme) => {
                 model.look.chosen = name;
-                preview(model);
+                model.theme = theme;
             }
             Err(why) => model.complain(format!("{why}; the colours stay as they were")),
         }

@@ -7,13 +7,12 @@ pub use noted::{job, note};
 
 use std::sync::Arc;
 
-use super::super::action::{Action, Scope};
-use super::super::keymap::Key;
+use super::super::action::Action;
 use super::super::loaded::{Generated, Made, Opened, VariantRequest, VariantShown, Writer};
 use super::super::message::making::{MakeAsk, MakeId, MakeNews};
 use super::super::message::{Effect, OpenId};
-use super::super::model::{Drives, Model, Overlay, Search, consequence_words, forecast_words};
-use super::{actions, opening, planning, values};
+use super::super::model::{Drives, Model, Search, consequence_words, forecast_words};
+use super::opening;
 use crate::generation::Consequence;
 use crate::scenario::{ContentHash, ObstacleRole, Transform};
 
@@ -29,38 +28,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Action::ModelAttacksWith => return generate_with(model, true),
         Action::SwitchVariant => return switch(model),
         Action::SaveVariant => return save(model),
-        Action::VariantPanel => match model.variant() {
-            Some(_) => model.overlays.push(Overlay::Variant(0)),
-            None if model.unwritten().is_some() => model.overlays.push(Overlay::Variant(0)),
-            None => {
-                let why = none_made(model);
-                model.say(why);
-            }
-        },
         _ => {}
     }
     Vec::new()
-}
-
-/// Why there is no variant to show, and what to do.
-fn none_made(model: &Model) -> String {
-    if model.maker.under_way.is_some() {
-        return "the variant is still being made".into();
-    }
-    if model.opened.is_none() {
-        return "no scenario is open".into();
-    }
-    let generate = model.look.key(Action::Generate);
-    let kept = model
-        .made_of()
-        .and_then(|(hash, change)| model.maker.find(hash, change));
-    match kept {
-        Some(_) => format!(
-            "the variant is not shown: {generate} or {} shows it",
-            model.look.key(Action::SwitchVariant)
-        ),
-        None => format!("no variant was made; {generate} makes the scenario dangerous"),
-    }
 }
 
 /// Lets the picked obstacle attack; a model writes its motion, or it is searched for.
@@ -113,7 +83,7 @@ fn ready(model: &mut Model) -> Option<(ContentHash, Option<Transform>)> {
     } else if model.opening.is_some() {
         Some("the scenario is not open yet".into())
     } else {
-        planning::nothing_to_plan(model)
+        model.nothing_to_plan()
     };
     match why {
         Some(why) => {
@@ -185,7 +155,7 @@ fn ended(model: &mut Model, id: MakeId) {
 }
 
 /// What is searched for belongs to what is open: where something else is opened, the search stops.
-pub fn follow(model: &mut Model) -> Vec<Effect> {
+pub fn stop_left(model: &mut Model) -> Vec<Effect> {
     if model.variant().is_none() && model.plot.drives == Some(Drives::Risk) {
         model.plot.drives = None;
     }
@@ -269,7 +239,7 @@ fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
         .made_of()
         .and_then(|(hash, change)| model.maker.find(hash, change));
     let Some(kept) = kept else {
-        let why = none_made(model);
+        let why = model.without_variant();
         model.say(why);
         return Vec::new();
     };
@@ -348,7 +318,7 @@ fn save(model: &mut Model) -> Vec<Effect> {
             vec![Effect::Make(MakeAsk::Save(made, folder))]
         }
         None => {
-            let why = none_made(model);
+            let why = model.without_variant();
             model.say(format!("nothing to write: {why}"));
             Vec::new()
         }
@@ -363,21 +333,5 @@ fn saved(model: &mut Model, made: &Arc<Made>, result: Result<String, String>) {
             model.say(format!("saved as {files}"));
         }
         Err(error) => model.complain(format!("the variant is not written: {error}")),
-    }
-}
-
-/// A key while the panel is shown: what moves the clock or changes the variant goes through.
-pub fn panel_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
-    match model.look.keymap.action(key, Scope::Global)? {
-        Action::VariantPanel => {
-            model.overlays.pop();
-            Some(Vec::new())
-        }
-        action @ (Action::Play
-        | Action::PlotDrives
-        | Action::SwitchVariant
-        | Action::SaveVariant
-        | Action::Palette) => Some(actions::perform(model, action)),
-        _ => values::on_key(model, key),
     }
 }

@@ -3,12 +3,7 @@
 use ratatui::layout::Position;
 
 use super::super::action::{Action, Scope};
-use super::super::keymap::{Code, Key};
-use super::super::message::Effect;
-use super::super::model::{
-    End, Foreseen, Foresight, Layers, Model, On, Overlay, Pane, Tape, as_text,
-};
-use super::actions;
+use super::super::model::{End, Foreseen, Foresight, Model, On, Pane, Tape};
 use crate::geometry::{Point, Pose};
 
 /// Cells that a key moves the end of the tape.
@@ -18,7 +13,7 @@ const STRIDE: f64 = 2.0;
 const STICKS: f64 = 1.0;
 
 /// Works out what is drawn into the future, if it changed.
-pub fn follow(model: &mut Model) {
+pub fn settle(model: &mut Model) {
     let whose = model.map.layers.paths;
     if whose == Foreseen::Off {
         model.map.foresight = Foresight::default();
@@ -44,51 +39,6 @@ pub fn next_paths(model: &mut Model) {
         Foreseen::Near => "predicted paths of all near the ego",
     };
     model.say(words);
-}
-
-/// Shows the details of the picked obstacle.
-pub fn details(model: &mut Model) {
-    if model.picked.is_none() {
-        return model.say("pick an obstacle first");
-    }
-    model.overlays.push(Overlay::Details(0));
-}
-
-/// A key while the details are open: what moves the clock or picks goes through, `y` copies.
-pub fn details_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
-    match model.look.keymap.action(key, Scope::Global)? {
-        Action::Copy => {
-            let text = as_text(&model.details()?);
-            model.say(format!("{} characters copied", text.chars().count()));
-            Some(vec![Effect::Copy(text)])
-        }
-        action @ (Action::Play | Action::NextPaths | Action::TakeTape) => {
-            Some(actions::perform(model, action))
-        }
-        Action::Details => {
-            model.overlays.pop();
-            Some(Vec::new())
-        }
-        _ => super::values::on_key(model, key),
-    }
-}
-
-/// A key while the layers are open.
-pub fn layers_key(model: &mut Model, key: Key) {
-    let Some(Overlay::Layers(selected)) = model.overlays.last_mut() else {
-        return;
-    };
-    match key.code {
-        Code::Up | Code::Char('k') => *selected = selected.saturating_sub(1),
-        Code::Down | Code::Char('j') => *selected = (*selected + 1).min(Layers::COUNT - 1),
-        Code::Enter | Code::Char(' ') => {
-            let row = *selected;
-            model.map.layers.switch(row);
-        }
-        _ => {
-            model.overlays.pop();
-        }
-    }
 }
 
 /// Takes the tape out, from the ego to the picked obstacle, or puts it away.
@@ -119,7 +69,19 @@ pub fn tape(model: &mut Model) {
     };
     model.map.tape = Some(Tape { from, to });
     model.focus = Pane::Map;
-    model.say("h j k l or dragging measures, Enter takes the other end, T puts it away");
+    let keys = [
+        Action::PanLeft,
+        Action::PanDown,
+        Action::PanUp,
+        Action::PanRight,
+    ];
+    let keys = keys.map(|action| model.look.keymap.key_in(action, Scope::Map));
+    model.say(format!(
+        "{} or dragging measures, {} takes the other end, {} puts it away",
+        keys.join(" "),
+        model.look.key(Action::SwapTape),
+        model.look.key(Action::TakeTape)
+    ));
 }
 
 /// Moves the free end of the tape by a key; says whether there is a tape.
@@ -147,7 +109,10 @@ pub fn move_tape(model: &mut Model, action: Action) -> bool {
 pub fn swap_tape(model: &mut Model) {
     match &mut model.map.tape {
         Some(tape) => std::mem::swap(&mut tape.from, &mut tape.to),
-        None => model.say("T takes the tape out first"),
+        None => {
+            let key = model.look.key(Action::TakeTape);
+            model.say(format!("{key} takes the tape out first"));
+        }
     }
 }
 

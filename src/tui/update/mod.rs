@@ -7,17 +7,14 @@ mod claims;
 mod clock;
 mod compare;
 mod editing;
-mod history;
 mod jobs;
 mod keys;
-mod line;
 mod list;
 mod look;
 mod making;
 mod map;
 mod obstacles;
 mod opening;
-mod overlays;
 mod panes;
 mod picture;
 mod planning;
@@ -25,9 +22,8 @@ mod plot;
 mod pointer;
 mod rating;
 mod reopen;
-mod results;
+mod screens;
 pub mod session;
-mod source;
 mod task;
 mod timeline;
 mod values;
@@ -36,9 +32,10 @@ pub use actions::perform;
 use opening::{open, open_again, open_changed, open_current, opened, show_stored};
 
 use super::action::Action;
-use super::keymap::{Code, Key};
+use super::keymap::{Code, Key, edit_line};
 use super::message::{Effect, Msg};
 use super::model::{Model, Notice};
+use super::screens::{Screens, history, results, source};
 
 /// What has to be done when the program starts.
 #[must_use]
@@ -52,18 +49,35 @@ pub fn start(model: &Model) -> Vec<Effect> {
 
 /// Takes one message.
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
-    jobs::hear(model, &msg);
-    session::hear(model, &msg);
+    note(model, &msg);
     let mut effects = take(model, msg);
-    compare::follow(model);
-    claims::follow(model);
-    effects.extend(values::follow(model));
-    effects.extend(planning::follow(model));
-    effects.extend(making::follow(model));
-    map::follow(model);
-    overlays::settle(model);
-    jobs::follow(model, &effects);
-    effects.extend(session::follow(model));
+    settle(model);
+    effects.extend(request_missing(model));
+    jobs::note_requested(model, &effects);
+    effects.extend(session::remember(model));
+    effects
+}
+
+/// Writes down what a message tells of tasks and of the session, before it changes anything.
+fn note(model: &mut Model, msg: &Msg) {
+    jobs::note(model, msg);
+    session::note(model, msg);
+}
+
+/// Makes what is shown true again, whatever the message changed.
+fn settle(model: &mut Model) {
+    compare::settle(model);
+    claims::settle(model);
+    map::settle(model);
+}
+
+/// Asks for what the model lacks and stops what it needs no longer.
+fn request_missing(model: &mut Model) -> Vec<Effect> {
+    let mut effects: Vec<Effect> = plot::request(model).into_iter().collect();
+    effects.extend(answers::request_truths(model));
+    effects.extend(planning::request(model));
+    effects.extend(making::stop_left(model));
+    effects.extend(Screens::follow(model));
     effects
 }
 
@@ -94,12 +108,20 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Ranked(measure, place, value) => {
-            plot::ranked(model, measure, place, value);
+            model.list.rank(measure, place, value);
             Vec::new()
         }
         Msg::Opened(id, result) => opened(model, id, result),
         Msg::Measured(id, found) => {
             values::measured(model, id, found);
+            Vec::new()
+        }
+        Msg::Plotted(id, series) => {
+            model.plot.take(id, series);
+            Vec::new()
+        }
+        Msg::Judged(scene, task, truths) => {
+            answers::judged(model, &scene, task, &truths);
             Vec::new()
         }
         Msg::Thresholds(read) => values::thresholds(model, read),
@@ -122,8 +144,14 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             }
             Vec::new()
         }
-        Msg::History(news) => history::heard(model, news),
-        Msg::Results(news) => results::heard(model, news),
+        Msg::History(news) => {
+            let step = history::hear(model, news);
+            screens::take(model, None, step)
+        }
+        Msg::Results(news) => {
+            let step = results::hear(model, news);
+            screens::take(model, None, step)
+        }
         Msg::Batch(news) => batch::heard(model, news),
         Msg::Plan(news) => planning::heard(model, news),
         Msg::Make(news) => making::heard(model, news),
@@ -187,8 +215,8 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 }
 
 fn other_key(model: &mut Model, key: Key) -> Vec<Effect> {
-    if !model.overlays.is_empty() {
-        return overlays::on_key(model, key);
+    if !model.screens.is_empty() {
+        return screens::on_key(model, key);
     }
     if model.compare.open {
         return compare::on_key(model, key);
@@ -212,7 +240,7 @@ fn filter_key(model: &mut Model, key: Key) -> Vec<Effect> {
         Code::Enter | Code::Tab => model.list.filtering = false,
         Code::Up => return actions::perform(model, Action::Up),
         Code::Down => return actions::perform(model, Action::Down),
-        _ if line::edit(&mut filter, key) => {}
+        _ if edit_line(&mut filter, key) => {}
         _ => return Vec::new(),
     }
     if filter == model.list.filter {

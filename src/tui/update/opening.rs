@@ -5,7 +5,7 @@ use super::super::clock::Clock;
 use super::super::loaded::Opened;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, Notice, Shown, Values};
-use super::{actions, answers, clock, planning, plot, reopen, session, timeline};
+use super::{actions, answers, clock, planning, reopen, session, timeline};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
 use crate::scenario::Transform;
@@ -115,7 +115,6 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     if step.is_none() {
         clock::to_window(model);
     }
-    plot::refresh(model);
     model.refresh();
     reopen::opened(model, id);
     session::opened(model);
@@ -153,7 +152,6 @@ fn leave(model: &mut Model) {
     model.taken = None;
     model.picked = None;
     model.plot.marked.clear();
-    model.plot.series = None;
     model.map.tape = None;
     model.values = Values::default();
     model.prompt.scroll = 0;
@@ -204,9 +202,7 @@ pub fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     newest.sort_by_key(|answer| answer.how != how);
     newest.truncate(STORED);
     for answer in newest {
-        let mut column = Column::from(answer);
-        column.truth = column.steps.and_then(|steps| truth(model, steps));
-        model.answers.columns.push(column);
+        model.answers.columns.push(Column::from(answer));
     }
     model.answers.arrange(&how);
     if !model.answers.columns.is_empty() {
@@ -216,12 +212,3 @@ pub fn show_stored(model: &mut Model, stored: Vec<Answer>) {
 
 /// Earlier answers kept at hand.
 const STORED: usize = 32;
-
-/// What the built-in judge says about the window of an answer.
-pub fn truth(model: &Model, (first, last): (i64, i64)) -> Option<crate::verdict::Verdict> {
-    let scene = model.scene()?;
-    let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
-    let window = crate::scenario::Window::ending_at(scene, last, history);
-    let judgement = crate::judge::judge_under(scene, model.task, &window, &model.thresholds);
-    Some(judgement.verdict)
-}

@@ -4,15 +4,12 @@ mod kept;
 
 pub use kept::instead;
 
-use super::super::action::{Action, Scope};
-use super::super::keymap::Key;
+use super::super::action::Action;
 use super::super::loaded::Opened;
 use super::super::message::planning::{PlanAsk, PlanId, PlanNews};
 use super::super::message::{Effect, OpenId};
-use super::super::model::{
-    Camera, Drives, JobKind, JobState, Model, Overlay, UnderWay, forecast_words,
-};
-use super::{actions, making, opening, values};
+use super::super::model::{Camera, Drives, JobKind, JobState, Model, UnderWay, forecast_words};
+use super::{making, opening};
 use crate::planner::{Forecast, unavoided};
 use crate::workflow::MissingEgo;
 
@@ -29,38 +26,10 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Action::DrivePlanner => return drive(model),
         Action::NextForecast => return next_forecast(model),
         Action::SaveDrive => return kept::save(model),
-        Action::PlannerCycle => open_cycle(model),
         Action::PlotDrives => plot_drives(model),
         _ => return making::perform(model, action),
     }
     Vec::new()
-}
-
-/// Why the planner has nothing to do in what is open, and what to do.
-pub fn nothing_to_plan(model: &Model) -> Option<String> {
-    let opened = model.opened.as_deref()?;
-    opened.scenario.planning_problems.is_empty().then(|| {
-        format!(
-            "no planning problem here, so no start and no goal to plan for: open another scenario, or make an obstacle \
-             the ego ({} {})",
-            model.look.key(Action::NextObstacle),
-            model.look.key(Action::TakeAsEgo)
-        )
-    })
-}
-
-/// Why there is no planned ego, and what to do.
-fn unplanned(model: &Model) -> String {
-    if model.opened.is_none() {
-        return "no scenario is open".into();
-    }
-    if model.driver.under_way.is_some() {
-        return "the ego is still being planned".into();
-    }
-    nothing_to_plan(model).unwrap_or_else(|| {
-        let key = model.look.key(Action::DrivePlanner);
-        format!("the ego was not planned; {key} lets the planner drive")
-    })
 }
 
 /// Lets the planner drive, or stops it.
@@ -82,7 +51,7 @@ fn drive(model: &mut Model) -> Vec<Effect> {
 
 /// Tells the planner something else; where a planned ego is shown or on its way, it drives anew.
 fn next_forecast(model: &mut Model) -> Vec<Effect> {
-    if let Some(why) = nothing_to_plan(model) {
+    if let Some(why) = model.nothing_to_plan() {
         model.say(why);
         return Vec::new();
     }
@@ -111,7 +80,7 @@ fn begin(model: &mut Model) -> Vec<Effect> {
         _ if model.opening.is_some() => model.say("the scenario is not open yet"),
         (None, _) | (_, None) => model.say("no scenario is open"),
         (Some(_), Some(place)) => {
-            if let Some(why) = nothing_to_plan(model) {
+            if let Some(why) = model.nothing_to_plan() {
                 model.say(why);
                 return Vec::new();
             }
@@ -181,7 +150,7 @@ fn decline(model: &mut Model) {
 
 /// What is planned belongs to what is open: where something else is opened, planning stops. A scenario without an ego
 /// that stays open gets one.
-pub fn follow(model: &mut Model) -> Vec<Effect> {
+pub fn request(model: &mut Model) -> Vec<Effect> {
     kept::told(model);
     let leaves = |drive: &UnderWay| {
         model.opening.is_some() || model.opened.is_none() || model.list.opened != Some(drive.place)
@@ -321,35 +290,10 @@ pub fn note(model: &mut Model, news: &PlanNews) {
     }
 }
 
-/// Shows what the planner saw and chose.
-fn open_cycle(model: &mut Model) {
-    if model.planned().is_none() {
-        let why = unplanned(model);
-        return model.say(why);
-    }
-    model.overlays.push(Overlay::Cycle(0));
-}
-
-/// A key while the planner's cycle is shown: what moves the clock or changes the drive goes through.
-pub fn cycle_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
-    match model.look.keymap.action(key, Scope::Global)? {
-        Action::PlannerCycle => {
-            model.overlays.pop();
-            Some(Vec::new())
-        }
-        action @ (Action::Play
-        | Action::PlotDrives
-        | Action::NextForecast
-        | Action::SaveDrive
-        | Action::Palette) => Some(actions::perform(model, action)),
-        _ => values::on_key(model, key),
-    }
-}
-
 /// Plots the next thing about both egos, or the measure again.
 fn plot_drives(model: &mut Model) {
     let Some(planned) = model.planned() else {
-        let why = unplanned(model);
+        let why = model.unplanned();
         return model.say(why);
     };
     let (both, varied) = (planned.recorded.is_some(), model.variant().is_some());

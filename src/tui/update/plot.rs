@@ -1,28 +1,24 @@
-//! Choosing what is plotted, and by what the list of scenarios is sorted.
+//! What is plotted: its values, worked out in the background, and the obstacles that are marked for it.
 
 use super::super::action::Action;
-use super::super::model::{Model, Overlay, Picker};
-use crate::metrics::Measure;
+use super::super::message::{Effect, SeriesId};
+use super::super::model::Model;
 
-/// Opens the list of measures, to plot one or to sort by it.
-pub fn choose(model: &mut Model, sort: bool) {
-    model.overlays.push(Overlay::Measures {
-        picker: Picker::default(),
-        sort,
-    });
-}
-
-/// Plots a measure.
-pub fn plot(model: &mut Model, measure: &'static Measure) {
-    model.plot.measure = measure;
-    model.plot.drives = None;
-    refresh(model);
-}
-
-/// Works the plotted values out again, after another scene was opened.
-pub fn refresh(model: &mut Model) {
-    let scene = model.opened.as_ref().and_then(|o| o.scene.as_deref());
-    model.plot.refresh(scene, &model.thresholds);
+/// Asks for the plotted values, where another measure, scene or thresholds are plotted than before.
+pub fn request(model: &mut Model) -> Option<Effect> {
+    let scene = model.opened.as_ref().and_then(|o| o.scene.clone());
+    let Some(scene) = scene else {
+        model.plot.clear();
+        return None;
+    };
+    let thresholds = model.thresholds.clone();
+    if model.plot.is_asked(&scene, &thresholds) {
+        return None;
+    }
+    let id = SeriesId(model.new_id());
+    model.plot.wait(id, scene.clone(), thresholds.clone());
+    let measure = model.plot.measure;
+    Some(Effect::Plot(id, scene, measure, thresholds))
 }
 
 /// Marks the picked obstacle for the plot, or takes the mark away.
@@ -41,9 +37,4 @@ pub fn mark(model: &mut Model) {
             }
         }
     }
-}
-
-/// The most dangerous value of a scenario is known.
-pub fn ranked(model: &mut Model, measure: &str, place: usize, value: Option<f64>) {
-    model.list.rank(measure, place, value);
 }

@@ -4,13 +4,13 @@ use ratatui::layout::{Position, Rect};
 
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
-use super::super::model::{Model, Notice, On, Overlay, Pane};
-use super::{actions, clock, compare, history, list, map, open_current, panes, results};
+use super::super::model::{Model, Notice, On, Pane};
+use super::{actions, clock, compare, list, map, open_current, panes, screens};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
-    if !model.overlays.is_empty() {
-        return on_overlay(model, mouse);
+    if !model.screens.is_empty() {
+        return screens::on_mouse(model, mouse);
     }
     if model.compare.open {
         return on_compare(model, mouse);
@@ -80,23 +80,6 @@ fn on_compare(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
         Mouse::Press(_) | Mouse::Drag(_) | Mouse::Release(_) => return Vec::new(),
     };
     compare::perform(model, action)
-}
-
-fn on_overlay(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
-    if model.overlays.last() == Some(&Overlay::History) {
-        return history::on_mouse(model, mouse);
-    }
-    if model.overlays.last() == Some(&Overlay::Results) {
-        return results::on_mouse(model, mouse);
-    }
-    if let Some(scroll) = model.overlays.last_mut().and_then(Overlay::scroll_mut) {
-        match mouse {
-            Mouse::WheelUp(_) => *scroll = scroll.saturating_sub(3),
-            Mouse::WheelDown(_) => *scroll += 3,
-            _ => {}
-        }
-    }
-    Vec::new()
 }
 
 fn wheel(model: &mut Model, pane: Pane, at: Position, direction: Action) -> Vec<Effect> {

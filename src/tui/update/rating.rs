@@ -1,10 +1,9 @@
 //! What a person makes of answers side by side: blind mode, marks, ratings.
 
-use super::super::keymap::{Code, Key};
+use super::super::keymap::{Code, Key, edit_line};
 use super::super::message::Effect;
 use super::super::model::{Blind, Keeping, Marking, Model, REASONS, Shown, shuffle};
 use super::compare::{is_running, open};
-use super::line::edit;
 use super::open_current;
 use crate::store::{Choice, NewRating, RatedAnswer, Rating};
 
@@ -113,7 +112,7 @@ pub fn marking_key(model: &mut Model, key: Key) -> Vec<Effect> {
             model.compare.marking = None;
             return marked(model);
         }
-        _ => drop(edit(&mut marking.text, key)),
+        _ => drop(edit_line(&mut marking.text, key)),
     }
     Vec::new()
 }

@@ -4,38 +4,25 @@ use super::super::action::Action;
 use super::super::loaded::obstacle_taken;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, Shown};
-use super::{answers, history, open_changed};
+use super::super::screens::history::{self, HistoryScreen};
+use super::{answers, open_changed};
 use crate::evaluation::Answer;
 use crate::prompts::Techniques;
-use crate::scenario::{Entry, Transform, bundled};
+use crate::scenario::Transform;
 use crate::store::Run;
 use crate::text::Frame;
-
-/// Files that may be the scenario of this name, which may tell of a change: those of the list, else the bundled one.
-pub fn files(model: &Model, name: &str) -> Vec<Entry> {
-    let (name, _) = Transform::of_name(name);
-    let rows = model.list.rows.iter().map(|row| &row.entry);
-    let mut found: Vec<Entry> = rows
-        .filter(|entry| entry.name == name)
-        .take(4)
-        .cloned()
-        .collect();
-    if found.is_empty() {
-        found.extend(bundled().into_iter().find(|entry| entry.name == name));
-    }
-    found
-}
 
 /// Opens the scenario of a run, if it is to be found.
 pub fn begin(model: &mut Model, run: Run) -> Vec<Effect> {
     let name = run.question.scenario.clone();
-    let Some(entry) = files(model, &name).into_iter().next() else {
+    let Some(entry) = model.files_of(&name).into_iter().next() else {
         model.say(format!(
             "{name} is not in the list; start nearmiss with the folder that it is in"
         ));
         return Vec::new();
     };
-    let mut effects = history::close(model);
+    model.screens.close::<HistoryScreen>();
+    let mut effects = history::leave(model);
     let listed = model.list.rows.iter().position(|row| row.entry == entry);
     let place = listed.unwrap_or_else(|| model.list.append(entry));
     model.list.show(place);
@@ -125,11 +112,7 @@ fn put(model: &mut Model, answer: Answer) {
     let run = answer.run;
     let same = |c: &Column| c.answer().and_then(|a| a.run) == run;
     model.answers.columns.retain(|column| !same(column));
-    let mut column = Column::from(answer);
-    column.truth = column
-        .steps
-        .and_then(|steps| super::opening::truth(model, steps));
-    model.answers.add(column);
+    model.answers.add(Column::from(answer));
     let last = model.answers.columns.len() - 1;
     model.answers.show(Shown::Column(last));
 }

@@ -252,7 +252,7 @@ pub fn opened(model: &mut Model) {
 }
 
 /// Something happened that a session may remember.
-pub fn hear(model: &mut Model, msg: &Msg) {
+pub fn note(model: &mut Model, msg: &Msg) {
     let by_hand = matches!(
         msg,
         Msg::Key(_) | Msg::Mouse(_) | Msg::Paste(_) | Msg::Opened(..)
@@ -266,7 +266,7 @@ pub fn hear(model: &mut Model, msg: &Msg) {
 }
 
 /// Something changed: it is kept after a while.
-pub fn follow(model: &mut Model) -> Option<Effect> {
+pub fn remember(model: &mut Model) -> Option<Effect> {
     let recall = &mut model.recall;
     let due = recall.on && recall.changed && !recall.asked;
     recall.asked |= due;

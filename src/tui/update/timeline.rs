@@ -10,7 +10,10 @@ use crate::metrics::Series;
 pub fn go_to_minimum(model: &mut Model) {
     let measure = model.plot.measure;
     let Some(series) = &model.plot.series else {
-        return model.say(model.without_ego());
+        return model.say(match model.scene() {
+            Some(_) => format!("{} is still being computed", measure.id),
+            None => model.without_ego(),
+        });
     };
     let of_picked = model.picked.and_then(|id| worst_of(series, measure.id, id));
     let (words, step, obstacle) = match of_picked.zip(model.picked) {

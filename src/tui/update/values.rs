@@ -2,47 +2,11 @@
 
 use std::sync::Arc;
 
-use super::super::action::{Action, Scope};
-use super::super::keymap::Key;
 use super::super::loaded::Measured;
 use super::super::message::{Effect, MeasureId};
-use super::super::model::{Model, Overlay, Values};
-use super::{actions, list, open_again, planning};
+use super::super::model::{Model, Values};
+use super::{open_again, planning};
 use crate::metrics::Thresholds;
-
-/// A key that moves what is shown: the step, or the obstacle.
-pub fn on_key(model: &mut Model, key: Key) -> Option<Vec<Effect>> {
-    use Action::*;
-    let action = model.look.keymap.action(key, Scope::Global)?;
-    let moves = matches!(
-        action,
-        StepForward
-            | StepBack
-            | JumpForward
-            | JumpBack
-            | FirstStep
-            | LastStep
-            | MinimumStep
-            | CollisionStep
-            | NextObstacle
-            | PreviousObstacle
-    );
-    moves.then(|| actions::perform(model, action))
-}
-
-/// Asks for the values that are shown, if they are not known and not on their way.
-pub fn follow(model: &mut Model) -> Option<Effect> {
-    let shown = |overlay: &Overlay| matches!(overlay, Overlay::Values { .. });
-    let asked = model.values.asked.map(|(_, obstacle)| obstacle);
-    if !model.overlays.iter().any(shown) || asked == Some(model.picked) {
-        return None;
-    }
-    let scene = model.opened.as_ref()?.scene.clone()?;
-    let id = MeasureId(model.new_id());
-    model.values.asked = Some((id, model.picked));
-    let thresholds = model.thresholds.clone();
-    Some(Effect::Measure(id, scene, model.picked, thresholds))
-}
 
 /// Takes values, if nothing newer was asked for.
 pub fn measured(model: &mut Model, id: MeasureId, found: Box<Measured>) {
@@ -72,7 +36,7 @@ pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> V
     let entries: Vec<_> = entries.enumerate().collect();
     let mut effects = vec![Effect::UseThresholds(thresholds), Effect::Survey(entries)];
     model.list.forget_values();
-    effects.extend(list::rank(model));
+    effects.extend(model.list.ranking());
     if let Some(place) = model.list.opened {
         effects.extend(match model.planned().is_some() {
             true => planning::again(model, place),

@@ -13,6 +13,7 @@ use unicode_width::UnicodeWidthStr;
 
 use self::fields::Field;
 use super::map;
+use crate::tui::action::{Action, Scope};
 use crate::tui::layout::Parts;
 use crate::tui::model::{Column, Extent, Model, NARROWEST_COMPARED, Shown};
 use crate::tui::widgets::reading::Marks;
@@ -93,23 +94,29 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let key = |action| model.look.keymap.key_in(action, Scope::Compare);
+    let next = key(Action::NextRound);
     let words = match (&model.compare.blind, &model.open_error) {
         (Some(_), Some(error)) => {
             format!(
-                "{}; Enter goes to the next scenario",
+                "{}; {next} goes to the next scenario",
                 crate::text::visible(error)
             )
         }
         (Some(blind), None) if blind.waiting => {
-            "no answers at hand on this scenario; Enter goes to the next one".to_string()
+            format!("no answers at hand on this scenario; {next} goes to the next one")
         }
         (Some(blind), None) => format!(
-            "blind mode needs {} whole answers of models on this scenario, and there are {} at hand; Enter goes to \
-             the next scenario, B shows what there is",
+            "blind mode needs {} whole answers of models on this scenario, and there are {} at hand; {next} goes to \
+             the next scenario, {} shows what there is",
             blind.size,
-            model.answers.columns.len()
+            model.answers.columns.len(),
+            key(Action::BlindMode)
         ),
-        (None, _) => "nothing is shown; + takes an answer".to_string(),
+        (None, _) => format!(
+            "nothing is shown; {} takes an answer",
+            key(Action::MoreColumns)
+        ),
     };
     let text = Paragraph::new(Text::styled(words, Style::new().fg(model.theme.dim)));
     f.render_widget(text.wrap(Wrap { trim: true }), area);

@@ -7,9 +7,10 @@ use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
 use crate::config::Keys;
-use crate::tui::action::{ACTIONS, Action, Entry, Scope};
+use crate::tui::action::{Action, Entry, Scope};
 use crate::tui::keymap::Chord;
-use crate::tui::model::{EntryLine, Model, Overlay};
+use crate::tui::model::{EntryLine, Model};
+use crate::tui::widgets::hints::{Hint, entries, fixed, hint_of, together};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut left = usize::from(area.width);
@@ -32,36 +33,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     frame.render_widget(line, area);
 }
 
-/// The key of an action, and what it does.
-fn hint_of(model: &Model, action: Action) -> Option<(String, String)> {
-    let entry = ACTIONS.iter().find(|e| e.action == action)?;
-    let key = model.look.keymap.keys(entry).next()?;
-    Some((key.to_string(), entry.short.to_string()))
-}
-
-/// The keys of a screen of its own, and those that leave it.
-fn own(model: &Model, scope: Scope) -> Vec<(String, String)> {
-    let mut entries: Vec<_> = ACTIONS
-        .iter()
-        .filter(|e| e.scope == scope && e.footer > 0)
-        .collect();
-    entries.sort_by_key(|e| e.footer);
-    let key = |entry: &&crate::tui::action::Entry| {
-        let key = model.look.keymap.keys(entry).next()?;
-        Some((key.to_string(), entry.short.to_string()))
-    };
-    let mut hints: Vec<_> = entries.iter().filter_map(key).collect();
-    hints.extend(hint_of(model, Action::Help));
-    hints.push(("Esc".into(), "close".into()));
-    hints
-}
-
 /// The keys of the editor, or of the line below it.
-fn editing(model: &Model) -> Vec<(String, String)> {
-    let fixed = |pairs: &[(&str, &str)]| {
-        let owned = pairs.iter().map(|(k, w)| (k.to_string(), w.to_string()));
-        owned.collect()
-    };
+fn editing(model: &Model) -> Vec<Hint> {
     match &model.prompt.entry {
         Some(EntryLine::Find(_)) => {
             return fixed(&[
@@ -81,11 +54,6 @@ fn editing(model: &Model) -> Vec<(String, String)> {
         }
         None => {}
     }
-    let mut shown: Vec<_> = ACTIONS
-        .iter()
-        .filter(|e| e.scope == Scope::Editor && e.footer > 0)
-        .collect();
-    shown.sort_by_key(|e| e.footer);
     let emacs = model.prompt.editor.keys() == Keys::Emacs;
     let hint = |entry: &&Entry| {
         let mut keys = model.look.keymap.keys(entry);
@@ -93,141 +61,16 @@ fn editing(model: &Model) -> Vec<(String, String)> {
         let key = if emacs { keys.last() } else { keys.next() };
         Some((key?.to_string(), entry.short.to_string()))
     };
-    together(shown.iter().filter_map(hint))
+    together(entries(Scope::Editor).iter().filter_map(hint))
 }
 
-/// Keys that follow each other and do the same in both directions share their words.
-fn together(hints: impl Iterator<Item = (String, String)>) -> Vec<(String, String)> {
-    let mut joined: Vec<(String, String)> = Vec::new();
-    for (key, words) in hints {
-        match joined.last_mut().filter(|(_, last)| *last == words) {
-            Some((keys, _)) => {
-                // `Alt-↑` and `Alt-↓` are `Alt-↑↓`.
-                let modifier = key.rfind('-').filter(|&at| at + 1 < key.len());
-                let same = modifier.filter(|&at| keys.starts_with(&key[..=at]));
-                let more = same.map_or(key.as_str(), |at| &key[at + 1..]);
-                // Letters and digits stand apart, so that they are not read as one word.
-                if more.starts_with(char::is_alphanumeric) {
-                    keys.push(' ');
-                }
-                keys.push_str(more);
-            }
-            None => joined.push((key, words)),
-        }
+fn hints(model: &Model) -> Vec<Hint> {
+    if !model.look.pending.is_empty() {
+        let keys = Chord(model.look.pending.clone()).to_string();
+        return vec![(keys, "…".into()), ("Esc".into(), "give up".into())];
     }
-    joined
-}
-
-fn hints(model: &Model) -> Vec<(String, String)> {
-    let fixed = |pairs: &[(&str, &str)]| -> Vec<(String, String)> {
-        pairs
-            .iter()
-            .map(|(k, w)| ((*k).to_string(), (*w).to_string()))
-            .collect()
-    };
-    match model.overlays.last() {
-        Some(Overlay::Help { .. }) => {
-            return fixed(&[
-                ("type", "to search"),
-                ("↑↓", "scroll"),
-                ("PgUp PgDn", "a page"),
-                ("Esc", "close"),
-            ]);
-        }
-        Some(Overlay::About { .. }) => {
-            return fixed(&[
-                ("↑↓", "scroll"),
-                ("PgUp PgDn", "a page"),
-                ("Esc", "or another key closes"),
-            ]);
-        }
-        Some(Overlay::Values { .. }) => {
-            let (back, on) = (Action::StepBack, Action::StepForward);
-            let steps = model.look.key(back) + &model.look.key(on);
-            let mut hints = vec![(steps, "step".to_string())];
-            hints.extend(hint_of(model, Action::NextObstacle));
-            hints.extend(fixed(&[("↑↓", "scroll"), ("Esc", "close")]));
-            hints.extend(fixed(&[("PgUp PgDn", "a page")]));
-            hints.extend(hint_of(model, Action::CollisionStep));
-            hints.extend(hint_of(model, Action::MinimumStep));
-            return hints;
-        }
-        Some(Overlay::Themes(_)) => {
-            return fixed(&[
-                ("type", "to search"),
-                ("↑↓", "look"),
-                ("Enter", "choose"),
-                ("Esc", "back to what it was"),
-            ]);
-        }
-        Some(Overlay::History) if model.history.typing.is_some() => {
-            return fixed(&[
-                ("type", "words and filters, or what is asked for"),
-                ("Enter", "done"),
-                ("Esc", "leave"),
-            ]);
-        }
-        Some(Overlay::History) => return own(model, Scope::History),
-        Some(Overlay::Jobs) => return own(model, Scope::Jobs),
-        Some(Overlay::Results) => return own(model, Scope::Results),
-        Some(Overlay::Batch) => return fixed(&[("Enter", "ask"), ("Esc", "do not")]),
-        Some(Overlay::Tags { .. }) => {
-            return fixed(&[("type", "tags"), ("Enter", "keep"), ("Esc", "as before")]);
-        }
-        Some(Overlay::Details(_)) => {
-            return fixed(&[
-                ("←→", "step"),
-                ("↑↓", "scroll"),
-                ("y", "copy"),
-                ("Esc", "close"),
-                ("space", "play"),
-                ("PgUp PgDn", "a page"),
-            ]);
-        }
-        Some(Overlay::Cycle(_)) => {
-            let mut hints = fixed(&[("←→", "cycle"), ("↑↓", "scroll"), ("Esc", "close")]);
-            hints.extend(hint_of(model, Action::NextForecast));
-            hints.extend(hint_of(model, Action::PlotDrives));
-            return hints;
-        }
-        Some(Overlay::Variant(_)) => {
-            let mut hints = fixed(&[("←→", "step"), ("↑↓", "scroll"), ("Esc", "close")]);
-            hints.extend(hint_of(model, Action::SwitchVariant));
-            hints.extend(hint_of(model, Action::PlotDrives));
-            return hints;
-        }
-        Some(Overlay::Layers(_)) => {
-            return fixed(&[("↑↓", "select"), ("Enter", "switch"), ("Esc", "close")]);
-        }
-        Some(Overlay::Source { .. }) => {
-            let next = hint_of(model, Action::NextObstacle);
-            let keys = [
-                ("↑↓", "scroll"),
-                ("PgUp PgDn", "a page"),
-                ("g G", "begin, end"),
-            ];
-            return [
-                fixed(&keys),
-                next.into_iter().collect(),
-                fixed(&[("Esc", "close")]),
-            ]
-            .concat();
-        }
-        Some(
-            Overlay::Palette(_)
-            | Overlay::Models { .. }
-            | Overlay::Measures { .. }
-            | Overlay::Pictures(_)
-            | Overlay::Templates { .. },
-        ) => {
-            return fixed(&[
-                ("type", "to search"),
-                ("↑↓", "select"),
-                ("Enter", "choose"),
-                ("Esc", "close"),
-            ]);
-        }
-        None => {}
+    if let Some(screen) = model.screens.top() {
+        return screen.hints(model);
     }
     if model.compare.open && model.compare.ratings.is_some() {
         return fixed(&[("any key", "closes")]);
@@ -251,21 +94,12 @@ fn hints(model: &Model) -> Vec<(String, String)> {
             ("Esc", "clear"),
         ]);
     }
-    if !model.look.pending.is_empty() {
-        let keys = Chord(model.look.pending.clone()).to_string();
-        return vec![(keys, "…".into()), ("Esc".into(), "give up".into())];
-    }
     let here = if model.compare.open {
         Scope::Compare
     } else {
         Scope::Global
     };
-    let mut shown: Vec<_> = ACTIONS
-        .iter()
-        .filter(|e| e.footer > 0 && e.scope == here)
-        .collect();
-    shown.sort_by_key(|e| e.footer);
-    let mut hints: Vec<(String, String)> = Vec::new();
+    let mut hints: Vec<Hint> = Vec::new();
     if model.answers.is_running() {
         hints.push(("Esc".into(), "cancel request".into()));
     }
@@ -292,6 +126,6 @@ fn hints(model: &Model) -> Vec<(String, String)> {
         };
         Some((key.to_string(), words.to_string()))
     };
-    hints.extend(together(shown.into_iter().filter_map(hint)));
+    hints.extend(together(entries(here).into_iter().filter_map(hint)));
     hints
 }

@@ -13,12 +13,13 @@ mod timeline;
 mod toasts;
 mod too_small;
 mod verdict;
+mod which_key;
 
 use ratatui::Frame;
+use ratatui::layout::Rect;
 
 use super::layout;
 use super::model::{Glyphs, Model, Pane};
-use super::overlays;
 use super::widgets::ascii;
 
 /// Draws everything, in the signs that the terminal has.
@@ -39,7 +40,7 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
     if model.compare.open {
         compare::draw(frame, &parts, model);
         footer::draw(frame, parts.footer, model);
-        overlays::draw(frame, screen, model);
+        screens(frame, screen, model);
         toasts::draw(frame, &parts, model);
         return;
     }
@@ -58,6 +59,14 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
     }
     hint::draw(frame, &parts, model);
     footer::draw(frame, parts.footer, model);
-    overlays::draw(frame, screen, model);
+    screens(frame, screen, model);
     toasts::draw(frame, &parts, model);
+}
+
+/// Draws the screens that are open, the top last, and what can follow a prefix.
+fn screens(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+    for screen in model.screens.iter() {
+        screen.draw(frame, area, model);
+    }
+    which_key::draw(frame, area, model);
 }

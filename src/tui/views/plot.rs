@@ -38,7 +38,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let (Some(opened), Some(series)) = (opened, &model.plot.series) else {
         let title = Line::from(model.plot.measure.id);
         let inner = frame::pane(f, area, model, Pane::Plot, title);
-        let words = Paragraph::new(model.without_ego()).wrap(Wrap { trim: true });
+        let words = match model.scene() {
+            Some(_) => "computing…".to_string(),
+            None => model.without_ego(),
+        };
+        let words = Paragraph::new(words).wrap(Wrap { trim: true });
         f.render_widget(words.style(Style::new().fg(theme.dim)), inner);
         return;
     };

@@ -267,16 +267,17 @@ fn passed_over(f: &mut Frame<'_>, area: Rect, model: &Model) {
     );
 }
 
-fn nothing(model: &Model) -> Option<&'static str> {
+fn nothing(model: &Model) -> Option<String> {
     let list = &model.list;
     if list.rows.is_empty() && !list.found {
-        Some("looking for scenarios…")
+        Some("looking for scenarios…".into())
     } else if list.rows.is_empty() {
-        Some("no scenarios")
+        Some("no scenarios".into())
     } else if list.visible.is_empty() && list.known < list.rows.len() && list.read.needs_facts() {
-        Some("nothing of what was read so far fits the filter; the rest is being read")
+        Some("nothing of what was read so far fits the filter; the rest is being read".into())
     } else if list.visible.is_empty() {
-        Some("the filter lets nothing through; Esc clears it")
+        let key = model.look.key(Action::Cancel);
+        Some(format!("the filter lets nothing through; {key} clears it"))
     } else {
         None
     }

@@ -10,7 +10,6 @@ use unicode_width::UnicodeWidthStr;
 use crate::text::visible;
 use crate::tui::layout::Parts;
 use crate::tui::model::{Model, Notice, Pane, Toast};
-use crate::tui::overlays;
 
 /// Messages shown at once.
 const MOST: usize = 3;
@@ -47,7 +46,8 @@ fn names_a_model(model: &Model, text: &str) -> bool {
 /// Beside a window at the right, over what it leaves in sight.
 fn place(parts: &Parts, model: &Model) -> Rect {
     let screen = parts.header.union(parts.footer);
-    if let Some(window) = overlays::beside(screen, model) {
+    let top = model.screens.top();
+    if let Some(window) = top.and_then(|top| top.columns_at_right(screen)) {
         return Rect {
             y: parts.header.bottom(),
             width: screen.width.saturating_sub(window),

@@ -110,8 +110,8 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let heads = heads::heads(&ids, width.saturating_sub(1));
     for (i, head) in seen.zip(&heads) {
         let column = &answers.columns[i];
-        let truth = column.truth.as_ref().unwrap_or(&reference.verdict);
-        table.column(column, head, Some(truth), answers.shown == Shown::Column(i));
+        let truth = column.truth_or(Some(&reference.verdict));
+        table.column(column, head, truth, answers.shown == Shown::Column(i));
     }
     table.reference(answers, &reference.verdict);
     let mut text = Text::from(table.lines());

@@ -10,7 +10,7 @@ use crate::tui::model::{Model, Pane};
 
 /// Draws the frame of a pane and gives the area inside.
 pub fn pane(frame: &mut Frame<'_>, area: Rect, model: &Model, pane: Pane, title: Line<'_>) -> Rect {
-    let focused = model.focus == pane && model.overlays.is_empty();
+    let focused = model.focus == pane && model.screens.is_empty();
     let theme = &model.theme;
     let color = if focused {
         theme.border_focused

@@ -1,9 +1,17 @@
 //! What holds of the model whatever happened.
 
-use crate::tui::model::{
-    Line, Model, Overlay, Shown, measures_shown, models_shown, orders_shown, palette_shown,
-    pictures_shown, templates_shown, themes_shown,
-};
+use std::any::{Any, TypeId};
+
+use crate::tui::model::{Line, Model, Shown};
+use crate::tui::screens::batch::BatchScreen;
+use crate::tui::screens::measures::Measures;
+use crate::tui::screens::models::Models;
+use crate::tui::screens::orders::Orders;
+use crate::tui::screens::palette::Palette;
+use crate::tui::screens::picker::{Choice, PickerScreen};
+use crate::tui::screens::pictures::Pictures;
+use crate::tui::screens::templates::Templates;
+use crate::tui::screens::themes::Themes;
 
 /// Whether nothing lies over the main screen and nothing is typed.
 pub fn on_main_screen(model: &Model) -> bool {
@@ -13,7 +21,7 @@ pub fn on_main_screen(model: &Model) -> bool {
 /// What is open beside the main screen, in words.
 pub fn what_is_open(model: &Model) -> String {
     let open = [
-        (!model.overlays.is_empty(), format!("{:?}", model.overlays)),
+        (!model.screens.is_empty(), format!("{:?}", model.screens)),
         (model.compare.open, format!("{:?}", model.compare)),
         (
             model.prompt.editing,
@@ -37,7 +45,7 @@ pub fn check(model: &Model) {
     list(model);
     scene(model);
     answers(model);
-    overlays(model);
+    screens(model);
     let (history, jobs) = (&model.history, &model.jobs);
     within("run", history.selected, history.rows.len());
     within("task", jobs.selected, jobs.all.len());
@@ -143,27 +151,33 @@ fn answers(model: &Model) {
     );
 }
 
-fn overlays(model: &Model) {
-    for (i, overlay) in model.overlays.iter().enumerate() {
-        let kind = std::mem::discriminant(overlay);
-        let twice = model.overlays[i + 1..]
-            .iter()
-            .any(|o| std::mem::discriminant(o) == kind);
-        assert!(!twice, "twice open: {:?}", model.overlays);
-        let (picker, count) = match overlay {
-            Overlay::Palette(picker) => (picker, palette_shown(picker).len()),
-            Overlay::Themes(picker) => (picker, themes_shown(model, picker).len()),
-            Overlay::Pictures(picker) => (picker, pictures_shown(picker, model.focus).len()),
-            Overlay::Models { picker, .. } => (picker, models_shown(model, picker).len()),
-            Overlay::Templates { picker } => (picker, templates_shown(model, picker).len()),
-            Overlay::Measures { picker, sort: true } => (picker, orders_shown(picker).len()),
-            Overlay::Measures { picker, .. } => (picker, measures_shown(picker).len()),
-            Overlay::Batch => {
-                assert!(model.card.is_some(), "a card without a batch");
-                continue;
-            }
-            _ => continue,
-        };
-        within("line of the picker", picker.selected, count);
+fn screens(model: &Model) {
+    let kinds: Vec<TypeId> = model
+        .screens
+        .iter()
+        .map(|s| (s as &dyn Any).type_id())
+        .collect();
+    for (i, kind) in kinds.iter().enumerate() {
+        let twice = kinds[i + 1..].contains(kind);
+        assert!(!twice, "twice open: {:?}", model.screens);
+    }
+    picker::<Palette>(model);
+    picker::<Themes>(model);
+    picker::<Pictures>(model);
+    picker::<Models>(model);
+    picker::<Templates>(model);
+    picker::<Measures>(model);
+    picker::<Orders>(model);
+    let card = model.screens.find::<BatchScreen>();
+    assert!(
+        card.is_none() || model.card.is_some(),
+        "a card without a batch"
+    );
+}
+
+fn picker<C: Choice>(model: &Model) {
+    if let Some(list) = model.screens.find::<PickerScreen<C>>() {
+        let count = list.choice.count(model, &list.picker);
+        within("line of the picker", list.picker.selected, count);
     }
 }

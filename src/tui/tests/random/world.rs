@@ -22,7 +22,7 @@ use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo, bundled};
 use crate::store::RunId;
 use crate::tui::keymap::{Code, Key, Keymap, Preset};
-use crate::tui::loaded::{Measured, Opened, Source};
+use crate::tui::loaded::{Measured, Opened, Source, judged, plotted};
 use crate::tui::message::runs::{HistoryAsk, HistoryNews};
 use crate::tui::message::{Effect, Mouse, Msg, Reloaded};
 use crate::tui::model::PromptPane;
@@ -275,6 +275,14 @@ impl World {
                 )],
                 _ => Vec::new(),
             },
+            Effect::Plot(id, scene, measure, thresholds) => {
+                let series = plotted(&scene, measure, &thresholds);
+                vec![Msg::Plotted(id, Box::new(series))]
+            }
+            Effect::Judge(scene, task, windows, thresholds) => {
+                let truths = judged(&scene, task, windows, &thresholds);
+                vec![Msg::Judged(scene, task, truths)]
+            }
             Effect::ReadSource(place, entry) => {
                 vec![Msg::Source(place, Source::read(&entry).map(Box::new))]
             }

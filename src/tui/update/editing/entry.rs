@@ -1,9 +1,8 @@
 //! The line below the editor: a word to find, the number of a line, the name of a new template.
 
-use super::super::super::keymap::{Code, Key};
+use super::super::super::keymap::{Code, Key, edit_line};
 use super::super::super::message::Effect;
 use super::super::super::model::{EntryLine, Find, Model, next};
-use super::super::line::edit;
 
 /// Begins to search, from the word that was looked for last.
 pub fn find(model: &mut Model) {
@@ -60,7 +59,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         _ if finds && again => step(model, true),
         _ if finds && back => step(model, false),
         _ => {
-            if edit(written(entry), key) {
+            if edit_line(written(entry), key) {
                 first(model);
             }
         }

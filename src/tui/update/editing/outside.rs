@@ -1,5 +1,6 @@
 //! The user's own editor: the template goes there and comes back.
 
+use super::super::super::action::{Action, Scope};
 use super::super::super::message::{Effect, Outside};
 use super::super::super::model::{Model, Pane, PromptView};
 
@@ -56,5 +57,9 @@ pub fn edited_outside(model: &mut Model, sent: Outside, result: Result<String, S
     }
     model.prompt.editor.replace_all(&text);
     super::edited(model);
-    model.say("taken over as a draft; Ctrl-Z in the editor takes it back, Ctrl-S saves it");
+    let key = |action| model.look.keymap.key_in(action, Scope::Editor);
+    let (undo, save) = (key(Action::Undo), key(Action::SaveTemplate));
+    model.say(format!(
+        "taken over as a draft; {undo} in the editor takes it back, {save} saves it"
+    ));
 }

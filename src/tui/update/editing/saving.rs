@@ -1,7 +1,8 @@
 //! Saving templates, choosing among them, and reading them again.
 
+use super::super::super::action::Action;
 use super::super::super::message::Effect;
-use super::super::super::model::{Model, Overlay, Picker, templates_shown};
+use super::super::super::model::Model;
 use crate::prompts::{Library, Template, renamed, template_file};
 
 /// The text in the editor, if it is a template that can be filled.
@@ -43,8 +44,9 @@ pub fn save_as(model: &mut Model, name: &str) -> Vec<Effect> {
         }
     };
     if model.library.source(&file).is_some() || Library::shipped(&file).is_some() {
+        let key = model.look.key(Action::SaveTemplate);
         model.complain(format!(
-            "not saved: there is a {file} already; choose another name, or Ctrl-S to save {}",
+            "not saved: there is a {file} already; choose another name, or {key} to save {}",
             model.prompt.file()
         ));
         return Vec::new();
@@ -115,23 +117,4 @@ pub fn reset(model: &mut Model) -> Vec<Effect> {
     model.prompt.reload(&model.library);
     model.refresh();
     vec![Effect::RemoveTemplate(file, draft)]
-}
-
-/// Lists the templates for the task and frame.
-pub fn choose_template(model: &mut Model) {
-    let picker = Picker::default();
-    model.overlays.push(Overlay::Templates { picker });
-}
-
-/// Uses the template that is selected in the list.
-pub fn use_template(model: &mut Model, picker: &Picker) -> Vec<Effect> {
-    let shown = templates_shown(model, picker);
-    let Some(file) = shown.get(picker.selected).cloned() else {
-        return Vec::new();
-    };
-    if model.library.in_use(&file) {
-        model.say(format!("{file} is in use already"));
-        return Vec::new();
-    }
-    vec![Effect::UseTemplate(file)]
 }

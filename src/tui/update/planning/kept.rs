@@ -5,7 +5,7 @@ use super::super::super::loaded::{DriveFiles, DriveKey, Opened};
 use super::super::super::message::planning::PlanAsk;
 use super::super::super::message::{Effect, OpenId};
 use super::super::super::model::Model;
-use super::{show_reach, take, unplanned};
+use super::{show_reach, take};
 
 /// The drive that the planner would make now, if it was made before.
 pub fn kept(model: &Model) -> Option<Box<Opened>> {
@@ -100,7 +100,7 @@ pub fn save(model: &mut Model) -> Vec<Effect> {
     match files {
         Some(files) => vec![Effect::Plan(PlanAsk::Save(Box::new(files)))],
         None => {
-            let why = unplanned(model);
+            let why = model.unplanned();
             model.say(format!("nothing to write: {why}"));
             Vec::new()
         }

@@ -9,6 +9,7 @@ use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 use super::hidden;
 use crate::evaluation::claims::{Judgement, TOLERANCES};
 use crate::evaluation::{By, Standings};
+use crate::tui::action::Action;
 use crate::tui::model::{Model, REASONS};
 use crate::tui::widgets::claimed;
 use crate::tui::widgets::words::{fit, pad};
@@ -141,7 +142,16 @@ pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
     let theme = &model.theme;
     let mut text = Text::default();
     if ratings.is_empty() {
-        text.push_line("there are no ratings yet: 1 to 4, t and 0 make them");
+        let [first, fourth, tie, wrong] = [
+            Action::BestFirst,
+            Action::BestFourth,
+            Action::RateTie,
+            Action::RateAllWrong,
+        ]
+        .map(|action| model.look.key(action));
+        text.push_line(format!(
+            "there are no ratings yet: {first} to {fourth}, {tie} and {wrong} make them"
+        ));
     }
     for (by, name) in [(By::Model, "model"), (By::Prompt, "prompt")] {
         if ratings.is_empty() {

@@ -70,8 +70,7 @@ pub fn of(model: &Model, shown: Shown) -> Vec<Field> {
             .answers
             .columns
             .get(place)
-            .and_then(|c| c.truth.as_ref())
-            .or(reference),
+            .map_or(reference, |c| c.truth_or(reference)),
         Shown::Reference => None,
     };
     let word = match (verdict, truth) {

@@ -25,7 +25,7 @@ pub fn marks(model: &Model, column: &dyn Fn(i64) -> usize) -> Vec<Mark> {
         marks.push((column(last), ")", bold(theme.accent)));
     }
     let measure = model.plot.measure.id;
-    let series = model.plot.series.as_ref();
+    let series = model.plot.series.as_deref();
     if let Some((step, _)) = series.and_then(|series| series.most_dangerous(measure)) {
         marks.push((column(step), "m", bold(theme.picked)));
     }

@@ -179,7 +179,7 @@ impl<'a> Table<'a> {
         let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
         self.head(name, shown);
         self.way(&column.how);
-        self.truth(column.truth.as_ref());
+        self.truth(column);
         let waiting = match &column.progress {
             Progress::Done(answer) => return self.answer(answer, column.steps, truth),
             Progress::Waiting(_) => "waiting…",
@@ -230,8 +230,9 @@ impl<'a> Table<'a> {
     }
 
     /// What `=` and `≠` compare with, where it is not the column of the built-in judge.
-    fn truth(&mut self, truth: Option<&Verdict>) {
-        let words = truth.map(|verdict| {
+    fn truth(&mut self, column: &Column) {
+        let computing = column.judging.then(|| "…".to_string());
+        let words = column.truth.as_ref().map(|verdict| {
             let yes = yes(verdict.dangerous);
             let Some(worst) = verdict.worst().filter(|_| verdict.dangerous) else {
                 return yes.to_string();
@@ -245,6 +246,7 @@ impl<'a> Table<'a> {
             }
         });
         let style = Style::new().fg(self.model.theme.dim);
+        let words = words.or(computing);
         self.cell(Row::Truth, words.as_deref().unwrap_or("unknown"), style);
     }
 

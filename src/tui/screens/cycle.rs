@@ -1,0 +1,178 @@
+//! What the planner saw and chose at the cursor, at the right, so that the map stays in sight.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Text};
+
+use super::{Screen, Step, moves_scene};
+use crate::planner::{Emergency, unavoided};
+use crate::text::visible;
+use crate::tui::action::Action;
+use crate::tui::loaded::{CycleShown, Planned};
+use crate::tui::model::{Model, forecast_words};
+use crate::tui::widgets::hints::{self, Hint};
+use crate::tui::widgets::lines::{self, Lines};
+use crate::tui::widgets::window;
+use crate::tui::widgets::words::{duration, hundredths};
+
+/// The planner's cycle at the cursor.
+#[derive(Debug, Default)]
+pub struct CycleScreen {
+    scroll: usize,
+}
+
+/// Opens the window, where the ego was planned.
+pub fn open(model: &mut Model) {
+    if model.planned().is_none() {
+        let why = model.unplanned();
+        return model.say(why);
+    }
+    model.screens.open(CycleScreen::default());
+}
+
+impl Screen for CycleScreen {
+    fn on_action(&mut self, _model: &mut Model, action: Action) -> Step {
+        match action {
+            Action::PlannerCycle => Step::close(),
+            Action::Play
+            | Action::PlotDrives
+            | Action::NextForecast
+            | Action::SaveDrive
+            | Action::Palette => Step::Perform(action),
+            _ if moves_scene(action) => Step::Perform(action),
+            _ => Step::Ignored,
+        }
+    }
+
+    fn scroll_mut(&mut self) -> Option<&mut usize> {
+        Some(&mut self.scroll)
+    }
+
+    fn columns_at_right(&self, screen: Rect) -> Option<u16> {
+        Some(lines::width(screen))
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+        let width = lines::width(screen);
+        let text = match model.planned().zip(model.cycle()) {
+            Some((planned, cycle)) => text(model, planned, cycle, usize::from(width).max(2) - 2),
+            None => Text::styled(without(model), Style::new().fg(model.theme.dim)),
+        };
+        let shown = (width, self.scroll);
+        window::at_right(frame, screen, model, "the planner", text, shown);
+    }
+
+    fn hints(&self, model: &Model) -> Vec<Hint> {
+        let mut hints = vec![hints::steps(model, "cycle"), hints::scroll(model)];
+        hints.push(hints::close(model));
+        hints.extend(hints::hint_of(model, Action::NextForecast));
+        hints.extend(hints::hint_of(model, Action::PlotDrives));
+        hints
+    }
+}
+
+fn without(model: &Model) -> String {
+    match model.planned() {
+        None => {
+            let key = model.look.key(Action::DrivePlanner);
+            format!("the ego was not planned: {key} lets the planner drive")
+        }
+        Some(_) => "nothing was planned until this step".into(),
+    }
+}
+
+fn text(model: &Model, planned: &Planned, cycle: &CycleShown, width: usize) -> Text<'static> {
+    let theme = &model.theme;
+    let mut lines = Lines::new(theme, width);
+    lines.title("the drive");
+    lines.say("ended", &planned.outcome.to_string());
+    lines.say("was told", forecast_words(planned.forecast));
+    lines.say("cycles", &planned.cycles.len().to_string());
+    if let Some(words) = model.opened.as_ref().and_then(|o| unavoided(&o.scenario)) {
+        lines.say_in("not seen", &words, Style::new().fg(theme.warning));
+    }
+    let dt = model.opened.as_ref().map_or(0.0, |o| o.scenario.dt());
+    let time = cycle.step as f64 * dt;
+    lines.title(&format!("planned at {time:.1} s, step {}", cycle.step));
+    if let Some(emergency) = cycle.emergency {
+        let words = match emergency {
+            Emergency::LatestContact => "! nothing can be driven: what touches somebody last",
+            Emergency::Braking => "! nothing can be driven: braking along the path",
+        };
+        let style = Style::new().fg(theme.danger).add_modifier(Modifier::BOLD);
+        lines.say_in("emergency", words, style);
+    }
+    let (now, end) = cycle.speeds;
+    let speed = hundredths;
+    lines.say(
+        "speed",
+        &format!("{} m/s, at the end {}", speed(now), speed(end)),
+    );
+    lines.say("wanted", &format!("{} m/s", speed(cycle.wanted)));
+    lines.say("took", &took(cycle));
+    candidates(&mut lines, cycle);
+    costs(&mut lines, cycle);
+    lines.title("the drive is kept");
+    let kept = kept(model);
+    lines.text.lines.extend(
+        textwrap::wrap(&kept, width.max(8))
+            .into_iter()
+            .map(|l| Line::raw(l.into_owned())),
+    );
+    lines.text
+}
+
+/// Where the drive is, and for how long.
+fn kept(model: &Model) -> String {
+    let key = model.opened.as_ref().and_then(|opened| opened.drive_key());
+    let drive = key.and_then(|key| model.driver.kept.find(key));
+    match drive.and_then(|drive| drive.saved.as_deref()) {
+        Some(files) => format!("in {}", visible(files)),
+        None => {
+            let key = model.look.key(Action::SaveDrive);
+            format!("until you quit; {key} writes it")
+        }
+    }
+}
+
+fn took(cycle: &CycleShown) -> String {
+    let again = match cycle.refinements {
+        0 => String::new(),
+        1 => ", refined once".into(),
+        n => format!(", refined {n} times"),
+    };
+    let took = cycle.took;
+    let ms = took.as_secs_f64() * 1e3;
+    if ms < 100.0 {
+        return format!("{ms:.1} ms{again}");
+    }
+    let ms = u64::try_from(took.as_millis()).unwrap_or(u64::MAX);
+    format!("{}{again}", duration(ms))
+}
+
+fn candidates(lines: &mut Lines, cycle: &CycleShown) {
+    lines.title(&format!(
+        "{} candidates, {} on the map",
+        cycle.candidates,
+        cycle.fan.count()
+    ));
+    let of = cycle.candidates.max(1) as f64;
+    let mut row = |name: &str, count: usize| lines.bar(name, &count.to_string(), count as f64 / of);
+    row("drivable", cycle.feasible);
+    for (why, count) in &cycle.rejected {
+        row(why, *count);
+    }
+}
+
+fn costs(lines: &mut Lines, cycle: &CycleShown) {
+    if cycle.emergency == Some(Emergency::Braking) {
+        return;
+    }
+    let total = cycle.cost.total();
+    lines.title(&format!("cost of the chosen one: {}", hundredths(total)));
+    for (name, value) in cycle.cost.terms() {
+        let share = if total > 0.0 { value / total } else { 0.0 };
+        lines.bar(name, &hundredths(value), share);
+    }
+}

@@ -1,0 +1,185 @@
+//! All keys, from the live keymap; what is typed filters them.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span, Text};
+use unicode_width::UnicodeWidthStr;
+
+use super::{PAGE, Screen, Step};
+use crate::tui::action::{ACTIONS, Action, Scope};
+use crate::tui::keymap::{Code, Key, edit_line, first_line};
+use crate::tui::message::Effect;
+use crate::tui::model::{Model, TERMS};
+use crate::tui::widgets::hints::{Hint, fixed};
+use crate::tui::widgets::window;
+use crate::tui::widgets::words::{fit, pad};
+
+/// Columns of the keys at least, and at most.
+const KEYS: (usize, usize) = (16, 22);
+
+/// All keys that match what is typed.
+#[derive(Debug, Default)]
+pub struct HelpScreen {
+    /// What is typed.
+    pub typed: String,
+    scroll: usize,
+}
+
+impl Screen for HelpScreen {
+    fn on_key(&mut self, model: &mut Model, key: Key) -> Option<Step> {
+        let action = model.look.keymap.action(key, Scope::Global);
+        match key.code {
+            Code::Esc => return Some(Step::close()),
+            _ if action == Some(Action::Help) && self.typed.is_empty() => {
+                return Some(Step::close());
+            }
+            _ if edit_line(&mut self.typed, key) => self.scroll = 0,
+            Code::Up => self.scroll = self.scroll.saturating_sub(1),
+            Code::Down => self.scroll += 1,
+            Code::PageUp => self.scroll = self.scroll.saturating_sub(PAGE),
+            Code::PageDown => self.scroll += PAGE,
+            _ => {}
+        }
+        Some(Step::stay())
+    }
+
+    fn on_action(&mut self, _model: &mut Model, action: Action) -> Step {
+        match action {
+            Action::Cancel => Step::close(),
+            _ => Step::Ignored,
+        }
+    }
+
+    fn paste(&mut self, _model: &mut Model, text: &str) -> Vec<Effect> {
+        self.typed.push_str(&first_line(text));
+        self.scroll = 0;
+        Vec::new()
+    }
+
+    fn scroll_mut(&mut self) -> Option<&mut usize> {
+        Some(&mut self.scroll)
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+        let title = match self.typed.as_str() {
+            "" => "keys · type to search · ↑↓ scroll · Esc closes".to_string(),
+            typed => format!("keys · {}▏· Esc closes", fit(typed, 30)),
+        };
+        let text = text(model, &self.typed, window::text_width(screen));
+        let shown = (window::COLUMNS, self.scroll);
+        window::scrolled_in(frame, screen, model, &title, text, shown);
+    }
+
+    fn hints(&self, _model: &Model) -> Vec<Hint> {
+        fixed(&[
+            ("type", "to search"),
+            ("↑↓", "scroll"),
+            ("PgUp PgDn", "a page"),
+            ("Esc", "close"),
+        ])
+    }
+}
+
+/// A part of the list: its title, and its keys or signs with what they mean.
+type Part = (&'static str, Vec<(String, String)>);
+
+fn text(model: &Model, typed: &str, columns: usize) -> Text<'static> {
+    let theme = &model.theme;
+    let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
+    let key = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    let parts = parts(model, typed);
+    let rows = || parts.iter().flat_map(|(_, rows)| rows);
+    let widest = rows().map(|(keys, _)| keys.width()).max().unwrap_or(0);
+    let width = widest.clamp(KEYS.0, KEYS.1);
+    let mut text = Text::default();
+    for (name, rows) in &parts {
+        text.push_line(Line::styled(*name, title));
+        for (keys, meaning) in rows {
+            let mut label = format!("  {} ", pad(keys, width));
+            let room = columns.saturating_sub(width + 3).max(10);
+            for words in textwrap::wrap(meaning, room) {
+                let blank = " ".repeat(label.width());
+                text.push_line(Line::from(vec![
+                    Span::styled(std::mem::replace(&mut label, blank), key),
+                    Span::raw(words.into_owned()),
+                ]));
+            }
+        }
+        text.push_line("");
+    }
+    if parts.is_empty() {
+        let nothing = format!("nothing is called or does `{}`", fit(typed, 30));
+        text.push_line(Line::styled(nothing, Style::new().fg(theme.dim)));
+    }
+    text
+}
+
+/// What matches; every word that is typed must be in a row.
+fn parts(model: &Model, typed: &str) -> Vec<Part> {
+    let typed = typed.to_lowercase();
+    let matches = |row: &str| {
+        let row = row.to_lowercase();
+        typed.split_whitespace().all(|word| row.contains(word))
+    };
+    let mut parts: Vec<Part> = Vec::new();
+    let mut scopes = Scope::ALL.to_vec();
+    // Asked for on a screen of its own, the keys of that come first.
+    if let Some(own) = model.screens.iter().map(Screen::scope).find(|s| s.is_own()) {
+        scopes.sort_by_key(|(scope, ..)| *scope != own);
+    }
+    for (scope, _, name) in scopes {
+        let mut rows = Vec::new();
+        for entry in ACTIONS.iter().filter(|entry| entry.scope == scope) {
+            let keys = model.look.keymap.keys(entry).map(ToString::to_string);
+            let keys = keys.collect::<Vec<_>>().join("  ");
+            // What has no key is found by its name: the palette has it.
+            let shown = !keys.is_empty() || !typed.is_empty();
+            if shown && matches(&format!("{keys} {} {}", entry.id, entry.doc)) {
+                rows.push((keys, entry.doc.to_string()));
+            }
+        }
+        parts.push((name, rows));
+    }
+    let terms = TERMS
+        .iter()
+        .filter(|(term, words)| matches(&format!("{term} {words}")));
+    let terms = terms.map(|(term, words)| ((*term).to_string(), (*words).to_string()));
+    parts.push(("in the filter, beside words", terms.collect()));
+    let signs = SIGNS
+        .iter()
+        .filter(|(sign, words)| matches(&format!("{sign} {words}")));
+    let signs = signs.map(|(sign, words)| ((*sign).to_string(), (*words).to_string()));
+    parts.push(("signs", signs.collect()));
+    parts.retain(|(_, rows)| !rows.is_empty());
+    parts
+}
+
+const SIGNS: [(&str, &str); 8] = [
+    (
+        "0 to 5",
+        "risk score: 0 collision, 1 extreme, 2 high, 3 medium, 4 low, 5 negligible",
+    ),
+    (
+        "0X 3 - ·",
+        "in the list: the lowest risk score, X with a contact, - without an ego, · not yet known",
+    ),
+    ("*", "in the list: a marked scenario"),
+    ("X", "contact: in the list, on the map and on the timeline"),
+    (
+        "!",
+        "on the map: risk 1 or lower; in the list: the file cannot be read",
+    ),
+    (
+        "= ≠",
+        "an answer agrees with the built-in judge, or differs from it",
+    ),
+    (
+        "=3 ≠1/3",
+        "in the list: all of three stored answers agree with it; one of three differs",
+    ),
+    (
+        "[ ] m ≠ ( )",
+        "on the timeline: the window, the extreme of the plotted measure, an answer that differs, what is looped",
+    ),
+];

@@ -1,0 +1,243 @@
+//! Draws the list of runs, and the selected run beside or below it.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
+use unicode_width::UnicodeWidthStr;
+
+use super::run;
+use crate::judge;
+use crate::store::{Filter, Summary};
+use crate::text::visible;
+use crate::tui::action::Action;
+use crate::tui::model::{COUNTED, HistoryDrawn, Model, Typing};
+use crate::tui::widgets::words::{date, fit, fit_end, pad, thousands};
+
+/// Columns from which on the details stand beside the list.
+const BESIDE: u16 = 110;
+
+pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+    let body = Rect {
+        height: screen.height.saturating_sub(1),
+        ..screen
+    };
+    frame.render_widget(Clear, body);
+    frame.render_widget(Block::new().style(model.theme.base()), body);
+    let [line, body] = Layout::vertical([Constraint::Length(1), Constraint::Min(0)]).areas(body);
+    search(frame, line, model);
+    let [left, right] = if body.width >= BESIDE {
+        Layout::horizontal([Constraint::Percentage(46), Constraint::Min(0)]).areas(body)
+    } else {
+        Layout::vertical([Constraint::Percentage(42), Constraint::Min(0)]).areas(body)
+    };
+    let rows = pane(frame, left, model, title(model), !model.history.on_details);
+    let top = list(frame, rows, model);
+    let what = match model.history.current() {
+        Some(id) => format!("run {id}"),
+        None => "no run".into(),
+    };
+    let text = pane(frame, right, model, what, model.history.on_details);
+    let lines = details(frame, text, model);
+    model.drawn.set_history(HistoryDrawn {
+        list: rows,
+        top,
+        details: text,
+        lines,
+    });
+}
+
+/// Columns of how a run was asked: task, frame, techniques.
+const HOW: usize = 21;
+
+/// How many runs there are.
+fn title(model: &Model) -> String {
+    let history = &model.history;
+    let number = match history.total {
+        Some(n) if n >= COUNTED && history.is_filtered() => format!(" {}+", thousands(COUNTED)),
+        Some(n) => format!(" {}", thousands(n)),
+        None => String::new(),
+    };
+    let reading = if history.loading.is_some() {
+        " …"
+    } else {
+        ""
+    };
+    let kind = if history.filter.deleted {
+        "deleted runs"
+    } else {
+        "runs"
+    };
+    format!("{kind}{number}{reading}")
+}
+
+/// The line at the top: what is searched for, or what is being typed.
+fn search(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+    let (theme, history) = (&model.theme, &model.history);
+    let accent = Style::new().fg(theme.accent);
+    let width = usize::from(area.width).saturating_sub(12);
+    let (label, text, typing) = match &history.typing {
+        Some(Typing::Note(id, text)) => (format!(" note on run {id}: "), text.as_str(), true),
+        Some(Typing::Export(file)) => (" write these runs into: ".into(), file.as_str(), true),
+        Some(Typing::Search) => (" /".into(), history.line.as_str(), true),
+        None => (" /".into(), history.line.as_str(), false),
+    };
+    // The end is where one types.
+    let shown = fit_end(text, width.saturating_sub(label.width()));
+    let mut line = Line::from(vec![
+        Span::styled(label, accent.add_modifier(Modifier::BOLD)),
+        Span::styled(shown, accent),
+    ]);
+    if typing {
+        line.push_span(Span::styled("▏", accent));
+    }
+    let left = usize::from(area.width).saturating_sub(line.width() + 3);
+    let note = match &history.wrong {
+        Some(why) => Some((why.as_str(), theme.danger)),
+        None if text.is_empty() && !matches!(history.typing, Some(Typing::Note(..))) => {
+            Some((Filter::NAMES, theme.dim))
+        }
+        None => None,
+    };
+    if let Some((words, color)) = note {
+        line.push_span(Span::styled(format!("  {}", fit(words, left)), color));
+    }
+    frame.render_widget(line, area);
+}
+
+fn pane(frame: &mut Frame<'_>, area: Rect, model: &Model, title: String, focused: bool) -> Rect {
+    let theme = &model.theme;
+    let (color, kind) = match focused {
+        true => (theme.border_focused, BorderType::Thick),
+        false => (theme.border, BorderType::Plain),
+    };
+    let block = Block::bordered()
+        .border_type(kind)
+        .border_style(Style::new().fg(color))
+        .title(Span::styled(
+            format!(" {title} "),
+            Style::new().fg(theme.title),
+        ));
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    inner
+}
+
+/// Draws the rows that fit; gives the first.
+fn list(frame: &mut Frame<'_>, area: Rect, model: &Model) -> usize {
+    let history = &model.history;
+    let rows = usize::from(area.height);
+    let top = history
+        .selected
+        .saturating_sub(rows / 2)
+        .min(history.rows.len().saturating_sub(rows));
+    if history.rows.is_empty() {
+        let words = match (&history.error, history.loading.is_some()) {
+            (Some(error), _) => error.clone(),
+            (None, true) => "reading the store…".into(),
+            (None, false) if history.is_filtered() => {
+                let key = model.look.key(Action::Cancel);
+                format!("no run fits; {key} clears the search")
+            }
+            (None, false) => {
+                let key = model.look.key(Action::Run);
+                format!("nothing has been asked yet; {key} on the main screen asks")
+            }
+        };
+        let text = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
+        frame.render_widget(text.style(Style::new().fg(model.theme.dim)), area);
+        return 0;
+    }
+    let shown = history.rows.iter().enumerate().skip(top).take(rows);
+    let width = usize::from(area.width);
+    let lines = shown.map(|(i, run)| row(model, run, i == history.selected, width));
+    frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), area);
+    top
+}
+
+/// A run on one line: what it says, when, on what, by whom.
+fn row(model: &Model, run: &Summary, chosen: bool, width: usize) -> Line<'static> {
+    let theme = &model.theme;
+    let (word, color) = match (run.dangerous, run.state.as_str()) {
+        (Some(true), _) => ("yes", theme.danger),
+        (Some(false), _) => ("no", theme.safe),
+        (None, "answered") => ("none", theme.warning),
+        (None, "running") => ("…", theme.accent),
+        (None, "failed") => ("fail", theme.danger),
+        (None, "cancelled") => ("off", theme.dim),
+        (None, _) => ("cut", theme.warning),
+    };
+    let sign = if chosen { "▸" } else { " " };
+    let pin = if run.pinned { "+" } else { " " };
+    // Of the date the year goes first where there is little room.
+    let whole = date(run.created_ms);
+    let when = match width {
+        0..100 => whole.get(5..).unwrap_or(&whole).to_string(),
+        _ => whole,
+    };
+    // Runs on one scenario differ in how they were asked; an excerpt of what is searched for comes first.
+    let how = match width {
+        86.. if run.excerpt.is_none() => {
+            let techniques = run.techniques.replace("cp+cot+icl", "all");
+            let frame = run.frame.replace("cartesian", "cart");
+            // There is no room for all of [`judge::how`].
+            let words = match judge::how(&run.model) {
+                Some(_) => format!("{} exact", run.task),
+                None => format!("{} {frame} {techniques}", run.task),
+            };
+            format!("{} ", pad(&words, HOW))
+        }
+        _ => String::new(),
+    };
+    let fixed = 2 + 5 + when.width() + 2 + how.width();
+    let rest = width.saturating_sub(fixed);
+    let model_width = (rest * 2 / 5).min(34);
+    let name_width = rest.saturating_sub(model_width + 1);
+    let name = match &run.excerpt {
+        Some(excerpt) if width >= 70 => {
+            let words: Vec<_> = excerpt.split_whitespace().collect();
+            format!("{}  {}", run.scenario, words.join(" "))
+        }
+        _ => run.scenario.clone(),
+    };
+    let line = Line::from(vec![
+        Span::raw(format!("{sign}{pin}")),
+        Span::styled(
+            pad(word, 5),
+            Style::new().fg(color).add_modifier(Modifier::BOLD),
+        ),
+        Span::styled(format!("{when}  "), Style::new().fg(theme.dim)),
+        Span::raw(pad(&name, name_width)),
+        Span::raw(" "),
+        Span::styled(how, Style::new().fg(theme.dim)),
+        Span::styled(
+            fit_end(&run.model, model_width),
+            Style::new().fg(theme.accent),
+        ),
+    ]);
+    match chosen {
+        true => theme.select(line),
+        false => line.style(theme.base()),
+    }
+}
+
+/// Draws the selected run; gives its lines.
+fn details(frame: &mut Frame<'_>, area: Rect, model: &Model) -> usize {
+    let history = &model.history;
+    let Some(found) = history.shown() else {
+        if history.current().is_some() {
+            let words = Span::styled("reading…", Style::new().fg(model.theme.dim));
+            frame.render_widget(words, area);
+        }
+        return 0;
+    };
+    let truth = history.truth.filter(|(id, _)| *id == found.id);
+    let text = run::text(model, found, truth.and_then(|(_, truth)| truth));
+    let paragraph = Paragraph::new(text).wrap(Wrap { trim: false });
+    let lines = paragraph.line_count(area.width);
+    let last = lines.saturating_sub(usize::from(area.height));
+    let top = u16::try_from(history.scroll.min(last)).unwrap_or(u16::MAX);
+    frame.render_widget(paragraph.scroll((top, 0)), area);
+    lines
+}

@@ -1,0 +1,80 @@
+//! What the store says to the history.
+
+use super::{HistoryScreen, details, read, runs};
+use crate::store::Edge;
+use crate::tui::message::Effect;
+use crate::tui::message::runs::{HistoryAsk, HistoryNews};
+use crate::tui::model::Model;
+use crate::tui::screens::Step;
+
+/// What the store says.
+pub fn hear(model: &mut Model, news: HistoryNews) -> Step {
+    let open = model.screens.find::<HistoryScreen>().is_some();
+    match news {
+        HistoryNews::Page(id, edge, result) if open && id == model.history.asked => {
+            model.history.loading = None;
+            match result {
+                Ok(page) => {
+                    model.history.error = None;
+                    model.history.take(edge, page);
+                }
+                Err(error) => {
+                    model.history.error = Some(error.clone());
+                    model.complain(error);
+                }
+            }
+            let mut effects = details(model, matches!(edge, Edge::Newest | Edge::From(_)));
+            if std::mem::take(&mut model.history.stale) {
+                effects.extend(changed(model));
+            } else if let Some(edge) = model.history.missing() {
+                effects.extend(read(model, edge));
+            }
+            let whole = matches!(edge, Edge::Newest | Edge::From(_));
+            if whole || model.history.total.is_none() {
+                let filter = model.history.filter.clone();
+                let count = HistoryAsk::Count(filter);
+                effects.push(Effect::History(count));
+            }
+            return Step::Stay(effects);
+        }
+        HistoryNews::Counted(filter, count) if filter == model.history.filter => {
+            model.history.total = Some(count);
+        }
+        HistoryNews::Details(id, Ok(run)) if model.history.wanted == Some(id) => {
+            model.history.details = run;
+            let then = model.history.then.take_if(|(then, _)| *then == id);
+            if let Some((_, action)) = then.filter(|_| open) {
+                return runs::act(model, action);
+            }
+        }
+        HistoryNews::Details(id, Err(error)) if model.history.wanted == Some(id) => {
+            model.complain(error);
+        }
+        HistoryNews::Truth(id, truth) if model.history.wanted == Some(id) => {
+            model.history.truth = Some((id, truth));
+        }
+        HistoryNews::Changed if open => return Step::Stay(changed(model)),
+        HistoryNews::Done(id, Err(error)) => {
+            model.history.undo.retain(|(undone, _)| *undone != id);
+            model.complain(error);
+            if open {
+                return Step::Stay(changed(model));
+            }
+        }
+        HistoryNews::Done(_, Ok(())) if open => return Step::Stay(changed(model)),
+        HistoryNews::Exported(Ok(words)) => model.tell(words),
+        HistoryNews::Exported(Err(why)) => model.complain(why),
+        _ => {}
+    }
+    Step::stay()
+}
+
+/// The store changed: what is at hand is read again, after what is on its way.
+fn changed(model: &mut Model) -> Vec<Effect> {
+    if model.history.loading.is_some() {
+        model.history.stale = true;
+        return Vec::new();
+    }
+    let (edge, _) = model.history.again();
+    read(model, edge)
+}

@@ -1,0 +1,84 @@
+//! What is done with the selected run: pinning, deleting, noting, copying, reopening.
+
+use super::follow;
+use crate::store::RunId;
+use crate::tui::action::Action;
+use crate::tui::message::Effect;
+use crate::tui::message::runs::HistoryAsk;
+use crate::tui::model::{Model, Typing};
+use crate::tui::screens::Step;
+
+/// Does something with the selected run.
+pub fn act(model: &mut Model, action: Action) -> Step {
+    let history = &mut model.history;
+    let Some(id) = history.current() else {
+        model.say("no run is selected");
+        return Step::stay();
+    };
+    let row = &mut history.rows[history.selected];
+    match action {
+        Action::PinRun => {
+            row.pinned = !row.pinned;
+            return Step::Stay(vec![Effect::History(HistoryAsk::Pin(id, row.pinned))]);
+        }
+        Action::DeleteRun if row.pinned => {
+            let key = model.look.key(Action::PinRun);
+            model.say(format!("run {id} is pinned; {key} unpins it"));
+            return Step::stay();
+        }
+        Action::DeleteRun => {
+            let deleted = !history.filter.deleted;
+            history.undo.push((id, deleted));
+            forget(model, id);
+            let word = if deleted { "deleted" } else { "restored" };
+            let key = model.look.key(Action::UndoDelete);
+            model.say(format!("run {id} {word}; {key} takes that back"));
+            let mut effects = vec![Effect::History(HistoryAsk::Delete(id, deleted))];
+            effects.extend(follow(model));
+            return Step::Stay(effects);
+        }
+        _ => {}
+    }
+    history.then = None;
+    let Some(run) = history.shown().cloned() else {
+        // Keys may be faster than the store.
+        history.then = Some((id, action));
+        return Step::stay();
+    };
+    match action {
+        Action::NoteRun => model.history.typing = Some(Typing::Note(id, run.notes)),
+        Action::CopyRun => {
+            let text = match run.reasoning.is_empty() {
+                true => run.answer,
+                false => format!("{}\n\n{}", run.reasoning, run.answer),
+            };
+            model.say(format!("{} characters copied", text.chars().count()));
+            return Step::Stay(vec![Effect::Copy(text)]);
+        }
+        _ => return Step::Reopen(Box::new(run)),
+    }
+    Step::stay()
+}
+
+/// Takes a run off the list.
+fn forget(model: &mut Model, id: RunId) {
+    let history = &mut model.history;
+    history.rows.retain(|run| run.run != id.0);
+    history.selected = history.selected.min(history.rows.len().saturating_sub(1));
+    history.total = history.total.map(|n| n.saturating_sub(1));
+}
+
+/// Takes the last deletion back.
+pub fn undo(model: &mut Model) -> Vec<Effect> {
+    let Some((id, deleted)) = model.history.undo.pop() else {
+        model.say("nothing was deleted in this session");
+        return Vec::new();
+    };
+    let word = if deleted {
+        "is back"
+    } else {
+        "is deleted again"
+    };
+    model.say(format!("run {id} {word}"));
+    vec![Effect::History(HistoryAsk::Delete(id, !deleted))]
+}

@@ -1,0 +1,121 @@
+//! What is typed in the history: words to search for, notes, names of files.
+
+use std::path::PathBuf;
+
+use super::{moved, read};
+use crate::store::{Edge, Filter, FilterError};
+use crate::tui::action::Action;
+use crate::tui::keymap::{Code, Key, edit_line};
+use crate::tui::message::Effect;
+use crate::tui::message::runs::HistoryAsk;
+use crate::tui::model::{Model, Typing};
+
+/// A key while something is typed.
+pub fn typed(model: &mut Model, key: Key) -> Vec<Effect> {
+    let history = &mut model.history;
+    let mut line = match &history.typing {
+        Some(Typing::Search) => history.line.clone(),
+        Some(Typing::Note(_, text) | Typing::Export(text)) => text.clone(),
+        None => return Vec::new(),
+    };
+    match key.code {
+        Code::Esc => {
+            let searching = history.typing.take() == Some(Typing::Search);
+            return if searching {
+                search(model, String::new())
+            } else {
+                Vec::new()
+            };
+        }
+        Code::Enter => return entered(model),
+        Code::Up | Code::Down if history.typing == Some(Typing::Search) => {
+            return moved(
+                model,
+                if key.code == Code::Up {
+                    Action::Up
+                } else {
+                    Action::Down
+                },
+            );
+        }
+        _ if edit_line(&mut line, key) => {}
+        _ => return Vec::new(),
+    }
+    put(model, line)
+}
+
+/// Text pasted while something is typed.
+pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
+    let text: String = text.chars().filter(|c| !c.is_control()).collect();
+    let line = match &model.history.typing {
+        Some(Typing::Search) => model.history.line.clone(),
+        Some(Typing::Note(_, text) | Typing::Export(text)) => text.clone(),
+        None => return Vec::new(),
+    };
+    put(model, line + &text)
+}
+
+fn put(model: &mut Model, line: String) -> Vec<Effect> {
+    match &mut model.history.typing {
+        Some(Typing::Note(_, text) | Typing::Export(text)) => {
+            *text = line;
+            Vec::new()
+        }
+        Some(Typing::Search) | None => search(model, line),
+    }
+}
+
+/// Searches as one types.
+pub fn search(model: &mut Model, line: String) -> Vec<Effect> {
+    let read_as = Filter::read(&line);
+    let history = &mut model.history;
+    history.wrong = read_as.as_ref().err().map(ToString::to_string);
+    let filter = match read_as {
+        Err(FilterError::Name(name)) => Filter::read(&without(&line, &name)),
+        other => other,
+    };
+    history.line = line;
+    let Ok(filter) = filter else {
+        return Vec::new();
+    };
+    if filter == history.filter {
+        return Vec::new();
+    }
+    history.filter = filter;
+    history.total = None;
+    history.newer = false;
+    read(model, Edge::Newest)
+}
+
+/// The line without the filters of this name: what is no filter holds nothing back, nor does the word that it was while
+/// its colon was not there.
+fn without(line: &str, name: &str) -> String {
+    let of_name = |part: &&str| {
+        part.split_once(':')
+            .is_some_and(|(before, _)| before == name)
+    };
+    let parts = line.split_whitespace().filter(|part| !of_name(part));
+    parts.collect::<Vec<_>>().join(" ")
+}
+
+fn entered(model: &mut Model) -> Vec<Effect> {
+    match model.history.typing.take() {
+        Some(Typing::Note(id, text)) => {
+            if let Some(run) = model.history.details.as_mut().filter(|run| run.id == id) {
+                run.notes.clone_from(&text);
+            }
+            vec![Effect::History(HistoryAsk::Note(id, text))]
+        }
+        Some(Typing::Export(file)) if file.trim().is_empty() => {
+            model.say("no file was named");
+            Vec::new()
+        }
+        Some(Typing::Export(file)) => {
+            model.say(format!("writing {file} …"));
+            let filter = model.history.filter.clone();
+            let ask = HistoryAsk::Export(filter, PathBuf::from(file.trim()));
+            vec![Effect::History(ask)]
+        }
+        Some(Typing::Search) | None => Vec::new(),
+    }
+}

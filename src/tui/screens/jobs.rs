@@ -1,0 +1,188 @@
+//! The list of tasks: what runs or waits, what it takes, and what became of the rest.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Wrap};
+
+use super::{Screen, Step};
+use crate::text::visible;
+use crate::tui::action::{Action, Scope};
+use crate::tui::model::{Job, JobKind, JobState, Model};
+use crate::tui::widgets::hints::{self, Hint};
+use crate::tui::widgets::window;
+use crate::tui::widgets::words::{duration, fit, pad, thousands};
+
+/// Lines below the list for the selected task.
+const BELOW: u16 = 3;
+
+/// Everything that runs, and what ran.
+#[derive(Debug)]
+pub struct JobsScreen;
+
+/// Opens the list, at the newest.
+pub fn open(model: &mut Model) {
+    model.jobs.selected = 0;
+    model.screens.open(JobsScreen);
+}
+
+impl Screen for JobsScreen {
+    fn scope(&self) -> Scope {
+        Scope::Jobs
+    }
+
+    fn on_action(&mut self, model: &mut Model, action: Action) -> Step {
+        let last = model.jobs.all.len().saturating_sub(1);
+        let selected = &mut model.jobs.selected;
+        match action {
+            Action::Up => *selected = selected.saturating_sub(1),
+            Action::Down => *selected = (*selected + 1).min(last),
+            Action::Cancel | Action::TaskList => return Step::close(),
+            Action::ShowJob => return show_runs(model),
+            _ => return Step::Ignored,
+        }
+        Step::stay()
+    }
+
+    fn moves(&self, model: &Model) -> bool {
+        model.jobs.all.iter().any(Job::is_running)
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+        let jobs = &model.jobs;
+        // The rows, an empty one, what is below, and the borders.
+        let height = u16::try_from(jobs.all.len()).unwrap_or(u16::MAX);
+        let height = height.saturating_add(BELOW + 3).clamp(12, 40);
+        let inner = window::window(frame, screen, model, &title(model), (120, height));
+        let dim = Style::new().fg(model.theme.dim);
+        if jobs.all.is_empty() {
+            let words = "nothing runs, and nothing ran in this session";
+            frame.render_widget(Span::styled(words, dim), inner);
+            return;
+        }
+        let rows = usize::from(inner.height.saturating_sub(BELOW + 1));
+        let top = (jobs.selected + 1).saturating_sub(rows);
+        let newest = jobs.all.iter().rev().enumerate().skip(top).take(rows);
+        let lines = newest.map(|(i, job)| row(model, job, i == jobs.selected, inner.width));
+        frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
+        if let Some(job) = jobs.current() {
+            let below = Rect {
+                y: inner.bottom().saturating_sub(BELOW),
+                height: BELOW.min(inner.height),
+                ..inner
+            };
+            let text = Paragraph::new(whole(job)).wrap(Wrap { trim: true });
+            frame.render_widget(text.style(Style::new().fg(model.theme.accent)), below);
+        }
+    }
+
+    fn hints(&self, model: &Model) -> Vec<Hint> {
+        hints::own(model, Scope::Jobs)
+    }
+}
+
+/// Shows the runs of the selected batch in the history.
+fn show_runs(model: &mut Model) -> Step {
+    match model.jobs.current().and_then(|job| job.batch.clone()) {
+        Some(name) => {
+            model.history.search_for(format!("batch:{name}"));
+            Step::CloseAndPerform(Action::History)
+        }
+        None => {
+            model.say("only a batch has runs of its own");
+            Step::stay()
+        }
+    }
+}
+
+/// How many run, and what the session cost.
+fn title(model: &Model) -> String {
+    let running = model.jobs.all.iter().filter(|job| job.is_running()).count();
+    match cost(model.jobs.cost()) {
+        Some(cost) => format!("tasks · {running} running · {cost} in this session"),
+        None => format!("tasks · {running} running"),
+    }
+}
+
+/// An amount in US dollars, and that there is more of which nobody knows what it cost.
+fn cost((usd, unknown): (f64, usize)) -> Option<String> {
+    match (usd > 0.0, unknown) {
+        (false, 0) => None,
+        (true, 0) => Some(format!("${usd:.4}")),
+        (false, n) => Some(format!("{n} of unknown cost")),
+        (true, n) => Some(format!("${usd:.4} and {n} of unknown cost")),
+    }
+}
+
+/// A word for where it stands, its progress, its time, its tokens and its cost.
+fn row(model: &Model, job: &Job, chosen: bool, width: u16) -> Line<'static> {
+    let theme = &model.theme;
+    let (word, color) = match &job.state {
+        JobState::Waiting(_) => ("waits", theme.warning),
+        JobState::Running => ("runs", theme.accent),
+        JobState::Stopping => ("stops", theme.warning),
+        JobState::Done(_) => ("done", theme.safe),
+        JobState::Failed(_) => ("failed", theme.danger),
+        JobState::Cancelled(_) => ("cancelled", theme.dim),
+    };
+    let progress = match job.kind {
+        JobKind::Question(_) => String::new(),
+        _ => format!("{}/{}", job.done, job.of),
+    };
+    let ms = u64::try_from(job.took(model.uptime).as_millis()).unwrap_or(u64::MAX);
+    let tokens = match job.tokens {
+        0 => String::new(),
+        n if job.is_running() && matches!(job.kind, JobKind::Question(_)) => {
+            format!("~{} tok", thousands(n))
+        }
+        n => format!("{} tok", thousands(n)),
+    };
+    let price = if job.cost > 0.0 {
+        format!("${:.4}", job.cost)
+    } else {
+        String::new()
+    };
+    let facts = format!(
+        "{:>9} {:>8} {:>12} {:>8}",
+        progress,
+        duration(ms),
+        tokens,
+        price
+    );
+    let rest = usize::from(width).saturating_sub(2 + 10 + facts.chars().count() + 1);
+    let line = Line::from(vec![
+        Span::raw(if chosen { "▸ " } else { "  " }),
+        Span::styled(
+            pad(word, 10),
+            Style::new().fg(color).add_modifier(Modifier::BOLD),
+        ),
+        Span::raw(pad(&job.title, rest)),
+        Span::styled(format!(" {facts}"), Style::new().fg(theme.dim)),
+    ]);
+    match chosen {
+        true => theme.select(line),
+        false => line.style(theme.base()),
+    }
+}
+
+/// The selected task in whole words.
+fn whole(job: &Job) -> String {
+    let said = match &job.state {
+        JobState::Waiting(why) | JobState::Done(why) | JobState::Failed(why) => why.clone(),
+        JobState::Cancelled(why) if why.is_empty() => "cancelled".into(),
+        JobState::Cancelled(why) => format!("cancelled: {why}"),
+        JobState::Stopping => "nothing more is asked; what was sent is waited for".into(),
+        JobState::Running if matches!(job.kind, JobKind::Batch(_)) => job.outcome(),
+        JobState::Running => String::new(),
+    };
+    let why = job
+        .why
+        .as_ref()
+        .map_or(String::new(), |why| format!("; first failure: {why}"));
+    let text = match said.is_empty() {
+        true => job.title.clone(),
+        false => format!("{}: {said}{why}", job.title),
+    };
+    fit(&visible(&text), 600)
+}

@@ -1,0 +1,73 @@
+//! The layers of the map, to be switched while the map is seen beside them.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Text};
+use ratatui::widgets::Paragraph;
+
+use super::{Screen, Step};
+use crate::tui::action::{Action, Scope};
+use crate::tui::model::{Layers, Model};
+use crate::tui::widgets::hints::{self, Hint};
+use crate::tui::widgets::window;
+use crate::tui::widgets::words::pad;
+
+/// Columns of the window, its borders included.
+const COLUMNS: u16 = 46;
+
+/// The layers of the map.
+#[derive(Debug, Default)]
+pub struct LayersScreen {
+    selected: usize,
+}
+
+impl Screen for LayersScreen {
+    fn on_action(&mut self, model: &mut Model, action: Action) -> Step {
+        match action {
+            Action::Up => self.selected = self.selected.saturating_sub(1),
+            Action::Down => self.selected = (self.selected + 1).min(Layers::COUNT - 1),
+            // The key that plays switches, too.
+            Action::Accept | Action::Play => model.map.layers.switch(self.selected),
+            _ => return Step::Ignored,
+        }
+        Step::stay()
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+        let width = COLUMNS.min(screen.width);
+        let height = (Layers::COUNT as u16 + 2).min(screen.height);
+        let area = Rect {
+            x: screen.right() - width,
+            y: screen.y + 1.min(screen.height - height),
+            width,
+            height,
+        };
+        let inner = window::window_at(frame, area, model, "layers of the map");
+        let columns = usize::from(inner.width);
+        let rows = model.map.layers.rows();
+        let rows = rows.iter().enumerate().map(|(row, (name, state))| {
+            let style = if row == self.selected {
+                model.theme.selected()
+            } else {
+                Style::new()
+            };
+            // A sign says it without words, too.
+            let sign = if *state == "off" { "[ ]" } else { "[x]" };
+            let more = if matches!(*state, "on" | "off") {
+                String::new()
+            } else {
+                format!(": {state}")
+            };
+            Line::styled(pad(&format!("{sign} {name}{more}"), columns), style)
+        });
+        frame.render_widget(Paragraph::new(Text::from_iter(rows)), inner);
+    }
+
+    fn hints(&self, model: &Model) -> Vec<Hint> {
+        let keys = [Action::Up, Action::Down];
+        let select = hints::pair(model, Scope::Window, keys, "select");
+        let accept = (model.look.key(Action::Accept), "switch".to_string());
+        vec![select, accept, hints::close(model)]
+    }
+}

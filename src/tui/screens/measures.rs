@@ -1,0 +1,33 @@
+//! The list of measures, of which one is plotted.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+
+use super::Step;
+use super::picker::Choice;
+use crate::tui::model::{Model, Picker, measures_shown};
+use crate::tui::widgets::picker;
+
+/// Measures by id.
+#[derive(Debug)]
+pub struct Measures;
+
+impl Choice for Measures {
+    fn count(&self, _model: &Model, picker: &Picker) -> usize {
+        measures_shown(picker).len()
+    }
+
+    fn choose(&mut self, model: &mut Model, picker: &Picker) -> Step {
+        if let Some(measure) = measures_shown(picker).get(picker.selected) {
+            model.plot.measure = measure;
+            model.plot.drives = None;
+        }
+        Step::close()
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
+        let rows = measures_shown(picker).into_iter().map(picker::measure_row);
+        let rows: Vec<_> = rows.collect();
+        picker::draw_measures(frame, screen, model, "plot", picker, &rows);
+    }
+}

@@ -1,0 +1,295 @@
+//! Screens and windows that open over the main screen: one file each, behind the trait [`Screen`].
+//!
+//! A new one is a file here, its `mod` and its line in [`open`], an action and the action's line in the table.
+
+pub mod about;
+pub mod batch;
+pub mod cycle;
+pub mod details;
+pub mod help;
+pub mod history;
+pub mod jobs;
+pub mod layers;
+pub mod measures;
+pub mod models;
+pub mod orders;
+pub mod palette;
+pub mod picker;
+pub mod pictures;
+pub mod results;
+pub mod source;
+pub mod tags;
+pub mod templates;
+pub mod themes;
+pub mod values;
+pub mod variant;
+
+use std::any::Any;
+use std::fmt::Debug;
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+
+use super::action::{Action, Scope};
+use super::keymap::Key;
+use super::message::{Effect, Mouse};
+use super::model::Model;
+use super::widgets::hints::Hint;
+use crate::store::Run;
+
+/// What lies over the main screen and takes the keys: its state, keys, drawing and footer.
+pub trait Screen: Any + Debug + Send {
+    /// Where its keys are looked up.
+    fn scope(&self) -> Scope {
+        Scope::Window
+    }
+
+    /// Whether keys that mean nothing to it leave it open; they close a window.
+    fn ignores_other_keys(&self) -> bool {
+        self.scope().is_own()
+    }
+
+    /// A key that is typed or answers a question; nothing for one that is looked up in the keymap.
+    fn on_key(&mut self, _model: &mut Model, _key: Key) -> Option<Step> {
+        None
+    }
+
+    /// An action, by a key of the keymap or by its name in the palette.
+    fn on_action(&mut self, model: &mut Model, action: Action) -> Step;
+
+    /// The mouse. By default the wheel scrolls.
+    fn on_mouse(&mut self, _model: &mut Model, mouse: Mouse) -> Step {
+        if let Some(scroll) = self.scroll_mut() {
+            match mouse {
+                Mouse::WheelUp(_) => *scroll = scroll.saturating_sub(WHEEL),
+                Mouse::WheelDown(_) => *scroll += WHEEL,
+                Mouse::Press(_) | Mouse::Drag(_) | Mouse::Release(_) => {}
+            }
+        }
+        Step::stay()
+    }
+
+    /// Pasted text.
+    fn paste(&mut self, _model: &mut Model, _text: &str) -> Vec<Effect> {
+        Vec::new()
+    }
+
+    /// Keeps the screen true to the model, after every message.
+    fn follow(&mut self, _model: &mut Model) -> Vec<Effect> {
+        Vec::new()
+    }
+
+    /// The first line that is shown, if it is a window of text.
+    fn scroll_mut(&mut self) -> Option<&mut usize> {
+        None
+    }
+
+    /// Whether it changes as time passes.
+    fn moves(&self, _model: &Model) -> bool {
+        false
+    }
+
+    /// Columns at the right that it takes, where what is left of them stays in sight.
+    fn columns_at_right(&self, _screen: Rect) -> Option<u16> {
+        None
+    }
+
+    /// Draws it.
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model);
+
+    /// The keys that work on it, for the footer.
+    fn hints(&self, model: &Model) -> Vec<Hint>;
+}
+
+/// Lines that a turn of the wheel scrolls.
+const WHEEL: usize = 3;
+
+/// What follows a key, an action or the mouse on a screen.
+#[derive(Debug)]
+pub enum Step {
+    /// It stays open.
+    Stay(Vec<Effect>),
+    /// It closes.
+    Close(Vec<Effect>),
+    /// It stays open, and the workbench performs an action.
+    Perform(Action),
+    /// It closes, and the workbench performs an action.
+    CloseAndPerform(Action),
+    /// The workbench opens the scenario of an earlier run, as it was asked.
+    Reopen(Box<Run>),
+    /// It has no use for the action.
+    Ignored,
+}
+
+impl Step {
+    /// It stays open, and nothing has to be done.
+    #[must_use]
+    pub fn stay() -> Self {
+        Self::Stay(Vec::new())
+    }
+
+    /// It closes, and nothing has to be done.
+    #[must_use]
+    pub fn close() -> Self {
+        Self::Close(Vec::new())
+    }
+}
+
+/// The screens that are open, the top last.
+#[derive(Debug, Default)]
+pub struct Screens(Vec<Box<dyn Screen>>);
+
+impl Screens {
+    /// Opens a screen on top; one of its kind that is open already goes.
+    pub fn open<S: Screen>(&mut self, screen: S) {
+        self.close::<S>();
+        self.0.push(Box::new(screen));
+    }
+
+    /// Puts a screen that was taken away back on top.
+    pub fn put_back(&mut self, screen: Box<dyn Screen>) {
+        self.0.push(screen);
+    }
+
+    /// Takes the top screen away.
+    pub fn pop(&mut self) -> Option<Box<dyn Screen>> {
+        self.0.pop()
+    }
+
+    /// Closes the screen of this kind.
+    pub fn close<S: Screen>(&mut self) {
+        self.0.retain(|open| !as_any(open.as_ref()).is::<S>());
+    }
+
+    /// Whether none is open.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The screen on top.
+    #[must_use]
+    pub fn top(&self) -> Option<&dyn Screen> {
+        self.0.last().map(AsRef::as_ref)
+    }
+
+    /// Whether a screen of this kind is on top.
+    #[must_use]
+    pub fn is_top<S: Screen>(&self) -> bool {
+        self.top().is_some_and(|top| as_any(top).is::<S>())
+    }
+
+    /// The screen of this kind, if it is open.
+    #[must_use]
+    pub fn find<S: Screen>(&self) -> Option<&S> {
+        let mut open = self.iter().map(as_any);
+        open.find_map(<dyn Any>::downcast_ref)
+    }
+
+    /// Every open screen, the top last.
+    pub fn iter(&self) -> impl Iterator<Item = &dyn Screen> {
+        self.0.iter().map(AsRef::as_ref)
+    }
+
+    /// Keeps every screen true to the model.
+    pub fn follow(model: &mut Model) -> Vec<Effect> {
+        let mut open = std::mem::take(&mut model.screens);
+        let screens = open.0.iter_mut();
+        let effects = screens.flat_map(|screen| screen.follow(model)).collect();
+        model.screens = open;
+        effects
+    }
+}
+
+fn as_any(screen: &dyn Screen) -> &dyn Any {
+    screen
+}
+
+/// Opens the screen of an action, or says why it stays closed; nothing for other actions. An action of a screen opens
+/// the screen where it is not on top, and does nothing else.
+pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
+    use Action::*;
+    match action {
+        Help => model.screens.open(help::HelpScreen::default()),
+        About => model.screens.open(about::AboutScreen::default()),
+        Values => model.screens.open(values::ValuesScreen::default()),
+        Details => details::open(model),
+        PlannerCycle => cycle::open(model),
+        VariantPanel => variant::open(model),
+        Layers => model.screens.open(layers::LayersScreen::default()),
+        Palette => picker::open(model, palette::Palette),
+        PickTheme => themes::open(model),
+        ChooseModel => picker::open(model, models::Models { ask: false }),
+        Compare => picker::open(model, models::Models { ask: true }),
+        PlotMeasure => picker::open(model, measures::Measures),
+        SortScenarios => picker::open(model, orders::Orders),
+        SavePicture => pictures::open(model),
+        ChooseTemplate => picker::open(model, templates::Templates),
+        EditTags => tags::open(model),
+        Source => return Some(source::open(model)),
+        History => return Some(history::open(model)),
+        ReopenRun | SearchRuns | PinRun | DeleteRun | UndoDelete | NoteRun | CopyRun
+        | ExportRuns | OtherHalf
+            if !model.screens.is_top::<history::HistoryScreen>() =>
+        {
+            return Some(history::open(model));
+        }
+        TaskList => jobs::open(model),
+        CancelJob | CancelAllJobs | ShowJob if !model.screens.is_top::<jobs::JobsScreen>() => {
+            jobs::open(model);
+        }
+        Results => return Some(results::open(model)),
+        CellLeft | CellRight | OpenCell | ChooseCounted
+            if !model.screens.is_top::<results::ResultsScreen>() =>
+        {
+            return Some(results::open(model));
+        }
+        _ => return None,
+    }
+    Some(Vec::new())
+}
+
+/// An action on a screen; windows of text scroll by themselves.
+pub fn act(screen: &mut dyn Screen, model: &mut Model, action: Action) -> Step {
+    if let Some(scroll) = screen.scroll_mut()
+        && scrolled(scroll, action, model)
+    {
+        return Step::stay();
+    }
+    screen.on_action(model, action)
+}
+
+/// Scrolls a window of text; whether the action does that.
+fn scrolled(scroll: &mut usize, action: Action, model: &Model) -> bool {
+    match action {
+        Action::Up => *scroll = scroll.saturating_sub(1),
+        Action::Down => *scroll += 1,
+        Action::PageUp => *scroll = scroll.saturating_sub(PAGE),
+        Action::PageDown => *scroll += PAGE,
+        Action::Top => *scroll = 0,
+        Action::Bottom => *scroll = model.drawn.window_end(),
+        _ => return false,
+    }
+    true
+}
+
+/// Lines of a page in a window of text.
+const PAGE: usize = 10;
+
+/// Whether an action moves to another step or picks another obstacle: what beside a window follows it.
+fn moves_scene(action: Action) -> bool {
+    use Action::*;
+    matches!(
+        action,
+        StepForward
+            | StepBack
+            | JumpForward
+            | JumpBack
+            | FirstStep
+            | LastStep
+            | MinimumStep
+            | CollisionStep
+            | NextObstacle
+            | PreviousObstacle
+    )
+}

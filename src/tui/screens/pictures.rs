@@ -1,0 +1,154 @@
+//! The list of pictures that can be saved.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+
+use super::Step;
+use super::picker::{self, Choice};
+use crate::picture::{Format, Look, Seen, What};
+use crate::tui::loaded::{PictureJob, PictureKind};
+use crate::tui::message::Effect;
+use crate::tui::model::{Model, Pane, Picker, matching};
+use crate::tui::widgets::{picker as list, window};
+
+/// Pictures by name.
+#[derive(Debug)]
+pub struct Pictures;
+
+/// Opens the list, where there is something to be seen on a picture.
+pub fn open(model: &mut Model) {
+    if model.opened.is_none() {
+        return model.say("no scenario is open");
+    }
+    picker::open(model, Pictures);
+}
+
+impl Choice for Pictures {
+    fn count(&self, model: &Model, picker: &Picker) -> usize {
+        pictures_shown(picker, model.focus).len()
+    }
+
+    fn choose(&mut self, model: &mut Model, picker: &Picker) -> Step {
+        let shown = pictures_shown(picker, model.focus);
+        let (Some(offer), Some(opened)) = (shown.get(picker.selected), &model.opened) else {
+            return Step::close();
+        };
+        let kind = offer.kind;
+        if matches!(kind, PictureKind::Plot | PictureKind::Both) && opened.scene.is_none() {
+            let why = model.without_ego();
+            model.say(format!("nothing to plot: {why}"));
+            return Step::close();
+        }
+        let job = PictureJob {
+            kind,
+            format: offer.format,
+            name: opened.name.clone(),
+            scenario: opened.scenario.clone(),
+            scene: opened.scene.clone(),
+            // As on the map, where the layer is shown.
+            variant: { opened.variant.clone() }.filter(|_| model.map.layers.variant),
+            step: model.clock.step(),
+            look: look(model, kind),
+            thresholds: model.thresholds.clone(),
+            folder: model.config.pictures.clone(),
+            screen: Ok(None),
+        };
+        if kind == PictureKind::Animation {
+            model.say("the animation is being drawn");
+        }
+        Step::Close(vec![Effect::Picture(Box::new(job))])
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
+        let inner = window::window(frame, screen, model, "save a picture", (64, 16));
+        let rows = pictures_shown(picker, model.focus).into_iter();
+        let rows = rows.map(|offer| (offer.name.to_string(), offer.format.name().to_string()));
+        list::draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
+    }
+}
+
+/// As the map and the plot are seen now, in the colours of a paper.
+fn look(model: &Model, kind: PictureKind) -> Look {
+    let (columns, _) = model.drawn.map_size();
+    let width = (model.camera.cell * f64::from(columns)).max(2.0);
+    let seen = match model.camera.follow {
+        true => Seen::Ego { width },
+        false => Seen::Around {
+            center: model.camera.center,
+            width,
+        },
+    };
+    let ego = model.scene().map(|scene| scene.ego.id);
+    let mut obstacles: Vec<i64> = model.picked.into_iter().collect();
+    obstacles.extend(
+        model
+            .plot
+            .marked
+            .iter()
+            .filter(|id| Some(**id) != model.picked),
+    );
+    obstacles.retain(|id| Some(*id) != ego);
+    Look {
+        what: match kind {
+            PictureKind::Plot => What::Plot,
+            PictureKind::Both => What::Both,
+            _ => What::Map,
+        },
+        seen,
+        ego_up: model.camera.ego_up,
+        obstacles,
+        measures: vec![model.plot.measure],
+        ..Look::default()
+    }
+}
+
+/// A picture that can be chosen.
+#[derive(Debug)]
+struct PictureOffer {
+    /// What it shows.
+    kind: PictureKind,
+    /// How it is written.
+    format: Format,
+    /// What it is called.
+    name: &'static str,
+}
+
+const fn offer(kind: PictureKind, format: Format, name: &'static str) -> PictureOffer {
+    PictureOffer { kind, format, name }
+}
+
+const OFFERS: &[PictureOffer] = &[
+    offer(PictureKind::Map, Format::Svg, "map, for papers"),
+    offer(PictureKind::Map, Format::Png, "map, in pixels"),
+    offer(PictureKind::Plot, Format::Svg, "plot, for papers"),
+    offer(PictureKind::Plot, Format::Png, "plot, in pixels"),
+    offer(PictureKind::Both, Format::Svg, "map and plot, for papers"),
+    offer(PictureKind::Both, Format::Png, "map and plot, in pixels"),
+    offer(PictureKind::Screen, Format::Svg, "whole screen, for papers"),
+    offer(PictureKind::Screen, Format::Png, "whole screen, in pixels"),
+    offer(
+        PictureKind::Animation,
+        Format::Gif,
+        "map at every step, animated",
+    ),
+];
+
+/// The pictures that the list shows, the best match first; nothing typed, those of the pane that has the keys.
+fn pictures_shown(picker: &Picker, focus: Pane) -> Vec<&'static PictureOffer> {
+    let first = match focus {
+        Pane::Plot | Pane::Timeline => PictureKind::Plot,
+        Pane::Map => PictureKind::Map,
+        _ => PictureKind::Screen,
+    };
+    let texts = OFFERS
+        .iter()
+        .map(|o| format!("{} {}", o.name, o.format.name()));
+    let mut shown: Vec<_> = matching(&picker.text, texts)
+        .into_iter()
+        .map(|i| &OFFERS[i])
+        .collect();
+    if picker.text.is_empty() {
+        shown.sort_by_key(|offer| offer.kind != first);
+    }
+    shown
+}

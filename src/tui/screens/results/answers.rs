@@ -1,0 +1,101 @@
+//! The answers behind a number of the matrix.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+use unicode_width::UnicodeWidthStr;
+
+use super::draw::{self, HEADS, NAMES, asked};
+use crate::evaluation::{Counted, Outcome};
+use crate::text::visible;
+use crate::tui::model::{Model, ResultsDrawn};
+use crate::tui::widgets::window;
+use crate::tui::widgets::words::pad;
+
+/// Columns of what an answer says.
+const WHAT: usize = 30;
+
+/// Draws them; gives where the list stands.
+pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -> ResultsDrawn {
+    let results = &model.results;
+    let all = results.answers();
+    let cell = results.column.min(HEADS.len() - 1);
+    let title = results.row().map_or(String::new(), |row| {
+        let how = asked(&row.way);
+        let how: Vec<&str> = how.split_whitespace().collect();
+        let (how, head) = (how.join(" "), HEADS[cell]);
+        format!("{} · {how} · {head} {}", visible(&row.way.model), all.len())
+    });
+    let inner = window::window_at(frame, area, model, &title);
+    let list = draw::foot(frame, inner, model);
+    let rows = usize::from(list.height);
+    let top = selected
+        .saturating_sub(rows / 2)
+        .min(all.len().saturating_sub(rows));
+    let shown = all.iter().enumerate().skip(top).take(rows);
+    let lines = shown.map(|(place, answer)| {
+        let chosen = place == selected;
+        let line = line(model, answer, chosen, usize::from(list.width));
+        match chosen {
+            true => model.theme.select(line),
+            false => line.style(model.theme.base()),
+        }
+    });
+    frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), list);
+    ResultsDrawn {
+        list,
+        top,
+        ..ResultsDrawn::default()
+    }
+}
+
+fn line(model: &Model, answer: &Counted, chosen: bool, width: usize) -> Line<'static> {
+    let theme = &model.theme;
+    let (word, what) = said(answer);
+    let color = match answer.outcome.is_right() {
+        Some(true) => theme.safe,
+        Some(false) => theme.danger,
+        None => theme.warning,
+    };
+    let sample = match answer.sample {
+        0 => String::new(),
+        n => format!(" sample {n}"),
+    };
+    let run = answer
+        .run
+        .map_or("no run".into(), |run| format!("run {run}"));
+    let tail = format!("  {run}{sample}");
+    let rest = width.saturating_sub(2 + 6 + tail.width());
+    let what_width = WHAT.min(rest / 2);
+    let name_width = (rest - what_width).min(NAMES);
+    Line::from(vec![
+        Span::raw(if chosen { "▸ " } else { "  " }),
+        Span::styled(
+            pad(word, 6),
+            Style::new().fg(color).add_modifier(Modifier::BOLD),
+        ),
+        Span::raw(pad(
+            &visible(&answer.scenario),
+            name_width.saturating_sub(1),
+        )),
+        Span::raw(" "),
+        Span::raw(pad(what, what_width)),
+        Span::styled(tail, Style::new().fg(theme.dim)),
+    ])
+}
+
+fn said(answer: &Counted) -> (&'static str, &'static str) {
+    match answer.outcome {
+        Outcome::TruePositive => ("right", "says yes"),
+        Outcome::TrueNegative => ("right", "says no"),
+        Outcome::FalsePositive => ("wrong", "says yes, the truth is no"),
+        // It is counted as a no.
+        Outcome::FalseNegative if answer.named_another => ("wrong", "yes, but names another"),
+        Outcome::FalseNegative => ("wrong", "says no, the truth is yes"),
+        Outcome::Open => ("open", "has a verdict; truth not known"),
+        Outcome::Unparsed => ("none", "no verdict in the answer"),
+        Outcome::Failed => ("fail", "no whole answer"),
+    }
+}

@@ -1,0 +1,95 @@
+//! What techniques make of a model: its F1 by techniques, as bars with their intervals.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+use unicode_width::UnicodeWidthStr;
+
+use crate::evaluation::Results;
+use crate::text::visible;
+use crate::tui::model::Model;
+use crate::tui::widgets::window;
+use crate::tui::widgets::words::pad;
+
+/// Columns of a bar at most, and at least where numbers stand beside it.
+const BAR: (usize, usize) = (80, 12);
+
+/// The rows of the matrix that differ from the selected one in nothing but techniques.
+pub fn rows(model: &Model) -> Vec<usize> {
+    let results = &model.results;
+    let Some(row) = results.row() else {
+        return Vec::new();
+    };
+    let like = |other: &Results| {
+        let (a, b) = (&row.way, &other.way);
+        (a.task, a.frame, &a.model) == (b.task, b.frame, &b.model)
+    };
+    let all = results.rows.iter().enumerate();
+    all.filter(|(_, other)| like(other))
+        .map(|(place, _)| place)
+        .collect()
+}
+
+/// Draws them; gives where the bars stand, and of which rows they are.
+pub fn draw(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    rows: &[usize],
+) -> (Rect, Vec<usize>) {
+    let results = &model.results;
+    let title = results.row().map_or(String::new(), |row| {
+        let task = row.way.task.name();
+        let frame = row.way.frame.map_or("-", |frame| frame.name());
+        let model = visible(&row.way.model);
+        format!("F1 by techniques, ▓░ its 95 % interval · {task} {frame} · {model}")
+    });
+    let inner = window::window_at(frame, area, model, &title);
+    let height = usize::from(inner.height);
+    let chosen = rows.iter().position(|row| *row == results.selected);
+    let top = (chosen.unwrap_or(0) + 1).saturating_sub(height);
+    let shown: Vec<usize> = rows.iter().copied().skip(top).take(height).collect();
+    let lines: Vec<Line<'_>> = shown
+        .iter()
+        .map(|row| bar(model, *row, usize::from(inner.width)))
+        .collect();
+    frame.render_widget(Paragraph::new(lines), inner);
+    (inner, shown)
+}
+
+fn bar(model: &Model, place: usize, width: usize) -> Line<'static> {
+    let (theme, results) = (&model.theme, &model.results);
+    let row = &results.rows[place];
+    let counts = row.confusion();
+    let f1 = counts.f1();
+    let number = f1.map_or("  - ".into(), |f1| format!("{f1:.2}"));
+    let interval = row.f1.filter(|_| f1.is_some());
+    let ends = interval.map_or(" ".repeat(12), |i| format!("{:.2} to {:.2}", i.low, i.high));
+    let of = counts.answered();
+    let whole = format!(" {number}  {ends}  of {of}");
+    let techniques = row.way.techniques.map_or("-".into(), |t| t.to_string());
+    let room = |tail: &str| width.saturating_sub(2 + 11 + tail.width()).min(BAR.0);
+    let tail = match room(&whole) < BAR.1 {
+        true => format!(" {number}"),
+        false => whole,
+    };
+    let room = room(&tail);
+    let cell = |share: f64| (share * room as f64).round() as usize;
+    let long = cell(f1.unwrap_or(0.0));
+    let (low, high) = interval.map_or((long, long), |i| (cell(i.low), cell(i.high)));
+    let low = low.min(long);
+    let high = high.max(long);
+    let chosen = place == results.selected;
+    let style = Style::new().fg(if chosen { theme.accent } else { theme.dim });
+    Line::from(vec![
+        Span::raw(if chosen { "▸ " } else { "  " }),
+        Span::raw(pad(&techniques, 11)),
+        Span::styled("█".repeat(low), style),
+        Span::styled("▓".repeat(long - low), style),
+        Span::styled("░".repeat(high - long), style),
+        Span::raw(" ".repeat(room - high)),
+        Span::raw(tail),
+    ])
+}

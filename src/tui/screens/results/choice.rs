@@ -1,0 +1,90 @@
+//! The list of what can be counted: batches with their own truth, and everything.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Wrap};
+
+use crate::evaluation::batch::Offer;
+use crate::text::visible;
+use crate::tui::model::{Model, ResultsDrawn};
+use crate::tui::widgets::window;
+use crate::tui::widgets::words::{date, fit, pad, thousands};
+
+/// Columns of the window, and of what stands in a line of it.
+const COLUMNS: u16 = 116;
+const NAME: usize = 32;
+
+/// Columns for the truth at least: with fewer it stands below the list alone.
+const LEAST: usize = 16;
+
+/// Lines below the list, for the truth of the selected line.
+const TRUTH: u16 = 3;
+
+/// Draws the list; gives where it stands.
+pub fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, selected: usize) -> ResultsDrawn {
+    let (theme, offers) = (&model.theme, &model.results.offers);
+    let lines = u16::try_from(offers.len()).unwrap_or(u16::MAX);
+    let height = lines.saturating_add(TRUTH + 2);
+    let title = "which answers are counted";
+    let inner = window::window(frame, body, model, title, (COLUMNS, height));
+    let [list, below] =
+        Layout::vertical([Constraint::Min(1), Constraint::Length(TRUTH)]).areas(inner);
+    let rows = usize::from(list.height);
+    let top = (selected + 1).saturating_sub(rows);
+    let shown = offers.iter().enumerate().skip(top).take(rows);
+    let line = |(place, offer): (usize, &Offer)| {
+        let chosen = place == selected;
+        let line = line(model, offer, chosen, usize::from(list.width));
+        match chosen {
+            true => theme.select(line),
+            false => line.style(theme.base()),
+        }
+    };
+    frame.render_widget(Paragraph::new(shown.map(line).collect::<Vec<_>>()), list);
+    if let Some(offer) = offers.get(selected) {
+        let words = format!("\ntruth: {}", visible(&offer.truth));
+        let text = Paragraph::new(words).wrap(Wrap { trim: true });
+        frame.render_widget(text.style(Style::new().fg(theme.dim)), below);
+    }
+    ResultsDrawn {
+        list,
+        top,
+        ..ResultsDrawn::default()
+    }
+}
+
+fn line(model: &Model, offer: &Offer, chosen: bool, width: usize) -> Line<'static> {
+    let dim = Style::new().fg(model.theme.dim);
+    let begun = offer.created_ms.map_or(String::new(), date);
+    let progress = offer.progress;
+    let done = match progress.all() {
+        0 => String::new(),
+        all => format!(
+            "{} of {}",
+            // As `evaluate --list` has it.
+            thousands(progress.answered),
+            thousands(all)
+        ),
+    };
+    let sign = match model.results.counting == Some(offer.counting) {
+        true => "●",
+        false => " ",
+    };
+    let head = format!(
+        "{sign} {}",
+        pad(&fit(&offer.counting.to_string(), NAME), NAME)
+    );
+    let tail = format!(" {} {}  ", pad(&begun, 16), pad(&done, 15));
+    let left = width.saturating_sub(2 + 2 + NAME + 1 + 16 + 1 + 15 + 2);
+    Line::from(vec![
+        Span::raw(if chosen { "▸ " } else { "  " }),
+        Span::raw(head),
+        Span::styled(tail, dim),
+        Span::raw(match left < LEAST {
+            true => String::new(),
+            false => fit(&visible(&offer.truth), left),
+        }),
+    ])
+}

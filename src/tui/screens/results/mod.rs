@@ -1,0 +1,217 @@
+//! What all stored answers come to: a matrix of all ways of asking, the answers of a cell, and what is counted.
+
+mod answers;
+mod bars;
+mod choice;
+mod draw;
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+
+use super::{Screen, Step};
+use crate::evaluation::Outcome;
+use crate::tui::action::{Action, Scope};
+use crate::tui::message::runs::{PageId, ResultsAsk, ResultsNews};
+use crate::tui::message::{Effect, Mouse};
+use crate::tui::model::Model;
+use crate::tui::widgets::hints::{self, Hint};
+
+/// The screen of results; what it shows is kept in the model, so that it is there until the store is read again.
+#[derive(Debug)]
+pub struct ResultsScreen;
+
+impl Screen for ResultsScreen {
+    fn scope(&self) -> Scope {
+        Scope::Results
+    }
+
+    fn on_action(&mut self, model: &mut Model, action: Action) -> Step {
+        use Action::*;
+        let results = &mut model.results;
+        let matrix = results.inside.is_none() && results.choosing.is_none();
+        match action {
+            Cancel => return back(model),
+            OpenCell => return Step::Stay(enter(model)),
+            Up | Down | PageUp | PageDown | Top | Bottom => moved(model, action),
+            CellLeft if matrix => results.column = results.column.saturating_sub(1),
+            CellRight if matrix => {
+                results.column = (results.column + 1).min(Outcome::ALL.len());
+            }
+            ChooseCounted if results.choosing.take().is_none() => {
+                let now = results.counting;
+                let place = results.offers.iter().position(|o| Some(o.counting) == now);
+                results.choosing = Some(place.unwrap_or(0));
+            }
+            CellLeft | CellRight | ChooseCounted => {}
+            _ => return Step::Ignored,
+        }
+        Step::stay()
+    }
+
+    fn on_mouse(&mut self, model: &mut Model, mouse: Mouse) -> Step {
+        Step::Stay(on_mouse(model, mouse))
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+        draw::draw(frame, screen, model);
+    }
+
+    fn hints(&self, model: &Model) -> Vec<Hint> {
+        hints::own(model, Scope::Results)
+    }
+}
+
+/// Opens the screen; what it showed before is there until the store is read.
+pub fn open(model: &mut Model) -> Vec<Effect> {
+    model.screens.open(ResultsScreen);
+    let results = &mut model.results;
+    results.inside = None;
+    results.choosing = None;
+    results.wanted = None;
+    read(model)
+}
+
+/// Asks for the answers that are to be counted.
+fn read(model: &mut Model) -> Vec<Effect> {
+    let id = PageId(model.new_id());
+    let entries = model.list.rows.iter().map(|row| row.entry.clone());
+    let ask = ResultsAsk::Read(id, model.results.chosen, entries.collect());
+    model.results.asked = id;
+    model.results.reading = true;
+    vec![Effect::Results(ask)]
+}
+
+/// A level back: from the list of what can be counted, or from the answers, to the matrix, from the matrix to the main screen.
+fn back(model: &mut Model) -> Step {
+    let results = &mut model.results;
+    results.wanted = None;
+    if results.choosing.take().is_some() || results.inside.take().is_some() {
+        return Step::stay();
+    }
+    // What is still read is not waited for.
+    model.results.asked = PageId(model.new_id());
+    model.results.reading = false;
+    Step::Close(vec![Effect::Results(ResultsAsk::Stop)])
+}
+
+/// From the list of what can be counted to the matrix, from a cell to its answers, from an answer to its scenario.
+fn enter(model: &mut Model) -> Vec<Effect> {
+    let results = &mut model.results;
+    if let Some(line) = results.choosing.take() {
+        let Some(offer) = results.offers.get(line) else {
+            return Vec::new();
+        };
+        results.chosen = Some(offer.counting);
+        return read(model);
+    }
+    let answers = results.answers();
+    let Some(place) = results.inside else {
+        if answers.is_empty() {
+            model.say("there is no answer in this cell");
+        } else {
+            results.inside = Some(0);
+        }
+        return Vec::new();
+    };
+    let Some(answer) = answers.get(place) else {
+        return Vec::new();
+    };
+    let Some(run) = answer.run else {
+        model.say("the store has no run of this question: nothing was sent");
+        return Vec::new();
+    };
+    results.wanted = Some(run);
+    vec![Effect::Results(ResultsAsk::Run(run))]
+}
+
+/// Moves the selection.
+fn moved(model: &mut Model, action: Action) {
+    let rows = model.drawn.results().list.height;
+    let page = isize::from(rows.cast_signed() - 1).max(1);
+    model.results.move_by(match action {
+        Action::Up => -1,
+        Action::Down => 1,
+        Action::PageUp => -page,
+        Action::PageDown => page,
+        Action::Top => isize::MIN,
+        _ => isize::MAX,
+    });
+}
+
+/// The mouse: a click selects, a click on what is selected opens it, the wheel moves the selection.
+fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
+    let at = match mouse {
+        Mouse::WheelUp(_) => {
+            moved(model, Action::Up);
+            return Vec::new();
+        }
+        Mouse::WheelDown(_) => {
+            moved(model, Action::Down);
+            return Vec::new();
+        }
+        Mouse::Press(at) => at,
+        Mouse::Drag(_) | Mouse::Release(_) => return Vec::new(),
+    };
+    let drawn = model.drawn.results();
+    let results = &mut model.results;
+    let Some(row) = drawn.row(at) else {
+        if let Some(row) = drawn.bar(at).filter(|row| *row < results.rows.len()) {
+            results.selected = row;
+        }
+        return Vec::new();
+    };
+    let (lines, before) = match (results.choosing, results.inside) {
+        (Some(line), _) => (results.offers.len(), line),
+        (None, Some(place)) => (results.answers().len(), place),
+        (None, None) => (results.rows.len(), results.selected),
+    };
+    if row >= lines {
+        return Vec::new();
+    }
+    let mut again = row == before;
+    match (&mut results.choosing, &mut results.inside) {
+        (Some(line), _) => *line = row,
+        (None, Some(place)) => *place = row,
+        (None, None) => {
+            let column = drawn.cell(at.x);
+            again &= column == results.column;
+            (results.selected, results.column) = (row, column);
+        }
+    }
+    match again {
+        true => enter(model),
+        false => Vec::new(),
+    }
+}
+
+/// What the store says.
+pub fn hear(model: &mut Model, news: ResultsNews) -> Step {
+    match news {
+        ResultsNews::Read(id, result) if id == model.results.asked => match result {
+            Ok(read) => {
+                model.results.error = None;
+                model.results.take(*read);
+            }
+            Err(error) => {
+                model.results.reading = false;
+                model.results.error = Some(error.clone());
+                model.complain(error);
+            }
+        },
+        ResultsNews::Run(id, result) if model.results.wanted == Some(id) => {
+            model.results.wanted = None;
+            match result {
+                Ok(Some(run)) => {
+                    if !model.files_of(&run.question.scenario).is_empty() {
+                        model.screens.close::<ResultsScreen>();
+                    }
+                    return Step::Reopen(run);
+                }
+                Ok(None) => model.say(format!("run {id} is no longer in the store")),
+                Err(error) => model.complain(error),
+            }
+        }
+        ResultsNews::Read(..) | ResultsNews::Run(..) => {}
+    }
+    Step::stay()
+}

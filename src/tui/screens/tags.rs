@@ -1,0 +1,110 @@
+//! The line in which the user's tags of a scenario are typed, with those of its file and those in use elsewhere.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::Line;
+use ratatui::widgets::{Paragraph, Wrap};
+
+use super::{Screen, Step};
+use crate::config::Tags;
+use crate::text::visible;
+use crate::tui::action::Action;
+use crate::tui::keymap::{Code, Key, edit_line, first_line};
+use crate::tui::message::Effect;
+use crate::tui::model::Model;
+use crate::tui::widgets::hints::{Hint, fixed};
+use crate::tui::widgets::window;
+use crate::tui::widgets::words::{fit, fit_end};
+
+/// The user's tags of a scenario, to be typed.
+#[derive(Debug)]
+pub struct TagsScreen {
+    typed: String,
+    /// The scenario's name.
+    scenario: String,
+}
+
+/// Opens the line for the tags of the selected scenario.
+pub fn open(model: &mut Model) {
+    let Some(place) = model.list.current().or(model.list.opened) else {
+        return model.say("select a scenario first");
+    };
+    let row = &model.list.rows[place];
+    let mut typed = row.own_tags.join(" ");
+    if !typed.is_empty() {
+        typed.push(' ');
+    }
+    let scenario = row.entry.name.clone();
+    model.screens.open(TagsScreen { typed, scenario });
+}
+
+impl Screen for TagsScreen {
+    fn on_key(&mut self, model: &mut Model, key: Key) -> Option<Step> {
+        Some(match key.code {
+            Code::Esc => Step::close(),
+            Code::Enter => Step::Close(self.keep(model).into_iter().collect()),
+            _ => {
+                edit_line(&mut self.typed, key);
+                Step::stay()
+            }
+        })
+    }
+
+    fn on_action(&mut self, _model: &mut Model, action: Action) -> Step {
+        match action {
+            Action::Cancel => Step::close(),
+            _ => Step::Ignored,
+        }
+    }
+
+    fn paste(&mut self, _model: &mut Model, text: &str) -> Vec<Effect> {
+        self.typed.push_str(&first_line(text));
+        Vec::new()
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+        let title = format!("your tags of {}", fit(&self.scenario, 48));
+        let inner = window::window(frame, screen, model, &title, (76, 12));
+        let width = usize::from(inner.width);
+        let (accent, dim) = (
+            Style::new().fg(model.theme.accent),
+            Style::new().fg(model.theme.dim),
+        );
+        // The end is where one types.
+        let line = format!("# {}▏", fit_end(&self.typed, width.saturating_sub(4)));
+        let mut lines = vec![Line::styled(line, accent), Line::default()];
+        let row = model
+            .list
+            .rows
+            .iter()
+            .find(|r| r.entry.name == self.scenario);
+        let of_file = row.and_then(|row| row.facts());
+        let of_file = of_file.map_or(String::new(), |facts| facts.tags.join(" "));
+        let in_use = model.list.tags.all().join(" ");
+        for (what, tags) in [("in the file", of_file), ("yours, anywhere", in_use)] {
+            let tags = if tags.is_empty() { "none" } else { &tags };
+            lines.push(Line::styled(
+                visible(&format!("{what}: {tags}")).into_owned(),
+                dim,
+            ));
+        }
+        lines.push(Line::default());
+        let hint = "words with spaces between them; scenarios of the same name share them; tag:WORD in the filter finds them";
+        lines.push(Line::styled(hint, dim));
+        frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), inner);
+    }
+
+    fn hints(&self, _model: &Model) -> Vec<Hint> {
+        fixed(&[("type", "tags"), ("Enter", "keep"), ("Esc", "as before")])
+    }
+}
+
+impl TagsScreen {
+    /// Keeps what was typed, if it differs.
+    fn keep(&self, model: &Model) -> Option<Effect> {
+        let tags = Tags::typed(&self.typed);
+        let differs = tags != model.list.tags.of(&self.scenario);
+        differs.then(|| Effect::ChangeTags(self.scenario.clone(), tags))
+    }
+}

@@ -1,0 +1,111 @@
+//! The list of themes; the selected one is seen at once.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+
+use super::Step;
+use super::picker::{Choice, PickerScreen};
+use crate::tui::model::{Model, Picker, themes_shown};
+use crate::tui::widgets::hints::{Hint, fixed};
+use crate::tui::widgets::{picker, window};
+
+/// Themes by name.
+#[derive(Debug)]
+pub struct Themes;
+
+/// Opens the list at the theme that is chosen.
+pub fn open(model: &mut Model) {
+    let mut picker = Picker::default();
+    let shown = themes_shown(model, &picker);
+    let now = shown.iter().position(|name| *name == model.look.chosen);
+    picker.selected = now.unwrap_or(0);
+    let choice = Themes;
+    model.screens.open(PickerScreen { picker, choice });
+}
+
+fn selected(model: &Model, picker: &Picker) -> Option<String> {
+    themes_shown(model, picker).into_iter().nth(picker.selected)
+}
+
+impl Choice for Themes {
+    fn count(&self, model: &Model, picker: &Picker) -> usize {
+        themes_shown(model, picker).len()
+    }
+
+    fn choose(&mut self, model: &mut Model, picker: &Picker) -> Step {
+        let Some(name) = selected(model, picker) else {
+            return Step::close();
+        };
+        match model.look.theme(&name) {
+            Ok(theme) => {
+                model.theme = theme;
+                model.look.chosen.clone_from(&name);
+                let how_long = match model.recall.on {
+                    true => "for this session",
+                    false => "until you quit",
+                };
+                model.say(format!(
+                    "{how_long}; `theme = {name:?}` in config.toml keeps it"
+                ));
+            }
+            Err(why) => {
+                model.complain(format!("the theme stays as it was: {why}"));
+                self.leave(model);
+            }
+        }
+        Step::close()
+    }
+
+    fn preview(&self, model: &mut Model, picker: &Picker) {
+        let name = selected(model, picker).unwrap_or_else(|| model.look.chosen.clone());
+        // Why it cannot be shown stands in the list.
+        let _ = model.show_theme(&name);
+    }
+
+    fn leave(&self, model: &mut Model) {
+        // It could be shown before.
+        let _ = model.show_theme(&model.look.chosen.clone());
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
+        // To the side, so that the colours are seen.
+        let side = Rect {
+            x: screen.x,
+            width: screen.width.min(56),
+            ..screen
+        };
+        let rows = themes_shown(model, picker).into_iter().map(|name| {
+            let note = note(model, &name);
+            (name, note)
+        });
+        let rows: Vec<_> = rows.collect();
+        // The line that is typed, an empty one, the list, the words below it, and the borders.
+        let height = model.look.themes.len() + 1 + 5 + picker::WHOLE;
+        let height = u16::try_from(height).unwrap_or(u16::MAX).min(24);
+        let inner = window::window(frame, side, model, "theme", (52, height));
+        picker::draw(frame, inner, model, picker, &rows);
+    }
+
+    fn hints(&self) -> Vec<Hint> {
+        fixed(&[
+            ("type", "to search"),
+            ("↑↓", "look"),
+            ("Enter", "choose"),
+            ("Esc", "back to what it was"),
+        ])
+    }
+}
+
+/// What stands beside the name of a theme.
+fn note(model: &Model, name: &str) -> String {
+    let named = model.look.themes.iter().find(|named| named.name == name);
+    match named.map(|named| (&named.theme, &named.file)) {
+        None => "as the terminal's background".to_string(),
+        Some((Err(mistakes), _)) => mistakes.first().cloned().unwrap_or_default(),
+        Some((Ok(theme), file)) => {
+            let ground = if theme.dark { "dark" } else { "light" };
+            let yours = if file.is_some() { ", yours" } else { "" };
+            format!("{ground}{yours}")
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! Every measure of the scene and of the picked obstacle at the current step, and the thresholds.
+
+mod thresholds;
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Text};
+
+use super::{PAGE, Screen, Step, moves_scene};
+use crate::metrics::{MEASURES, Reading, SCENE_MEASURES, Threshold, measure};
+use crate::tui::action::Action;
+use crate::tui::loaded::Measured;
+use crate::tui::message::{Effect, MeasureId};
+use crate::tui::model::Model;
+use crate::tui::widgets::hints::{self, Hint};
+use crate::tui::widgets::words::quantity;
+use crate::tui::widgets::{row, window};
+
+/// Columns of the window at most, its borders included.
+const COLUMNS: u16 = 132;
+
+/// Columns of the sign and of the name of a measure.
+const NAME: usize = 18;
+/// Columns of a value with its unit.
+const VALUE: usize = 13;
+/// Columns of thresholds.
+const LIMIT: usize = 22;
+
+/// Every measure at the current step.
+#[derive(Debug, Default)]
+pub struct ValuesScreen {
+    scroll: usize,
+}
+
+impl Screen for ValuesScreen {
+    fn on_action(&mut self, _model: &mut Model, action: Action) -> Step {
+        match action {
+            // Nothing plays in sight: the key of it turns the page.
+            Action::Play => {
+                self.scroll += PAGE;
+                Step::stay()
+            }
+            _ if moves_scene(action) => Step::Perform(action),
+            _ => Step::Ignored,
+        }
+    }
+
+    fn follow(&mut self, model: &mut Model) -> Vec<Effect> {
+        measure_picked(model).into_iter().collect()
+    }
+
+    fn scroll_mut(&mut self) -> Option<&mut usize> {
+        Some(&mut self.scroll)
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+        let who = model
+            .picked
+            .map_or("nobody".to_string(), |id| id.to_string());
+        let (steps, scroll) = (hints::steps(model, "step"), hints::scroll(model));
+        let title = format!(
+            "{who} at {:.1} s, step {} · {} step · {} obstacle · {} scroll · {}",
+            model.clock.time(),
+            model.clock.step(),
+            steps.0,
+            model.look.key(Action::NextObstacle),
+            scroll.0,
+            model.look.key(Action::Cancel),
+        );
+        let width = window::width_in(screen, COLUMNS);
+        let text = text(model, width);
+        let shown = (COLUMNS, self.scroll);
+        window::scrolled_in(frame, screen, model, &title, text, shown);
+    }
+
+    fn hints(&self, model: &Model) -> Vec<Hint> {
+        let mut hints = vec![hints::steps(model, "step")];
+        hints.extend(hints::hint_of(model, Action::NextObstacle));
+        hints.extend([
+            hints::scroll(model),
+            hints::close(model),
+            hints::page(model),
+        ]);
+        hints.extend(hints::hint_of(model, Action::CollisionStep));
+        hints.extend(hints::hint_of(model, Action::MinimumStep));
+        hints
+    }
+}
+
+/// Asks for the values that are shown, if they are not known and not on their way.
+fn measure_picked(model: &mut Model) -> Option<Effect> {
+    let asked = model.values.asked.map(|(_, obstacle)| obstacle);
+    if asked == Some(model.picked) {
+        return None;
+    }
+    let scene = model.opened.as_ref()?.scene.clone()?;
+    let id = MeasureId(model.new_id());
+    model.values.asked = Some((id, model.picked));
+    let thresholds = model.thresholds.clone();
+    Some(Effect::Measure(id, scene, model.picked, thresholds))
+}
+
+fn text(model: &Model, width: usize) -> Text<'static> {
+    let mut text = Text::default();
+    let theme = &model.theme;
+    let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
+    let dim = Style::new().fg(theme.dim);
+    match (model.scene(), model.values.of(model.picked)) {
+        (None, _) => {
+            text.push_line(Line::styled(
+                format!(
+                    "there are no values: they need an ego; {} picks an obstacle, {} takes it as the ego",
+                    model.look.key(Action::NextObstacle),
+                    model.look.key(Action::TakeAsEgo)
+                ),
+                dim,
+            ));
+        }
+        (Some(_), None) => text.push_line(Line::styled("measuring …", dim)),
+        (Some(_), Some(found)) => {
+            text.push_line(Line::styled("the ego against everyone together", title));
+            text.extend(scene(model, found, width));
+            text.push_line("");
+            text.push_line(Line::styled(obstacle_title(model), title));
+            text.extend(obstacle(model, found, width));
+        }
+    }
+    text.push_line("");
+    text.extend(thresholds::text(model, width));
+    text
+}
+
+fn obstacle_title(model: &Model) -> String {
+    let opened = model.opened.as_ref().zip(model.picked);
+    let found = opened.and_then(|(opened, id)| {
+        let mut all = opened.scenario.obstacles.iter();
+        all.find(|o| o.id == id)
+    });
+    match found {
+        Some(obstacle) => format!("{} {}", obstacle.kind, obstacle.id),
+        None => {
+            let key = model.look.key(Action::NextObstacle);
+            format!("no obstacle is picked: {key} picks one")
+        }
+    }
+}
+
+fn scene(model: &Model, found: &Measured, width: usize) -> Vec<Line<'static>> {
+    let step = model.clock.step();
+    let readings = found.scene_at(step).unwrap_or_default();
+    let rows = SCENE_MEASURES.iter().zip(readings);
+    let rows = rows.flat_map(|(m, reading)| line(model, m.id, m.unit, m.source, reading, width));
+    rows.collect()
+}
+
+fn obstacle(model: &Model, found: &Measured, width: usize) -> Vec<Line<'static>> {
+    let Some(id) = found.obstacle else {
+        return Vec::new();
+    };
+    let at = |measure: &str| found.series.at(measure, id, model.clock.step());
+    let rows = MEASURES.iter();
+    let rows = rows.flat_map(|m| line(model, m.id, m.unit, m.source, at(m.id), width));
+    rows.collect()
+}
+
+/// A measure: a sign and its name, its value or why there is none, its thresholds, its source.
+fn line(
+    model: &Model,
+    id: &str,
+    unit: &str,
+    source: &str,
+    reading: Reading,
+    width: usize,
+) -> Vec<Line<'static>> {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let reached = |value: f64| {
+        let measure = measure(id)?;
+        model.thresholds.reached(measure, value)
+    };
+    let cells = match reading {
+        Reading::None(why) => vec![
+            (format!("  {id}"), NAME, dim),
+            (format!("– {}", why.reason()), VALUE + LIMIT, dim),
+        ],
+        Reading::Value(value) => {
+            let (sign, style, limit) = match reached(value) {
+                Some(threshold) => {
+                    let danger = Style::new().fg(theme.danger).add_modifier(Modifier::BOLD);
+                    ("!", danger, (words(threshold, unit), LIMIT, danger))
+                }
+                None => (" ", Style::new(), (nearest(model, id, unit), LIMIT, dim)),
+            };
+            vec![
+                (format!("{sign} {id}"), NAME, style),
+                (quantity(value, unit), VALUE, style),
+                limit,
+            ]
+        }
+    };
+    row::lines(&cells, (source, dim), width)
+}
+
+/// The threshold that a value that is not dangerous would reach first.
+fn nearest(model: &Model, id: &str, unit: &str) -> String {
+    let last = model.thresholds.of(id).last();
+    last.map_or(String::new(), |t| words(t, unit))
+}
+
+fn words(threshold: &Threshold, unit: &str) -> String {
+    let own = if threshold.own { "*" } else { "" };
+    let value = quantity(threshold.value, unit);
+    format!("{} {value}{own}", threshold.name)
+}

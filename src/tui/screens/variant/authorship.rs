@@ -1,0 +1,250 @@
+//! Who could attack; and what a model chose and wrote, what became of each answer, what it took, and its reasons.
+
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Text};
+
+use crate::evaluation::generating::{Choice, ChosenBy, Source, Spent};
+use crate::generation::attacker::Candidate;
+use crate::generation::{Attack, Refusal, summed};
+use crate::text::visible;
+use crate::tui::loaded::{Authorship, Made};
+use crate::tui::model::{Model, consequence_words};
+use crate::tui::widgets::lines::Lines;
+use crate::tui::widgets::words::{hundredths, pad, thousands};
+use crate::verdict::ObstacleRisk;
+
+/// Places of a ranking that are shown.
+const PLACES: usize = 8;
+
+/// Columns of the model's side of both rankings.
+const SIDE: usize = 17;
+
+/// Columns from which on there is room for both numbers and words in it.
+const WIDE: usize = 46;
+
+/// Kinds of reasons of one answer that are shown.
+const KINDS: usize = 4;
+
+/// What a model wrote that came to nothing.
+pub fn alone(model: &Model, wrote: &Authorship, width: usize) -> Text<'static> {
+    let mut lines = Lines::new(&model.theme, width);
+    lines.title("nothing dangerous came of it");
+    lines.say("source", &visible(&wrote.model));
+    written(&mut lines, model, wrote, wrote.authored.choice.attacker);
+    reasons(&mut lines, wrote);
+    lines.text
+}
+
+/// Who could attack, by the reference.
+pub fn ranking(lines: &mut Lines, made: &Made) {
+    let attacker = Some(made.effect.attacker);
+    lines.title("who could attack, the least change first");
+    for (place, candidate) in made.ranked.iter().take(PLACES).enumerate() {
+        let id = marked(candidate.obstacle, attacker);
+        let behind = if candidate.behind {
+            ", from behind"
+        } else {
+            ""
+        };
+        let words = format!(
+            "{:.2} m/s², at step {}{behind}",
+            candidate.acceleration, candidate.step
+        );
+        lines.say(&format!("{} {id}", place + 1), &words);
+    }
+    more(lines, made.ranked.len());
+}
+
+/// Who could attack, by the model and by the reference.
+fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
+    let choice = &wrote.authored.choice;
+    let said = choice.proposal.as_ref().and_then(|p| p.said.as_ref());
+    let its: &[ObstacleRisk] = said.map_or(&[], |said| &said.obstacles);
+    lines.title("who could attack");
+    let named = match its {
+        [] => "",
+        _ => "by the model",
+    };
+    lines.row(&format!("   {}{}", pad(named, SIDE), "by the reference"));
+    let reference = &choice.ranked;
+    for place in 0..its.len().max(reference.len()).min(PLACES) {
+        let left = its.get(place).map_or(String::new(), |risk| {
+            format!("{} risk {}", marked(risk.id, attacker), risk.risk_score)
+        });
+        let wide = lines.width >= WIDE;
+        let right = |c: &Candidate| {
+            let id = marked(c.obstacle, attacker);
+            match (c.behind, wide) {
+                (true, true) => format!("{id} {:.2} m/s², behind", c.acceleration),
+                // Why it comes after those that need more.
+                (true, false) => format!("{id} behind"),
+                (false, _) => format!("{id} {:.2} m/s²", c.acceleration),
+            }
+        };
+        let right = reference.get(place).map_or(String::new(), right);
+        lines.row(&format!("{:>2} {}{right}", place + 1, pad(&left, SIDE)));
+    }
+    more(lines, its.len().max(reference.len()));
+    lines.say("chosen", &visible(&chosen(choice)));
+}
+
+/// An id, with a mark if that one attacks.
+fn marked(id: i64, attacker: Option<i64>) -> String {
+    let mark = if attacker == Some(id) { "▸" } else { " " };
+    format!("{mark}{id}")
+}
+
+fn more(lines: &mut Lines, count: usize) {
+    if count > PLACES {
+        lines.row(&format!("   and {} more", count - PLACES));
+    }
+}
+
+/// Whose choice the attacker is.
+fn chosen(choice: &Choice) -> String {
+    let who = choice.attacker.map_or("nobody".into(), |id| id.to_string());
+    let refused = choice.proposal.as_ref().and_then(|p| p.refused.as_ref());
+    let why = refused.map_or(String::new(), |why| {
+        format!("; the model's choice was refused: {why}")
+    });
+    match choice.by {
+        ChosenBy::User => format!("{who}, by you"),
+        ChosenBy::Model => format!("{who}, by the model"),
+        ChosenBy::Reference => format!("{who}, by the reference{why}"),
+        ChosenBy::Nobody => format!("{who}{why}"),
+    }
+}
+
+/// Who could attack, each answer with what became of it, and what all of them took.
+pub fn written(lines: &mut Lines, model: &Model, wrote: &Authorship, attacker: Option<i64>) {
+    both(lines, wrote, attacker);
+    let (authored, theme) = (&wrote.authored, &model.theme);
+    let passed = authored.attacks.len();
+    let answers = match authored.candidates() {
+        1 => "1 answer".into(),
+        n => format!("{n} answers"),
+    };
+    lines.title(&format!("{answers}, {passed} passed the gate"));
+    let mut all: Vec<(Source, String, Style)> = Vec::new();
+    for attack in &authored.attacks {
+        let mut words = match &attack.admitted.repair {
+            Some(repair) => format!(
+                "+ passed, repaired by {} m at step {}",
+                hundredths(repair.moved),
+                repair.step
+            ),
+            None => "+ passed as it is".into(),
+        };
+        words.push_str(&format!(": {}", effect(&attack.admitted.attack)));
+        let mut style = Style::new().fg(theme.safe);
+        if wrote.taken == Some(attack.source) {
+            words.push_str("; taken");
+            style = style.add_modifier(Modifier::BOLD);
+        }
+        all.push((attack.source, words, style));
+    }
+    for declined in &authored.declined {
+        let style = Style::new().fg(theme.warning);
+        all.push((declined.source, refusals(&declined.refusals), style));
+    }
+    all.sort_by_key(|(source, ..)| (source.sample, source.retry));
+    for (source, words, style) in all {
+        let name = match source.retry {
+            0 => format!("{}", source.sample + 1),
+            n => format!("{} try {}", source.sample + 1, n + 1),
+        };
+        lines.say_in(&name, &visible(&words), style);
+    }
+    if let Some(why) = &authored.stopped {
+        let style = Style::new().fg(theme.danger);
+        lines.say_in("stopped", &visible(why), style);
+    }
+    spent(lines, &authored.spent);
+}
+
+fn effect(attack: &Attack) -> &'static str {
+    match &attack.effect {
+        Some(effect) if effect.is_hit_from_behind() => "hit from behind",
+        Some(effect) => consequence_words(&effect.consequence),
+        None => "not driven against",
+    }
+}
+
+/// Reasons in a row, each with the worst step, its value and the limit.
+fn refusals(all: &[Refusal]) -> String {
+    let kinds = summed(all);
+    let mut words: Vec<String> = kinds.iter().take(KINDS).map(ToString::to_string).collect();
+    if kinds.len() > KINDS {
+        words.push(format!("{} more reasons", kinds.len() - KINDS));
+    }
+    format!("x refused: {}", words.join("; "))
+}
+
+fn spent(lines: &mut Lines, spent: &Spent) {
+    let stored = match spent.stored {
+        0 => String::new(),
+        n => format!(", {n} from the store"),
+    };
+    lines.say(
+        "asked",
+        &format!(
+            "{} times, {} answered{stored}",
+            spent.requests, spent.answers
+        ),
+    );
+    let (sent, came) = (
+        thousands(spent.input_tokens),
+        thousands(spent.output_tokens),
+    );
+    lines.say("tokens", &format!("{sent} in, {came} out"));
+    let mut cost = format!("${:.4}", spent.usd);
+    if spent.usd_before > 0.0 {
+        cost.push_str(&format!(", ${:.4} of it paid before", spent.usd_before));
+    }
+    if spent.unpriced > 0 {
+        cost.push_str(&format!(", {} of unknown cost", spent.unpriced));
+    }
+    lines.say("cost", &cost);
+}
+
+/// Why this attacker and this motion, in the model's own words.
+pub fn reasons(lines: &mut Lines, wrote: &Authorship) {
+    if let Some(proposal) = &wrote.authored.choice.proposal {
+        if let Some(said) = &proposal.said {
+            lines.title("why this attacker, in the model's words");
+            lines.prose(&said.justification);
+            for risk in said.obstacles.iter().take(PLACES) {
+                lines.prose(&format!("{}: {}", risk.id, risk.reason));
+            }
+        }
+        lines.reasoning("its reasoning on the attacker", &proposal.reasoning);
+    }
+    let mut attacks = wrote.authored.attacks.iter();
+    if let Some(taken) = attacks.find(|attack| Some(attack.source) == wrote.taken) {
+        lines.title("why this motion, in the model's words");
+        lines.prose(&taken.justification);
+        lines.reasoning("its reasoning on the motion", &taken.reasoning);
+    }
+}
+
+impl Lines {
+    /// A row of a table, cut at the border.
+    fn row(&mut self, words: &str) {
+        self.text.push_line(Line::raw(words.to_string()));
+    }
+
+    /// A model's words, which may hold anything.
+    fn prose(&mut self, words: &str) {
+        let shown = visible(words).replace('\t', " ");
+        for line in shown.lines() {
+            self.plain(line);
+        }
+    }
+
+    fn reasoning(&mut self, title: &str, words: &str) {
+        if !words.trim().is_empty() {
+            self.title(title);
+            self.prose(words);
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! What the variant is and leads to, and where it differs at the cursor, at the right, so that the map stays in sight.
+
+mod authorship;
+
+use std::collections::BTreeMap;
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::Text;
+
+use super::{Screen, Step, moves_scene};
+use crate::generation::{Certificate, Consequence, Reason};
+use crate::scenario::Motion as State;
+use crate::text::visible;
+use crate::tui::action::Action;
+use crate::tui::loaded::{Made, VariantShown};
+use crate::tui::model::{Model, consequence_words};
+use crate::tui::widgets::hints::{self, Hint};
+use crate::tui::widgets::lines::{self, Lines};
+use crate::tui::widgets::window;
+use crate::tui::widgets::words::hundredths;
+use crate::verdict::{Manoeuvre, Motion};
+
+/// The variant that was made.
+#[derive(Debug, Default)]
+pub struct VariantScreen {
+    scroll: usize,
+}
+
+/// Opens the window, where a variant is shown or a model wrote something.
+pub fn open(model: &mut Model) {
+    if model.variant().is_none() && model.unwritten().is_none() {
+        let why = model.without_variant();
+        return model.say(why);
+    }
+    model.screens.open(VariantScreen::default());
+}
+
+impl Screen for VariantScreen {
+    fn on_action(&mut self, _model: &mut Model, action: Action) -> Step {
+        match action {
+            Action::VariantPanel => Step::close(),
+            Action::Play
+            | Action::PlotDrives
+            | Action::SwitchVariant
+            | Action::SaveVariant
+            | Action::Palette => Step::Perform(action),
+            _ if moves_scene(action) => Step::Perform(action),
+            _ => Step::Ignored,
+        }
+    }
+
+    fn scroll_mut(&mut self) -> Option<&mut usize> {
+        Some(&mut self.scroll)
+    }
+
+    fn columns_at_right(&self, screen: Rect) -> Option<u16> {
+        Some(lines::width(screen))
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+        let width = lines::width(screen);
+        let columns = usize::from(width).max(2) - 2;
+        let unwritten = model.unwritten().filter(|_| model.variant().is_none());
+        let text = match (model.variant(), unwritten) {
+            (Some(shown), _) => text(model, shown, columns),
+            (None, Some(wrote)) => authorship::alone(model, wrote, columns),
+            (None, None) => {
+                let key = model.look.key(Action::Generate);
+                let words = format!("no variant is shown: {key} makes the scenario dangerous");
+                Text::styled(words, Style::new().fg(model.theme.dim))
+            }
+        };
+        let title = match unwritten {
+            Some(_) => "what the model wrote",
+            None => "the variant",
+        };
+        window::at_right(frame, screen, model, title, text, (width, self.scroll));
+    }
+
+    fn hints(&self, model: &Model) -> Vec<Hint> {
+        let mut hints = vec![hints::steps(model, "step"), hints::scroll(model)];
+        hints.push(hints::close(model));
+        hints.extend(hints::hint_of(model, Action::SwitchVariant));
+        hints.extend(hints::hint_of(model, Action::PlotDrives));
+        hints
+    }
+}
+
+fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
+    let mut lines = Lines::new(&model.theme, width);
+    let made = &*shown.made;
+    outcome(&mut lines, model, made);
+    avoidable(&mut lines, model, made);
+    difference(&mut lines, model, made);
+    attack(&mut lines, model, shown);
+    match &made.authorship {
+        Some(wrote) => authorship::written(&mut lines, model, wrote, Some(made.effect.attacker)),
+        None => refused(&mut lines, made),
+    }
+    gate(&mut lines, made);
+    lines.title("the variant is kept");
+    let kept = match model.maker.files(&shown.made) {
+        Some(files) => format!("in {}", visible(files)),
+        None => {
+            let key = model.look.key(Action::Palette);
+            format!("until you quit; {key} save-variant writes it")
+        }
+    };
+    lines.plain(&kept);
+    match &made.authorship {
+        Some(wrote) => authorship::reasons(&mut lines, wrote),
+        None => authorship::ranking(&mut lines, made),
+    }
+    lines.text
+}
+
+fn attack(lines: &mut Lines, model: &Model, shown: &VariantShown) {
+    let made = &*shown.made;
+    lines.title("the attack");
+    let by = match made.authorship {
+        Some(_) => format!("written by {}; all else is computed here", made.by),
+        None => format!("{}: computed, not recorded", made.by),
+    };
+    lines.say("source", &visible(&by));
+    match &made.asked {
+        Motion::Manoeuvre(manoeuvre) => lines.say("does", &manoeuvre_words(manoeuvre)),
+        Motion::Waypoints(points) => {
+            lines.say("does", &format!("follows {} waypoints", points.len()));
+        }
+    }
+    let dt = made.closed.driver().dt();
+    let from = made.effect.from;
+    let until = made.change.until().unwrap_or(from);
+    lines.say(
+        "changed",
+        &format!(
+            "after step {from} ({:.1} s), up to step {until}",
+            from as f64 * dt
+        ),
+    );
+    if let Some(only) = made.only {
+        lines.say("", &format!("only {only} was allowed to attack"));
+    }
+    lines.say("others", "as recorded; only the ego reacts");
+    let key = model.look.key(Action::SwitchVariant);
+    let (now, other) = match shown.changed {
+        true => ("the variant", "original"),
+        false => ("the original", "variant"),
+    };
+    lines.say("shown", &format!("{now}; {key} the {other}"));
+}
+
+fn manoeuvre_words(m: &Manoeuvre) -> String {
+    let mut words = format!(
+        "{} at {:.2} s for {:.2} s",
+        m.kind.name(),
+        m.start,
+        m.duration
+    );
+    if let Some(gap) = m.gap {
+        words.push_str(&format!(", gap {gap:.2} m"));
+    }
+    if let Some(speed) = m.speed {
+        words.push_str(&format!(", speed {speed:.2} m/s"));
+    }
+    words
+}
+
+fn outcome(lines: &mut Lines, model: &Model, made: &Made) {
+    let effect = &made.effect;
+    lines.title("what the attack leads to, computed");
+    let id = effect.attacker;
+    let kind = made.closed.scenario().obstacle(id).map(|o| o.kind);
+    let who = kind.map_or(id.to_string(), |kind| format!("{kind} {id}"));
+    lines.say("attacker", &visible(&who));
+    let (words, color) = match effect.consequence {
+        Consequence::Collision(c) => (format!("X collision with {c}"), model.theme.danger),
+        Consequence::NearMiss => ("! near miss".to_string(), model.theme.warning),
+        other => (consequence_words(&other).to_string(), model.theme.safe),
+    };
+    let style = Style::new().fg(color).add_modifier(Modifier::BOLD);
+    lines.say_in("outcome", &words, style);
+    let score = |score: Option<u8>| score.map_or("–".to_string(), |s| s.to_string());
+    let change = |before, after| format!("{} → {}", score(before), score(after));
+    let (before, after) = (effect.lowest_before(), effect.lowest_after());
+    let anyone = change(effect.anyone_before, effect.anyone_after);
+    let risk = format!("lowest {}; of anybody {anyone}", change(before, after));
+    lines.say("risk", &risk);
+    if let Some(step) = effect.between {
+        let words = format!(
+            "touched after step {step} and before {}, at neither",
+            step + 1
+        );
+        lines.say("between", &words);
+    }
+    if let Some(distance) = effect.distance {
+        lines.say(
+            "distance",
+            &format!("{} m, the smallest", hundredths(distance)),
+        );
+    }
+    lines.say(
+        "without it",
+        &made.closed.baseline().drive().outcome.to_string(),
+    );
+}
+
+fn avoidable(lines: &mut Lines, model: &Model, made: &Made) {
+    lines.title("avoided by a good driver who reacts after");
+    let mut last = None;
+    for (delay, certificate) in &made.avoidability.certificates {
+        let name = format!("{delay:.1} s");
+        match certificate {
+            Certificate::Avoided(way) if last == Some(way.found) => {
+                lines.say(&name, "yes, in the same way");
+            }
+            Certificate::Avoided(way) => {
+                last = Some(way.found);
+                lines.say(&name, &format!("yes: {}", way.found));
+            }
+            Certificate::NotFound(nothing) => {
+                let style = Style::new().fg(model.theme.warning);
+                lines.say_in(&name, &format!("no: {}", nothing.why), style);
+            }
+        }
+    }
+}
+
+fn refused(lines: &mut Lines, made: &Made) {
+    let progress = &made.progress;
+    lines.title(&format!(
+        "{} motions tried, {} driven against",
+        progress.tried, progress.driven
+    ));
+    let passed = progress.tried.saturating_sub(progress.refused);
+    lines.say(&passed.to_string(), "passed the gate");
+    let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
+    for refusal in &made.refused {
+        let why = match &refusal.reason {
+            Reason::Answer(words) => words,
+            reason => reason.name(),
+        };
+        *reasons.entry(why).or_default() += 1;
+    }
+    let mut reasons: Vec<(&str, usize)> = reasons.into_iter().collect();
+    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    for (why, count) in reasons {
+        lines.say(&count.to_string(), &format!("refused: {}", visible(why)));
+    }
+}
+
+fn gate(lines: &mut Lines, made: &Made) {
+    let passed = &made.passed;
+    lines.title("the gate that it passed");
+    lines.say(
+        "steps",
+        &format!(
+            "{} held against the limits, {} as recorded and exempt",
+            passed.steps, passed.exempt
+        ),
+    );
+    let friction = format!(
+        "{:.0} % of the circle used at most",
+        passed.friction * 100.0
+    );
+    lines.say("friction", &friction);
+    if passed.early > 0 {
+        let words = format!("ends {} steps before the recorded one", passed.early);
+        lines.say("motion", &words);
+    }
+}
+
+/// The attacker's two states at the cursor.
+fn difference(lines: &mut Lines, model: &Model, made: &Made) {
+    let step = model.clock.step();
+    let time = model.clock.time();
+    lines.title(&format!("at {time:.1} s, step {step}: recorded → changed"));
+    let id = made.effect.attacker;
+    let at = |scenario: &crate::scenario::Scenario| -> Option<State> {
+        scenario.obstacle(id)?.motion_at(step).cloned()
+    };
+    let before = at(made.closed.scenario());
+    let after = at(&made.effect.scenario);
+    let (before, after) = match (before, after) {
+        (Some(before), Some(after)) => (before, after),
+        (Some(_), None) => return lines.plain("it is gone by now; recorded it is still there"),
+        (None, Some(_)) => return lines.plain("recorded it is not there at this step"),
+        (None, None) => return lines.plain("it is not there at this step"),
+    };
+    if step <= made.effect.from {
+        lines.plain("as recorded until here");
+    }
+    let (p, q) = (before.pose.position, after.pose.position);
+    lines.say(
+        "position",
+        &format!("{:.2}, {:.2} → {:.2}, {:.2} m", p.x, p.y, q.x, q.y),
+    );
+    lines.say("apart", &format!("{} m", hundredths((q - p).norm())));
+    let both = |a: f64, b: f64, unit: &str| format!("{a:.2} → {b:.2} {unit}");
+    let degrees = |state: &State| state.pose.heading.to_degrees();
+    lines.say(
+        "heading",
+        &format!("{:.1}° → {:.1}°", degrees(&before), degrees(&after)),
+    );
+    lines.say("speed", &both(before.velocity, after.velocity, "m/s"));
+    let braking = both(before.acceleration, after.acceleration, "m/s²");
+    lines.say("accel.", &braking);
+}

@@ -1,0 +1,94 @@
+//! Keys, actions and the mouse while a screen is open: the top one takes them, and this does what follows.
+
+use super::super::action::Action;
+use super::super::keymap::Key;
+use super::super::message::{Effect, Mouse};
+use super::super::model::Model;
+use super::super::screens::{self, Screen, Step};
+use super::keys::{self, Pressed};
+use super::{actions, reopen};
+
+/// A key while a screen is open.
+pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
+    let Some(mut screen) = model.screens.pop() else {
+        return Vec::new();
+    };
+    if let Some(step) = screen.on_key(model, key) {
+        return take(model, Some(screen), step);
+    }
+    let (scope, ignores_others) = (screen.scope(), screen.ignores_other_keys());
+    model.screens.put_back(screen);
+    let action = match keys::pressed(model, key, scope) {
+        Pressed::Action(action) => Some(action),
+        Pressed::Chord => return Vec::new(),
+        Pressed::Nothing => None,
+    };
+    if let Some(effects) = action.and_then(|action| offer(model, action)) {
+        return effects;
+    }
+    match action {
+        _ if !ignores_others => on_action(model, Action::Cancel),
+        Some(action) => actions::perform(model, action),
+        None => Vec::new(),
+    }
+}
+
+/// An action while a screen is open; Cancel closes every screen that does nothing else of it.
+pub fn on_action(model: &mut Model, action: Action) -> Vec<Effect> {
+    match offer(model, action) {
+        Some(effects) => effects,
+        None if action == Action::Cancel && !model.screens.is_empty() => {
+            model.screens.pop();
+            Vec::new()
+        }
+        None => actions::perform(model, action),
+    }
+}
+
+/// Offers an action to the top screen; nothing where that has no use for it.
+fn offer(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
+    let mut screen = model.screens.pop()?;
+    match screens::act(screen.as_mut(), model, action) {
+        Step::Ignored => {
+            model.screens.put_back(screen);
+            None
+        }
+        step => Some(take(model, Some(screen), step)),
+    }
+}
+
+/// The mouse while a screen is open.
+pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
+    let Some(mut screen) = model.screens.pop() else {
+        return Vec::new();
+    };
+    let step = screen.on_mouse(model, mouse);
+    take(model, Some(screen), step)
+}
+
+/// Text that is pasted while a screen is open.
+pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
+    let Some(mut screen) = model.screens.pop() else {
+        return Vec::new();
+    };
+    let effects = screen.paste(model, text);
+    model.screens.put_back(screen);
+    effects
+}
+
+/// Does what follows from a step of a screen, which was taken away for it, or of news for one.
+pub fn take(model: &mut Model, screen: Option<Box<dyn Screen>>, step: Step) -> Vec<Effect> {
+    if let Some(screen) = screen
+        && !matches!(step, Step::Close(_) | Step::CloseAndPerform(_))
+    {
+        model.screens.put_back(screen);
+    }
+    match step {
+        Step::Stay(effects) | Step::Close(effects) => effects,
+        Step::Perform(action) => actions::perform(model, action),
+        // What is below may be meant by it.
+        Step::CloseAndPerform(action) => on_action(model, action),
+        Step::Reopen(run) => reopen::begin(model, *run),
+        Step::Ignored => Vec::new(),
+    }
+}
