@@ -3,13 +3,13 @@
 mod asked;
 mod batch;
 mod collision;
-mod handed;
+mod context;
+mod dry_run;
 mod listed;
-mod opened;
 mod resume;
 mod safety;
-mod sheet;
 mod shown;
+mod submit;
 mod truth;
 mod varied;
 

@@ -8,8 +8,9 @@ use super::super::message::Effect;
 use super::super::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended};
 use super::super::model::{Card, Column, JobKind, JobState, Model, Overlay};
 use super::{actions, jobs};
-use crate::evaluation::Plan;
+use crate::evaluation::batch::RequestSettings;
 use crate::judge;
+use crate::llm::Effort;
 use crate::text::Frame;
 
 /// Marks the selected scenario, or takes its mark away.
@@ -46,20 +47,29 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         model.say("this frame is about one picked obstacle: f chooses another one");
         return Vec::new();
     }
-    let plan = Plan {
+    let decided = model.decided();
+    let config = &model.config;
+    let batch = Arc::new(Batch {
         task: model.task,
         frame: model.frame,
-        decided: model.decided(),
+        techniques: decided.techniques,
+        request: RequestSettings {
+            history: config.history,
+            radius: config.radius,
+            lead: None,
+            temperature: config.temperature,
+            max_tokens: config.max_tokens,
+            effort: config.effort.as_deref().and_then(Effort::parse),
+        },
+        history: decided.history,
         library: model.library.clone(),
-        draft: model.prompt.draft(),
+        // The built-in judge is not asked in words.
+        draft: model.prompt.draft().filter(|_| asked != judge::MODEL),
         thresholds: model.thresholds.clone(),
-    };
-    let id = BatchId(model.new_id());
-    let batch = Arc::new(Batch {
-        plan,
         model: asked,
         entries,
     });
+    let id = BatchId(model.new_id());
     model.card = Some(Card {
         id,
         batch: Arc::clone(&batch),
@@ -95,7 +105,8 @@ fn begin(model: &mut Model) -> Vec<Effect> {
     let Some(card) = model.card.take() else {
         return Vec::new();
     };
-    let nothing_to_ask = card.counts.asks == 0 && card.counts.stored == 0;
+    let estimate = &card.counts.estimate;
+    let nothing_to_ask = estimate.requests + estimate.free + estimate.stored == 0;
     if let Some(why) = &card.counts.refused {
         let why = why.clone();
         model.card = Some(card);
