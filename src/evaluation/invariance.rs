@@ -47,7 +47,7 @@ impl Scored {
     /// not in the map stay. The truth is left as it is: it is told about the original.
     #[must_use]
     pub fn mapped_back(mut self, ids: &BTreeMap<i64, i64>) -> Self {
-        let verdicts = self.reference.iter_mut().chain(match &mut self.said {
+        let verdicts = self.reference.iter_mut().chain(match &mut self.status {
             AnswerStatus::Verdict(verdict) => Some(verdict),
             AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
         });
@@ -58,7 +58,7 @@ impl Scored {
     }
 
     fn verdict(&self) -> Option<&Verdict> {
-        match &self.said {
+        match &self.status {
             AnswerStatus::Verdict(verdict) => Some(verdict),
             AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
         }

@@ -119,7 +119,7 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
             }
             continue;
         }
-        match &timed.scored.said {
+        match &timed.scored.status {
             AnswerStatus::Unparsed(_) => point.unparsed += 1,
             AnswerStatus::Failed(_) => point.failed += 1,
             AnswerStatus::Unasked(_) => point.unasked += 1,
@@ -149,10 +149,14 @@ fn seen(mut answers: Vec<Timed<'_>>) -> Vec<Seen> {
         series.entry(key).or_default().push(timed);
     }
     let one = |((scenario, sample), answers): ((&str, u32), Vec<Timed<'_>>)| {
-        let verdicts = answers.iter().filter_map(|timed| match &timed.scored.said {
-            AnswerStatus::Verdict(verdict) => Some((timed.lead, verdict.dangerous)),
-            AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
-        });
+        let verdicts = answers
+            .iter()
+            .filter_map(|timed| match &timed.scored.status {
+                AnswerStatus::Verdict(verdict) => Some((timed.lead, verdict.dangerous)),
+                AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => {
+                    None
+                }
+            });
         let yes = verdicts.take_while(|(_, dangerous)| *dangerous);
         Seen {
             scenario: scenario.to_string(),

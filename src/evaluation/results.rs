@@ -127,7 +127,7 @@ impl Outcome {
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {
         Some(
-            match (&scored.said, scored.positive(), scored.is_collision()) {
+            match (&scored.status, scored.positive(), scored.is_collision()) {
                 (AnswerStatus::Unasked(_), ..) => return None,
                 (AnswerStatus::Failed(_), ..) => Self::Failed,
                 (AnswerStatus::Unparsed(_), ..) | (_, None, _) => Self::Unparsed,
@@ -161,7 +161,7 @@ impl Counted {
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {
         let outcome = Outcome::of_scored(scored)?;
-        let said = match &scored.said {
+        let said = match &scored.status {
             AnswerStatus::Verdict(verdict) => Some(verdict.dangerous),
             AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
         };

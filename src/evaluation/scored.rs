@@ -43,8 +43,8 @@ pub struct Scored {
     pub sample: u32,
     /// What is true; nothing where it is unknown.
     pub truth: Option<Label>,
-    /// What was said.
-    pub said: AnswerStatus,
+    /// What became of it.
+    pub status: AnswerStatus,
     /// The built-in judge's verdict on the same question, where it was worked out.
     pub reference: Option<Verdict>,
     /// Time, tokens and cost.
@@ -60,7 +60,7 @@ impl Scored {
     /// see [`super::recorded::accused`]; else it is a no.
     #[must_use]
     pub fn positive(&self) -> Option<bool> {
-        let AnswerStatus::Verdict(verdict) = &self.said else {
+        let AnswerStatus::Verdict(verdict) = &self.status else {
             return None;
         };
         Some(match (self.way.task, self.truth) {

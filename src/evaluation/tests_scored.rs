@@ -18,7 +18,7 @@ pub(super) fn answer(scenario: &str, model: &str, dangerous: bool, risks: &[(i64
         justification: String::new(),
     };
     Scored {
-        said: AnswerStatus::Verdict(verdict),
+        status: AnswerStatus::Verdict(verdict),
         ..failed(scenario, model)
     }
 }
@@ -35,7 +35,7 @@ pub(super) fn failed(scenario: &str, model: &str) -> Scored {
         },
         sample: 0,
         truth: None,
-        said: AnswerStatus::Failed("cut".into()),
+        status: AnswerStatus::Failed("cut".into()),
         reference: None,
         consumed: Consumed::default(),
         run: None,

@@ -40,7 +40,7 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
     }
     let unasked = scored
         .iter()
-        .filter(|one| matches!(one.said, AnswerStatus::Unasked(_)))
+        .filter(|one| matches!(one.status, AnswerStatus::Unasked(_)))
         .count();
     if unasked > 0 {
         let unfinished = format!(

@@ -78,7 +78,7 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
     let reference: Vec<(String, Task, Verdict)> = scored
         .iter()
         .filter(|one| one.way.model == judge::MODEL)
-        .filter_map(|one| match &one.said {
+        .filter_map(|one| match &one.status {
             AnswerStatus::Verdict(verdict) => {
                 Some((one.scenario.clone(), one.way.task, verdict.clone()))
             }
@@ -115,7 +115,8 @@ pub(super) fn read(found: &[(Item, Option<Found>)]) -> Result<Vec<(Variant, Scor
 fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scored {
     let Some(change) = change else { return scored };
     scored.scenario = change.name(&scored.scenario);
-    if !matches!(change, Transform::Renumber(_)) || !matches!(scored.said, AnswerStatus::Verdict(_))
+    if !matches!(change, Transform::Renumber(_))
+        || !matches!(scored.status, AnswerStatus::Verdict(_))
     {
         return scored;
     }
@@ -127,11 +128,11 @@ fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scor
         }
         Ok(_) => {
             let why = "its numbers cannot be told back: the scenario is no longer the same";
-            scored.said = AnswerStatus::Failed(why.into());
+            scored.status = AnswerStatus::Failed(why.into());
             scored
         }
         Err(why) => {
-            scored.said = AnswerStatus::Failed(format!("its numbers cannot be told back: {why}"));
+            scored.status = AnswerStatus::Failed(format!("its numbers cannot be told back: {why}"));
             scored
         }
     }
@@ -139,7 +140,7 @@ fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scor
 
 fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
     let asked = &item.asked;
-    let said = match found {
+    let status = match found {
         Some(found) => match verdict::parse(asked.task, &found.text) {
             Ok(parsed) => AnswerStatus::Verdict(parsed.verdict),
             Err(why) => AnswerStatus::Unparsed(why.to_string()),
@@ -151,7 +152,7 @@ fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
         way: way_of(asked).map_err(StoreError::Word)?,
         sample: asked.sample,
         truth: label_of(asked),
-        said,
+        status,
         reference: None,
         consumed: found.map_or_else(Consumed::default, |found| found.consumed),
         run: found.map(|found| found.run).or(item.run),

@@ -116,7 +116,7 @@ struct Votes {
 /// What a question took; nothing where it was not asked. The built-in judge, and what was not sent, cost nothing, which
 /// is known.
 fn taken(one: &Scored) -> Option<Consumed> {
-    let free = match &one.said {
+    let free = match &one.status {
         AnswerStatus::Unasked(_) => return None,
         AnswerStatus::Failed(why) => why.starts_with(NOT_SENT),
         AnswerStatus::Verdict(_) | AnswerStatus::Unparsed(_) => false,
@@ -179,7 +179,7 @@ impl Cell {
     }
 
     fn take(&mut self, one: &Scored, votes: &mut Votes, both: &mut [u32; 4]) {
-        let verdict = match &one.said {
+        let verdict = match &one.status {
             AnswerStatus::Verdict(verdict) => verdict,
             AnswerStatus::Unparsed(_) => return self.unparsed += 1,
             AnswerStatus::Failed(_) => return self.failed += 1,

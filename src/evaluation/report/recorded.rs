@@ -60,7 +60,7 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
         },
         sample: 0,
         truth: label(&labels, &answer.scenario, answer.collision),
-        said: said(answer),
+        status: said(answer),
         reference: references
             .get(&key(answer))
             .and_then(|r| r.of(answer.task).cloned()),
@@ -116,7 +116,7 @@ fn of_judge(name: &str, truth: Option<Label>, verdict: &Verdict) -> Scored {
         },
         sample: 0,
         truth,
-        said: AnswerStatus::Verdict(verdict.clone()),
+        status: AnswerStatus::Verdict(verdict.clone()),
         reference: Some(verdict.clone()),
         consumed: Consumed::default(),
         run: None,

@@ -100,14 +100,14 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
         }
     }
     stored.several_windows = several_windows(&counted);
-    let said: Vec<AnswerStatus> = counted
+    let statuses: Vec<AnswerStatus> = counted
         .par_iter()
-        .map(|(outcome, _)| said(outcome))
+        .map(|(outcome, _)| status(outcome))
         .collect();
     let mut references: HashMap<Question<'_>, &Verdict> = HashMap::new();
     let mut judged: HashMap<&str, Label> = HashMap::new();
-    for ((outcome, way), said) in counted.iter().zip(&said) {
-        let AnswerStatus::Verdict(verdict) = said else {
+    for ((outcome, way), status) in counted.iter().zip(&statuses) {
+        let AnswerStatus::Verdict(verdict) = status else {
             continue;
         };
         if way.model != judge::MODEL {
@@ -150,14 +150,18 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
     unlabelled.sort_unstable();
     unlabelled.dedup();
     stored.unlabelled = unlabelled;
-    let parts = counted.into_iter().zip(said).zip(references).zip(truths);
+    let parts = counted
+        .into_iter()
+        .zip(statuses)
+        .zip(references)
+        .zip(truths);
     stored.scored = parts
-        .map(|((((outcome, way), said), reference), truth)| Scored {
+        .map(|((((outcome, way), status), reference), truth)| Scored {
             scenario: outcome.scenario.clone(),
             way,
             sample: outcome.sample,
             truth,
-            said,
+            status,
             reference,
             consumed: outcome.consumed,
             run: Some(outcome.run),
@@ -258,7 +262,7 @@ fn way(outcome: &Outcome) -> Option<PromptConfig> {
     })
 }
 
-fn said(outcome: &Outcome) -> AnswerStatus {
+fn status(outcome: &Outcome) -> AnswerStatus {
     let verdict = outcome.verdict.as_deref();
     // A verdict that could be read counts, however the answer ended.
     if let Some(verdict) = verdict.and_then(|json| serde_json::from_str::<Verdict>(json).ok()) {

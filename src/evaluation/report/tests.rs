@@ -31,13 +31,13 @@ fn way(task: Task, techniques: &str, model: &str) -> PromptConfig {
     }
 }
 
-fn one(scenario: &str, way: &PromptConfig, truth: Option<Label>, said: AnswerStatus) -> Scored {
+fn one(scenario: &str, way: &PromptConfig, truth: Option<Label>, status: AnswerStatus) -> Scored {
     Scored {
         scenario: scenario.into(),
         way: way.clone(),
         sample: 0,
         truth,
-        said,
+        status,
         reference: None,
         consumed: Consumed::default(),
         run: None,
@@ -135,7 +135,7 @@ fn samples_are_summed_up_by_scenario() {
     }
     let mut tie = one("c", &way, Some(Label::Safe), says(true, &[]));
     scored.push(tie.clone());
-    tie.said = says(false, &[]);
+    tie.status = says(false, &[]);
     scored.push(tie);
     let all = Report::of(&scored).whole().next().unwrap().json();
     assert_eq!(
@@ -168,7 +168,7 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
         .iter()
         .position(|s| s.way == cp && s.scenario == "c")
         .unwrap();
-    scored[at].said = says(false, &[]);
+    scored[at].status = says(false, &[]);
     let report = Report::of(&scored);
     let pairs: Vec<_> = report
         .pairs
