@@ -8,11 +8,11 @@ use std::path::Path;
 use criterion::{Criterion, criterion_group, criterion_main};
 use nearmiss::evaluation::batch::{Matrix, RequestSettings, Spec, TruthSource};
 use nearmiss::prompts::Techniques;
-use nearmiss::scenario::bundled;
+use nearmiss::scenario::{WantedEgo, bundled};
 use nearmiss::store::{Ending, NewItem, NewRun, Origin, Run, RunId, RunState, Store};
 use nearmiss::text::Frame;
 use nearmiss::tui::stage::Stage;
-use nearmiss::verdict::{ObstacleRisk, Said, Task, Verdict};
+use nearmiss::verdict::{ObstacleRisk, ParsedAnswer, Task, Verdict};
 
 const RUNS: i64 = 100_000;
 
@@ -55,7 +55,7 @@ fn answered(n: i64) -> Run {
         risk_score: 1,
         reason: "The gap shrinks.".into(),
     });
-    let said = Said::Verdict(Verdict {
+    let said = ParsedAnswer::Verdict(Verdict {
         task: Task::Safety,
         dangerous,
         obstacles: obstacles.collect(),
@@ -120,12 +120,14 @@ fn spec() -> String {
             samples: 1,
             more_leads: Vec::new(),
             transforms: Vec::new(),
-            manner: RequestSettings::default(),
+            request: RequestSettings::default(),
         },
         truth: TruthSource::Geometry,
         templates: Default::default(),
         thresholds: Vec::new(),
         base_url: None,
+        ego: WantedEgo::Beside,
+        drafts: Default::default(),
     };
     spec.to_json()
 }

@@ -11,7 +11,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use nearmiss::store::{
     Claim, Cursor, Edge, Ending, Filter, NewRun, Origin, Piece, Run, RunId, RunState, Store,
 };
-use nearmiss::verdict::{Said, Task, Verdict};
+use nearmiss::verdict::{ParsedAnswer, Task, Verdict};
 
 const RUNS: i64 = 100_000;
 
@@ -45,7 +45,7 @@ fn question(n: i64) -> NewRun {
 
 fn answered(n: i64) -> Run {
     let question = question(n);
-    let said = Said::Verdict(Verdict {
+    let said = ParsedAnswer::Verdict(Verdict {
         task: Task::Collision,
         dangerous: n % 3 == 0,
         obstacles: Vec::new(),

@@ -13,8 +13,8 @@
 //!               ▼            ▼                                              │
 //!            planner ──► simulation ──► generation: dangerous variants ─────┘
 //!
-//!  workflow: open, plan and generate, once for cli and tui; config tells what the user wants;
-//!  geometry and system lie beneath
+//!  workflow: open, ask, batch, plan and generate, once for cli and tui; config tells what
+//!  the user wants; geometry and system lie beneath
 //! ```
 //!
 //! A file becomes a [`scenario::Scenario`], and with an ego a [`scenario::Scene`], on which everything else works.
@@ -41,7 +41,7 @@
 //! | [`generation`] | Which motion of which obstacle makes this scene dangerous, possible and survivable? |
 //! | [`store`] | What was asked before, what is known of it, who asks it right now? |
 //! | [`evaluation`] | What becomes of one case, and of many: truth, claims, statistics, reports? |
-//! | [`workflow`] | How is a scenario opened, planned or attacked, with which events on the way? |
+//! | [`workflow`] | How is a scenario opened, asked about, planned or attacked, with which events on the way? |
 //! | [`picture`] | How does it look on paper: SVG, PNG, GIF? |
 //! | [`config`] | What does the user want, and from which file and line? |
 //! | [`system`] | What does the operating system say, in plain words; how are files written whole? |

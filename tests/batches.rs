@@ -14,11 +14,12 @@ mod support;
 use std::sync::Arc;
 use std::time::Duration;
 
+use nearmiss::evaluation::batch::{QuestionBuilder, RequestSettings, Variant};
 use nearmiss::evaluation::remote::{Progress, RemoteError, Submitted, cancel, collect, submit};
-use nearmiss::evaluation::{ModelJudge, Plan, Question, Settings, Wanted};
+use nearmiss::evaluation::{ModelJudge, PromptConfig, Question, RunOptions};
 use nearmiss::llm::{Client, Dialect, Endpoint, Parameters, Price, PriceEntry, Prices, Retry};
 use nearmiss::metrics::Thresholds;
-use nearmiss::prompts::{Defaults, Library};
+use nearmiss::prompts::{Library, Techniques};
 use nearmiss::scenario::{WantedEgo, bundled};
 use nearmiss::store::{Filter, HandedState, ProviderBatchId, Run, RunState, Store};
 use nearmiss::text::Frame;
@@ -138,19 +139,21 @@ fn endpoint(base_url: &str, dialect: Dialect) -> Endpoint {
 }
 
 /// One question as often as wanted.
-fn questions(samples: u32) -> Vec<(Question, Wanted)> {
-    let plan = Plan {
+fn questions(samples: u32) -> Vec<(Question, RunOptions)> {
+    let thresholds = Arc::new(Thresholds::shipped().clone());
+    let request = RequestSettings::default();
+    let builder = QuestionBuilder::new(Library::load(None), thresholds, request, WantedEgo::Beside);
+    let way = PromptConfig {
         task: Task::Collision,
-        frame: Frame::Ego,
-        decided: Settings::default().with(&Defaults::default()),
-        library: Library::load(None),
-        draft: None,
-        thresholds: Arc::new(Thresholds::shipped().clone()),
+        frame: Some(Frame::Ego),
+        techniques: Some(Techniques::ALL),
+        model: "lab/tiny".into(),
     };
-    let question = plan.question(&bundled()[0], &WantedEgo::Beside).unwrap();
-    let wanted = |sample| Wanted {
+    let question = builder.question(&bundled()[0], &way, &Variant::default(), None);
+    let question = Question::clone(&question.unwrap());
+    let wanted = |sample| RunOptions {
         sample,
-        ..Wanted::default()
+        ..RunOptions::default()
     };
     (0..samples)
         .map(|s| (question.clone(), wanted(s)))

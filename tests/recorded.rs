@@ -11,7 +11,7 @@ use std::path::Path;
 
 use nearmiss::evaluation::recorded::{Recorded, find, names, truth};
 use nearmiss::evaluation::{Label, Labels};
-use nearmiss::verdict::{How, Said, Task};
+use nearmiss::verdict::{How, ParsedAnswer, Task};
 use serde::Deserialize;
 
 use support::recorded::folder;
@@ -115,7 +115,7 @@ fn choices_of_attackers_are_read_too() {
         all += 1;
         match recorded.read() {
             Ok(reading) => {
-                let Said::Attacker(choice) = reading.said else {
+                let ParsedAnswer::Attacker(choice) = reading.said else {
                     panic!("another task")
                 };
                 chosen += i32::from(choice.attacker.is_some());

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use nearmiss::store::{Consumed, Ending, NewRun, Origin, Run, RunId, RunState, Store};
-use nearmiss::verdict::{Said, Task, Verdict};
+use nearmiss::verdict::{ParsedAnswer, Task, Verdict};
 use serde_json::Value;
 
 use support::program::Home;
@@ -127,7 +127,7 @@ fn the_papers_recorded_answers_are_counted_as_expected() {
 
 fn run(n: i64, model: &str, dangerous: Option<bool>, state: RunState) -> Run {
     let said = dangerous.map(|dangerous| {
-        Said::Verdict(Verdict {
+        ParsedAnswer::Verdict(Verdict {
             task: Task::Collision,
             dangerous,
             obstacles: Vec::new(),

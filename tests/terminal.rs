@@ -2,6 +2,8 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[path = "terminal/batch.rs"]
+mod batch;
 #[path = "terminal/pace.rs"]
 mod pace;
 #[path = "terminal/planted.rs"]

@@ -19,11 +19,12 @@ use super::prompt::Asked;
 use super::time;
 use super::{Failure, Outcome, output};
 use crate::config::{Config, Folders};
-use crate::evaluation::{self, Answer, Case, Event, Judge, Judged, Past, Wanted};
+use crate::evaluation::{Answer, Case, Event, Judge, Judged, Past, RunOptions};
 use crate::judge;
-use crate::llm::{Budget, Client, Dialect, Effort, Environment, Parameters, Registry};
+use crate::llm::{Dialect, Effort, Environment, Parameters, Registry};
 use crate::store::{Origin, RunId, Store};
 use crate::verdict::Task;
+use crate::workflow::{AskOutcome, AskRequest, Models, Server, ask};
 
 /// Arguments of `ask`.
 #[derive(Debug, clap::Args)]
@@ -103,15 +104,15 @@ pub fn run(arguments: &Ask) -> Outcome {
     let bound = bound::of(arguments.budget, &config, &folders);
     let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
     let store = store(arguments, &folders)?;
-    let wanted = Wanted {
+    let options = RunOptions {
         sample: arguments.sample,
         fresh: arguments.fresh,
         batch: None,
     };
     let chosen = arguments.asked.span.chosen();
-    if let (judge::MODEL, Task::Collision, Some(options)) = (model, question.case.task, chosen) {
+    if let (judge::MODEL, Task::Collision, Some(chosen)) = (model, question.case.task, chosen) {
         output::say(&format!(
-            "nearmiss: the built-in judge answers the collision task from all recorded steps, whatever {options} says"
+            "nearmiss: the built-in judge answers the collision task from all recorded steps, whatever {chosen} says"
         ));
     }
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -119,19 +120,23 @@ pub fn run(arguments: &Ask) -> Outcome {
         .enable_all()
         .build()
         .map_err(Failure::input)?;
-    let answer = runtime.block_on(async {
+    let request = AskRequest {
+        question: &question,
+        judge: &judge,
+        store,
+        options,
+    };
+    let outcome = runtime.block_on(async {
         let mut words = stream::Words::new(!arguments.json);
-        let (mut number, mut unstored) = (None, None);
-        let answer = tokio::select! {
-            answer = evaluation::run(&question, &judge, store, &wanted, |event| {
-                match &event {
-                    Event::Kept(run) => number = Some(*run),
-                    Event::NotStored(words) => unstored = Some(words.clone()),
-                    _ => {}
+        let mut number = None;
+        let outcome = tokio::select! {
+            outcome = ask(request, |event| {
+                if let Event::Kept(run) = &event {
+                    number = Some(*run);
                 }
                 words.hear(event);
             }) => {
-                answer.map_err(|error| bound::refused(error, bound.as_ref()))
+                outcome.map_err(|error| bound::refused(error, bound.as_ref()))
             }
             () = interrupt::signal() => Err(Failure {
                 message: String::new(),
@@ -139,14 +144,12 @@ pub fn run(arguments: &Ask) -> Outcome {
             }),
         };
         words.end();
-        answer
-            .map_err(|failure| match failure.status {
-                INTERRUPTED => interrupted(number, arguments.no_store),
-                _ => failure,
-            })
-            .map(|answer| (answer, unstored))
+        outcome.map_err(|failure| match failure.status {
+            INTERRUPTED => interrupted(number, arguments.no_store),
+            _ => failure,
+        })
     });
-    let (answer, unstored) = answer?;
+    let AskOutcome { answer, not_stored } = outcome?;
     if arguments.json {
         output::json(&document::document(&answer, &question.case, &judge))?;
     } else {
@@ -158,7 +161,7 @@ pub fn run(arguments: &Ask) -> Outcome {
             "nearmiss: the verdict names obstacles that the scenario does not have: {unknown:?}"
         ));
     }
-    if let Some(message) = unstored {
+    if let Some(message) = not_stored {
         return Err(Failure { message, status: 2 });
     }
     match &answer.judged {
@@ -195,7 +198,6 @@ fn judge(
     config: &Config,
     bound: Option<&Bound>,
 ) -> Result<Judge, Failure> {
-    let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let mut providers = config.providers.clone();
     if let Some(url) = &arguments.base_url {
         let Some((name, _)) = model
@@ -206,20 +208,12 @@ fn judge(
                 "--base-url needs --model provider/model, where any provider name will do, e.g. local/default",
             ));
         };
-        let entry = providers
-            .entry(name)
-            .or_insert_with(|| toml::Table::new().into());
-        if let Some(table) = entry.as_table_mut() {
-            table.insert("base_url".into(), url.clone().into());
-            if let Some(dialect) = &arguments.dialect {
-                table.insert("dialect".into(), dialect.clone().into());
-            }
-            if let Some(variable) = &arguments.key_env {
-                // This key and no other.
-                table.remove("key_command");
-                table.insert("key_env".into(), variable.clone().into());
-            }
-        }
+        let server = Server {
+            url,
+            dialect: arguments.dialect.as_deref(),
+            key_env: arguments.key_env.as_deref(),
+        };
+        server.overlay(&mut providers, name);
     }
     let registry = Registry::lenient(&providers, &folders.config_file());
     // The one that is asked says so itself.
@@ -235,18 +229,13 @@ fn judge(
             .effort
             .or(config.effort.as_deref().and_then(Effort::parse)),
     };
-    let today = jiff::Zoned::now().date();
-    let end = registry.retirement(model);
-    if let Some(warning) = end.and_then(|retirement| retirement.warning(today)) {
+    let environment = Environment::with_files(&[Path::new("."), &folders.config]);
+    let budget = bound.map(|bound| bound.usd);
+    let models = Models::new(registry, environment, parameters, budget);
+    if let Some(warning) = models.retirement_warning(model, jiff::Zoned::now().date()) {
         output::say(&format!("nearmiss: {model}: {warning}"));
     }
-    let client = Client::new();
-    let mut judge = Judge::resolve(model, &registry, &client, parameters, &environment)
-        .map_err(Failure::input)?;
-    if let (Judge::Model(model), Some(bound)) = (&mut judge, bound) {
-        model.endpoint.budget = Some(Budget::new(bound.usd));
-    }
-    Ok(judge)
+    models.judge(model).map_err(Failure::input)
 }
 
 fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failure> {

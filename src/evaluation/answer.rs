@@ -5,7 +5,7 @@ use super::how::how;
 use crate::llm::Secrets;
 use crate::scenario::Scenario;
 use crate::store::{Consumed, Ending, Origin, Run, RunId, RunState};
-use crate::verdict::{How, Parsed, Reading, Said, Verdict};
+use crate::verdict::{How, Parsed, ParsedAnswer, Reading, Verdict};
 
 /// The end of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,11 +61,11 @@ pub enum Judged {
 impl From<Reading> for Judged {
     fn from(reading: Reading) -> Self {
         match reading.said {
-            Said::Verdict(verdict) => Self::Verdict(Parsed {
+            ParsedAnswer::Verdict(verdict) => Self::Verdict(Parsed {
                 verdict,
                 how: reading.how,
             }),
-            Said::Attacker(_) | Said::Trajectory(_) => Self::Other(reading),
+            ParsedAnswer::Attacker(_) | ParsedAnswer::Trajectory(_) => Self::Other(reading),
         }
     }
 }
@@ -215,7 +215,7 @@ impl Answer {
                 let reading = reading(&parsed.how);
                 (
                     self.whole(),
-                    Some(Said::Verdict(parsed.verdict.clone())),
+                    Some(ParsedAnswer::Verdict(parsed.verdict.clone())),
                     Some(reading),
                     None,
                 )
@@ -256,7 +256,8 @@ impl Answer {
     }
 
     /// Whether the server let the model finish, and it said something.
-    pub(super) fn is_whole(&self) -> bool {
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
         let cut = matches!(
             self.finish.as_deref(),
             Some("length" | "content_filter" | "blank" | "blocked" | TOO_LONG)

@@ -9,10 +9,10 @@ use tokio::time::Instant;
 use super::answer::{Answer, Judged, Missing};
 use super::ended::{read, stopped_short, too_long, word};
 use super::judges::{Judge, ModelJudge};
-use super::keeper::Keeper;
 use super::price_words::stated;
 use super::question::Question;
 use super::request::{most_usd, record, request};
+use super::stream_recorder::StreamRecorder;
 use crate::judge;
 use crate::llm::{self, Chunk, Finish, ProviderOutage, Secrets};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
@@ -50,7 +50,7 @@ pub enum Event {
 
 /// Which answer is wanted.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Wanted {
+pub struct RunOptions {
     /// Which of several answers to the same request, from 0.
     pub sample: u32,
     /// Ask in any case, even where the store has the answer.
@@ -73,7 +73,7 @@ pub async fn run(
     question: &Question,
     judge: &Judge,
     store: Option<Arc<Store>>,
-    wanted: &Wanted,
+    wanted: &RunOptions,
     mut on_event: impl FnMut(Event),
 ) -> Result<Answer, AskError> {
     let mut kept = None;
@@ -107,7 +107,7 @@ pub async fn run(
     let place = kept.clone();
     let mut asking = Asking {
         answer: unanswered(question, judge, kept.as_ref().map(|(_, run)| *run)),
-        keeper: Keeper::new(kept),
+        recorder: StreamRecorder::new(kept),
         started: Instant::now(),
     };
     let over_budget = match judge {
@@ -120,7 +120,7 @@ pub async fn run(
         asking.answer.reasoning.as_str(),
         asking.answer.text.as_str(),
     );
-    if let Err(why) = asking.keeper.finish(&ending, texts, &mut on_event) {
+    if let Err(why) = asking.recorder.finish(&ending, texts, &mut on_event) {
         let (Some((store, id)), Some(run)) = (&place, &recorded) else {
             return Err(why.into());
         };
@@ -144,20 +144,6 @@ pub async fn run(
         }
     }
     Ok(asking.answer)
-}
-
-/// The whole answer that the store has to a question, as [`run`] would find it; nothing is asked.
-///
-/// # Errors
-/// The store cannot be read.
-pub fn stored(
-    question: &Question,
-    judge: &Judge,
-    store: &Store,
-    wanted: &Wanted,
-) -> Result<Option<Answer>, StoreError> {
-    let run = record(question, judge, wanted).map_err(StoreError::from)?;
-    Ok(store.answer_to(&run)?.map(Answer::from))
 }
 
 /// Whether a question can be asked as things stand; nothing is sent. A command that prints the key is run.
@@ -207,7 +193,7 @@ const LOOK: Duration = Duration::from_millis(100);
 async fn claim(
     store: &Store,
     run: &NewRun,
-    wanted: &Wanted,
+    wanted: &RunOptions,
     on_event: &mut impl FnMut(Event),
 ) -> Result<Result<RunId, Box<Run>>, StoreError> {
     let mut awaited = None;
@@ -259,7 +245,7 @@ fn unanswered(question: &Question, judge: &Judge, run: Option<RunId>) -> Answer 
 
 /// A question on its way.
 struct Asking {
-    keeper: Keeper,
+    recorder: StreamRecorder,
     started: Instant,
     answer: Answer,
 }
@@ -279,7 +265,7 @@ impl Asking {
         if self.answer.consumed.first_chunk_ms.is_none() {
             self.answer.consumed.first_chunk_ms = Some(self.elapsed());
         }
-        self.keeper.take(event);
+        self.recorder.take(event);
     }
 
     fn reference(&mut self, question: &Question) -> Result<(), StoreError> {
@@ -308,13 +294,13 @@ impl Asking {
         let (mut failure, mut retried, mut begun) = (None, false, false);
         let mut over_budget = None;
         loop {
-            let due = tokio::time::sleep_until(self.keeper.due());
+            let due = tokio::time::sleep_until(self.recorder.due());
             let chunk = tokio::select! {
                 // What is there is taken before it is written, so that much is written at once.
                 biased;
                 chunk = chunks.next() => chunk,
                 () = due => {
-                    self.keeper.tend(on_event);
+                    self.recorder.flush_due(on_event);
                     continue;
                 }
             };
@@ -365,7 +351,7 @@ impl Asking {
                     });
                 }
             }
-            self.keeper.tend(on_event);
+            self.recorder.flush_due(on_event);
         }
         let secrets = Secrets::sent(&model.client, &model.endpoint);
         self.answer.judged = read(task, &self.answer, failure).without(&secrets);

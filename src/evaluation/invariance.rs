@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::share::{Share, Tally};
-use super::{Said, Scored, Way};
+use super::{AnswerStatus, PromptConfig, Scored};
 use crate::scenario::Transform;
 use crate::verdict::Verdict;
 
@@ -22,7 +22,7 @@ pub struct Pair<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Invariance {
     /// How it was asked.
-    pub way: Way,
+    pub way: PromptConfig,
     /// What was changed about the scenes.
     pub transform: Transform,
     /// Verdicts that turned from yes to no or from no to yes, of the pairs with two verdicts.
@@ -47,9 +47,9 @@ impl Scored {
     /// not in the map stay. The truth is left as it is: it is told about the original.
     #[must_use]
     pub fn mapped_back(mut self, ids: &BTreeMap<i64, i64>) -> Self {
-        let verdicts = self.reference.iter_mut().chain(match &mut self.said {
-            Said::Verdict(verdict) => Some(verdict),
-            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
+        let verdicts = self.reference.iter_mut().chain(match &mut self.status {
+            AnswerStatus::Verdict(verdict) => Some(verdict),
+            AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
         });
         for obstacle in verdicts.flat_map(|verdict| &mut verdict.obstacles) {
             obstacle.id = ids.get(&obstacle.id).copied().unwrap_or(obstacle.id);
@@ -58,9 +58,9 @@ impl Scored {
     }
 
     fn verdict(&self) -> Option<&Verdict> {
-        match &self.said {
-            Said::Verdict(verdict) => Some(verdict),
-            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
+        match &self.status {
+            AnswerStatus::Verdict(verdict) => Some(verdict),
+            AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
         }
     }
 }
@@ -90,7 +90,7 @@ pub fn pairs(answers: &[Scored]) -> Vec<Pair<'_>> {
 /// Counts pairs, by way and change.
 #[must_use]
 pub fn invariance<'a>(pairs: impl IntoIterator<Item = Pair<'a>>) -> Vec<Invariance> {
-    let mut groups: BTreeMap<(&Way, String), Vec<Pair<'a>>> = BTreeMap::new();
+    let mut groups: BTreeMap<(&PromptConfig, String), Vec<Pair<'a>>> = BTreeMap::new();
     for pair in pairs {
         let key = (&pair.original.way, pair.transform.to_string());
         groups.entry(key).or_default().push(pair);

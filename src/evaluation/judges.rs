@@ -1,7 +1,12 @@
 //! Who can be asked: the built-in judge, or a language model behind an endpoint.
 
+use std::collections::BTreeMap;
+
 use crate::judge;
 use crate::llm::{Client, Endpoint, Environment, Parameters, Registry, RegistryError};
+
+/// Who is asked, by model id.
+pub type Judges = BTreeMap<String, Judge>;
 
 /// Who is asked.
 #[derive(Debug, Clone)]

@@ -16,11 +16,11 @@ pub enum Label {
 
 /// Labels by the scenario's name.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Labels(BTreeMap<String, Said>);
+pub struct Labels(BTreeMap<String, Entry>);
 
 /// A label and where it stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Said {
+struct Entry {
     label: Label,
     file: Arc<str>,
     line: u64,
@@ -201,7 +201,7 @@ impl Labels {
                 return Err(wrong(cell(obstacle), what));
             }
             any = true;
-            let said = Said {
+            let said = Entry {
                 label,
                 file: Arc::clone(&origin),
                 line,

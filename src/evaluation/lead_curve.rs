@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::share::{Share, Tally};
-use super::{Label, Said, Scored, Way, recorded};
+use super::{AnswerStatus, Label, PromptConfig, Scored, recorded};
 
 /// An answer, with how long before the collision its window ended.
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +51,7 @@ pub struct Seen {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeadCurve {
     /// How it was asked.
-    pub way: Way,
+    pub way: PromptConfig,
     /// By lead, the longest first.
     pub points: Vec<LeadPoint>,
     /// By scenario and sample.
@@ -78,13 +78,13 @@ impl LeadCurve {
 /// none, and are never seen; those without a truth are left out.
 #[must_use]
 pub fn lead_curves<'a>(answers: impl IntoIterator<Item = Timed<'a>>) -> Vec<LeadCurve> {
-    let mut ways: BTreeMap<&Way, Vec<Timed<'a>>> = BTreeMap::new();
+    let mut ways: BTreeMap<&PromptConfig, Vec<Timed<'a>>> = BTreeMap::new();
     for timed in answers {
         if timed.scored.truth.is_some() && timed.lead.is_finite() {
             ways.entry(&timed.scored.way).or_default().push(timed);
         }
     }
-    let curve = |(way, answers): (&Way, Vec<Timed<'a>>)| LeadCurve {
+    let curve = |(way, answers): (&PromptConfig, Vec<Timed<'a>>)| LeadCurve {
         way: way.clone(),
         points: points(&answers),
         seen: seen(collisions(answers)),
@@ -119,11 +119,11 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
             }
             continue;
         }
-        match &timed.scored.said {
-            Said::Unparsed(_) => point.unparsed += 1,
-            Said::Failed(_) => point.failed += 1,
-            Said::Unasked(_) => point.unasked += 1,
-            Said::Verdict(verdict) => {
+        match &timed.scored.status {
+            AnswerStatus::Unparsed(_) => point.unparsed += 1,
+            AnswerStatus::Failed(_) => point.failed += 1,
+            AnswerStatus::Unasked(_) => point.unasked += 1,
+            AnswerStatus::Verdict(verdict) => {
                 counts.yes.count(scenario, verdict.dangerous);
                 if let Some(Label::Collision(Some(obstacle))) = timed.scored.truth {
                     let named = verdict.dangerous && recorded::names(verdict, obstacle);
@@ -149,10 +149,14 @@ fn seen(mut answers: Vec<Timed<'_>>) -> Vec<Seen> {
         series.entry(key).or_default().push(timed);
     }
     let one = |((scenario, sample), answers): ((&str, u32), Vec<Timed<'_>>)| {
-        let verdicts = answers.iter().filter_map(|timed| match &timed.scored.said {
-            Said::Verdict(verdict) => Some((timed.lead, verdict.dangerous)),
-            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
-        });
+        let verdicts = answers
+            .iter()
+            .filter_map(|timed| match &timed.scored.status {
+                AnswerStatus::Verdict(verdict) => Some((timed.lead, verdict.dangerous)),
+                AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => {
+                    None
+                }
+            });
         let yes = verdicts.take_while(|(_, dangerous)| *dangerous);
         Seen {
             scenario: scenario.to_string(),

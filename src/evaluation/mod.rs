@@ -1,7 +1,6 @@
 //! One case from end to end: a scene is described, put into a prompt, judged, read and kept; and how good the
 //! built-in judge is.
 
-mod altered;
 mod answer;
 /// Questions in bulk, resumable, in the store.
 pub mod batch;
@@ -18,11 +17,9 @@ pub mod generating;
 mod how;
 mod invariance;
 mod judges;
-mod keeper;
 mod labels;
 mod lead;
 mod lead_curve;
-mod plan;
 mod planning;
 mod price_words;
 /// Recorded answers as runs for the store.
@@ -42,29 +39,28 @@ mod share;
 mod standings;
 /// Statistics of yes-or-no answers.
 pub mod statistics;
+mod stream_recorder;
 #[cfg(test)]
 mod tests_scored;
 mod validate;
 mod values;
 
-pub use altered::{Altered, altered, question_for};
 pub use answer::{Answer, Judged, Missing, Past};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
-pub use case::{AskError, Event, Wanted, can_ask, run, stored};
+pub use case::{AskError, Event, RunOptions, can_ask, run};
 pub use confusion::Confusion;
 pub use defaults::default_frame;
 pub use dry_render::dry_render;
 pub use how::{how, template_words};
 pub use invariance::{Invariance, Pair, invariance, pairs};
-pub use judges::{Judge, ModelJudge};
+pub use judges::{Judge, Judges, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, Yes, any_yes, confusion};
 pub use lead_curve::{LeadCurve, LeadPoint, Seen, Timed, lead_curves};
-pub use plan::{Plan, PlanError};
 pub use planning::{default_planning, planning_value, set_planning};
 pub use question::{Case, CaseError, Question, prepare, template};
-pub use results::{Counted, Known, Outcome, Results, results, with_intervals};
-pub use scored::{Said, Scored, Way};
+pub use results::{Counted, GroundTruth, Outcome, Results, results, with_intervals};
+pub use scored::{AnswerStatus, PromptConfig, Scored};
 pub use settings::{Decided, Settings};
 pub use share::Share;
 pub use standings::{By, Standing, Standings};

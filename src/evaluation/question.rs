@@ -4,12 +4,13 @@ use super::how::how;
 use std::sync::Arc;
 
 use super::values::Values;
+use crate::judge::judge_under;
 use crate::llm::{Message, Role};
 use crate::metrics::{Context, Thresholds};
 use crate::prompts::{self, Library, Prompt, Techniques, Template};
 use crate::scenario::{Scene, Window};
 use crate::text::{self, Frame, Options, Span};
-use crate::verdict::{self, Task};
+use crate::verdict::{self, Task, Verdict};
 
 /// What is asked about which scene, and how it is described.
 #[derive(Debug, Clone)]
@@ -195,6 +196,15 @@ impl Question {
             });
         }
         next
+    }
+
+    /// What the built-in judge says to it; nothing to tasks that it does not answer.
+    #[must_use]
+    pub fn reference(&self) -> Option<Verdict> {
+        let case = &self.case;
+        Task::VERDICTS
+            .contains(&case.task)
+            .then(|| judge_under(&case.scene, case.task, &case.window, &case.thresholds).verdict)
     }
 
     /// Roughly how many tokens the messages are.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use jiff::Timestamp;
 
-use super::case::Wanted;
+use super::case::RunOptions;
 use super::judges::{Judge, ModelJudge};
 use super::question::Question;
 use super::request::{record, request};
@@ -117,7 +117,7 @@ pub enum RemoteError {
 /// # Errors
 /// What was handed over before the error is in the store, and `collect` gets its answers.
 pub async fn submit(
-    questions: &[(Question, Wanted)],
+    questions: &[(Question, RunOptions)],
     model: &ModelJudge,
     store: &Arc<Store>,
 ) -> Result<Submitted, RemoteError> {

@@ -1,6 +1,6 @@
 //! From a question and a judge to the request that is sent, and to what the store keeps of it.
 
-use super::case::Wanted;
+use super::case::RunOptions;
 use super::judges::{Judge, ModelJudge};
 use super::question::{Case, Question};
 use crate::llm::{Parameters, Request, ResponseFormat, Schema};
@@ -38,7 +38,7 @@ pub fn most_usd(question: &Question, model: &ModelJudge) -> Option<f64> {
 pub fn record(
     question: &Question,
     judge: &Judge,
-    wanted: &Wanted,
+    wanted: &RunOptions,
 ) -> Result<NewRun, serde_json::Error> {
     let case = &question.case;
     let provider = judge.id().split('/').next().unwrap_or_default();

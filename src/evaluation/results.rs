@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::recorded::accused;
 use super::statistics::{Interval, f1_interval};
-use super::{Confusion, Said, Scored, Way};
+use super::{AnswerStatus, Confusion, PromptConfig, Scored};
 use crate::prompts::Techniques;
 use crate::store::{RunId, RunState, StoredOutcome};
 use crate::text::Frame;
@@ -15,13 +15,13 @@ use crate::verdict::Task;
 /// What became of one question, held against the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Outcome {
-    /// Said yes, and it is.
+    /// AnswerStatus yes, and it is.
     TruePositive,
-    /// Said yes, and it is not.
+    /// AnswerStatus yes, and it is not.
     FalsePositive,
-    /// Said no, and it is.
+    /// AnswerStatus no, and it is.
     FalseNegative,
-    /// Said no, and it is not.
+    /// AnswerStatus no, and it is not.
     TrueNegative,
     /// There is a verdict, and the truth is unknown.
     Open,
@@ -50,7 +50,7 @@ pub struct Counted {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
     /// How it was asked.
-    pub way: Way,
+    pub way: PromptConfig,
     /// The answers, by scenario and sample.
     pub answers: Vec<Counted>,
     /// The bootstrap interval of F1, over scenarios; nothing before [`with_intervals`] worked it out.
@@ -61,7 +61,7 @@ pub struct Results {
 
 /// What is true about a question.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Known {
+pub struct GroundTruth {
     /// Whether yes is right.
     pub dangerous: bool,
     /// Who is dangerous, where that is known: in the safety task a yes has to name one of them.
@@ -71,7 +71,7 @@ pub struct Known {
 /// The worst score of an obstacle that the built-in judge calls critical.
 const CRITICAL: u8 = 2;
 
-impl Known {
+impl GroundTruth {
     /// What the built-in judge said, of whose obstacles those are meant that it calls critical.
     #[must_use]
     pub fn judged(dangerous: bool, obstacles: impl IntoIterator<Item = (i64, u8)>) -> Self {
@@ -100,12 +100,12 @@ impl Outcome {
     /// What comes of a stored outcome and the truth. In the safety task a yes about a dangerous scene has to name an obstacle
     /// that is dangerous, see [`accused`]; else it is a no, as the paper counts it.
     #[must_use]
-    pub fn of(stored: &StoredOutcome, truth: Option<&Known>) -> Self {
-        let names = |known: &Known| {
+    pub fn of(stored: &StoredOutcome, truth: Option<&GroundTruth>) -> Self {
+        let names = |known: &GroundTruth| {
             let named = accused(stored.dangerous == Some(true), stored.named.iter().copied());
             named.iter().any(|id| known.obstacles.contains(id))
         };
-        let right = |known: &Known| {
+        let right = |known: &GroundTruth| {
             stored.task != Task::Safety || known.obstacles.is_empty() || names(known)
         };
         let said = match (stored.dangerous, truth) {
@@ -127,10 +127,10 @@ impl Outcome {
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {
         Some(
-            match (&scored.said, scored.positive(), scored.is_collision()) {
-                (Said::Unasked(_), ..) => return None,
-                (Said::Failed(_), ..) => Self::Failed,
-                (Said::Unparsed(_), ..) | (_, None, _) => Self::Unparsed,
+            match (&scored.status, scored.positive(), scored.is_collision()) {
+                (AnswerStatus::Unasked(_), ..) => return None,
+                (AnswerStatus::Failed(_), ..) => Self::Failed,
+                (AnswerStatus::Unparsed(_), ..) | (_, None, _) => Self::Unparsed,
                 (_, Some(true), Some(true)) => Self::TruePositive,
                 (_, Some(true), Some(false)) => Self::FalsePositive,
                 (_, Some(false), Some(true)) => Self::FalseNegative,
@@ -161,9 +161,9 @@ impl Counted {
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {
         let outcome = Outcome::of_scored(scored)?;
-        let said = match &scored.said {
-            Said::Verdict(verdict) => Some(verdict.dangerous),
-            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
+        let said = match &scored.status {
+            AnswerStatus::Verdict(verdict) => Some(verdict.dangerous),
+            AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
         };
         Some(Self {
             run: scored.run,
@@ -178,7 +178,7 @@ impl Counted {
 impl Results {
     /// The answers of a way, in any order.
     #[must_use]
-    pub fn new(way: Way, mut answers: Vec<Counted>) -> Self {
+    pub fn new(way: PromptConfig, mut answers: Vec<Counted>) -> Self {
         answers.sort_by(|a, b| (&a.scenario, a.sample, a.run).cmp(&(&b.scenario, b.sample, b.run)));
         let count = |outcome| answers.iter().filter(|a| a.outcome == outcome).count() as u32;
         Self {
@@ -242,17 +242,17 @@ pub fn with_intervals(mut rows: Vec<Results>) -> Vec<Results> {
 /// ego and window with the same sample number the newest counts.
 #[must_use]
 pub fn results<'a>(
-    stored: impl IntoIterator<Item = (&'a StoredOutcome, Option<&'a Known>)>,
+    stored: impl IntoIterator<Item = (&'a StoredOutcome, Option<&'a GroundTruth>)>,
 ) -> Vec<Results> {
     // The words of a way are read once, not for each of a hundred thousand runs.
     let mut words: HashMap<(Task, [&str; 3]), usize> = HashMap::new();
-    let mut ways: BTreeMap<Way, usize> = BTreeMap::new();
+    let mut ways: BTreeMap<PromptConfig, usize> = BTreeMap::new();
     let mut answers: Vec<Vec<Counted>> = Vec::new();
     let mut seen = HashSet::new();
     for (stored, truth) in stored {
         let asked = [&stored.frame, &stored.techniques, &stored.model].map(String::as_str);
         let place = *words.entry((stored.task, asked)).or_insert_with(|| {
-            let way = Way {
+            let way = PromptConfig {
                 task: stored.task,
                 frame: Frame::parse(&stored.frame),
                 techniques: Techniques::parse(&stored.techniques).ok(),
@@ -276,8 +276,9 @@ pub fn results<'a>(
             });
         }
     }
-    let by_way =
-        |(way, place): (Way, usize)| Results::new(way, std::mem::take(&mut answers[place]));
+    let by_way = |(way, place): (PromptConfig, usize)| {
+        Results::new(way, std::mem::take(&mut answers[place]))
+    };
     ways.into_iter().map(by_way).collect()
 }
 
@@ -306,9 +307,9 @@ mod tests {
 
     #[test]
     fn a_yes_of_the_safety_task_names_somebody_dangerous() {
-        let truth = Known::judged(true, [(7, 1), (8, 2), (9, 3)]);
+        let truth = GroundTruth::judged(true, [(7, 1), (8, 2), (9, 3)]);
         assert_eq!(truth.obstacles, [7, 8]);
-        let of = |task, named: &[(i64, u8)], truth: &Known| {
+        let of = |task, named: &[(i64, u8)], truth: &GroundTruth| {
             let answer = StoredOutcome {
                 task,
                 named: named.to_vec(),
@@ -326,9 +327,9 @@ mod tests {
         assert_eq!(of(Task::Safety, &[], &truth), FalseNegative);
         assert_eq!(of(Task::Collision, &[], &truth), TruePositive);
         // Where no obstacle is known, yes is enough; where none is dangerous, yes is wrong whichever it names.
-        let nobody = Known::judged(true, []);
+        let nobody = GroundTruth::judged(true, []);
         assert_eq!(of(Task::Safety, &[], &nobody), TruePositive);
-        let safe = Known::judged(false, [(8, 3)]);
+        let safe = GroundTruth::judged(false, [(8, 3)]);
         assert_eq!(of(Task::Safety, &[(8, 0)], &safe), FalsePositive);
     }
 
@@ -346,7 +347,7 @@ mod tests {
             (stored(2, "g", None, Failed), None),
             (stored(1, "h", None, Interrupted), Some(true)),
         ];
-        let known = |dangerous| Known {
+        let known = |dangerous| GroundTruth {
             dangerous,
             obstacles: Vec::new(),
         };

@@ -8,7 +8,7 @@ use crate::verdict::{Task, Verdict};
 
 /// One way of asking: a row of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Way {
+pub struct PromptConfig {
     /// What is asked.
     pub task: Task,
     /// From where scenes are described; nothing for a judge that is not asked in words.
@@ -21,7 +21,7 @@ pub struct Way {
 
 /// What became of a question.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Said {
+pub enum AnswerStatus {
     /// A verdict was read.
     Verdict(Verdict),
     /// An answer came, and no verdict could be read in it: why.
@@ -38,13 +38,13 @@ pub struct Scored {
     /// Name of the scenario, without folders and ending.
     pub scenario: String,
     /// How it was asked.
-    pub way: Way,
+    pub way: PromptConfig,
     /// Which of several answers to the same question, from 0.
     pub sample: u32,
     /// What is true; nothing where it is unknown.
     pub truth: Option<Label>,
-    /// What was said.
-    pub said: Said,
+    /// What became of it.
+    pub status: AnswerStatus,
     /// The built-in judge's verdict on the same question, where it was worked out.
     pub reference: Option<Verdict>,
     /// Time, tokens and cost.
@@ -60,7 +60,7 @@ impl Scored {
     /// see [`super::recorded::accused`]; else it is a no.
     #[must_use]
     pub fn positive(&self) -> Option<bool> {
-        let Said::Verdict(verdict) = &self.said else {
+        let AnswerStatus::Verdict(verdict) = &self.status else {
             return None;
         };
         Some(match (self.way.task, self.truth) {

@@ -1,6 +1,6 @@
 //! Answers to count from, for tests.
 
-use super::{Said, Scored, Way};
+use super::{AnswerStatus, PromptConfig, Scored};
 use crate::store::Consumed;
 use crate::verdict::{ObstacleRisk, Task, Verdict};
 
@@ -18,7 +18,7 @@ pub(super) fn answer(scenario: &str, model: &str, dangerous: bool, risks: &[(i64
         justification: String::new(),
     };
     Scored {
-        said: Said::Verdict(verdict),
+        status: AnswerStatus::Verdict(verdict),
         ..failed(scenario, model)
     }
 }
@@ -27,7 +27,7 @@ pub(super) fn answer(scenario: &str, model: &str, dangerous: bool, risks: &[(i64
 pub(super) fn failed(scenario: &str, model: &str) -> Scored {
     Scored {
         scenario: scenario.into(),
-        way: Way {
+        way: PromptConfig {
             task: Task::Safety,
             frame: None,
             techniques: None,
@@ -35,7 +35,7 @@ pub(super) fn failed(scenario: &str, model: &str) -> Scored {
         },
         sample: 0,
         truth: None,
-        said: Said::Failed("cut".into()),
+        status: AnswerStatus::Failed("cut".into()),
         reference: None,
         consumed: Consumed::default(),
         run: None,

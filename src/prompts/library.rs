@@ -224,6 +224,19 @@ impl Library {
         Ok(())
     }
 
+    /// Uses a text that is not saved in the place of a file, and of every other one for its task and frame.
+    ///
+    /// # Errors
+    /// It is no template.
+    pub fn use_draft(&mut self, file: &str, source: &str) -> Result<(), TemplateError> {
+        self.put(file, source, Origin::User(PathBuf::from(file)))?;
+        if let Some((template, _)) = self.templates.get(file) {
+            let front = &template.front;
+            self.chosen.set(&front.task, &front.frame, Some(file));
+        }
+        Ok(())
+    }
+
     /// Takes over what the user chose; a choice that cannot be kept is a problem.
     fn choose(&mut self, folder: &Path) {
         let path = folder.join(chosen::FILE);

@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::Key;
-use crate::verdict::{Said, Task};
+use crate::verdict::{ParsedAnswer, Task};
 
 /// Identifies a run in its store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -179,7 +179,7 @@ pub struct Ending {
     /// Why the model stopped.
     pub finish: Option<String>,
     /// What it says.
-    pub verdict: Option<Said>,
+    pub verdict: Option<ParsedAnswer>,
     /// How the verdict was read, or why there is none.
     pub reading: Option<String>,
     /// Why there is no answer.

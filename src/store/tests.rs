@@ -4,7 +4,7 @@
 mod verdicts;
 
 use super::*;
-use crate::verdict::{Said, Task, Verdict};
+use crate::verdict::{ParsedAnswer, Task, Verdict};
 
 mod asides;
 mod clocks;
@@ -56,7 +56,7 @@ fn answered(store: &Store, run: &NewRun, text: &str) -> RunId {
         justification: "it brakes".into(),
     };
     let ending = Ending {
-        verdict: Some(Said::Verdict(verdict)),
+        verdict: Some(ParsedAnswer::Verdict(verdict)),
         ..Ending::bare(RunState::Answered)
     };
     store.finish(id, &ending).unwrap();

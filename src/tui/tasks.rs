@@ -25,13 +25,14 @@ use self::queue::Queue;
 use super::loaded::{PictureJob, Source};
 use super::message::{AskId, Effect, Msg, Outside, StoredOf};
 use crate::config::{Config, Folders, TextFile};
-use crate::evaluation::{self, Answer, AskError, Judge, Question, Wanted};
-use crate::llm::{Budget, Client, Effort, Environment, Parameters, Registry, probe};
+use crate::evaluation::{Answer, Judge, Question, RunOptions};
+use crate::llm::{Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::WantedEgo;
 use crate::store::{Origin, Store};
 use crate::system;
+use crate::workflow::{AskRequest, Models, ask};
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const PATIENCE: usize = 100;
@@ -44,11 +45,9 @@ pub struct Tasks {
     /// Where messages go.
     sender: UnboundedSender<Msg>,
     folders: Folders,
-    registry: Registry,
-    environment: Environment,
-    parameters: Parameters,
+    /// The models that can be asked; this session's budget bounds what they cost.
+    models: Models,
     thresholds: Arc<Thresholds>,
-    client: Client,
     store: Option<Arc<Store>>,
     /// The ego of a scenario where no obstacle is taken in its place.
     ego: WantedEgo,
@@ -64,8 +63,6 @@ pub struct Tasks {
     batches: batch::Batches,
     /// Requests of batches at once, to one provider.
     concurrency: std::num::NonZeroU32,
-    /// What this session may cost.
-    budget: Option<Budget>,
     /// Scenarios whose facts are wanted.
     survey: Queue,
     /// Scenarios whose value of a measure is wanted.
@@ -106,16 +103,8 @@ impl Tasks {
             ranking: Queue::new(sender.clone()),
             sender,
             folders,
-            registry,
-            environment,
-            parameters: Parameters {
-                temperature: config.temperature,
-                max_tokens: config.max_tokens,
-                seed: None,
-                effort: config.effort.as_deref().and_then(Effort::parse),
-            },
+            models: Models::new(registry, environment, parameters(config), config.budget),
             thresholds,
-            client: Client::new(),
             store,
             ego,
             asking: HashMap::new(),
@@ -126,7 +115,6 @@ impl Tasks {
             results: Arc::default(),
             batches: batch::Batches::default(),
             concurrency: config.concurrency,
-            budget: config.budget.map(Budget::new),
         }
     }
 
@@ -249,7 +237,8 @@ impl Tasks {
     }
 
     fn probe(&self) {
-        let (registry, environment) = (self.registry.clone(), self.environment.clone());
+        let registry = self.models.registry().clone();
+        let environment = self.models.environment().clone();
         let sender = self.sender.clone();
         tokio::spawn(async move {
             let mut found = probe(&registry, &environment).await;
@@ -303,7 +292,7 @@ impl Tasks {
 
     /// Cancels what is on its way and waits until that is written down.
     pub async fn finish(&mut self) {
-        self.ending.extend(self.batches.abort());
+        self.ending.extend(self.batches.cancel());
         self.pictures.stop();
         self.driving.stop();
         for (_, handle) in self.asking.drain() {
@@ -326,36 +315,34 @@ impl Tasks {
 
     /// The judge with a model id; all share the budget of the session.
     fn judge(&self, model: &str) -> Result<Judge, String> {
-        let (registry, environment) = (&self.registry, &self.environment);
-        let judge = Judge::resolve(model, registry, &self.client, self.parameters, environment);
-        let mut judge = judge.map_err(|error| error.to_string())?;
-        if let Judge::Model(model) = &mut judge {
-            model.endpoint.budget.clone_from(&self.budget);
-        }
-        Ok(judge)
+        self.models.judge(model).map_err(|error| error.to_string())
     }
 
     fn ask(&mut self, id: AskId, question: Box<Question>, model: &str, fresh: bool) {
         let judge = match self.judge(model) {
             Ok(judge) => judge,
             Err(error) => {
-                let error = AskError::Refused(error).to_string();
                 let _ = self.sender.send(Msg::Answered(id, Err(error)));
                 return;
             }
         };
         let (sender, store) = (self.sender.clone(), self.store.clone());
         let task = tokio::spawn(async move {
-            let events = sender.clone();
-            let wanted = Wanted {
-                fresh,
-                ..Wanted::default()
+            let request = AskRequest {
+                question: &question,
+                judge: &judge,
+                store,
+                options: RunOptions {
+                    fresh,
+                    ..RunOptions::default()
+                },
             };
-            let result = evaluation::run(&question, &judge, store, &wanted, move |event| {
-                let _ = events.send(Msg::Asked(id, event));
+            let outcome = ask(request, |event| {
+                let _ = sender.send(Msg::Asked(id, event));
             });
-            let result = result.await.map(Box::new).map_err(|e| e.to_string());
-            let _ = sender.send(Msg::Answered(id, result));
+            let outcome = outcome.await.map(|outcome| Box::new(outcome.answer));
+            let outcome = outcome.map_err(|error| error.to_string());
+            let _ = sender.send(Msg::Answered(id, outcome));
         });
         self.asking.retain(|_, handle| !handle.is_finished());
         self.asking.insert(id, task.abort_handle());
@@ -371,6 +358,16 @@ impl Tasks {
             let result = change().map(|words| (Library::load(Some(&folder)), words));
             Msg::Saved(file, result)
         });
+    }
+}
+
+/// What is sent beside the messages.
+fn parameters(config: &Config) -> Parameters {
+    Parameters {
+        temperature: config.temperature,
+        max_tokens: config.max_tokens,
+        seed: None,
+        effort: config.effort.as_deref().and_then(Effort::parse),
     }
 }
 

@@ -9,7 +9,7 @@ mod lenient;
 mod motion;
 mod notes;
 mod parse;
-mod said;
+mod parsed_answer;
 mod trajectory;
 mod values;
 
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 pub use answer::{CollisionAnswer, SafetyAnswer, schema};
 pub use attacker::AttackerChoice;
 pub use parse::{How, NoVerdict, Parsed, Reading, parse, read};
-pub use said::Said;
+pub use parsed_answer::ParsedAnswer;
 pub use trajectory::{
     Manoeuvre, ManoeuvreKind, Moment, Motion, NewMotion, TrajectoryAnswer, Waypoint, WaypointAnswer,
 };

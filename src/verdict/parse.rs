@@ -9,7 +9,7 @@ use super::lenient::{self, End, Piece};
 use super::notes::Notes;
 use super::trajectory::TrajectoryAnswer;
 use super::values::{self, Object};
-use super::{AttackerChoice, NewMotion, Said, Task, Verdict, attacker, decision, motion};
+use super::{AttackerChoice, NewMotion, ParsedAnswer, Task, Verdict, attacker, decision, motion};
 
 /// How an answer was read.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,7 +33,7 @@ pub struct Parsed {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// What it says.
-    pub said: Said,
+    pub said: ParsedAnswer,
     /// How it was read.
     pub how: How,
 }
@@ -68,8 +68,10 @@ pub enum NoVerdict {
 pub fn parse(task: Task, answer: &str) -> Result<Parsed, NoVerdict> {
     let Reading { said, how } = read(task, answer)?;
     match said {
-        Said::Verdict(verdict) => Ok(Parsed { verdict, how }),
-        Said::Attacker(_) | Said::Trajectory(_) => Err(NoVerdict::NoDecision(task.key())),
+        ParsedAnswer::Verdict(verdict) => Ok(Parsed { verdict, how }),
+        ParsedAnswer::Attacker(_) | ParsedAnswer::Trajectory(_) => {
+            Err(NoVerdict::NoDecision(task.key()))
+        }
     }
 }
 
@@ -179,7 +181,7 @@ impl<'a> Found<'a> {
         }
         let justification = justification(object, &mut notes);
         Ok(Some(Reading {
-            said: Said::Verdict(Verdict {
+            said: ParsedAnswer::Verdict(Verdict {
                 task,
                 dangerous: decision.dangerous,
                 obstacles,
@@ -202,7 +204,7 @@ impl<'a> Found<'a> {
                 attacker::interpret(object, &mut notes)
             })?;
             Some(Reading {
-                said: Said::Attacker(choice),
+                said: ParsedAnswer::Attacker(choice),
                 how: notes.how(),
             })
         })
@@ -270,7 +272,7 @@ impl<'a> Found<'a> {
 fn reading(answer: TrajectoryAnswer, notes: Notes) -> Result<Reading, NoVerdict> {
     let said = NewMotion::try_from(answer).map_err(NoVerdict::Unusable)?;
     Ok(Reading {
-        said: Said::Trajectory(said),
+        said: ParsedAnswer::Trajectory(said),
         how: notes.how(),
     })
 }

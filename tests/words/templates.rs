@@ -4,7 +4,7 @@ use nearmiss::evaluation::dry_render;
 use nearmiss::prompts::{Library, Prompt, answer_form, answer_keys, render};
 use nearmiss::scenario::Window;
 use nearmiss::text::{Form, Frame, Options, describe};
-use nearmiss::verdict::{self, Said, Task};
+use nearmiss::verdict::{self, ParsedAnswer, Task};
 use serde_json::{Value, json};
 
 use crate::scene;
@@ -152,9 +152,9 @@ fn examples_answer_as_the_schema_asks_and_are_balanced() {
             assert_eq!(reading.how, verdict::How::Strict, "{file}: {reading:?}");
         }
         let yes = readings.iter().filter(|reading| match &reading.said {
-            Said::Verdict(verdict) => verdict.dangerous,
-            Said::Attacker(choice) => choice.attacker.is_some(),
-            Said::Trajectory(_) => true,
+            ParsedAnswer::Verdict(verdict) => verdict.dangerous,
+            ParsedAnswer::Attacker(choice) => choice.attacker.is_some(),
+            ParsedAnswer::Trajectory(_) => true,
         });
         let expected = match task {
             Task::Collision | Task::Safety => (1, 3),

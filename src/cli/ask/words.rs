@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::evaluation::Missing;
-use crate::verdict::{Moment, Motion, Said};
+use crate::verdict::{Moment, Motion, ParsedAnswer};
 
 /// Why there is no verdict. An address that cannot be reached was tried, other than what is refused beforehand.
 pub(super) fn missing(missing: &Missing) -> String {
@@ -27,15 +27,17 @@ fn is_too_long(why: &str) -> bool {
 }
 
 /// Who could attack, or how an attacker moves; the verdicts of the other tasks are in `ask` itself.
-pub(super) fn said(said: &Said, model: &str) -> String {
+pub(super) fn said(said: &ParsedAnswer, model: &str) -> String {
     let mut text = String::new();
     let mut line = |words: String| {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{words}");
     };
     match said {
-        Said::Verdict(verdict) => line(format!("\nverdict       {} ({model})", verdict.word())),
-        Said::Attacker(choice) => {
+        ParsedAnswer::Verdict(verdict) => {
+            line(format!("\nverdict       {} ({model})", verdict.word()))
+        }
+        ParsedAnswer::Attacker(choice) => {
             let who = choice.attacker.map_or("nobody".into(), |id| id.to_string());
             line(format!("\nattacker      {who} ({model})"));
             for o in &choice.obstacles {
@@ -45,7 +47,7 @@ pub(super) fn said(said: &Said, model: &str) -> String {
                 ));
             }
         }
-        Said::Trajectory(new) => {
+        ParsedAnswer::Trajectory(new) => {
             line(format!("\nobstacle      {} ({model})", new.obstacle));
             match &new.motion {
                 Motion::Manoeuvre(m) => {

@@ -1,32 +1,25 @@
 //! A batch on its way: progress, interruption, and the table at its end.
 
-use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use tokio::runtime::Runtime;
 
-use super::batch::Options;
-use super::handed;
-use super::opened::Opened;
-use super::sheet::Sheet;
+use super::context::BatchContext;
 use super::shown::Rows;
 use super::varied::Varied;
+use super::{dry_run, submit};
 use crate::cli::batches::lost;
 use crate::cli::interrupt::{GRACE, INTERRUPTED, signal};
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{Asking, Desk, Ended, Judges, Paused, Selection, answers};
-use crate::evaluation::can_ask;
-use crate::store::{BatchId, Identity, Item, ItemState, Key};
+use crate::evaluation::batch::answers;
+use crate::store::{BatchId, Item, ItemState};
+use crate::workflow::batch::{BatchRun, DryRun, Ended, Paused, Selection};
 
-/// A batch that is written down.
-pub struct BatchRun {
-    pub id: BatchId,
-    pub judges: Judges,
-    pub desk: Arc<Desk>,
-    pub selection: Selection,
+/// How the table of a batch is written.
+#[derive(Debug, Clone, Copy)]
+pub struct Table {
     pub json: bool,
     pub csv: bool,
 }
@@ -44,81 +37,35 @@ pub fn runtime() -> Result<Runtime, Failure> {
         .map_err(Failure::input)
 }
 
-/// The models that cannot be asked as things stand, and why.
-pub fn refused(runtime: &Runtime, sheet: &Sheet, judges: &Judges) -> Vec<(String, String)> {
-    let ask = async {
-        let mut refused = Vec::new();
-        for (model, question) in &sheet.first {
-            if let Err(why) = can_ask(question, &judges[model]).await {
-                refused.push((model.clone(), why.to_string()));
-            }
-        }
-        refused
-    };
-    runtime.block_on(ask)
-}
-
-/// Nothing is begun where a model would refuse every question.
-pub fn all_can_be_asked(refused: &[(String, String)]) -> Outcome {
-    match refused {
-        [] => Ok(()),
-        [(model, why), ..] => Err(Failure::input(format!("{model}: {why}"))),
-    }
-}
-
-/// Asks what a batch has to ask, then writes its table.
+/// Asks what a batch has to ask, or submits it to the providers, then writes its table.
 pub fn ask(
     runtime: &Runtime,
-    opened: &Opened,
-    options: &Options,
-    going: BatchRun,
-    sheet: &Sheet,
+    context: &BatchContext,
+    run: &Arc<BatchRun>,
+    dry_run: &DryRun,
+    (submits, table): (bool, Table),
 ) -> Outcome {
-    let BatchRun { id, selection, .. } = going;
-    let items = opened.store.items(id).map_err(Failure::input)?;
-    let mut items: Vec<Item> = items
-        .into_iter()
-        .filter(|i| selection.has(i.state))
-        .collect();
-    // What failed before may fail again and again, and must not keep what was never asked from its turn.
-    items.sort_by_key(|item| item.state != ItemState::Waiting);
-    // The questions were made for the estimate: with these keys nobody has to make them again to know who has them.
-    let made = sheet.items.iter().map(|item| (item.identity(), &item.key));
-    let made: HashMap<Identity<'_>, &Option<Key>> = made.collect();
-    for item in &mut items {
-        if let Some(key) = made.get(&item.asked.identity()) {
-            let key = Option::clone(key);
-            item.asked.key = key;
-        }
-    }
-    output::say(&format!("nearmiss: {id}: {}", sheet.line()));
-    let asking = Arc::new(Asking {
-        store: Arc::clone(&opened.store),
-        batch: id,
-        desk: going.desk,
-        at_once: opened.at_once(&going.judges, options),
-        judges: going.judges,
-        stop: Arc::new(AtomicBool::new(false)),
-    });
-    let (items, with_providers) = asking.without_handed(items).map_err(Failure::input)?;
+    let id = run.id;
+    output::say(&format!("nearmiss: {id}: {}", dry_run::line(dry_run)));
+    let (items, with_providers) = run.items(dry_run).map_err(Failure::input)?;
     if with_providers > 0 {
         output::say(&format!(
             "nearmiss: {with_providers} of them with a provider: `nearmiss batches collect` fetches their answers"
         ));
     }
-    for batch in opened.store.provider_batches().map_err(Failure::input)? {
+    for batch in context.store.provider_batches().map_err(Failure::input)? {
         if let Some(words) = lost(&batch) {
             output::say(&format!("nearmiss: batch {}: {words}", batch.id));
         }
     }
-    let items = match options.batch {
-        true => match handed::over(runtime, &asking, items)? {
-            handed::Left::Nothing => return Ok(()),
-            handed::Left::Own(items) => items,
+    let items = match submits {
+        true => match submit::submit(runtime, run, items)? {
+            submit::Left::Nothing => return Ok(()),
+            submit::Left::Own(items) => items,
         },
         false => items,
     };
-    let Some(paused) = runtime.block_on(until_interrupted(&asking, items))? else {
+    let Some(paused) = runtime.block_on(until_interrupted(run, items))? else {
         return Err(Failure {
             message: format!(
                 "interrupted; `nearmiss evaluate --resume {id}` goes on with it, and asks again what had no answer yet"
@@ -129,7 +76,7 @@ pub fn ask(
     for one in &paused {
         output::say(&format!("nearmiss: {}", output::visible(&words(one))));
     }
-    show(opened, id, going.json, going.csv)
+    show(context, id, table)
 }
 
 /// Who was not asked further, and why.
@@ -147,25 +94,25 @@ fn words(paused: &Paused) -> String {
 }
 
 /// Writes the table of a batch as it stands.
-pub fn show(opened: &Opened, id: BatchId, json: bool, csv: bool) -> Outcome {
-    let answers = answers(&opened.store, id).map_err(Failure::input)?;
+pub fn show(context: &BatchContext, id: BatchId, table: Table) -> Outcome {
+    let answers = answers(&context.store, id).map_err(Failure::input)?;
     let rows = Rows::of(&answers.plain);
     let varied = Varied::of(&answers);
-    if json {
+    if table.json {
         let mut document = rows.document(Some(id));
         varied.add_to(&mut document);
         output::json(&document)?;
-    } else if csv {
+    } else if table.csv {
         output::text(&rows.csv()?)?;
     } else {
         output::text(&(rows.table() + &varied.tables()))?;
     }
-    unanswered(opened, id)
+    unanswered(context, id)
 }
 
 /// Says which questions have no whole answer, and why.
-fn unanswered(opened: &Opened, id: BatchId) -> Outcome {
-    let items = opened.store.items(id).map_err(Failure::input)?;
+fn unanswered(context: &BatchContext, id: BatchId) -> Outcome {
+    let items = context.store.items(id).map_err(Failure::input)?;
     let open: Vec<_> = items
         .iter()
         .filter(|i| i.state != ItemState::Answered)
@@ -230,18 +177,18 @@ const NAMED: usize = 3;
 /// Asks until everything is through, or until it is interrupted: then nothing more is begun, and what is on its way is
 /// waited for a little. Nothing where it was interrupted, else who was not asked further.
 async fn until_interrupted(
-    asking: &Arc<Asking>,
+    run: &Arc<BatchRun>,
     items: Vec<Item>,
 ) -> Result<Option<Vec<Paused>>, Failure> {
     let mut meter = Meter::new(items.len());
-    let all = Arc::clone(asking).all(items, |ended| meter.hear(&ended));
+    let all = Arc::clone(run).ask(items, |ended| meter.hear(&ended));
     tokio::pin!(all);
     tokio::select! {
         biased;
         done = &mut all => return done.map(Some).map_err(Failure::input),
         () = signal() => {}
     }
-    asking.stop.store(true, Ordering::SeqCst);
+    run.control.stop();
     output::say("nearmiss: interrupted; answers that arrive within a moment are kept");
     tokio::select! {
         done = &mut all => done.map(|_| None).map_err(Failure::input),
@@ -269,7 +216,7 @@ impl Meter {
 
     fn hear(&mut self, ended: &Ended) {
         self.done += 1;
-        self.usd += ended.cost_usd.unwrap_or(0.0);
+        self.usd += ended.cost_usd().unwrap_or(0.0);
         let rate = f64::from(self.done) / self.begun.elapsed().as_secs_f64().max(0.001);
         self.progress
             .say(format!("{rate:.1}/s, {:.4} USD", self.usd));

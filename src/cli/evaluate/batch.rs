@@ -1,29 +1,29 @@
 //! `nearmiss evaluate` with language models: a matrix of ways of asking over many scenarios, as a batch in the store.
 
+use std::collections::BTreeMap;
 use std::num::NonZeroU32;
-use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::sync::Arc;
 
 use super::{Evaluate, Format};
 use crate::cli::ask::{budget, effort, temperature};
 use crate::cli::open::{found, frame, techniques};
 use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{
-    Ask, Matrix, More, RequestSettings, Selection, Shard, Spec, Truth, TruthSource,
-};
+use crate::evaluation::batch::{Matrix, More, RequestSettings, Shard};
 use crate::evaluation::{Lead, default_frame};
 use crate::llm::{Effort, Endpoint};
 use crate::prompts::Techniques;
-use crate::scenario::{Entry, Place, Transform};
+use crate::scenario::{Transform, WantedEgo};
 use crate::store::BatchId;
 use crate::text::Frame;
 use crate::verdict::Task;
+use crate::workflow::batch::{BatchError, BatchPlan, BatchRequest, BatchRun};
 
-use super::asked::{self, BatchRun};
+use super::asked::{self, Table};
+use super::context::BatchContext;
+use super::dry_run;
 use super::listed;
-use super::opened::Opened;
 use super::resume;
-use super::sheet::Sheet;
 use super::shown::Rows;
 use super::truth::{say_each, truth_source};
 
@@ -210,89 +210,70 @@ fn begin(arguments: &Evaluate) -> Outcome {
             "--base-url holds a password or a key, and would be kept with the batch; set it as base_url of the provider in config.toml, or give the key as key_env",
         ));
     }
-    let opened = Opened::new()?;
-    let matrix = matrix(arguments, &opened)?;
-    let mut entries = found(&arguments.paths)?;
-    for entry in &mut entries {
-        if let Place::File(path) = &mut entry.place {
-            *path = absolute(path)?;
-        }
-    }
-    // Of all scenarios, so that every part has the same one.
-    let source = truth_source(&arguments.truth)?.unwrap_or_else(|| TruthSource::usual(&entries));
-    let (truth, doubts) = Truth::open(&source, &entries).map_err(Failure::input)?;
-    say_each(&doubts);
-    if let Some(shard) = options.shard {
-        entries.retain(|entry| shard.has(&entry.name));
-        if entries.is_empty() {
-            output::say(&format!("nearmiss: no scenario belongs to part {shard}"));
-            return match json(arguments) {
-                true => output::json(&Rows::of(&[]).document(None)),
-                false => Ok(()),
-            };
-        }
-    }
-    let mut paths = Vec::new();
-    for path in &arguments.paths {
-        let bundled = matches!(Entry::of_argument(path).place, Place::Bundled(_));
-        paths.push(if bundled {
-            path.clone()
-        } else {
-            absolute(path)?
-        });
-    }
-    let spec = Spec {
-        paths,
-        templates: Spec::templates_of(&matrix, &opened.library),
-        thresholds: Spec::thresholds_of(&opened.thresholds),
-        truth: source,
+    let context = BatchContext::new()?;
+    let request = BatchRequest {
+        matrix: matrix(arguments, &context)?,
+        paths: arguments.paths.clone(),
+        entries: found(&arguments.paths)?,
+        ego: WantedEgo::Beside,
+        truth: truth_source(&arguments.truth)?,
+        shard: options.shard,
+        drafts: BTreeMap::new(),
         base_url: options.base_url.clone(),
-        matrix,
     };
-    let judges = opened.judges(&spec.matrix.models, &spec, options)?;
-    let desk = opened.desk(&spec.matrix);
-    let ways = spec.matrix.ways();
-    let asks = ways.into_iter().flat_map(|way| {
-        let samples: Vec<u32> = (0..spec.matrix.samples_of(&way)).collect();
-        let variants = spec.matrix.variants(&way).into_iter();
-        variants.map(move |variant| Ask {
-            samples: samples.clone(),
-            way: way.clone(),
-            variant,
-        })
-    });
-    let asks: Vec<Ask> = asks.collect();
-    let wanted = entries.iter().map(|entry| (entry.clone(), asks.clone()));
-    let wanted: Vec<_> = wanted.collect();
-    let sheet = Sheet::of(&wanted, &desk, &truth, &judges, &opened.store)?;
-    sheet.say_doubts();
-    if sheet.items.is_empty() {
+    let plan = request.plan(&context.library, &context.thresholds);
+    let plan = plan.map_err(Failure::input)?;
+    say_each(&plan.doubts);
+    if let (Some(shard), 0) = (options.shard, plan.scenarios()) {
+        output::say(&format!("nearmiss: no scenario belongs to part {shard}"));
+        return match json(arguments) {
+            true => output::json(&Rows::of(&[]).document(None)),
+            false => Ok(()),
+        };
+    }
+    carry_out(arguments, &context, &plan)
+}
+
+/// Asks what a plan has to ask, then writes the table of the batch.
+pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan) -> Outcome {
+    let options = &arguments.batch;
+    let judges = context.judges(&plan.models(), &plan.spec, options)?;
+    let dry_run = dry_run::make(plan, &judges, &context.store)?;
+    if dry_run.items.is_empty() && options.resume.is_none() {
         return Err(Failure::input(format!(
             "none of {} has a label; the truth is: {}",
-            super::number(entries.len(), "scenario"),
-            spec.truth.words()
+            super::number(plan.scenarios(), "scenario"),
+            plan.spec.truth.words()
         )));
     }
     let runtime = asked::runtime()?;
-    let refused = asked::refused(&runtime, &sheet, &judges);
+    let refused = runtime.block_on(dry_run.refused(&judges));
     if options.dry_run {
-        return sheet.write(&refused, opened.budget(options), json(arguments));
+        return dry_run::write(&dry_run, &refused, context.budget(options), json(arguments));
     }
-    asked::all_can_be_asked(&refused)?;
-    let shard = options.shard.map(|shard| shard.to_string());
-    let id = opened
-        .store
-        .begin_batch(&spec.to_json(), shard.as_deref(), &sheet.items)
+    // Nothing is begun where a model would refuse every question.
+    if let Some((model, why)) = refused.first() {
+        return Err(Failure::input(format!("{model}: {why}")));
+    }
+    let id = plan
+        .write(&context.store, &dry_run)
         .map_err(Failure::input)?;
-    let going = BatchRun {
-        id,
-        judges,
-        desk,
-        selection: Selection::Open,
+    let table = Table {
         json: json(arguments),
         csv: arguments.format == Format::Csv,
     };
-    asked::ask(&runtime, &opened, options, going, &sheet)
+    if plan.scenarios() == 0 {
+        output::say(&format!("nearmiss: {id}: there is nothing to ask"));
+        return asked::show(context, id, table);
+    }
+    let run = Arc::new(BatchRun::new(
+        (id, plan),
+        Arc::clone(&context.store),
+        judges,
+        context.concurrency(options),
+        Arc::default(),
+    ));
+    asked::ask(&runtime, context, &run, &dry_run, (options.batch, table))
 }
 
 /// Whether the table is to be JSON.
@@ -300,8 +281,8 @@ pub fn json(arguments: &Evaluate) -> bool {
     arguments.batch.json || arguments.format == Format::Json
 }
 
-fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
-    let (options, config) = (&arguments.batch, &opened.config);
+fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failure> {
+    let (options, config) = (&arguments.batch, &context.config);
     let tasks = arguments.tasks();
     for task in &tasks {
         if !Task::VERDICTS.contains(task) {
@@ -318,14 +299,14 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
         ));
     }
     models.dedup();
-    if arguments.lead.len() > 1 {
-        leads_fit(&tasks, "--lead")?;
+    if arguments.lead.len() > 1 && !tasks.contains(&Task::Safety) {
+        return Err(Failure::input(BatchError::Leads { option: "--lead" }));
     }
     let mut leads = each_once(arguments.lead.iter().copied()).into_iter();
     let lead = leads.next();
     let changes = options.transform.iter().flat_map(|changes| &changes.0);
     let frames = match options.frame.is_empty() {
-        true => vec![default_frame(&opened.library, tasks[0])],
+        true => vec![default_frame(&context.library, tasks[0])],
         false => options.frame.clone(),
     };
     let techniques = match options.techniques.is_empty() {
@@ -342,7 +323,7 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
         samples: options.samples.unwrap_or(1),
         more_leads: leads.collect(),
         transforms: each_once(changes.copied()),
-        manner: RequestSettings {
+        request: RequestSettings {
             history: history.or(config.history),
             radius: arguments.radius.or(config.radius),
             lead,
@@ -351,16 +332,6 @@ fn matrix(arguments: &Evaluate, opened: &Opened) -> Result<Matrix, Failure> {
             effort: options.effort.or(effort),
         },
     })
-}
-
-/// Several leads are a matter of the safety task.
-pub fn leads_fit(tasks: &[Task], option: &str) -> Outcome {
-    match tasks.contains(&Task::Safety) {
-        true => Ok(()),
-        false => Err(Failure::input(format!(
-            "{option}: windows of the collision task end with the recording; several leads are for --task safety"
-        ))),
-    }
 }
 
 /// The same without repetitions.
@@ -372,9 +343,4 @@ fn each_once<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
         }
     }
     seen
-}
-
-/// A path that holds from every folder.
-pub fn absolute(path: &Path) -> Result<PathBuf, Failure> {
-    std::path::absolute(path).map_err(|error| Failure::system(path.display(), &error))
 }

@@ -13,7 +13,7 @@ use crate::verdict::Task;
 type Said = Option<i64>;
 
 pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Outcome {
-    if matches!(truth, Truth::Geometry) {
+    if truth.is_geometry() {
         return Err(Failure::input(
             "--task collision needs --truth CSV or layout: the exact geometry is what the built-in judge itself answers",
         ));

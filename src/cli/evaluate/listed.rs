@@ -68,13 +68,13 @@ pub fn list() -> Outcome {
 fn varied(matrix: &Matrix) -> String {
     let mut text = String::new();
     if matrix.more_leads.is_empty() && matrix.tasks.contains(&Task::Safety) {
-        match matrix.manner.lead {
+        match matrix.request.lead {
             None => text.push_str(" · to the end of recordings"),
             Some(lead) => text.push_str(&format!(" · lead {lead}")),
         }
     }
     if !matrix.more_leads.is_empty() {
-        let leads = matrix.manner.lead.iter().chain(&matrix.more_leads);
+        let leads = matrix.request.lead.iter().chain(&matrix.more_leads);
         let leads: Vec<String> = leads.map(ToString::to_string).collect();
         text.push_str(&format!(" · lead {}", leads.join(",")));
     }

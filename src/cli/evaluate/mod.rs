@@ -3,13 +3,13 @@
 mod asked;
 mod batch;
 mod collision;
-mod handed;
+mod context;
+mod dry_run;
 mod listed;
-mod opened;
 mod resume;
 mod safety;
-mod sheet;
 mod shown;
+mod submit;
 mod truth;
 mod varied;
 
@@ -270,13 +270,13 @@ fn one<T>(
     ask: impl Fn(&Labelled<'_>) -> T,
 ) -> Result<One<T>, Failure> {
     let label = truth.of(entry);
-    if label.is_none() && !matches!(truth, Truth::Geometry) {
+    if label.is_none() && !truth.is_geometry() {
         return Ok(One::Unlabelled);
     }
     let Some((scene, mut doubts)) = scene_beside(entry)? else {
         return Ok(One::WithoutEgo);
     };
-    if let Err(wrong) = truth.fits(entry, &scene.scenario) {
+    if let Err(wrong) = truth.fits(entry, &scene) {
         return Ok(One::Mislabelled(wrong));
     }
     let case = Labelled::new(&scene, label);

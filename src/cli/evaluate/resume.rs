@@ -1,159 +1,42 @@
-//! Going on with a batch: what is not answered yet, what failed, more models, techniques and samples, another truth.
+//! `--resume`: going on with a batch, and what it says about another truth.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
-use std::path::Path;
-
-use super::asked::{self, BatchRun};
-use super::batch::{Resumed, json, leads_fit};
-use super::opened::Opened;
-use super::sheet::Sheet;
+use super::batch::{Resumed, carry_out};
+use super::context::BatchContext;
 use super::truth::{say_each, truth_source};
-use super::{Evaluate, Format, number, some};
+use super::{Evaluate, number, some};
 use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{
-    Ask, Matrix, Relabelled, Selection, Spec, Truth, TruthSource, Variant, retold,
-};
-use crate::evaluation::{Lead, Way, batch};
-use crate::scenario::Entry;
-use crate::store::{Batch, Identity, Item, NewItem};
-use crate::verdict::Task;
+use crate::evaluation::batch::TruthSource;
+use crate::workflow::batch::{Relabelling, ResumeRequest, Selection};
 
 /// Goes on with a batch.
 pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
     let options = &arguments.batch;
-    let opened = Opened::new()?;
-    let batch = chosen(&opened, which)?;
-    let mut spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;
-    let still = spec.still(&opened.library, &opened.thresholds);
-    still.map_err(|why| Failure::input(format!("{}: {why}", batch.id)))?;
-    let mut items = opened.store.items(batch.id).map_err(Failure::input)?;
-    if let Some(samples) = options.samples.filter(|n| *n < spec.matrix.samples) {
-        return Err(Failure::input(format!(
-            "--samples {samples}: {} has {} already, and they are not taken away",
-            batch.id, spec.matrix.samples
-        )));
-    }
-    let mut spec_before = spec.clone();
-    let more = options.more();
-    if !more.leads.is_empty() {
-        leads_fit(&spec.matrix.tasks, "--add-lead")?;
-    }
-    spec.matrix.extend(&more);
-    let first_lead = newly_named(&spec_before.matrix, &spec.matrix);
-    for item in items
-        .iter_mut()
-        .filter(|item| item.asked.task == Task::Safety)
-    {
-        item.asked.lead = item.asked.lead.take().or_else(|| first_lead.clone());
-    }
-    spec.templates
-        .extend(Spec::templates_of(&spec.matrix, &opened.library));
-    let desk = opened.desk(&spec.matrix);
-    let mut missing = Vec::new();
-    if let Some(source) = truth_source(&arguments.truth)? {
-        let entries: Vec<Entry> = paths(&items).into_iter().map(entry).collect();
-        let (truth, doubts) = Truth::open(&source, &entries).map_err(Failure::input)?;
-        say_each(&doubts);
-        let labels = retold(&items, &truth, &desk);
-        let labels = labels.map_err(|wrong| Failure::input(format!("--truth: {wrong}")))?;
-        if labels.iter().all(|(_, collides, _)| collides.is_none()) {
-            return Err(Failure::input(format!(
-                "--truth: it says nothing about any scenario of {}; its truth stays as it was",
-                batch.id
-            )));
-        }
-        missing = unlabelled(&items, &labels);
-        if source != spec.truth {
-            let (before, now) = (spec.truth.words(), source.words());
-            let would = if options.dry_run {
-                "would be"
-            } else {
-                "is from now on"
-            };
-            output::say(&output::visible(&format!(
-                "nearmiss: {}: the truth {would}: {now}; it was: {before}",
-                batch.id
-            )));
-        }
-        if !missing.is_empty() {
-            output::say(&output::visible(&format!(
-                "nearmiss: {}: it says nothing about {}: {}; their answers are neither right nor wrong",
-                batch.id,
-                number(missing.len(), "scenario"),
-                some(&missing)
-            )));
-        }
-        for (item, (_, collides, obstacle)) in items.iter_mut().zip(&labels) {
-            (item.asked.collides, item.asked.obstacle) = (*collides, *obstacle);
-        }
-        spec.truth = source.clone();
-        spec_before.truth = source;
-        if !options.dry_run {
-            let json = spec_before.to_json();
-            let set = opened.store.set_truth(batch.id, &json, &labels);
-            set.map_err(Failure::input)?;
-        }
-    }
-    let selection = match options.retry_failed {
-        true => Selection::Failed,
-        false => Selection::Open,
+    let context = BatchContext::new()?;
+    let request = ResumeRequest {
+        batch: match which {
+            Resumed::Last => None,
+            Resumed::Batch(id) => Some(id),
+        },
+        selection: match options.retry_failed {
+            true => Selection::Failed,
+            false => Selection::Open,
+        },
+        more: options.more(),
+        truth: truth_source(&arguments.truth)?,
+        dry_run: options.dry_run,
     };
-    let extended = more.any();
-    let there: HashSet<Identity<'_>> = items.iter().map(|item| item.asked.identity()).collect();
-    let wanted = wanted(&items, selection, extended.then_some(&spec), &there)?;
-    let models: HashSet<&String> = wanted
-        .iter()
-        .flat_map(|(_, asks)| asks.iter().map(|ask| &ask.way.model))
-        .collect();
-    let models: Vec<String> = models.into_iter().cloned().collect();
-    let judges = opened.judges(&models, &spec, options)?;
-    let truth = match spec.truth {
-        // Of files that could not be read before.
-        TruthSource::Geometry => Truth::Geometry,
-        TruthSource::Layout | TruthSource::Files(_) => Truth::known(&items),
-    };
-    let sheet = Sheet::of(&wanted, &desk, &truth, &judges, &opened.store)?;
-    sheet.say_doubts();
-    let runtime = asked::runtime()?;
-    let refused = asked::refused(&runtime, &sheet, &judges);
-    if options.dry_run {
-        return sheet.write(&refused, opened.budget(options), json(arguments));
+    let plan = request.plan(&context.store, &context.library, &context.thresholds);
+    let plan = plan.map_err(Failure::input)?;
+    say_each(&plan.doubts);
+    if let Some(relabelling) = &plan.relabelling {
+        say_truth(relabelling, &plan.spec.truth, options.dry_run);
     }
-    asked::all_can_be_asked(&refused)?;
-    let known = known_now(&items, &sheet.items);
-    if !known.is_empty() {
-        let set = opened
-            .store
-            .set_truth(batch.id, &spec_before.to_json(), &known);
-        set.map_err(Failure::input)?;
-    }
-    if extended {
-        let new = sheet
-            .items
-            .iter()
-            .filter(|item| !there.contains(&item.identity()));
-        let new: Vec<_> = new.cloned().collect();
-        let lead = first_lead.as_deref();
-        let done = opened
-            .store
-            .extend_batch(batch.id, &spec.to_json(), &new, lead);
-        done.map_err(Failure::input)?;
-    }
-    let going = BatchRun {
-        id: batch.id,
-        judges,
-        desk,
-        selection,
-        json: json(arguments),
-        csv: arguments.format == Format::Csv,
-    };
-    if wanted.is_empty() {
-        output::say(&format!("nearmiss: {}: there is nothing to ask", batch.id));
-        asked::show(&opened, batch.id, going.json, going.csv)?;
-    } else {
-        asked::ask(&runtime, &opened, options, going, &sheet)?;
-    }
-    match missing.len() {
+    carry_out(arguments, &context, &plan)?;
+    let unlabelled = plan
+        .relabelling
+        .map_or(0, |relabelling| relabelling.unlabelled.len());
+    match unlabelled {
+        _ if options.dry_run => Ok(()),
         0 => Ok(()),
         count => Err(Failure {
             message: format!("{} without a label", number(count, "scenario")),
@@ -162,122 +45,31 @@ pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
     }
 }
 
-/// The scenarios that another truth says nothing about, by name.
-fn unlabelled(items: &[Item], labels: &[Relabelled]) -> Vec<String> {
-    let without = items
-        .iter()
-        .zip(labels)
-        .filter(|(_, label)| label.1.is_none());
-    let names: BTreeSet<&str> = without
-        .map(|(item, _)| item.asked.scenario.as_str())
-        .collect();
-    names.into_iter().map(String::from).collect()
-}
-
-/// The first lead in words, where the questions of a batch do not name it and have to from now on, as there are others.
-fn newly_named(before: &Matrix, now: &Matrix) -> Option<String> {
-    let lead = now.manner.lead.filter(|_| before.more_leads.is_empty());
-    let lead = lead.filter(|_| !now.more_leads.is_empty());
-    lead.map(Lead::stored)
-}
-
-/// The truth about scenarios that could not be read when the batch was begun, and can be now.
-fn known_now(items: &[Item], now: &[NewItem]) -> Vec<(u64, Option<bool>, Option<i64>)> {
-    let known = now.iter().filter(|item| item.collides.is_some());
-    let known: BTreeMap<&str, &NewItem> = known.map(|item| (item.path.as_str(), item)).collect();
-    let unknown = items.iter().filter(|item| item.asked.collides.is_none());
-    let found = unknown.filter_map(|item| {
-        let now = known.get(item.asked.path.as_str())?;
-        Some((item.place, now.collides, now.obstacle))
-    });
-    found.collect()
-}
-
-fn chosen(opened: &Opened, which: Resumed) -> Result<Batch, Failure> {
-    let found = match which {
-        Resumed::Last => opened.store.last_batch(),
-        Resumed::Batch(id) => opened.store.batch(id),
-    };
-    found.map_err(Failure::input)?.ok_or_else(|| {
-        let name = match which {
-            Resumed::Last => "there is no batch yet".to_string(),
-            Resumed::Batch(id) => format!("there is no batch {id}"),
+/// Says that the truth is another one, and about which scenarios it says nothing.
+fn say_truth(relabelling: &Relabelling, source: &TruthSource, dry_run: bool) {
+    let Relabelling {
+        batch,
+        before,
+        unlabelled,
+    } = relabelling;
+    if source != before {
+        let (before, now) = (before.words(), source.words());
+        let would = if dry_run {
+            "would be"
+        } else {
+            "is from now on"
         };
-        Failure::input(format!("{name}; `nearmiss evaluate --list` lists them"))
-    })
-}
-
-/// The scenarios of a batch, in their order.
-fn paths(items: &[Item]) -> Vec<&str> {
-    let mut seen = HashSet::new();
-    let paths = items.iter().map(|item| item.asked.path.as_str());
-    paths.filter(|path| seen.insert(*path)).collect()
-}
-
-fn entry(path: &str) -> Entry {
-    Entry::of_argument(Path::new(path))
-}
-
-/// What is to be asked about each scenario: what of the batch is selected, and what an extension has more.
-fn wanted(
-    items: &[Item],
-    selection: Selection,
-    extended: Option<&Spec>,
-    there: &HashSet<Identity<'_>>,
-) -> Result<Vec<(Entry, Vec<Ask>)>, Failure> {
-    let mut by_path: BTreeMap<&str, Vec<Ask>> = BTreeMap::new();
-    let add = |asks: &mut Vec<Ask>, way: Way, variant: Variant, sample: u32| match asks
-        .iter_mut()
-        .find(|ask| ask.way == way && ask.variant == variant)
-    {
-        Some(ask) => ask.samples.push(sample),
-        None => asks.push(Ask {
-            way,
-            variant,
-            samples: vec![sample],
-        }),
-    };
-    for item in items.iter().filter(|item| selection.has(item.state)) {
-        let way = batch::way_of(&item.asked).map_err(Failure::input)?;
-        let asks = by_path.entry(&item.asked.path).or_default();
-        let variant = Variant::of(&item.asked).map_err(Failure::input)?;
-        add(asks, way, variant, item.asked.sample);
+        output::say(&output::visible(&format!(
+            "nearmiss: {batch}: the truth {would}: {now}; it was: {before}"
+        )));
     }
-    let all = paths(items);
-    if let Some(spec) = extended {
-        let ways = spec.matrix.ways();
-        for path in &all {
-            let asks = by_path.entry(path).or_default();
-            let varied = ways.iter().flat_map(|way| {
-                let variants = spec.matrix.variants(way).into_iter();
-                variants.map(move |variant| (way, variant))
-            });
-            for (way, variant) in varied {
-                let techniques = way.techniques.map(|techniques| techniques.to_string());
-                let (lead, transform) = variant.words();
-                for sample in 0..spec.matrix.samples_of(way) {
-                    let new = Identity {
-                        path,
-                        task: way.task.name(),
-                        model: &way.model,
-                        frame: way.frame.map(|frame| frame.name()),
-                        techniques: techniques.as_deref(),
-                        lead: lead.as_deref(),
-                        transform: transform.as_deref(),
-                        sample,
-                    };
-                    if !there.contains(&new) {
-                        add(asks, way.clone(), variant, sample);
-                    }
-                }
-            }
-        }
+    if !unlabelled.is_empty() {
+        output::say(&output::visible(&format!(
+            "nearmiss: {batch}: it says nothing about {}: {}; their answers are neither right nor wrong",
+            number(unlabelled.len(), "scenario"),
+            some(unlabelled)
+        )));
     }
-    let in_order = all.into_iter().filter_map(|path| {
-        let asks = by_path.remove(path)?;
-        (!asks.is_empty()).then(|| (entry(path), asks))
-    });
-    Ok(in_order.collect())
 }
 
 /// Refuses what would make another batch of one that is gone on with, and says what can be added instead.

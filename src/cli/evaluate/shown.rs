@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::share;
 use crate::cli::{Failure, output};
 use crate::evaluation::report::{Cell, Half, Report, technique};
-use crate::evaluation::{Scored, Way};
+use crate::evaluation::{PromptConfig, Scored};
 use crate::store::BatchId;
 
 /// The rows of a batch's table: for each way of asking all of its answers, and which half of the data they are about.
@@ -37,7 +37,7 @@ impl Rows {
     /// Counts the answers of a batch.
     pub fn of(scored: &[Scored]) -> Self {
         let report = Report::of(scored);
-        let half = |way: &Way| {
+        let half = |way: &PromptConfig| {
             let mut halves = report.cells.iter().filter(|cell| cell.way == *way);
             match (halves.next(), halves.next(), halves.next()) {
                 // One half and the whole, which are the same.

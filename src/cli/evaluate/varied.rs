@@ -6,7 +6,7 @@ use super::share;
 use crate::cli::output;
 use crate::evaluation::batch::Answers;
 use crate::evaluation::report::{self, technique};
-use crate::evaluation::{Share, Way};
+use crate::evaluation::{PromptConfig, Share};
 
 /// What a batch with changed scenes or several leads tells beside its table.
 pub struct Varied(report::Varied);
@@ -104,7 +104,7 @@ fn heads(width: usize) -> String {
     )
 }
 
-fn cells(way: &Way, width: usize) -> String {
+fn cells(way: &PromptConfig, width: usize) -> String {
     format!(
         "{:<9} {:<9} {:<10} {:<width$}",
         way.task.name(),

@@ -12,11 +12,12 @@ use crate::cli::{Failure, output};
 use crate::config::{Config, Folders};
 use crate::evaluation::batch::Spec;
 use crate::evaluation::generating::Author;
-use crate::evaluation::{Judge, Settings, validate};
+use crate::evaluation::{Settings, validate};
 use crate::judge;
-use crate::llm::{Budget, Client, Effort, Environment, Parameters, Registry};
+use crate::llm::{Effort, Environment, Parameters, Registry};
 use crate::prompts::Library;
 use crate::store::Store;
+use crate::workflow::{Models, Server};
 
 /// The model, ready to be asked.
 pub struct Writer {
@@ -38,29 +39,27 @@ impl Writer {
                 "{model} answers no question about attacks; --model search works without any model"
             )));
         }
-        let environment = Environment::with_files(&[Path::new("."), &folders.config]);
         let mut providers = config.providers.clone();
         if let Some(url) = &arguments.base_url {
-            let name = model.split('/').next().unwrap_or_default();
-            let entry = providers.entry(name);
-            let entry = entry.or_insert_with(|| toml::Table::new().into());
-            if let Some(table) = entry.as_table_mut() {
-                table.insert("base_url".into(), url.clone().into());
-            }
+            let server = Server {
+                url,
+                ..Server::default()
+            };
+            server.overlay(&mut providers, model.split('/').next().unwrap_or_default());
         }
-        let registry = Registry::lenient(&providers, &folders.config_file());
         let parameters = Parameters {
             temperature: config.temperature,
             max_tokens: config.max_tokens,
             seed: None,
             effort: config.effort.as_deref().and_then(Effort::parse),
         };
-        let client = Client::new();
-        let mut judge = Judge::resolve(model, &registry, &client, parameters, &environment)
-            .map_err(Failure::input)?;
-        if let (Judge::Model(model), Some(usd)) = (&mut judge, arguments.budget.or(config.budget)) {
-            model.endpoint.budget = Some(Budget::new(usd));
-        }
+        let models = Models::new(
+            Registry::lenient(&providers, &folders.config_file()),
+            Environment::with_files(&[Path::new("."), &folders.config]),
+            parameters,
+            arguments.budget.or(config.budget),
+        );
+        let judge = models.judge(model).map_err(Failure::input)?;
         let library = validate(Library::load(Some(&folders.prompts())));
         for problem in &library.problems {
             output::say(&format!("nearmiss: {problem}"));

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use super::Made;
 use crate::cli::{Failure, open, output};
-use crate::evaluation::batch::{self, Answers, Described, Desk, Spec, Unjudged, beside_the_judge};
+use crate::evaluation::batch::{
+    self, Answers, Described, QuestionBuilder, Spec, SpecError, Unjudged, beside_the_judge,
+};
 use crate::evaluation::report::{About, Report, Varied};
-use crate::evaluation::{Said, validate};
+use crate::evaluation::{AnswerStatus, validate};
 use crate::prompts::Library;
 use crate::store::{BatchId, Item, Store};
 
@@ -38,7 +40,7 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
     }
     let unasked = scored
         .iter()
-        .filter(|one| matches!(one.said, Said::Unasked(_)))
+        .filter(|one| matches!(one.status, AnswerStatus::Unasked(_)))
         .count();
     if unasked > 0 {
         let unfinished = format!(
@@ -77,12 +79,12 @@ fn judged(answers: &mut Answers, items: &[Item], spec: &Spec) -> Option<String> 
             "Not every answer is beside a verdict of the built-in judge (κ), who could not be asked: {why}."
         ))
     };
-    let desk = match desk(spec) {
-        Ok(desk) => desk,
+    let builder = match builder(spec) {
+        Ok(builder) => builder,
         Err(why) => return none(why),
     };
     let before = without(answers);
-    let unjudged = beside_the_judge(answers, items, &desk);
+    let unjudged = beside_the_judge(answers, items, &builder);
     let after = without(answers);
     let asked = format!(
         "For κ the built-in judge was asked now about the {} questions that the batch has no verdict of it on.",
@@ -120,12 +122,12 @@ fn words(unjudged: &[Unjudged]) -> Option<String> {
 }
 
 /// What makes the batch's windows again; nothing where they would be others now.
-fn desk(spec: &Spec) -> Result<Desk, String> {
+fn builder(spec: &Spec) -> Result<QuestionBuilder, String> {
     let words = |failure: Failure| failure.message;
     let (folders, _) = open::configuration().map_err(words)?;
     let library = validate(Library::load(Some(&folders.prompts())));
     let thresholds = open::user_thresholds(&folders).map_err(words)?;
-    spec.still(&library, &thresholds)
-        .map_err(|e| e.to_string())?;
-    Ok(Desk::new(library, Arc::new(thresholds), spec.matrix.manner))
+    let words = |error: SpecError| error.to_string();
+    spec.still(&library, &thresholds).map_err(words)?;
+    spec.builder(&library, Arc::new(thresholds)).map_err(words)
 }

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::question_builder::Desk;
+use super::question_builder::QuestionBuilder;
 use super::scored::{Answers, label_of, way_of};
 use super::variant::Variant;
-use crate::evaluation::Way;
+use crate::evaluation::PromptConfig;
 use crate::scenario::Entry;
 use crate::store::{Item, NewItem};
 use crate::verdict::{Task, Verdict};
@@ -28,7 +28,11 @@ type About<'a> = (Task, Option<&'a str>, Option<&'a str>, Option<&'a str>);
 /// Sets the built-in judge's verdict beside those plain answers of a batch that have none, as the batch asks: each
 /// scenario is opened once, those of several at once. Says which could not be judged.
 #[must_use]
-pub fn beside_the_judge(answers: &mut Answers, items: &[Item], desk: &Desk) -> Vec<Unjudged> {
+pub fn beside_the_judge(
+    answers: &mut Answers,
+    items: &[Item],
+    builder: &QuestionBuilder,
+) -> Vec<Unjudged> {
     let by_place: HashMap<u64, &Item> = items.iter().map(|item| (item.place, item)).collect();
     let mut missing: BTreeMap<&str, Vec<(usize, &NewItem)>> = BTreeMap::new();
     for (at, (one, place)) in answers.plain.iter().zip(&answers.places).enumerate() {
@@ -39,7 +43,7 @@ pub fn beside_the_judge(answers: &mut Answers, items: &[Item], desk: &Desk) -> V
     }
     let judged: Vec<_> = missing
         .par_iter()
-        .map(|(path, asked)| of_scenario(path, asked, desk))
+        .map(|(path, asked)| of_scenario(path, asked, builder))
         .collect();
     let mut unjudged = Vec::new();
     for found in judged {
@@ -58,10 +62,10 @@ struct OfScenario {
     unjudged: Option<Unjudged>,
 }
 
-fn of_scenario(path: &str, asked: &[(usize, &NewItem)], desk: &Desk) -> OfScenario {
+fn of_scenario(path: &str, asked: &[(usize, &NewItem)], builder: &QuestionBuilder) -> OfScenario {
     let mut found = OfScenario::default();
     let entry = Entry::of_argument(Path::new(path));
-    let scene = desk.open(&entry).map(|reading| reading.scene);
+    let scene = builder.open(&entry).map(|reading| reading.scene);
     // Many questions are about the same file.
     let hash = scene.as_ref().ok();
     let hash = hash.map(|scene| scene.scenario.hash.to_string());
@@ -75,12 +79,12 @@ fn of_scenario(path: &str, asked: &[(usize, &NewItem)], desk: &Desk) -> OfScenar
             Ok(scene) => known
                 .entry(about(asked))
                 .or_insert_with(|| {
-                    let way = Way {
+                    let way = PromptConfig {
                         model: String::new(),
                         ..way_of(asked)?
                     };
                     let variant = Variant::of(asked)?;
-                    desk.judged(&entry, scene, &way, &variant, label_of(asked))
+                    builder.judged(&entry, scene, &way, &variant, label_of(asked))
                 })
                 .clone(),
         };

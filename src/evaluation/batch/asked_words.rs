@@ -20,6 +20,7 @@ impl Spec {
     /// What its ways describe; nothing where the library no longer has the templates that the batch was begun with.
     #[must_use]
     pub fn described(&self, library: &Library) -> Option<Described> {
+        let library = &self.library(library).ok()?;
         if Self::templates_of(&self.matrix, library) != self.templates {
             return None;
         }
@@ -30,7 +31,7 @@ impl Spec {
                 .unwrap_or_else(|| default_frame(library, way.task));
             let techniques = way.techniques.unwrap_or(Techniques::ALL);
             let (_, chosen) = template(library, way.task, frame).ok()?;
-            let settings = self.matrix.manner.settings(Some(techniques));
+            let settings = self.matrix.request.settings(Some(techniques));
             let decided = settings.with(&chosen.front.defaults);
             described.history.push(decided.history);
             described.radius.push(decided.options.radius);
@@ -54,16 +55,16 @@ impl Spec {
                 asked.shift_remove(elsewhere);
             }
             if let Some(described) = described {
-                let manner = &self.matrix.manner;
+                let request = &self.matrix.request;
                 let found = [
                     (
                         "history",
-                        manner.history.is_none(),
+                        request.history.is_none(),
                         one_or_all(&described.history),
                     ),
                     (
                         "radius",
-                        manner.radius.is_none(),
+                        request.radius.is_none(),
                         one_or_all(&described.radius),
                     ),
                 ];
@@ -83,19 +84,19 @@ impl Spec {
     /// What a reader of the table has to know to repeat it: window, sampling, templates.
     #[must_use]
     pub fn asked_words(&self, described: Option<&Described>) -> String {
-        let manner = &self.matrix.manner;
+        let request = &self.matrix.request;
         let usual = |value: Option<String>, else_: &str| value.unwrap_or_else(|| else_.into());
         let (history, radius) = match described {
             Some(described) => (
-                joined(&described.history, manner.history.is_none()),
-                joined(&described.radius, manner.radius.is_none()),
+                joined(&described.history, request.history.is_none()),
+                joined(&described.radius, request.radius.is_none()),
             ),
             None => (
-                manner.history.map(|n| n.to_string()),
-                manner.radius.map(|m| m.to_string()),
+                request.history.map(|n| n.to_string()),
+                request.radius.map(|m| m.to_string()),
             ),
         };
-        let lead = manner.lead.map(|lead| lead.to_string());
+        let lead = request.lead.map(|lead| lead.to_string());
         let parts = [
             format!(
                 "steps in a window {}",
@@ -109,21 +110,21 @@ impl Spec {
             format!(
                 "temperature {}",
                 usual(
-                    manner.temperature.map(|t| t.to_string()),
+                    request.temperature.map(|t| t.to_string()),
                     "of the templates or the server"
                 )
             ),
             format!(
                 "answers of {}",
                 usual(
-                    manner.max_tokens.map(|n| format!("at most {n} tokens")),
+                    request.max_tokens.map(|n| format!("at most {n} tokens")),
                     "as many tokens as the server allows"
                 )
             ),
             format!(
                 "reasoning {}",
                 usual(
-                    manner.effort.map(|e| e.name().to_string()),
+                    request.effort.map(|e| e.name().to_string()),
                     "as the server does it"
                 )
             ),

@@ -6,10 +6,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::scored::read;
 use super::spec::Spec;
 use super::variant::Variant;
-use crate::evaluation::{Counted, Lead, Results, Way};
+use crate::evaluation::{Counted, Lead, PromptConfig, Results};
 use crate::judge::Criterion;
 use crate::scenario::Transform;
 use crate::store::{BatchId, Progress, Store, StoreError};
+use crate::verdict::Task;
 
 /// Which answers are counted, and with that by which truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,16 +145,17 @@ pub fn counted(
     };
     let spec = Spec::from_json(&batch.spec);
     let spec = spec.map_err(|why| StoreError::Word(why.to_string()))?;
-    let first = spec.matrix.manner.lead;
-    let mut ways: BTreeMap<Way, Vec<Counted>> = BTreeMap::new();
+    let first = spec.matrix.request.lead;
+    let mut ways: BTreeMap<PromptConfig, Vec<Counted>> = BTreeMap::new();
     let (mut unasked, mut from) = (0, 0);
     loop {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        let piece = store.some_items_with_answers(id, from, Some(PIECE))?;
+        let mut piece = store.some_items_with_answers(id, from, Some(PIECE))?;
         let Some((last, _)) = piece.last() else { break };
         from = last.place + 1;
+        piece.retain(|(item, _)| Task::VERDICTS.contains(&item.asked.task));
         for (variant, scored) in read(&piece)? {
             if !part.holds(&variant, first) {
                 continue;

@@ -23,8 +23,13 @@ pub enum Price {
     Free,
     /// At most this, the answer included.
     AtMost(f64),
-    /// The question alone; nothing bounds the answer.
-    Question(f64),
+    /// The question alone, and a million tokens of the answer, which nothing bounds.
+    Question {
+        /// The question.
+        usd: f64,
+        /// A million tokens of the answer.
+        million: f64,
+    },
     /// No price is known.
     Unknown,
 }
@@ -41,8 +46,12 @@ impl Size {
                     let prices = &model.endpoint.prices;
                     let pricing = prices.of(&model.name, Zoned::now().date());
                     let tokens = u32::try_from(tokens).unwrap_or(u32::MAX);
-                    let alone = pricing.and_then(|pricing| pricing.at_most(tokens, 0));
-                    alone.map_or(Price::Unknown, Price::Question)
+                    let alone = pricing.and_then(|pricing| {
+                        let usd = pricing.at_most(tokens, 0)?;
+                        let million = pricing.at_most(tokens, 1_000_000)? - usd;
+                        Some(Price::Question { usd, million })
+                    });
+                    alone.unwrap_or(Price::Unknown)
                 },
                 Price::AtMost,
             ),
@@ -74,6 +83,8 @@ pub struct Estimate {
     pub usd: f64,
     /// Requests whose answers nothing bounds.
     pub unbounded: u64,
+    /// The most that a million tokens of these answers cost, US dollars.
+    pub million: f64,
     /// Requests without a known price.
     pub unpriced: u64,
 }
@@ -102,8 +113,9 @@ impl Estimate {
         self.tokens += size.tokens;
         match size.price {
             Price::AtMost(usd) => self.usd += usd,
-            Price::Question(usd) => {
+            Price::Question { usd, million } => {
                 self.usd += usd;
+                self.million = self.million.max(million);
                 self.unbounded += 1;
             }
             Price::Unknown => self.unpriced += 1,

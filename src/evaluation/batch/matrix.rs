@@ -1,7 +1,8 @@
 //! The matrix of a batch: every combination of task, frame, techniques, model and sample, in one fixed order.
 
+use super::question_builder::Ask;
 use super::variant::Variant;
-use crate::evaluation::{Lead, Settings, Way};
+use crate::evaluation::{Lead, PromptConfig, Settings};
 use crate::judge;
 use crate::llm::{Effort, Parameters};
 use crate::prompts::Techniques;
@@ -22,12 +23,12 @@ pub struct Matrix {
     pub models: Vec<String>,
     /// Answers to each request, at least one.
     pub samples: u32,
-    /// Leads that the safety task is asked with beside that of `manner`.
+    /// Leads that the safety task is asked with beside that of `request`.
     pub more_leads: Vec<Lead>,
     /// Changes of the scene under each of which everything is asked once more, with the first lead.
     pub transforms: Vec<Transform>,
     /// How all of them are asked.
-    pub manner: RequestSettings,
+    pub request: RequestSettings,
 }
 
 /// How every question of a batch is asked; what is not set is the template's, else the program's or the server's.
@@ -75,14 +76,14 @@ impl Matrix {
     /// Every way of asking, each once: by task, frame, techniques and model, as they were named. The built-in judge, which
     /// is not asked in words, stands once for each task.
     #[must_use]
-    pub fn ways(&self) -> Vec<Way> {
+    pub fn ways(&self) -> Vec<PromptConfig> {
         let mut ways = Vec::new();
         for &task in &self.tasks {
             for &frame in &self.frames {
                 for &techniques in &self.techniques {
                     for model in &self.models {
                         let in_words = model != judge::MODEL;
-                        let way = Way {
+                        let way = PromptConfig {
                             task,
                             frame: in_words.then_some(frame),
                             techniques: in_words.then_some(techniques),
@@ -100,7 +101,7 @@ impl Matrix {
 
     /// How many answers are wanted of a way of asking: the built-in judge always says the same.
     #[must_use]
-    pub fn samples_of(&self, way: &Way) -> u32 {
+    pub fn samples_of(&self, way: &PromptConfig) -> u32 {
         match way.model == judge::MODEL {
             true => 1,
             false => self.samples,
@@ -110,10 +111,10 @@ impl Matrix {
     /// What is asked of a scenario in one way: the scene as it is with the first lead, then with each other one, then
     /// the changed scenes. Leads are a matter of the safety task.
     #[must_use]
-    pub fn variants(&self, way: &Way) -> Vec<Variant> {
+    pub fn variants(&self, way: &PromptConfig) -> Vec<Variant> {
         let timed = way.task == Task::Safety && !self.more_leads.is_empty();
         let first = Variant {
-            lead: self.manner.lead.filter(|_| timed),
+            lead: self.request.lead.filter(|_| timed),
             transform: None,
         };
         let more = self.more_leads.iter().filter(|_| timed);
@@ -128,11 +129,26 @@ impl Matrix {
         std::iter::once(first).chain(leads).chain(changes).collect()
     }
 
+    /// Everything that is asked about one scenario.
+    #[must_use]
+    pub fn asks(&self) -> Vec<Ask> {
+        let asks = self.ways().into_iter().flat_map(|way| {
+            let samples: Vec<u32> = (0..self.samples_of(&way)).collect();
+            let variants = self.variants(&way).into_iter();
+            variants.map(move |variant| Ask {
+                samples: samples.clone(),
+                way: way.clone(),
+                variant,
+            })
+        });
+        asks.collect()
+    }
+
     /// Adds what is not there yet.
     pub fn extend(&mut self, more: &More) {
         add(&mut self.models, &more.models);
         add(&mut self.techniques, &more.techniques);
-        let first = self.manner.lead;
+        let first = self.request.lead;
         let leads = more.leads.iter().filter(|lead| Some(**lead) != first);
         add(&mut self.more_leads, leads);
         add(&mut self.transforms, &more.transforms);

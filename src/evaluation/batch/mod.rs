@@ -1,13 +1,12 @@
-//! Questions in bulk: a matrix of ways of asking over many scenarios, written into the store and gone on with at will.
+//! Questions in bulk: a matrix of ways of asking over many scenarios, and what the answers in the store come to.
+//!
+//! [`crate::workflow::batch`] asks them.
 
 mod agreement;
 mod asked_words;
-mod asking;
 mod counted;
 mod estimate;
-mod handing;
 mod matrix;
-mod paused;
 mod question_builder;
 mod recent;
 mod scored;
@@ -18,14 +17,11 @@ mod variant;
 
 pub use agreement::{Unjudged, beside_the_judge};
 pub use asked_words::Described;
-pub use asking::{Asking, Ended, Judges, Selection};
 pub use counted::{BatchResults, Counting, Offer, Part, counted, offers};
 pub use estimate::Estimate;
-pub use handing::Handed;
 pub use matrix::{Matrix, More, RequestSettings};
-pub use paused::Paused;
-pub use question_builder::{Ask, Desk, PreparedQuestions, Reading};
-pub use scored::{Answers, Relabelled, answers, retold, scored, way_of};
+pub use question_builder::{Ask, PreparedQuestions, QuestionBuilder, Reading, question_key};
+pub use scored::{Answers, Relabelled, answers, label_of, retold, scored, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};
 pub use truth::{Truth, TruthError, TruthSource};

@@ -2,17 +2,15 @@
 
 use std::sync::Arc;
 
-use super::asking::Judges;
 use super::estimate::Size;
 use super::matrix::RequestSettings;
 use super::recent::Recent;
 use super::truth::Truth;
 use super::variant::Variant;
-use crate::evaluation::plan::default_window;
 use crate::evaluation::request::record;
 use crate::evaluation::{
-    Case, Decided, Judge, Label, LabelError, Labelled, Lead, Question, Wanted, Way, default_frame,
-    prepare, template,
+    Case, Decided, Judge, Judges, Label, LabelError, Labelled, Lead, PromptConfig, Question,
+    RunOptions, default_frame, prepare, template,
 };
 use crate::judge;
 use crate::metrics::Thresholds;
@@ -22,19 +20,21 @@ use crate::store::{Key, NewItem, Store, StoreError};
 use crate::verdict::{Task, Verdict};
 
 /// What every question of a batch is made with.
-pub struct Desk {
+pub struct QuestionBuilder {
     /// The templates.
     library: Library,
     /// What risk scores are.
     thresholds: Arc<Thresholds>,
     /// How all are asked.
-    manner: RequestSettings,
+    request: RequestSettings,
+    /// Whose ego scenarios have.
+    ego: WantedEgo,
     scenes: Recent<String, Result<Reading, String>>,
     questions: Recent<Asked, Result<Arc<Question>, String>>,
 }
 
 /// What tells questions apart: the scenario, how it is asked about, the lead and the change.
-type Asked = (String, Way, (Option<String>, Option<String>));
+type Asked = (String, PromptConfig, (Option<String>, Option<String>));
 
 /// A scenario that was opened, with its recorded ego.
 #[derive(Debug, Clone)]
@@ -49,14 +49,14 @@ pub struct Reading {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ask {
     /// How it is asked.
-    pub way: Way,
+    pub way: PromptConfig,
     /// With which lead, and about which change of the scene.
     pub variant: Variant,
     /// Which of several answers.
     pub samples: Vec<u32>,
 }
 
-/// What came of looking at a scenario.
+/// The questions about a scenario.
 #[derive(Debug, Default)]
 pub struct PreparedQuestions {
     /// The questions about it, and what asking them takes; nothing for those that cannot be asked.
@@ -74,27 +74,33 @@ pub struct PreparedQuestions {
 /// Scenes that are kept in memory at once, and questions.
 const KEPT: (usize, usize) = (8, 64);
 
-impl Desk {
-    /// A desk with these templates.
+impl QuestionBuilder {
+    /// A builder with these templates.
     #[must_use]
-    pub fn new(library: Library, thresholds: Arc<Thresholds>, manner: RequestSettings) -> Self {
+    pub fn new(
+        library: Library,
+        thresholds: Arc<Thresholds>,
+        request: RequestSettings,
+        ego: WantedEgo,
+    ) -> Self {
         Self {
             library,
             thresholds,
-            manner,
+            request,
+            ego,
             scenes: Recent::new(KEPT.0),
             questions: Recent::new(KEPT.1),
         }
     }
 
-    /// The scenario of an entry with the ego beside it.
+    /// The scenario of an entry with its ego.
     ///
     /// # Errors
     /// In words: it, or its ego, cannot be read, or there is none.
     pub fn open(&self, entry: &Entry) -> Result<Reading, String> {
         self.scenes.get(&path_of(entry), || {
             let scenario = entry.read().map_err(|e| e.to_string())?;
-            let ego = WantedEgo::Beside.of(entry, &scenario);
+            let ego = self.ego.of(entry, &scenario);
             let ego = ego.map_err(|e| e.to_string())?.ok_or_else(|| {
                 format!(
                     "{}: no recorded ego; put NAME.ego_trajectory.csv beside NAME.xml",
@@ -120,12 +126,12 @@ impl Desk {
     pub fn question(
         &self,
         entry: &Entry,
-        way: &Way,
+        way: &PromptConfig,
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Arc<Question>, String> {
         // Whom it is sent to changes nothing of it.
-        let whose = Way {
+        let whose = PromptConfig {
             model: String::new(),
             ..way.clone()
         };
@@ -140,7 +146,7 @@ impl Desk {
         &self,
         entry: &Entry,
         scene: Arc<Scene>,
-        way: &Way,
+        way: &PromptConfig,
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Question, String> {
@@ -171,13 +177,13 @@ impl Desk {
     }
 
     /// How a way asks: as the batch says, else as its template does.
-    fn decided(&self, way: &Way) -> Result<Decided, String> {
+    fn decided(&self, way: &PromptConfig) -> Result<Decided, String> {
         let frame = way
             .frame
             .unwrap_or_else(|| default_frame(&self.library, way.task));
         let techniques = way.techniques.unwrap_or(Techniques::ALL);
         let (_, chosen) = template(&self.library, way.task, frame).map_err(|e| e.to_string())?;
-        let settings = self.manner.settings(Some(techniques));
+        let settings = self.request.settings(Some(techniques));
         Ok(settings.with(&chosen.front.defaults))
     }
 
@@ -186,12 +192,12 @@ impl Desk {
         &self,
         entry: &Entry,
         scene: &Scene,
-        way: &Way,
+        way: &PromptConfig,
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Window, String> {
         let history = self.decided(way)?.history;
-        match (way.task, variant.lead.or(self.manner.lead)) {
+        match (way.task, variant.lead.or(self.request.lead)) {
             (Task::Safety, Some(lead)) => Labelled::new(scene, label)
                 .window(lead, history)
                 .ok_or_else(|| too_short(entry, lead)),
@@ -207,7 +213,7 @@ impl Desk {
         &self,
         entry: &Entry,
         scene: &Scene,
-        way: &Way,
+        way: &PromptConfig,
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Verdict, String> {
@@ -215,61 +221,64 @@ impl Desk {
         Ok(judge::judge_under(scene, way.task, &window, &self.thresholds).verdict)
     }
 
-    /// Looks at a scenario: makes its questions, and sees which answers the store has.
+    /// Makes the questions about a scenario, and sees which answers the store has.
     ///
     /// # Errors
     /// The store cannot be read.
-    pub fn look(
+    pub fn prepare(
         &self,
         entry: &Entry,
         asks: &[Ask],
         truth: &Truth,
         judges: &Judges,
-        store: Option<&Store>,
+        store: &Store,
     ) -> Result<PreparedQuestions, StoreError> {
-        let mut looked = PreparedQuestions::default();
+        let mut prepared = PreparedQuestions::default();
         let opened = self.open(entry);
         let scene = opened.as_ref().ok().map(|reading| &*reading.scene);
         if let Err(wrong) = truth.fits(entry, scene) {
-            looked.wrong = Some(wrong);
-            return Ok(looked);
+            prepared.wrong = Some(wrong);
+            return Ok(prepared);
         }
         let label = truth.of(entry, scene);
         if label.is_none() && truth.leaves_out() {
-            looked.unlabelled = true;
-            return Ok(looked);
+            prepared.unlabelled = true;
+            return Ok(prepared);
         }
         if let Ok(reading) = &opened {
-            looked.doubts.clone_from(&reading.doubts);
+            prepared.doubts.clone_from(&reading.doubts);
         }
         for ask in asks {
             // Windows of safe scenarios are the same at every lead: one is enough.
             let another = ask.variant.transform.is_none()
                 && ask.variant.lead.is_some()
-                && ask.variant.lead != self.manner.lead;
+                && ask.variant.lead != self.request.lead;
             if another && label == Some(Label::Safe) {
                 continue;
             }
             let question = self.question(entry, &ask.way, &ask.variant, label);
             let judge = &judges[&ask.way.model];
             let (key, size) = match &question {
-                Ok(question) => (key(question, judge)?, Some(Size::of(question, judge))),
+                Ok(question) => (
+                    question_key(question, judge)?,
+                    Some(Size::of(question, judge)),
+                ),
                 Err(_) => (None, None),
             };
             let (lead, transform) = ask.variant.words();
             for &sample in &ask.samples {
-                let stored = match (&key, store) {
-                    (Some(key), Some(store)) => store.has_answer(key, sample)?,
-                    _ => false,
+                let stored = match &key {
+                    Some(key) => store.has_answer(key, sample)?,
+                    None => false,
                 };
                 if let (Ok(question), false) = (&question, stored)
-                    && !looked
+                    && !prepared
                         .first
                         .iter()
                         .any(|(model, _)| *model == ask.way.model)
                 {
                     let first = (ask.way.model.clone(), Arc::clone(question));
-                    looked.first.push(first);
+                    prepared.first.push(first);
                 }
                 let item = NewItem {
                     path: path_of(entry),
@@ -288,18 +297,21 @@ impl Desk {
                     obstacle: obstacle(label),
                     unaskable: question.as_ref().err().cloned(),
                 };
-                looked
+                prepared
                     .items
                     .push((item, size.map(|size| Size { stored, ..size })));
             }
         }
-        Ok(looked)
+        Ok(prepared)
     }
 }
 
-/// The key of the request; nothing where none is sent.
-pub(super) fn key(question: &Question, judge: &Judge) -> Result<Option<Key>, StoreError> {
-    Ok(record(question, judge, &Wanted::default())?.key())
+/// The key of the request that a question is to a judge; nothing where none is sent.
+///
+/// # Errors
+/// Something cannot be written as JSON.
+pub fn question_key(question: &Question, judge: &Judge) -> Result<Option<Key>, StoreError> {
+    Ok(record(question, judge, &RunOptions::default())?.key())
 }
 
 /// Who collides, where a label says so.
@@ -316,6 +328,18 @@ pub(super) fn path_of(entry: &Entry) -> String {
         Place::File(path) => path.display().to_string(),
         Place::Bundled(_) => entry.name.clone(),
     }
+}
+
+/// The window of a task by default, of so many steps: the end of the recording, for the safety task
+/// [`Window::AFTER_SAFETY`] steps before it.
+fn default_window(task: Task, scene: &Scene, history: usize) -> Window {
+    let last = match task {
+        Task::Collision => scene.last_step(),
+        Task::Safety | Task::Attacker | Task::Trajectory => {
+            scene.last_step() - Window::AFTER_SAFETY
+        }
+    };
+    Window::ending_at(scene, last, history)
 }
 
 fn too_short(entry: &Entry, lead: Lead) -> String {

@@ -5,13 +5,13 @@ use rayon::prelude::*;
 use super::question_builder::obstacle;
 use super::truth::Truth;
 use super::variant::Variant;
-use crate::evaluation::{Label, LabelError, Lead, Said, Scored, Way};
+use crate::evaluation::{AnswerStatus, Label, LabelError, Lead, PromptConfig, Scored};
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::{Entry, Transform};
 use crate::store::{BatchId, Consumed, Found, Item, ItemState, NewItem, Store, StoreError};
 use crate::text::Frame;
-use crate::verdict::{self, Verdict};
+use crate::verdict::{self, Task, Verdict};
 
 /// The answers of a batch, those about its scenes as they are and with the first lead apart from the others.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -37,21 +37,22 @@ pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> 
     Ok(answers(store, batch)?.plain)
 }
 
-/// Every question of a batch with what was said to it, in their order: the newest whole answer to the same request and
-/// sample, else why there is none.
+/// Every question of a batch that asks for yes or no, with what was said to it, in their order: the newest whole answer to
+/// the same request and sample, else why there is none.
 ///
 /// Verdicts are read from the stored texts, so that a better parser finds more in them without asking again.
 ///
 /// # Errors
 /// The store cannot be read, or holds words that this version does not know.
 pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
-    let found = store.items_with_answers(batch)?;
+    let mut found = store.items_with_answers(batch)?;
+    found.retain(|(item, _)| Task::VERDICTS.contains(&item.asked.task));
     let all = read(&found)?;
     let places = found.iter().map(|(item, _)| item.place);
     // Of every scenario the first lead stands before the others. Where leads were added to a batch without one, what it
     // was begun with comes first.
     let without = |(variant, scored): &(Variant, Scored)| {
-        scored.way.task == verdict::Task::Safety && *variant == Variant::default()
+        scored.way.task == Task::Safety && *variant == Variant::default()
     };
     let first = match all.iter().any(without) {
         true => None,
@@ -74,12 +75,14 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
     }
     sorted.others = questions - sorted.plain.len();
     let scored = &mut sorted.plain;
-    let reference: Vec<(String, verdict::Task, Verdict)> = scored
+    let reference: Vec<(String, Task, Verdict)> = scored
         .iter()
         .filter(|one| one.way.model == judge::MODEL)
-        .filter_map(|one| match &one.said {
-            Said::Verdict(verdict) => Some((one.scenario.clone(), one.way.task, verdict.clone())),
-            Said::Unparsed(_) | Said::Failed(_) | Said::Unasked(_) => None,
+        .filter_map(|one| match &one.status {
+            AnswerStatus::Verdict(verdict) => {
+                Some((one.scenario.clone(), one.way.task, verdict.clone()))
+            }
+            AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) | AnswerStatus::Unasked(_) => None,
         })
         .collect();
     let of: std::collections::HashMap<_, _> = reference
@@ -112,7 +115,9 @@ pub(super) fn read(found: &[(Item, Option<Found>)]) -> Result<Vec<(Variant, Scor
 fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scored {
     let Some(change) = change else { return scored };
     scored.scenario = change.name(&scored.scenario);
-    if !matches!(change, Transform::Renumber(_)) || !matches!(scored.said, Said::Verdict(_)) {
+    if !matches!(change, Transform::Renumber(_))
+        || !matches!(scored.status, AnswerStatus::Verdict(_))
+    {
         return scored;
     }
     let asked = &item.asked;
@@ -123,11 +128,11 @@ fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scor
         }
         Ok(_) => {
             let why = "its numbers cannot be told back: the scenario is no longer the same";
-            scored.said = Said::Failed(why.into());
+            scored.status = AnswerStatus::Failed(why.into());
             scored
         }
         Err(why) => {
-            scored.said = Said::Failed(format!("its numbers cannot be told back: {why}"));
+            scored.status = AnswerStatus::Failed(format!("its numbers cannot be told back: {why}"));
             scored
         }
     }
@@ -135,10 +140,10 @@ fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scor
 
 fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
     let asked = &item.asked;
-    let said = match found {
+    let status = match found {
         Some(found) => match verdict::parse(asked.task, &found.text) {
-            Ok(parsed) => Said::Verdict(parsed.verdict),
-            Err(why) => Said::Unparsed(why.to_string()),
+            Ok(parsed) => AnswerStatus::Verdict(parsed.verdict),
+            Err(why) => AnswerStatus::Unparsed(why.to_string()),
         },
         None => without_answer(item),
     };
@@ -147,7 +152,7 @@ fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
         way: way_of(asked).map_err(StoreError::Word)?,
         sample: asked.sample,
         truth: label_of(asked),
-        said,
+        status,
         reference: None,
         consumed: found.map_or_else(Consumed::default, |found| found.consumed),
         run: found.map(|found| found.run).or(item.run),
@@ -155,13 +160,17 @@ fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
 }
 
 /// Why a question has no whole answer: it was asked and none came, or it was not asked.
-fn without_answer(item: &Item) -> Said {
+fn without_answer(item: &Item) -> AnswerStatus {
     let why = |usual: &str| item.error.clone().unwrap_or_else(|| usual.into());
     match item.state {
-        ItemState::Answered => Said::Failed(why("the answer was deleted from the store")),
-        ItemState::Truncated | ItemState::Failed => Said::Failed(why("no whole answer came")),
-        ItemState::Waiting => Said::Unasked(why("it was not asked yet")),
-        ItemState::Unaskable => Said::Unasked(why("no question can be made of the scenario")),
+        ItemState::Answered => AnswerStatus::Failed(why("the answer was deleted from the store")),
+        ItemState::Truncated | ItemState::Failed => {
+            AnswerStatus::Failed(why("no whole answer came"))
+        }
+        ItemState::Waiting => AnswerStatus::Unasked(why("it was not asked yet")),
+        ItemState::Unaskable => {
+            AnswerStatus::Unasked(why("no question can be made of the scenario"))
+        }
     }
 }
 /// Another truth of a question: its place in the batch, whether the ego collides, and with whom.
@@ -169,23 +178,23 @@ pub type Relabelled = (u64, Option<bool>, Option<i64>);
 
 /// The same answers beside another truth: by place in the batch, whether the ego collides, and with whom.
 ///
-/// The `desk` opens scenarios where the truth needs their scene.
+/// The `builder` opens scenarios where the truth needs their scene.
 ///
 /// # Errors
 /// A label names an obstacle that its scenario does not have.
 pub fn retold(
     items: &[Item],
     truth: &Truth,
-    desk: &super::Desk,
+    builder: &super::QuestionBuilder,
 ) -> Result<Vec<Relabelled>, LabelError> {
     items
         .par_iter()
         .map(|item| {
             let entry = Entry::of_argument(std::path::Path::new(&item.asked.path));
             let scene = match truth {
-                Truth::Geometry => desk.open(&entry).ok(),
+                Truth::Geometry => builder.open(&entry).ok(),
                 Truth::Labels(labels) if labels.names_an_obstacle(&entry.name) => {
-                    desk.open(&entry).ok()
+                    builder.open(&entry).ok()
                 }
                 Truth::Layout(_) | Truth::Labels(_) | Truth::Known(_) => None,
             };
@@ -201,11 +210,11 @@ pub fn retold(
 ///
 /// # Errors
 /// A word that this version does not know.
-pub fn way_of(asked: &NewItem) -> Result<Way, String> {
+pub fn way_of(asked: &NewItem) -> Result<PromptConfig, String> {
     let frame = asked.frame.as_deref().map(|word| {
         Frame::parse(word).ok_or_else(|| format!("the frame {word} is not known to this version"))
     });
-    Ok(Way {
+    Ok(PromptConfig {
         task: asked.task,
         frame: frame.transpose()?,
         techniques: asked
@@ -218,7 +227,8 @@ pub fn way_of(asked: &NewItem) -> Result<Way, String> {
 }
 
 /// What is true, as the batch has it.
-pub(super) fn label_of(asked: &NewItem) -> Option<Label> {
+#[must_use]
+pub fn label_of(asked: &NewItem) -> Option<Label> {
     asked.collides.map(|collides| match collides {
         true => Label::Collision(asked.obstacle),
         false => Label::Safe,

@@ -2,15 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::matrix::{Matrix, RequestSettings};
+use super::question_builder::QuestionBuilder;
 use super::truth::TruthSource;
 use crate::evaluation::{Lead, default_frame, template};
 use crate::llm::Effort;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
+use crate::scenario::WantedEgo;
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -29,6 +32,10 @@ pub struct Spec {
     pub thresholds: Vec<String>,
     /// The address of the server, where it is not the provider's own.
     pub base_url: Option<String>,
+    /// Whose ego the scenarios have.
+    pub ego: WantedEgo,
+    /// Texts of templates that were not saved, by file name.
+    pub drafts: BTreeMap<String, String>,
 }
 
 /// Why a spec cannot be used.
@@ -67,13 +74,21 @@ struct Written {
     templates: BTreeMap<String, String>,
     thresholds: Vec<String>,
     base_url: Option<String>,
+    #[serde(default, skip_serializing_if = "is_default")]
+    ego: WantedEgo,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    drafts: BTreeMap<String, String>,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 impl Spec {
     /// As JSON, the same for the same spec.
     #[must_use]
     pub fn to_json(&self) -> String {
-        let (matrix, manner) = (&self.matrix, &self.matrix.manner);
+        let (matrix, request) = (&self.matrix, &self.matrix.request);
         let (truth, truth_files) = match &self.truth {
             TruthSource::Geometry => ("geometry", Vec::new()),
             TruthSource::Layout => ("layout", Vec::new()),
@@ -86,12 +101,12 @@ impl Spec {
             techniques: words(&matrix.techniques, ToString::to_string),
             models: matrix.models.clone(),
             samples: matrix.samples,
-            history: manner.history,
-            radius: manner.radius,
-            lead: manner.lead.map(Lead::stored),
-            temperature: manner.temperature,
-            max_tokens: manner.max_tokens,
-            effort: manner.effort.map(|effort| effort.name().to_string()),
+            history: request.history,
+            radius: request.radius,
+            lead: request.lead.map(Lead::stored),
+            temperature: request.temperature,
+            max_tokens: request.max_tokens,
+            effort: request.effort.map(|effort| effort.name().to_string()),
             more_leads: words(&matrix.more_leads, |lead| lead.stored()),
             transforms: words(&matrix.transforms, ToString::to_string),
             truth: truth.into(),
@@ -99,6 +114,8 @@ impl Spec {
             templates: self.templates.clone(),
             thresholds: self.thresholds.clone(),
             base_url: self.base_url.clone(),
+            ego: self.ego.clone(),
+            drafts: self.drafts.clone(),
         };
         // Strings, numbers and lists can always be written.
         serde_json::to_string(&written).unwrap_or_default()
@@ -121,7 +138,7 @@ impl Spec {
             samples: written.samples,
             more_leads: each(&written.more_leads, |w| w.parse().ok())?,
             transforms: each(&written.transforms, |w| w.parse().ok())?,
-            manner: RequestSettings {
+            request: RequestSettings {
                 history: written.history,
                 radius: written.radius,
                 lead: lead.transpose()?,
@@ -143,6 +160,8 @@ impl Spec {
             templates: written.templates,
             thresholds: written.thresholds,
             base_url: written.base_url,
+            ego: written.ego,
+            drafts: written.drafts,
         })
     }
 
@@ -172,12 +191,39 @@ impl Spec {
             .collect()
     }
 
+    /// The templates that the batch is asked with: those of the library, and its drafts in their places.
+    ///
+    /// # Errors
+    /// A draft is no template.
+    pub fn library(&self, library: &Library) -> Result<Library, SpecError> {
+        let mut library = library.clone();
+        for (file, text) in &self.drafts {
+            let used = library.use_draft(file, text);
+            used.map_err(|error| SpecError::Unreadable(error.in_file(file)))?;
+        }
+        Ok(library)
+    }
+
+    /// What makes the questions of the batch.
+    ///
+    /// # Errors
+    /// A draft is no template.
+    pub fn builder(
+        &self,
+        library: &Library,
+        thresholds: Arc<Thresholds>,
+    ) -> Result<QuestionBuilder, SpecError> {
+        let library = self.library(library)?;
+        let (request, ego) = (self.matrix.request, self.ego.clone());
+        Ok(QuestionBuilder::new(library, thresholds, request, ego))
+    }
+
     /// Whether templates and thresholds are still those of the batch.
     ///
     /// # Errors
     /// Which are not.
     pub fn still(&self, library: &Library, thresholds: &Thresholds) -> Result<(), SpecError> {
-        let now = Self::templates_of(&self.matrix, library);
+        let now = Self::templates_of(&self.matrix, &self.library(library)?);
         for (file, hash) in &self.templates {
             if now.get(file) != Some(hash) {
                 let why =

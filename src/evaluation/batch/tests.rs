@@ -3,13 +3,14 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::*;
-use crate::evaluation::{Label, Lead, Way};
+use crate::evaluation::{Label, Lead, PromptConfig};
 use crate::judge;
 use crate::llm::Effort;
 use crate::prompts::Techniques;
-use crate::scenario::{Entry, Transform};
+use crate::scenario::{Entry, Transform, WantedEgo};
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -26,11 +27,11 @@ fn matrix() -> Matrix {
         samples: 3,
         more_leads: Vec::new(),
         transforms: Vec::new(),
-        manner: RequestSettings::default(),
+        request: RequestSettings::default(),
     }
 }
 
-fn words(way: &Way) -> String {
+fn words(way: &PromptConfig) -> String {
     let frame = way.frame.map_or("-", Frame::name);
     let techniques = way.techniques.map_or("-".into(), |t| t.to_string());
     format!("{} {frame} {techniques} {}", way.task.name(), way.model)
@@ -60,7 +61,7 @@ fn ways_come_in_the_order_they_were_named_and_the_judge_once_for_each_task() {
 #[test]
 fn leads_and_changes_are_asked_beside_the_original_not_of_each_other() {
     let mut matrix = matrix();
-    matrix.manner.lead = Some(Lead::Seconds(0.5));
+    matrix.request.lead = Some(Lead::Seconds(0.5));
     matrix.more_leads = vec![Lead::Seconds(1.0)];
     matrix.transforms = vec![Transform::Mirror];
     let variants = |task| {
@@ -106,7 +107,7 @@ fn what_is_added_stands_behind_what_is_there_and_nothing_twice() {
 #[test]
 fn leads_and_changes_are_added_beside_the_first_lead() {
     let mut more = matrix();
-    more.manner.lead = Some(Lead::Seconds(0.5));
+    more.request.lead = Some(Lead::Seconds(0.5));
     let added = More {
         leads: vec![Lead::Seconds(0.5), Lead::Seconds(1.0), Lead::Seconds(1.0)],
         transforms: vec![Transform::Mirror, Transform::Mirror],
@@ -150,7 +151,7 @@ fn shards_have_every_scenario_once_whatever_the_order() {
 
 #[test]
 fn a_spec_comes_back_from_the_store_as_it_was() {
-    let manner = RequestSettings {
+    let request = RequestSettings {
         history: Some(7),
         radius: Some(25.5),
         lead: Some(Lead::Seconds(1.5)),
@@ -165,21 +166,33 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
     ] {
         let spec = Spec {
             paths: vec![PathBuf::from("/data"), PathBuf::from("ZAM_CutIn-1_1_T-1")],
-            matrix: Matrix { manner, ..matrix() },
+            matrix: Matrix {
+                request,
+                ..matrix()
+            },
             truth,
             templates: BTreeMap::from([("collision-ego.md".into(), "ab".into())]),
             thresholds: vec!["risk 1 distance = 3 m".into()],
             base_url: Some("http://127.0.0.1:1".into()),
+            ego: WantedEgo::Beside,
+            drafts: BTreeMap::new(),
         };
         let json = spec.to_json();
         assert!(
-            !json.contains("more_leads") && !json.contains("transforms"),
+            ["more_leads", "transforms", "ego\":", "drafts"]
+                .iter()
+                .all(|name| !json.contains(name)),
             "as older versions wrote it"
         );
         assert_eq!(Spec::from_json(&json), Ok(spec.clone()));
         let mut varied = spec;
         varied.matrix.more_leads = vec![Lead::Paper, Lead::Seconds(0.5)];
         varied.matrix.transforms = vec![Transform::Mirror, Transform::Move(1000.0, -500.0)];
+        varied.ego = WantedEgo::File {
+            path: "/data/ego.csv".into(),
+            planning_problem: Some(3),
+        };
+        varied.drafts = BTreeMap::from([("collision-ego.md".into(), "my text".into())]);
         assert_eq!(Spec::from_json(&varied.to_json()), Ok(varied));
     }
     let error = Spec::from_json("{}").unwrap_err().to_string();
@@ -197,6 +210,8 @@ fn a_changed_template_is_noticed() {
         templates: Spec::templates_of(&matrix(), &library),
         thresholds: Vec::new(),
         base_url: None,
+        ego: WantedEgo::Beside,
+        drafts: BTreeMap::new(),
     };
     assert_eq!(spec.templates.len(), 4, "two tasks, two frames");
     assert_eq!(spec.still(&library, thresholds), Ok(()));
@@ -204,6 +219,39 @@ fn a_changed_template_is_noticed() {
         .insert("collision-ego.md".into(), "0".repeat(64));
     let error = spec.still(&library, thresholds).unwrap_err().to_string();
     assert!(error.contains("collision-ego.md"), "{error}");
+}
+
+#[test]
+fn a_draft_is_part_of_its_batch() {
+    let library = crate::prompts::Library::load(None);
+    let file = "collision-ego.md";
+    let shipped = crate::prompts::Library::shipped(file).unwrap();
+    let drafts = BTreeMap::from([(file.to_string(), format!("{shipped}\nBe brief."))]);
+    let mut spec = Spec {
+        paths: Vec::new(),
+        matrix: matrix(),
+        truth: TruthSource::Geometry,
+        templates: BTreeMap::new(),
+        thresholds: Vec::new(),
+        base_url: None,
+        ego: WantedEgo::Beside,
+        drafts,
+    };
+    spec.templates = Spec::templates_of(&spec.matrix, &spec.library(&library).unwrap());
+    assert_ne!(spec.templates, Spec::templates_of(&spec.matrix, &library));
+    let thresholds = crate::metrics::Thresholds::shipped();
+    assert_eq!(spec.still(&library, thresholds), Ok(()));
+    let builder = spec
+        .builder(&library, Arc::new(thresholds.clone()))
+        .unwrap();
+    let (entry, way) = (&crate::scenario::bundled()[0], &spec.matrix.ways()[0]);
+    let question = builder.question(entry, way, &Variant::default(), None);
+    let question = question.unwrap();
+    assert!(question.prompt.user.ends_with("Be brief."));
+    assert_eq!(question.template_hash, spec.templates[file]);
+    spec.drafts.insert(file.into(), "no front matter".into());
+    let error = spec.still(&library, thresholds).unwrap_err().to_string();
+    assert!(error.contains(file), "{error}");
 }
 
 #[test]
@@ -216,6 +264,8 @@ fn what_templates_decide_is_told_in_numbers() {
         templates: Spec::templates_of(&matrix(), &library),
         thresholds: Vec::new(),
         base_url: None,
+        ego: WantedEgo::Beside,
+        drafts: BTreeMap::new(),
     };
     let described = spec.described(&library).unwrap();
     assert_eq!(described.history, [10], "as the paper");
@@ -236,7 +286,7 @@ fn what_templates_decide_is_told_in_numbers() {
         "{words}"
     );
     // What the batch says itself is no matter of the templates.
-    spec.matrix.manner.history = Some(5);
+    spec.matrix.request.history = Some(5);
     let described = spec.described(&library).unwrap();
     let asked = spec.asked(Some(&described));
     assert_eq!(
@@ -282,13 +332,4 @@ fn folders_say_which_half_and_annotations_whom() {
     assert_eq!(found, wanted);
     assert_eq!(doubts.len(), 1, "{doubts:?}");
     assert!(doubts[0].starts_with("C: "), "{doubts:?}");
-}
-
-#[test]
-fn what_is_asked_again_depends_on_where_it_stands() {
-    use crate::store::ItemState::{Answered, Failed, Truncated, Unaskable, Waiting};
-    let all = [Waiting, Answered, Truncated, Failed, Unaskable];
-    let of = |selection: Selection| all.map(|state| selection.has(state));
-    assert_eq!(of(Selection::Open), [true, false, false, true, true]);
-    assert_eq!(of(Selection::Failed), [false, false, true, true, true]);
 }

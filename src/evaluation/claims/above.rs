@@ -1,7 +1,7 @@
 //! What a line of a text says about those below it: whom they are about, and when.
 
+use super::mentions::{Mention, begins_with, is_label};
 use super::times::When;
-use super::whom::{Mention, begins_with, is_label};
 
 /// What a line says about those below it.
 #[derive(Default)]

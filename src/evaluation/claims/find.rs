@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use super::Claim;
 use super::above::{Above, Kind};
+use super::mentions::{begins_with, mentions};
 use super::number::{Unit, numbers};
 use super::place::has_word;
 use super::sentence::Sentence;
 use super::times::{When, heading_time, times};
-use super::whom::{begins_with, mentions};
 
 /// What can be meant.
 pub struct World<'a> {

@@ -7,11 +7,11 @@ mod above;
 mod check;
 mod excuse;
 mod find;
+mod mentions;
 mod number;
 mod place;
 mod sentence;
 mod times;
-mod whom;
 
 use std::collections::BTreeSet;
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! Texts in several styles, about a bundled scenario.
 #![allow(clippy::unwrap_used)]
 
-mod whom;
+mod mentions;
 
 use super::*;
 use crate::metrics::Encounter;

@@ -2,12 +2,12 @@
 
 use super::super::answer::{Answer, Judged};
 use super::super::defaults::default_frame;
-use super::{AuthorError, Desk, Progress, Spent};
+use super::{AuthorError, AuthorSession, Progress, Spent};
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{Capability, ChangeError, Reason, Refusal};
 use crate::scenario::{ObstacleRole, ObstacleType, Window};
 use crate::store::RunId;
-use crate::verdict::{AttackerChoice, Said, Task};
+use crate::verdict::{AttackerChoice, ParsedAnswer, Task};
 
 /// Who attacks, and who said so.
 #[derive(Debug, Clone)]
@@ -63,7 +63,7 @@ pub struct Proposal {
     pub refused: Option<Refusal>,
 }
 
-impl Desk<'_> {
+impl AuthorSession<'_> {
     /// Decides who attacks; the model is asked unless the user has named the attacker or no obstacle can attack.
     pub(super) async fn choose(&self, spent: &mut Spent) -> Result<Choice, AuthorError> {
         let mut choice = Choice {
@@ -115,7 +115,7 @@ impl Desk<'_> {
     fn read(&self, answer: &Answer, window: &Window, ranked: &[Candidate]) -> Proposal {
         let (said, refused) = match &answer.judged {
             Judged::Other(reading) => match &reading.said {
-                Said::Attacker(choice) => {
+                ParsedAnswer::Attacker(choice) => {
                     let refused = match choice.attacker {
                         Some(id) => self.can_attack(id, ranked).err(),
                         None => Some(Refusal::answer("it says that nobody can attack the ego")),

@@ -20,7 +20,7 @@ pub use outcome::{Authored, AuthoredAttack, Declined, Source};
 pub use spent::Spent;
 
 use super::answer::Answer;
-use super::case::{self, AskError, Event, Wanted};
+use super::case::{self, AskError, Event, RunOptions};
 use super::defaults::default_frame;
 use super::judges::Judge;
 use super::question::{Case, CaseError, Question, prepare, template};
@@ -158,7 +158,7 @@ pub async fn write(
     scene: &Arc<Scene>,
     listener: Listener<'_>,
 ) -> Result<Authored, AuthorError> {
-    let desk = Desk {
+    let session = AuthorSession {
         author,
         ground,
         scene,
@@ -166,23 +166,23 @@ pub async fn write(
         barred: AtomicBool::new(false),
     };
     let mut spent = Spent::default();
-    let choice = desk.choose(&mut spent).await?;
+    let choice = session.choose(&mut spent).await?;
     listener(Progress::Chosen(Box::new(choice.clone())));
     let mut authored = Authored::new(choice, spent);
-    if desk.is_barred() {
+    if session.is_barred() {
         let refused = authored.choice.proposal.as_ref();
         let why = refused.and_then(|p| p.refused.as_ref());
         authored.stopped = why.map(ToString::to_string);
         return Ok(authored);
     }
     if let Some(attacker) = authored.choice.attacker {
-        desk.write(attacker, &mut authored).await?;
+        session.write(attacker, &mut authored).await?;
     }
     Ok(authored)
 }
 
 /// One author at work on one scenario.
-struct Desk<'a> {
+struct AuthorSession<'a> {
     author: &'a Author,
     ground: &'a Ground<'a>,
     scene: &'a Arc<Scene>,
@@ -191,7 +191,7 @@ struct Desk<'a> {
     barred: AtomicBool,
 }
 
-impl Desk<'_> {
+impl AuthorSession<'_> {
     fn is_barred(&self) -> bool {
         self.barred.load(Ordering::Relaxed)
     }
@@ -231,7 +231,7 @@ impl Desk<'_> {
 
     /// Asks, as everybody asks.
     async fn ask(&self, question: &Question, sample: Option<u32>) -> Result<Answer, AskError> {
-        let wanted = Wanted {
+        let wanted = RunOptions {
             sample: sample.unwrap_or(0),
             fresh: self.author.fresh,
             batch: self.author.batch.clone(),

@@ -9,10 +9,10 @@ use super::super::defaults::default_frame;
 use super::super::question::Question;
 use super::choosing::other_task;
 use super::outcome::{Authored, AuthoredAttack, Declined, Source};
-use super::{AuthorError, Desk, Progress, Spent, words};
+use super::{AuthorError, AuthorSession, Progress, Spent, words};
 use crate::generation::{Admitted, Refusal, admit};
 use crate::scenario::{Motion, Window};
-use crate::verdict::{NewMotion, Said, Task};
+use crate::verdict::{NewMotion, ParsedAnswer, Task};
 
 /// The described steps go on for so long after the attacker could be at the ego, seconds.
 const AFTER: f64 = 2.0;
@@ -26,7 +26,7 @@ struct Conversation {
     error: Option<AskError>,
 }
 
-impl Desk<'_> {
+impl AuthorSession<'_> {
     /// Lets motions be written for the attacker.
     pub(super) async fn write(
         &self,
@@ -172,7 +172,7 @@ impl Desk<'_> {
 fn motion_of(answer: &Answer) -> Result<NewMotion, Refusal> {
     match &answer.judged {
         Judged::Other(reading) => match &reading.said {
-            Said::Trajectory(motion) => Ok(motion.clone()),
+            ParsedAnswer::Trajectory(motion) => Ok(motion.clone()),
             other => Err(other_task(other.task())),
         },
         Judged::Verdict(parsed) => Err(other_task(parsed.verdict.task)),

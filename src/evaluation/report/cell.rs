@@ -7,7 +7,7 @@ use super::super::recorded::names;
 use super::super::statistics::{
     Calibration, Interval, Kappa, Spread, f1_interval, majority, wilson,
 };
-use super::super::{Confusion, Label, Said, Scored, Way};
+use super::super::{AnswerStatus, Confusion, Label, PromptConfig, Scored};
 use super::consumption::{Consumption, count};
 use crate::judge;
 use crate::store::Consumed;
@@ -67,7 +67,7 @@ pub struct Named {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     /// The way.
-    pub way: Way,
+    pub way: PromptConfig,
     /// Which answers are counted.
     pub half: Half,
     /// Scenarios asked about.
@@ -116,10 +116,10 @@ struct Votes {
 /// What a question took; nothing where it was not asked. The built-in judge, and what was not sent, cost nothing, which
 /// is known.
 fn taken(one: &Scored) -> Option<Consumed> {
-    let free = match &one.said {
-        Said::Unasked(_) => return None,
-        Said::Failed(why) => why.starts_with(NOT_SENT),
-        Said::Verdict(_) | Said::Unparsed(_) => false,
+    let free = match &one.status {
+        AnswerStatus::Unasked(_) => return None,
+        AnswerStatus::Failed(why) => why.starts_with(NOT_SENT),
+        AnswerStatus::Verdict(_) | AnswerStatus::Unparsed(_) => false,
     };
     let free = free || one.way.model == judge::MODEL;
     let cost_usd = one.consumed.cost_usd.or(free.then_some(0.0));
@@ -131,7 +131,7 @@ fn taken(one: &Scored) -> Option<Consumed> {
 
 impl Cell {
     /// Counts the answers of one way.
-    pub(super) fn of(way: &Way, half: Half, scored: &[&Scored]) -> Self {
+    pub(super) fn of(way: &PromptConfig, half: Half, scored: &[&Scored]) -> Self {
         let taken: Vec<Consumed> = scored.iter().copied().filter_map(taken).collect();
         let mut cell = Self {
             way: way.clone(),
@@ -179,11 +179,11 @@ impl Cell {
     }
 
     fn take(&mut self, one: &Scored, votes: &mut Votes, both: &mut [u32; 4]) {
-        let verdict = match &one.said {
-            Said::Verdict(verdict) => verdict,
-            Said::Unparsed(_) => return self.unparsed += 1,
-            Said::Failed(_) => return self.failed += 1,
-            Said::Unasked(_) => return self.unasked += 1,
+        let verdict = match &one.status {
+            AnswerStatus::Verdict(verdict) => verdict,
+            AnswerStatus::Unparsed(_) => return self.unparsed += 1,
+            AnswerStatus::Failed(_) => return self.failed += 1,
+            AnswerStatus::Unasked(_) => return self.unasked += 1,
         };
         let said = one.positive().unwrap_or(verdict.dangerous);
         match said {

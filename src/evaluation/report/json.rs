@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::super::statistics::{Interval, RESAMPLES, SEED};
-use super::super::{Confusion, Way};
+use super::super::{Confusion, PromptConfig};
 use super::names::technique;
 use super::{Cell, Pair, Report};
 
@@ -33,7 +33,7 @@ impl Report {
 }
 
 /// The parts of a way.
-pub(super) fn way(way: &Way) -> Map<String, Value> {
+pub(super) fn way(way: &PromptConfig) -> Map<String, Value> {
     let fields = [
         ("task", json!(way.task.name())),
         ("frame", json!(way.frame.map(|f| f.name()))),

@@ -35,7 +35,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Scored, Way};
+use super::{PromptConfig, Scored};
 
 /// What answers add up to.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,11 +54,11 @@ impl Report {
     /// Counts answers. The order of the answers does not matter.
     #[must_use]
     pub fn of(scored: &[Scored]) -> Self {
-        let mut ways: BTreeMap<&Way, Vec<&Scored>> = BTreeMap::new();
+        let mut ways: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
         for one in scored {
             ways.entry(&one.way).or_default().push(one);
         }
-        let ways: Vec<(&Way, Vec<&Scored>)> = ways.into_iter().collect();
+        let ways: Vec<(&PromptConfig, Vec<&Scored>)> = ways.into_iter().collect();
         let cells = ways.par_iter().map(|(way, of_way)| {
             let half = |half: Half| {
                 let part: Vec<&Scored> = of_way

@@ -1,6 +1,6 @@
 //! The words of reports for ways of asking.
 
-use super::super::Way;
+use super::super::PromptConfig;
 use crate::prompts::Techniques;
 
 /// Techniques as reports name them: `base`, `cp`, `cp+cot`, `all`.
@@ -14,17 +14,17 @@ pub fn technique(techniques: Techniques) -> String {
 }
 
 /// The frame of a way, or a dash.
-pub(super) fn frame(way: &Way) -> String {
+pub(super) fn frame(way: &PromptConfig) -> String {
     way.frame.map_or_else(|| NONE.into(), |f| f.name().into())
 }
 
 /// The techniques of a way, or a dash.
-pub(super) fn techniques(way: &Way) -> String {
+pub(super) fn techniques(way: &PromptConfig) -> String {
     way.techniques.map_or_else(|| NONE.into(), technique)
 }
 
 /// A way in short: `ego · cp+cot · lab/model`.
-pub(super) fn way(way: &Way) -> String {
+pub(super) fn way(way: &PromptConfig) -> String {
     let frame = way.frame.map(|f| f.name().to_string());
     let parts = [
         frame,

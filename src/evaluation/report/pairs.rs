@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 
 use super::super::statistics::{McNemar, holm, majority};
-use super::super::{Scored, Way};
+use super::super::{PromptConfig, Scored};
 use super::consumption::count;
 
 /// Two ways that differ in one thing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
     /// One way.
-    pub first: Way,
+    pub first: PromptConfig,
     /// The other one.
-    pub second: Way,
+    pub second: PromptConfig,
     /// In what they differ: `frame`, `techniques` or `model`.
     pub differs: &'static str,
     /// Scenarios with a truth and a verdict of both; of several samples what most of them say.
@@ -29,7 +29,7 @@ pub struct Pair {
 type Right<'a> = BTreeMap<&'a str, Option<bool>>;
 
 /// Every pair, in the order of the ways.
-pub(super) fn of(ways: &[(&Way, Vec<&Scored>)]) -> Vec<Pair> {
+pub(super) fn of(ways: &[(&PromptConfig, Vec<&Scored>)]) -> Vec<Pair> {
     let right: Vec<Right<'_>> = ways.iter().map(|(_, scored)| right(scored)).collect();
     let mut pairs = Vec::new();
     for (i, (first, _)) in ways.iter().enumerate() {
@@ -71,7 +71,7 @@ fn right<'a>(scored: &[&'a Scored]) -> Right<'a> {
 }
 
 /// The one thing in which two ways differ.
-fn difference(a: &Way, b: &Way) -> Option<&'static str> {
+fn difference(a: &PromptConfig, b: &PromptConfig) -> Option<&'static str> {
     // What is asked without words differs from the others in frame and techniques at once.
     if a.task != b.task || a.frame.is_some() != b.frame.is_some() {
         return None;
@@ -87,8 +87,8 @@ fn difference(a: &Way, b: &Way) -> Option<&'static str> {
 }
 
 fn pair(
-    first: &Way,
-    second: &Way,
+    first: &PromptConfig,
+    second: &PromptConfig,
     differs: &'static str,
     a: &Right<'_>,
     b: &Right<'_>,

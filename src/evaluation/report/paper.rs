@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::super::statistics::{Interval, part_of, wilson};
-use super::super::{Confusion, Scored, Way};
+use super::super::{Confusion, PromptConfig, Scored};
 use super::{About, Cell, Report};
 use crate::judge;
 use crate::prompts::Techniques;
@@ -16,7 +16,7 @@ pub struct Published {
     /// `I` to `IV`.
     pub table: String,
     /// The way of asking, with the model as recorded answers name it.
-    pub way: Way,
+    pub way: PromptConfig,
     /// The paper's word for the techniques.
     pub method: String,
     /// The paper's word for the model.
@@ -116,7 +116,7 @@ pub fn published() -> Result<Vec<Published>, String> {
     let row = |row: Row| {
         let word = |what: &str| format!("{what} of a row of table {}", row.table);
         Ok(Published {
-            way: Way {
+            way: PromptConfig {
                 task: Task::parse(&row.task).ok_or_else(|| word("the task"))?,
                 frame: Some(Frame::parse(&row.frame).ok_or_else(|| word("the frame"))?),
                 techniques: Some(Techniques::parse(&row.techniques)?),
@@ -165,10 +165,12 @@ impl Paper {
     /// As [`published`].
     pub fn of(scored: &[Scored]) -> Result<Self, String> {
         let report = Report::of(scored);
-        let find = |wanted: &dyn Fn(&Way) -> bool| report.whole().find(|c| wanted(&c.way)).cloned();
+        let find = |wanted: &dyn Fn(&PromptConfig) -> bool| {
+            report.whole().find(|c| wanted(&c.way)).cloned()
+        };
         let compare = |row: Published| {
             let recorded = find(&|way| *way == row.way);
-            let judge = |way: &Way| way.task == row.way.task && way.model == judge::MODEL;
+            let judge = |way: &PromptConfig| way.task == row.way.task && way.model == judge::MODEL;
             let counts = recorded.as_ref().map(|cell| cell.confusion);
             Comparison {
                 parts: [true, false].map(|half| Part::of(half, &row.counts, counts.as_ref())),

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::super::published::{HISTORY, chosen, scenarios};
 use super::super::recorded::{Loss, Problem, Recorded, find, truth};
-use super::super::{Label, Labelled, Labels, Lead, Said, Scored, Way};
+use super::super::{AnswerStatus, Label, Labelled, Labels, Lead, PromptConfig, Scored};
 use crate::judge;
 use crate::scenario::{Entry, Scene, Window};
 use crate::store::Consumed;
@@ -52,7 +52,7 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
     }
     let one = |answer: &Recorded| Scored {
         scenario: answer.scenario.clone(),
-        way: Way {
+        way: PromptConfig {
             task: answer.task,
             frame: Frame::parse(answer.frame),
             techniques: Some(answer.techniques),
@@ -60,7 +60,7 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
         },
         sample: 0,
         truth: label(&labels, &answer.scenario, answer.collision),
-        said: said(answer),
+        status: said(answer),
         reference: references
             .get(&key(answer))
             .and_then(|r| r.of(answer.task).cloned()),
@@ -95,12 +95,12 @@ fn half(collision: bool) -> Label {
     }
 }
 
-fn said(answer: &Recorded) -> Said {
+fn said(answer: &Recorded) -> AnswerStatus {
     match answer.read() {
-        Err(why) => Said::Unparsed(why.to_string()),
+        Err(why) => AnswerStatus::Unparsed(why.to_string()),
         Ok(reading) => match reading.said.verdict() {
-            Some(verdict) => Said::Verdict(verdict.clone()),
-            None => Said::Unparsed("it answers another task".into()),
+            Some(verdict) => AnswerStatus::Verdict(verdict.clone()),
+            None => AnswerStatus::Unparsed("it answers another task".into()),
         },
     }
 }
@@ -108,7 +108,7 @@ fn said(answer: &Recorded) -> Said {
 fn of_judge(name: &str, truth: Option<Label>, verdict: &Verdict) -> Scored {
     Scored {
         scenario: name.into(),
-        way: Way {
+        way: PromptConfig {
             task: verdict.task,
             frame: None,
             techniques: None,
@@ -116,7 +116,7 @@ fn of_judge(name: &str, truth: Option<Label>, verdict: &Verdict) -> Scored {
         },
         sample: 0,
         truth,
-        said: Said::Verdict(verdict.clone()),
+        status: AnswerStatus::Verdict(verdict.clone()),
         reference: Some(verdict.clone()),
         consumed: Consumed::default(),
         run: None,

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
-use super::super::{Label, Labels, Said, Scored, Way};
+use super::super::{AnswerStatus, Label, Labels, PromptConfig, Scored};
 use super::consumption::count;
 use crate::judge;
 use crate::prompts::Techniques;
@@ -69,7 +69,7 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
             .iter()
             .map(|one| original.get(&one.run).unwrap_or(one))
     };
-    let mut counted: Vec<(&Outcome, Way)> = Vec::with_capacity(outcomes().len());
+    let mut counted: Vec<(&Outcome, PromptConfig)> = Vec::with_capacity(outcomes().len());
     let mut stored = Stored::default();
     let mut places: HashMap<Identity<'_>, usize> = HashMap::with_capacity(outcomes().len());
     for outcome in outcomes() {
@@ -100,14 +100,14 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
         }
     }
     stored.several_windows = several_windows(&counted);
-    let said: Vec<Said> = counted
+    let statuses: Vec<AnswerStatus> = counted
         .par_iter()
-        .map(|(outcome, _)| said(outcome))
+        .map(|(outcome, _)| status(outcome))
         .collect();
     let mut references: HashMap<Question<'_>, &Verdict> = HashMap::new();
     let mut judged: HashMap<&str, Label> = HashMap::new();
-    for ((outcome, way), said) in counted.iter().zip(&said) {
-        let Said::Verdict(verdict) = said else {
+    for ((outcome, way), status) in counted.iter().zip(&statuses) {
+        let AnswerStatus::Verdict(verdict) = status else {
             continue;
         };
         if way.model != judge::MODEL {
@@ -150,14 +150,18 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
     unlabelled.sort_unstable();
     unlabelled.dedup();
     stored.unlabelled = unlabelled;
-    let parts = counted.into_iter().zip(said).zip(references).zip(truths);
+    let parts = counted
+        .into_iter()
+        .zip(statuses)
+        .zip(references)
+        .zip(truths);
     stored.scored = parts
-        .map(|((((outcome, way), said), reference), truth)| Scored {
+        .map(|((((outcome, way), status), reference), truth)| Scored {
             scenario: outcome.scenario.clone(),
             way,
             sample: outcome.sample,
             truth,
-            said,
+            status,
             reference,
             consumed: outcome.consumed,
             run: Some(outcome.run),
@@ -192,8 +196,8 @@ fn is_changed(outcome: &Outcome, asides: &SecondaryRuns) -> bool {
 
 /// Of how many scenarios one way of asking has answers to the safety task about several windows: each is a question of
 /// its own, and all are counted.
-fn several_windows(counted: &[(&Outcome, Way)]) -> u32 {
-    let mut windows: BTreeMap<(&Way, &str), BTreeSet<(i64, i64)>> = BTreeMap::new();
+fn several_windows(counted: &[(&Outcome, PromptConfig)]) -> u32 {
+    let mut windows: BTreeMap<(&PromptConfig, &str), BTreeSet<(i64, i64)>> = BTreeMap::new();
     let safety = counted.iter().filter(|(_, way)| way.task == Task::Safety);
     for (outcome, way) in safety {
         let of_scenario = windows.entry((way, &outcome.scenario)).or_default();
@@ -241,7 +245,7 @@ fn question(outcome: &Outcome) -> Question<'_> {
 }
 
 /// How a run was asked; nothing where its words are not known.
-fn way(outcome: &Outcome) -> Option<Way> {
+fn way(outcome: &Outcome) -> Option<PromptConfig> {
     let is_judge = outcome.model == judge::MODEL;
     let (frame, techniques) = match is_judge {
         true => (None, None),
@@ -250,7 +254,7 @@ fn way(outcome: &Outcome) -> Option<Way> {
             Some(Techniques::parse(&outcome.techniques).ok()?),
         ),
     };
-    Some(Way {
+    Some(PromptConfig {
         task: outcome.task,
         frame,
         techniques,
@@ -258,16 +262,16 @@ fn way(outcome: &Outcome) -> Option<Way> {
     })
 }
 
-fn said(outcome: &Outcome) -> Said {
+fn status(outcome: &Outcome) -> AnswerStatus {
     let verdict = outcome.verdict.as_deref();
     // A verdict that could be read counts, however the answer ended.
     if let Some(verdict) = verdict.and_then(|json| serde_json::from_str::<Verdict>(json).ok()) {
-        return Said::Verdict(verdict);
+        return AnswerStatus::Verdict(verdict);
     }
     let why = |text: &Option<String>| text.clone().unwrap_or_default();
     match outcome.state {
-        RunState::Answered | RunState::Truncated => Said::Unparsed(why(&outcome.reading)),
-        _ => Said::Failed(why(&outcome.error)),
+        RunState::Answered | RunState::Truncated => AnswerStatus::Unparsed(why(&outcome.reading)),
+        _ => AnswerStatus::Failed(why(&outcome.error)),
     }
 }
 

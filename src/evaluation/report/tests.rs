@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::evaluation::{Label, Said};
+use crate::evaluation::{AnswerStatus, Label};
 use crate::prompts::Techniques;
 use crate::store::Consumed;
 use crate::text::Frame;
@@ -22,8 +22,8 @@ fn verdict(task: Task, dangerous: bool, obstacles: &[(i64, u8)]) -> Verdict {
     }
 }
 
-fn way(task: Task, techniques: &str, model: &str) -> Way {
-    Way {
+fn way(task: Task, techniques: &str, model: &str) -> PromptConfig {
+    PromptConfig {
         task,
         frame: Some(Frame::Ego),
         techniques: Some(Techniques::parse(techniques).unwrap()),
@@ -31,26 +31,26 @@ fn way(task: Task, techniques: &str, model: &str) -> Way {
     }
 }
 
-fn one(scenario: &str, way: &Way, truth: Option<Label>, said: Said) -> Scored {
+fn one(scenario: &str, way: &PromptConfig, truth: Option<Label>, status: AnswerStatus) -> Scored {
     Scored {
         scenario: scenario.into(),
         way: way.clone(),
         sample: 0,
         truth,
-        said,
+        status,
         reference: None,
         consumed: Consumed::default(),
         run: None,
     }
 }
 
-fn says(dangerous: bool, obstacles: &[(i64, u8)]) -> Said {
-    Said::Verdict(verdict(Task::Safety, dangerous, obstacles))
+fn says(dangerous: bool, obstacles: &[(i64, u8)]) -> AnswerStatus {
+    AnswerStatus::Verdict(verdict(Task::Safety, dangerous, obstacles))
 }
 
 /// Two collisions with obstacle 7, one found by name and one with another name, a false alarm, a right no, an answer
 /// without a verdict, a failure, a scenario without a truth, and a question that was not asked.
-fn answers(way: &Way) -> Vec<Scored> {
+fn answers(way: &PromptConfig) -> Vec<Scored> {
     let hit = Some(Label::Collision(Some(7)));
     let safe = Some(Label::Safe);
     vec![
@@ -58,10 +58,10 @@ fn answers(way: &Way) -> Vec<Scored> {
         one("b", way, hit, says(true, &[(8, 1), (7, 2)])),
         one("c", way, safe, says(true, &[(9, 2)])),
         one("d", way, safe, says(false, &[(9, 5)])),
-        one("e", way, hit, Said::Unparsed("prose".into())),
-        one("f", way, safe, Said::Failed("429".into())),
+        one("e", way, hit, AnswerStatus::Unparsed("prose".into())),
+        one("f", way, safe, AnswerStatus::Failed("429".into())),
         one("g", way, None, says(true, &[])),
-        one("h", way, safe, Said::Unasked("not yet".into())),
+        one("h", way, safe, AnswerStatus::Unasked("not yet".into())),
     ]
 }
 
@@ -135,7 +135,7 @@ fn samples_are_summed_up_by_scenario() {
     }
     let mut tie = one("c", &way, Some(Label::Safe), says(true, &[]));
     scored.push(tie.clone());
-    tie.said = says(false, &[]);
+    tie.status = says(false, &[]);
     scored.push(tie);
     let all = Report::of(&scored).whole().next().unwrap().json();
     assert_eq!(
@@ -168,7 +168,7 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
         .iter()
         .position(|s| s.way == cp && s.scenario == "c")
         .unwrap();
-    scored[at].said = says(false, &[]);
+    scored[at].status = says(false, &[]);
     let report = Report::of(&scored);
     let pairs: Vec<_> = report
         .pairs
@@ -253,7 +253,7 @@ fn nothing_from_outside_is_obeyed() {
 #[test]
 fn a_row_that_stands_in_two_tables_is_counted_once() {
     // An answer that no published count of its row can hold: nothing was taken for a collision there.
-    let way = Way {
+    let way = PromptConfig {
         frame: Some(Frame::Cartesian),
         techniques: Some(Techniques::ALL),
         ..way(Task::Collision, "all", "recorded/gemini-1.5-pro")
@@ -336,7 +336,7 @@ fn ends_of_intervals_have_columns_of_their_own() {
 #[test]
 fn what_is_known_to_cost_nothing_is_no_unknown_cost() {
     let models = way(Task::Safety, "cp", "lab/x");
-    let judges = Way {
+    let judges = PromptConfig {
         frame: None,
         techniques: None,
         ..way(Task::Safety, "cp", crate::judge::MODEL)
@@ -345,13 +345,13 @@ fn what_is_known_to_cost_nothing_is_no_unknown_cost() {
     let unsent = "nothing was sent: it may cost $0.10, and of the budget there is $0.01 left";
     let scored = [
         one("a", &models, safe, says(true, &[])),
-        one("b", &models, safe, Said::Failed(unsent.into())),
-        one("c", &models, safe, Said::Unasked("no ego".into())),
-        one("d", &models, safe, Said::Failed("cut".into())),
+        one("b", &models, safe, AnswerStatus::Failed(unsent.into())),
+        one("c", &models, safe, AnswerStatus::Unasked("no ego".into())),
+        one("d", &models, safe, AnswerStatus::Failed("cut".into())),
         one("a", &judges, safe, says(true, &[])),
     ];
     let report = Report::of(&scored);
-    let of = |way: &Way| report.whole().find(|c| c.way == *way).unwrap().json();
+    let of = |way: &PromptConfig| report.whole().find(|c| c.way == *way).unwrap().json();
     let (model, judge) = (of(&models), of(&judges));
     assert_eq!(model["cost_unknown"], 2, "an answer and one that was cut");
     assert_eq!(

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::super::batch::Answers;
 use super::super::statistics::Interval;
 use super::super::{
-    Invariance, Lead, LeadPoint, Share, Timed, Way, invariance, lead_curves, pairs,
+    Invariance, Lead, LeadPoint, PromptConfig, Share, Timed, invariance, lead_curves, pairs,
 };
 use super::contents::with_interval;
 use super::document::{Block, Table};
@@ -17,7 +17,7 @@ pub struct Varied {
     /// By way and change.
     pub invariance: Vec<Invariance>,
     /// By way, in the order of the leads.
-    pub leads: Vec<(Lead, Way, LeadPoint)>,
+    pub leads: Vec<(Lead, PromptConfig, LeadPoint)>,
 }
 
 /// What `same words` means in tables of changed scenes.
@@ -185,7 +185,7 @@ impl Varied {
     }
 }
 
-fn way(way: &Way) -> Vec<String> {
+fn way(way: &PromptConfig) -> Vec<String> {
     vec![
         way.task.name().into(),
         names::frame(way),
@@ -226,7 +226,7 @@ fn invariance_row(row: &Invariance) -> Value {
     })
 }
 
-fn lead_row((lead, way, point): &(Lead, Way, LeadPoint)) -> Value {
+fn lead_row((lead, way, point): &(Lead, PromptConfig, LeadPoint)) -> Value {
     json!({
         "task": way.task.name(),
         "frame": way.frame.map(|frame| frame.name()),

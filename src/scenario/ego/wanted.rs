@@ -7,7 +7,8 @@ use super::{EgoError, read_ego_file};
 use crate::scenario::{Ego, Entry, Scenario, Scene};
 
 /// Who shall be the ego of a scenario.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum WantedEgo {
     /// The one whose file lies with the scenario; see [`super::find_recording`].
     #[default]

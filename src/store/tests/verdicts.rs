@@ -27,7 +27,7 @@ fn verdicts_are_the_newest_of_each_model_and_way_of_asking() {
     };
     let again = granted(&store, &question(), true);
     let ending = Ending {
-        verdict: Some(Said::Verdict(safe)),
+        verdict: Some(ParsedAnswer::Verdict(safe)),
         ..Ending::bare(RunState::Answered)
     };
     store.finish(again, &ending).unwrap();

@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::evaluation::batch::{Counting, Offer};
-use crate::evaluation::{Answer, Plan, Results};
+use crate::evaluation::batch::{Counting, Estimate, Offer, RequestSettings};
+use crate::evaluation::{Answer, Results};
+use crate::metrics::Thresholds;
+use crate::prompts::{Library, Techniques};
 use crate::scenario::Entry;
 use crate::store::{Edge, Filter, Page, Run, RunId};
+use crate::text::Frame;
 use crate::verdict::Task;
 
 /// Numbers the lists of runs that are asked for; what an old one gives is dropped.
@@ -98,8 +101,22 @@ pub struct BatchId(pub u64);
 /// One question to one model about many scenarios.
 #[derive(Debug)]
 pub struct Batch {
-    /// How all of them are asked.
-    pub plan: Plan,
+    /// What is asked.
+    pub task: Task,
+    /// From where scenes are described.
+    pub frame: Frame,
+    /// How it is asked.
+    pub techniques: Techniques,
+    /// What the user says beside that.
+    pub request: RequestSettings,
+    /// Steps in a window.
+    pub history: usize,
+    /// The templates.
+    pub library: Library,
+    /// The text of the template where it is not saved: its file and the text.
+    pub draft: Option<(String, String)>,
+    /// What risk scores are.
+    pub thresholds: Arc<Thresholds>,
     /// Who is asked.
     pub model: String,
     /// About which scenarios.
@@ -124,50 +141,37 @@ pub enum BatchAsk {
 pub struct Counts {
     /// Scenarios that were looked at.
     pub looked: usize,
-    /// Those that cannot be asked about.
-    pub unaskable: usize,
-    /// Why, of the first of them.
-    pub why: Option<String>,
-    /// Those whose answer the store has: they cost nothing.
-    pub stored: usize,
-    /// Questions that would be asked.
-    pub asks: usize,
-    /// Their tokens, estimated.
-    pub tokens: u64,
-    /// What they would cost.
-    pub price: Priced,
+    /// Those of them whose truth is unknown: they are left out.
+    pub unlabelled: usize,
+    /// What the questions take.
+    pub estimate: Estimate,
     /// Why nothing would be sent, as things stand.
     pub refused: Option<String>,
     /// Requests at once.
-    pub at_once: u32,
+    pub at_once: usize,
     /// US dollars left of the session's budget, if there is one.
     pub budget: Option<f64>,
 }
 
-/// What questions cost, US dollars.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Priced {
-    /// Nobody states a price.
-    #[default]
-    Unknown,
-    /// Nothing is sent.
-    Free,
-    /// No more than this, answers included.
-    AtMost(f64),
-    /// The questions this; a million tokens of the answers, whose length nobody bounds, that.
-    Questions(f64, f64),
-}
-
-impl std::fmt::Display for Priced {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Unknown => f.write_str("unknown; config.toml can state it"),
-            Self::Free => f.write_str("nothing"),
-            Self::AtMost(usd) => write!(f, "at most ${usd:.4}"),
-            Self::Questions(usd, million) => write!(
-                f,
+impl Counts {
+    /// What the questions cost, in words.
+    #[must_use]
+    pub fn price(&self) -> String {
+        let Estimate {
+            requests,
+            usd,
+            unbounded,
+            unpriced,
+            million,
+            ..
+        } = self.estimate;
+        match (requests, unpriced, unbounded) {
+            (0, ..) => "nothing".into(),
+            (_, 0, 0) => format!("at most ${usd:.4}"),
+            (_, 0, _) => format!(
                 "${usd:.4} for the questions, and ${million:.2} for every million tokens of the answers (max_tokens bounds them)"
             ),
+            _ => "unknown; config.toml can state it".into(),
         }
     }
 }
@@ -175,8 +179,8 @@ impl std::fmt::Display for Priced {
 /// What a batch tells.
 #[derive(Debug)]
 pub enum BatchNews {
-    /// The store knows it by this name.
-    Named(BatchId, String),
+    /// The store knows it by this name, and it has so many questions to ask.
+    Named(BatchId, String, usize),
     /// What is known so far before it is asked.
     Counted(BatchId, Counts),
     /// A question was answered, or why not.

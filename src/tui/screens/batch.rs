@@ -83,7 +83,8 @@ fn begin(model: &mut Model) -> Step {
         ));
         return Step::stay();
     };
-    let nothing_to_ask = card.counts.asks == 0 && card.counts.stored == 0;
+    let estimate = &card.counts.estimate;
+    let nothing_to_ask = estimate.requests + estimate.free + estimate.stored == 0;
     if let Some(why) = &card.counts.refused {
         let why = why.clone();
         model.card = Some(card);
@@ -116,20 +117,20 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
             Span::styled(value, style),
         ]));
     };
-    let plan = &batch.plan;
+    let estimate = &counts.estimate;
     row("model", batch.model.clone(), bold);
     let how = format!(
         "{} · {} · {}",
-        plan.task.name(),
-        plan.frame.name(),
-        plan.decided.techniques
+        batch.task.name(),
+        batch.frame.name(),
+        batch.techniques
     );
     row("how", how, Style::new());
-    let window = match plan.task {
+    let window = match batch.task {
         Task::Collision => "the end of each scenario".to_string(),
         _ => format!(
             "of each scenario the {} steps that end two before the last",
-            plan.decided.history
+            batch.history
         ),
     };
     row("window", window, Style::new());
@@ -143,28 +144,32 @@ fn text(model: &Model, card: &Card) -> Text<'static> {
         let done = format!("{} of {} so far", counts.looked, batch.entries.len());
         row("counted", done, Style::new().fg(theme.warning));
     }
-    if counts.unaskable > 0 {
-        let why = counts.why.as_deref().unwrap_or_default();
+    if counts.unlabelled > 0 {
+        let words = format!("{} whose truth is unknown", counts.unlabelled);
+        row("left out", words, Style::new().fg(theme.warning));
+    }
+    if estimate.unaskable > 0 {
+        let why = estimate.why.first().map_or("", |(why, _)| why.as_str());
         let words = format!(
             "{} cannot be asked about: {}",
-            counts.unaskable,
+            estimate.unaskable,
             fit(why, 300)
         );
         row("left out", words, Style::new().fg(theme.warning));
     }
-    let there = format!("{}, at no cost", counts.stored);
+    let there = format!("{}, at no cost", estimate.stored);
     row("in store", there, Style::new());
     let own = batch.model == judge::MODEL;
     let name = if own { "answers" } else { "requests" };
     let asks = match own {
-        true => format!("{}, on this machine", counts.asks),
-        false => format!("{}, {} at once", counts.asks, counts.at_once),
+        true => format!("{}, on this machine", estimate.free),
+        false => format!("{}, {} at once", estimate.requests, counts.at_once),
     };
     row(name, asks, bold);
     if !own {
-        let tokens = format!("about {} in the questions", thousands(counts.tokens));
+        let tokens = format!("about {} in the questions", thousands(estimate.tokens));
         row("tokens", tokens, Style::new());
-        row("price", counts.price.to_string(), bold);
+        row("price", counts.price(), bold);
     }
     if let Some(left) = counts.budget {
         row(

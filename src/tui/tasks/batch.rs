@@ -1,61 +1,92 @@
-//! One question about many scenarios: what it would take, and asking it, a few at a time.
+//! One question about many scenarios: what it would take, and asking it as a batch of the store.
 
-use std::collections::HashMap;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::collections::{BTreeMap, HashMap};
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
 
-use futures_util::StreamExt;
-use jiff::Zoned;
-use tokio::sync::Semaphore;
+use tokio::runtime::Handle;
 use tokio::sync::mpsc::UnboundedSender;
-use tokio::task::AbortHandle;
+use tokio::task::{AbortHandle, JoinSet};
 
 use super::Tasks;
-use crate::evaluation::{self, Event, Judge, Question, Wanted};
-use crate::scenario::{Entry, WantedEgo};
-use crate::store::Store;
+use crate::evaluation::batch::Matrix;
+use crate::evaluation::{Judge, Judges};
+use crate::planner::Cancel;
+use crate::scenario::{Place, WantedEgo};
+use crate::store::{Item, Store, StoreError};
 use crate::tui::message::Msg;
-use crate::tui::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended, Priced};
+use crate::tui::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended};
+use crate::workflow::batch::{
+    self, BatchControl, BatchError, BatchPlan, BatchRequest, BatchRun, DryRun, DryRunEvent,
+    ProviderSlots,
+};
 
-/// Batches that are asked or counted.
-#[derive(Debug, Default)]
+/// Batches that are asked, and the one that is counted.
+#[derive(Default)]
 pub struct Batches {
     running: HashMap<BatchId, Running>,
-    /// Raised whenever counting shall stop.
-    counting: Arc<AtomicU64>,
-    /// Places for requests, by provider: all batches share them.
-    places: HashMap<String, Arc<Semaphore>>,
+    counted: Option<Counted>,
+    slots: Arc<ProviderSlots>,
 }
 
-#[derive(Debug)]
 struct Running {
-    stop: Arc<AtomicBool>,
+    control: BatchControl,
     task: AbortHandle,
 }
 
-/// What every question of a batch needs.
-struct Asking {
+/// A batch that is or was counted.
+struct Counted {
     id: BatchId,
-    name: String,
+    cancel: Cancel,
+    ready: Arc<OnceLock<Ready>>,
+}
+
+/// A batch that can be begun.
+struct Ready {
+    plan: BatchPlan,
+    dry_run: DryRun,
+    judges: Judges,
+}
+
+/// What counting a batch needs.
+struct Counting {
+    id: BatchId,
     batch: Arc<Batch>,
     judge: Judge,
-    store: Option<Arc<Store>>,
+    store: Arc<Store>,
     ego: WantedEgo,
-    places: Arc<Semaphore>,
-    stop: Arc<AtomicBool>,
+    cancel: Cancel,
+    counts: Counts,
+    sender: UnboundedSender<Msg>,
+}
+
+/// What asking a batch needs.
+struct Asking {
+    id: BatchId,
+    ready: Arc<OnceLock<Ready>>,
+    store: Arc<Store>,
+    concurrency: NonZeroU32,
+    slots: Arc<ProviderSlots>,
+    control: BatchControl,
     sender: UnboundedSender<Msg>,
 }
 
 impl Batches {
-    /// Cancels everything; what was on its way is written down as cancelled.
-    pub fn abort(&mut self) -> Vec<AbortHandle> {
-        self.counting.fetch_add(1, Ordering::SeqCst);
-        let handles = self.running.drain().map(|(_, running)| {
-            running.stop.store(true, Ordering::SeqCst);
-            running.task.abort();
+    /// Cancels everything; each task ends once the store says so.
+    pub fn cancel(&mut self) -> Vec<AbortHandle> {
+        self.stop_counting();
+        let tasks = self.running.drain().map(|(_, running)| {
+            running.control.cancel();
             running.task
         });
-        handles.collect()
+        tasks.collect()
+    }
+
+    fn stop_counting(&mut self) {
+        if let Some(counted) = self.counted.take() {
+            counted.cancel.ask();
+        }
     }
 }
 
@@ -64,242 +95,225 @@ impl Tasks {
     pub(super) fn batch(&mut self, ask: BatchAsk) {
         match ask {
             BatchAsk::Count(id, batch) => self.count(id, batch),
-            BatchAsk::StopCounting => {
-                self.batches.counting.fetch_add(1, Ordering::SeqCst);
-            }
-            BatchAsk::Begin(id, batch) => self.begin(id, batch),
+            BatchAsk::StopCounting => self.batches.stop_counting(),
+            BatchAsk::Begin(id, _) => self.begin(id),
             BatchAsk::Stop(id) => {
-                let running = self.batches.running.get(&id);
-                // The first time it begins nothing more, the second time nothing goes on.
-                if running.is_some_and(|r| r.stop.swap(true, Ordering::SeqCst))
-                    && let Some(running) = self.batches.running.remove(&id)
-                {
-                    running.task.abort();
-                    self.ending.push(running.task);
-                    let _ = self.sender.send(Msg::Batch(BatchNews::Over(id)));
+                if let Some(Running { control, .. }) = self.batches.running.get(&id) {
+                    // The first time it begins nothing more, the second time nothing goes on.
+                    match control.is_stopped() {
+                        true => control.cancel(),
+                        false => control.stop(),
+                    }
                 }
             }
         }
     }
 
     fn count(&mut self, id: BatchId, batch: Arc<Batch>) {
-        let asked = Arc::clone(&self.batches.counting);
-        let mine = asked.fetch_add(1, Ordering::SeqCst) + 1;
-        let judge = self.judge(&batch.model);
-        let (store, ego, sender) = (self.store.clone(), self.ego.clone(), self.sender.clone());
-        let mut counts = Counts {
-            at_once: self.at_once(&batch.model),
-            budget: self.budget.as_ref().map(crate::llm::Budget::left),
-            price: Priced::Free,
+        self.batches.stop_counting();
+        let counts = Counts {
+            budget: self.models.budget_left(),
             ..Counts::default()
         };
-        tokio::spawn(async move {
-            let tell = |counts: &Counts| {
-                let news = BatchNews::Counted(id, counts.clone());
-                let _ = sender.send(Msg::Batch(news));
-            };
-            let judge = match judge {
-                Ok(judge) => judge,
-                Err(why) => {
-                    counts.refused = Some(why);
-                    counts.looked = batch.entries.len();
-                    return tell(&counts);
-                }
-            };
-            // One at a time: what is being done on the screen comes first.
-            for entry in &batch.entries {
-                if asked.load(Ordering::SeqCst) != mine {
-                    return;
-                }
-                let question = question(&batch, entry, &ego).await;
-                let question = add(&mut counts, question, &judge, store.as_deref());
-                // Whether one can be asked says it of all; a command that prints the key is run once.
-                if let (Some(question), 1) = (&question, counts.asks) {
-                    let ready = evaluation::can_ask(question, &judge).await;
-                    counts.refused = ready.err().map(|why| why.to_string());
-                }
-                if let Some(question) = &question {
-                    counts.price = price(counts.price, &batch, &judge, question);
-                }
-                counts.looked += 1;
-                tell(&counts);
-            }
-        });
-    }
-
-    /// Requests of a batch at once.
-    fn at_once(&self, model: &str) -> u32 {
-        let own = self.judge(model).ok().and_then(|judge| match judge {
-            Judge::Model(model) => model.endpoint.limits.concurrency,
-            Judge::Reference => None,
-        });
-        let least = own.map_or(self.concurrency, |own| own.min(self.concurrency));
-        least.get()
-    }
-
-    fn begin(&mut self, id: BatchId, batch: Arc<Batch>) {
-        let judge = match self.judge(&batch.model) {
-            Ok(judge) => judge,
-            Err(why) => {
-                let ended = BatchNews::Ended(id, Err(why));
-                let _ = self.sender.send(Msg::Batch(ended));
-                let _ = self.sender.send(Msg::Batch(BatchNews::Over(id)));
+        let (judge, store) = match (self.judge(&batch.model), self.store.clone()) {
+            (Ok(judge), Some(store)) => (judge, store),
+            (judge, _) => {
+                let no_store = || "the store of runs is not open".to_string();
+                let counts = Counts {
+                    looked: batch.entries.len(),
+                    refused: Some(judge.err().unwrap_or_else(no_store)),
+                    ..counts
+                };
+                let _ = self.sender.send(Msg::Batch(BatchNews::Counted(id, counts)));
                 return;
             }
         };
-        let at_once = self.at_once(&batch.model) as usize;
-        let provider = batch.model.split('/').next().unwrap_or_default();
-        let places = self.batches.places.entry(provider.to_string());
-        let places = places.or_insert_with(|| Arc::new(Semaphore::new(at_once)));
-        let stop = Arc::new(AtomicBool::new(false));
-        let asking = Asking {
+        let (cancel, ready) = (Cancel::default(), Arc::new(OnceLock::new()));
+        let counting = Counting {
             id,
-            name: format!("{}-{}", Zoned::now().strftime("%Y-%m-%dT%H:%M:%S"), id.0),
             batch,
-            judge,
-            store: self.store.clone(),
+            store,
             ego: self.ego.clone(),
-            places: Arc::clone(places),
-            stop: Arc::clone(&stop),
+            cancel: cancel.clone(),
+            counts: Counts {
+                at_once: batch::at_once(&judge, self.concurrency),
+                ..counts
+            },
+            judge,
             sender: self.sender.clone(),
         };
-        let task = tokio::spawn(async move { asking.all(at_once).await }).abort_handle();
+        let counted = Counted {
+            id,
+            cancel,
+            ready: Arc::clone(&ready),
+        };
+        self.batches.counted = Some(counted);
+        let runtime = Handle::current();
+        tokio::task::spawn_blocking(move || counting.run(&ready, &runtime));
+    }
+
+    fn begin(&mut self, id: BatchId) {
+        let counted = self
+            .batches
+            .counted
+            .take()
+            .filter(|counted| counted.id == id);
+        let (Some(counted), Some(store)) = (counted, self.store.clone()) else {
+            let _ = self.sender.send(Msg::Batch(BatchNews::Over(id)));
+            return;
+        };
+        let control = BatchControl::default();
+        let asking = Asking {
+            id,
+            ready: counted.ready,
+            store,
+            concurrency: self.concurrency,
+            slots: Arc::clone(&self.batches.slots),
+            control: control.clone(),
+            sender: self.sender.clone(),
+        };
+        let task = tokio::spawn(asking.run()).abort_handle();
         self.batches.running.retain(|_, r| !r.task.is_finished());
-        self.batches.running.insert(id, Running { stop, task });
+        self.batches.running.insert(id, Running { control, task });
+    }
+}
+
+impl Batch {
+    /// What the store is to keep of it.
+    fn request(&self, ego: &WantedEgo) -> BatchRequest {
+        let paths = self.entries.iter().map(|entry| match &entry.place {
+            Place::File(path) => path.clone(),
+            Place::Bundled(_) => PathBuf::from(&entry.name),
+        });
+        BatchRequest {
+            paths: paths.collect(),
+            entries: self.entries.clone(),
+            matrix: Matrix {
+                tasks: vec![self.task],
+                frames: vec![self.frame],
+                techniques: vec![self.techniques],
+                models: vec![self.model.clone()],
+                samples: 1,
+                more_leads: Vec::new(),
+                transforms: Vec::new(),
+                request: self.request,
+            },
+            ego: ego.clone(),
+            truth: None,
+            shard: None,
+            drafts: BTreeMap::from_iter(self.draft.clone()),
+            base_url: None,
+        }
+    }
+}
+
+impl Counting {
+    fn run(mut self, ready: &OnceLock<Ready>, runtime: &Handle) {
+        match self.ready(runtime) {
+            Ok(None) => return,
+            // It is set once.
+            Ok(Some(made)) => drop(ready.set(made)),
+            Err(error) => self.counts.refused = Some(error.to_string()),
+        }
+        self.counts.looked = self.batch.entries.len();
+        self.tell();
+    }
+
+    fn ready(&mut self, runtime: &Handle) -> Result<Option<Ready>, BatchError> {
+        let (batch, store) = (Arc::clone(&self.batch), Arc::clone(&self.store));
+        let plan = batch
+            .request(&self.ego)
+            .plan(&batch.library, &batch.thresholds)?;
+        let judges = Judges::from([(batch.model.clone(), self.judge.clone())]);
+        let cancel = self.cancel.clone();
+        let dry_run = plan.dry_run(&judges, &store, &cancel, &mut |event| {
+            let DryRunEvent::Described { done, dry_run } = event;
+            self.note(done, dry_run);
+            // Of the last ones it is told once it is known whether they can be asked.
+            if done < plan.scenarios() {
+                self.tell();
+            }
+        })?;
+        let Some(dry_run) = dry_run else {
+            return Ok(None);
+        };
+        let refused = runtime.block_on(dry_run.refused(&judges));
+        self.counts.refused = refused.into_iter().next().map(|(_, why)| why);
+        Ok(Some(Ready {
+            plan,
+            dry_run,
+            judges,
+        }))
+    }
+
+    fn note(&mut self, done: usize, dry_run: &DryRun) {
+        self.counts.looked = done;
+        self.counts.unlabelled = dry_run.unlabelled.len();
+        self.counts.estimate.clone_from(&dry_run.estimate);
+    }
+
+    fn tell(&self) {
+        let news = BatchNews::Counted(self.id, self.counts.clone());
+        // The receiver is gone once the loop has ended.
+        let _ = self.sender.send(Msg::Batch(news));
     }
 }
 
 impl Asking {
-    fn tell(&self, news: BatchNews) {
-        // The receiver is gone once the loop has ended.
-        let _ = self.sender.send(Msg::Batch(news));
-    }
-
-    async fn all(&self, at_once: usize) {
-        self.tell(BatchNews::Named(self.id, self.name.clone()));
-        let places = 0..self.batch.entries.len();
-        // Within the one task, so that aborting it drops every request.
-        futures_util::stream::iter(places.map(|place| self.one(place)))
-            .buffer_unordered(at_once)
-            .for_each(|()| async {})
-            .await;
-        self.tell(BatchNews::Over(self.id));
-    }
-
-    async fn one(&self, place: usize) {
-        // Nobody closes the semaphore.
-        let _permit = self.places.acquire().await;
-        if self.stop.load(Ordering::SeqCst) {
-            return;
-        }
-        let ended = self.asked(&self.batch.entries[place]).await;
-        self.tell(BatchNews::Ended(self.id, ended));
-    }
-
-    async fn asked(&self, entry: &Entry) -> Result<Ended, String> {
-        let question = question(&self.batch, entry, &self.ego).await?;
-        let wanted = Wanted {
-            batch: Some(self.name.clone()),
-            ..Wanted::default()
+    async fn run(self) {
+        let (id, sender) = (self.id, self.sender.clone());
+        let tell = |news| {
+            let _ = sender.send(Msg::Batch(news));
         };
-        let mut unstored = None;
-        let hear = |event| {
-            if let Event::NotStored(words) = event {
-                unstored = Some(words);
+        let begun = tokio::task::spawn_blocking(move || self.begin()).await;
+        match begun {
+            Ok(Ok((run, items))) => {
+                tell(BatchNews::Named(id, run.id.to_string(), items.len()));
+                let mut judging = JoinSet::new();
+                let asked = Arc::new(run).ask(items, |ended| {
+                    let sender = sender.clone();
+                    judging.spawn_blocking(move || {
+                        let _ = sender.send(Msg::Batch(BatchNews::Ended(id, outcome(ended))));
+                    });
+                });
+                let asked = asked.await;
+                judging.join_all().await;
+                if let Err(error) = asked {
+                    tell(BatchNews::Ended(id, Err(error.to_string())));
+                }
             }
-        };
-        let answer = evaluation::run(&question, &self.judge, self.store.clone(), &wanted, hear);
-        let answer = answer.await.map_err(|e| e.to_string())?;
-        if let Some(words) = unstored {
-            // Others could not be stored either, and would be paid for.
-            self.stop.store(true, Ordering::SeqCst);
-            return Err(words);
+            Ok(Err(error)) => tell(BatchNews::Ended(id, Err(error.to_string()))),
+            Err(error) => tell(BatchNews::Ended(id, Err(error.to_string()))),
         }
-        let case = &question.case;
-        let scenario = case.scene.scenario.hash.to_string();
-        let about = (scenario, case.scene.ego.to_string(), case.task);
-        let batch = Arc::clone(&self.batch);
-        let truth = blocking(move || batch.plan.truth(&question)).await?;
-        Ok(Ended {
-            about: Some(about),
-            answer: Box::new(answer),
-            truth: truth.map(|verdict| verdict.dangerous),
-        })
+        tell(BatchNews::Over(id));
+    }
+
+    /// Writes the batch into the store.
+    fn begin(self) -> Result<(BatchRun, Vec<Item>), StoreError> {
+        let Ready {
+            plan,
+            dry_run,
+            judges,
+        } = self.ready.wait();
+        let id = plan.write(&self.store, dry_run)?;
+        let (concurrency, slots) = (self.concurrency, self.slots);
+        let mut run = BatchRun::new((id, plan), self.store, judges.clone(), concurrency, slots);
+        run.control = self.control;
+        let (items, _) = run.items(dry_run)?;
+        Ok((run, items))
     }
 }
 
-/// Prepares a question where it does not keep others waiting.
-async fn question(batch: &Arc<Batch>, entry: &Entry, ego: &WantedEgo) -> Result<Question, String> {
-    let (batch, entry, ego) = (Arc::clone(batch), entry.clone(), ego.clone());
-    let prepared = blocking(move || batch.plan.question(&entry, &ego)).await?;
-    prepared.map_err(|e| e.to_string())
-}
-
-async fn blocking<T: Send + 'static>(
-    work: impl FnOnce() -> T + Send + 'static,
-) -> Result<T, String> {
-    let done = tokio::task::spawn_blocking(work).await;
-    done.map_err(|error| format!("it could not be worked out: {error}"))
-}
-
-/// Adds a question to the counts; gives it back if it would be asked.
-fn add(
-    counts: &mut Counts,
-    question: Result<Question, String>,
-    judge: &Judge,
-    store: Option<&Store>,
-) -> Option<Question> {
-    let question = match question {
-        Ok(question) => question,
-        Err(why) => {
-            counts.unaskable += 1;
-            counts.why.get_or_insert(why);
-            return None;
-        }
+/// What a question of a batch came to, beside what the built-in judge says to it.
+fn outcome(ended: batch::Ended) -> Result<Ended, String> {
+    let Some((question, answer)) = ended.answered else {
+        return Err(ended.error.unwrap_or_default());
     };
-    let stored = store.map(|store| evaluation::stored(&question, judge, store, &Wanted::default()));
-    match stored {
-        Some(Ok(Some(_))) => {
-            counts.stored += 1;
-            return None;
-        }
-        Some(Err(error)) => counts.refused = Some(error.to_string()),
-        Some(Ok(None)) | None => {}
-    }
-    counts.asks += 1;
-    counts.tokens += question.tokens() as u64;
-    Some(question)
-}
-
-/// Adds what one more question costs to what those before it do.
-fn price(so_far: Priced, batch: &Batch, judge: &Judge, question: &Question) -> Priced {
-    let Judge::Model(model) = judge else {
-        return Priced::Free;
-    };
-    let name = batch.model.split_once('/').map_or("", |(_, name)| name);
-    let Some(pricing) = model.endpoint.prices.of(name, Zoned::now().date()) else {
-        return Priced::Unknown;
-    };
-    let tokens = u32::try_from(question.tokens()).unwrap_or(u32::MAX);
-    let limit = model.endpoint.answer_limit(&model.parameters);
-    // Long questions can have a price of their own, or none that is known.
-    match (limit, pricing.at_most(tokens, 0), so_far) {
-        (Some(limit), _, Priced::AtMost(usd)) => pricing
-            .at_most(tokens, limit)
-            .map_or(Priced::Unknown, |one| Priced::AtMost(usd + one)),
-        (None, Some(one), Priced::Questions(usd, dearest)) => {
-            match pricing.at_most(tokens, 1_000_000) {
-                Some(both) => Priced::Questions(usd + one, dearest.max(both - one)),
-                None => Priced::Unknown,
-            }
-        }
-        (Some(limit), _, Priced::Free) => pricing
-            .at_most(tokens, limit)
-            .map_or(Priced::Unknown, Priced::AtMost),
-        (None, Some(one), Priced::Free) => match pricing.at_most(tokens, 1_000_000) {
-            Some(both) => Priced::Questions(one, both - one),
-            None => Priced::Unknown,
-        },
-        _ => Priced::Unknown,
-    }
+    let case = &question.case;
+    let scenario = case.scene.scenario.hash.to_string();
+    Ok(Ended {
+        about: Some((scenario, case.scene.ego.to_string(), case.task)),
+        answer,
+        truth: question.reference().map(|verdict| verdict.dangerous),
+    })
 }

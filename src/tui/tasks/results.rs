@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::Tasks;
 use super::history::{Judging, Question, scene_of, verdict_on};
 use crate::evaluation::batch::{self, Counting};
-use crate::evaluation::{Known, Results, results, with_intervals};
+use crate::evaluation::{GroundTruth, Results, results, with_intervals};
 use crate::judge;
 use crate::scenario::{Entry, Transform};
 use crate::store::{Store, StoredOutcome};
@@ -127,15 +127,15 @@ fn everything(
     early: impl FnOnce(Vec<Results>),
 ) -> Option<Vec<Results>> {
     let (judges, models): (Vec<_>, Vec<_>) = stored.iter().partition(|o| o.model == judge::MODEL);
-    let mut truths: HashMap<About<'_>, Known> = HashMap::new();
+    let mut truths: HashMap<About<'_>, GroundTruth> = HashMap::new();
     for said in judges {
         // The newest comes first.
         if let (Some(about), Some(dangerous)) = (about(said), said.dangerous) {
-            let known = || Known::judged(dangerous, said.named.iter().copied());
+            let known = || GroundTruth::judged(dangerous, said.named.iter().copied());
             truths.entry(about).or_insert_with(known);
         }
     }
-    let count = |truths: &HashMap<About<'_>, Known>| {
+    let count = |truths: &HashMap<About<'_>, GroundTruth>| {
         let known = |said| about(said).and_then(|about| truths.get(&about));
         results(models.iter().map(|said| (*said, known(said))))
     };
@@ -165,7 +165,7 @@ type Scene<'a> = (Vec<&'a Entry>, Vec<&'a StoredOutcome>);
 fn unknown<'a>(
     models: &[&'a StoredOutcome],
     entries: &'a [Entry],
-    truths: &HashMap<About<'a>, Known>,
+    truths: &HashMap<About<'a>, GroundTruth>,
 ) -> Vec<Scene<'a>> {
     let mut files: HashMap<&str, Vec<&Entry>> = HashMap::new();
     for entry in entries {
@@ -193,7 +193,7 @@ fn judged<'a>(
     files: &[&Entry],
     asked: &[&'a StoredOutcome],
     judging: &Judging,
-) -> Vec<(About<'a>, Known)> {
+) -> Vec<(About<'a>, GroundTruth)> {
     let question = |said: &&'a StoredOutcome| Question {
         task: said.task,
         scenario: &said.scenario,
@@ -213,7 +213,10 @@ fn judged<'a>(
     let known = |said: &&'a StoredOutcome| {
         let verdict = verdict_on(&scene, judging, &question(said))?;
         let obstacles = verdict.obstacles.iter().map(|o| (o.id, o.risk_score));
-        Some((about(said)?, Known::judged(verdict.dangerous, obstacles)))
+        Some((
+            about(said)?,
+            GroundTruth::judged(verdict.dangerous, obstacles),
+        ))
     };
     asked.iter().filter_map(known).collect()
 }

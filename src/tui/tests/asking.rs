@@ -165,9 +165,16 @@ async fn every_scenario_is_asked_about_once_and_the_store_answers_the_second_tim
     let mut whole = Whole::start(&server, "max_tokens = 500");
     whole.count().await;
     let counts = whole.model.card.as_ref().unwrap().counts.clone();
-    assert_eq!((counts.asks, counts.stored, counts.unaskable), (8, 0, 0));
-    assert!(counts.tokens > 1000 && counts.refused.is_none());
-    let price = counts.price.to_string();
+    assert_eq!(
+        (
+            counts.estimate.requests,
+            counts.estimate.stored,
+            counts.estimate.unaskable
+        ),
+        (8, 0, 0)
+    );
+    assert!(counts.estimate.tokens > 1000 && counts.refused.is_none());
+    let price = counts.price();
     assert!(price.starts_with("at most $0."), "{price}");
     assert!(server.requests().is_empty(), "counting sends nothing");
     whole.press("enter");
@@ -191,8 +198,8 @@ async fn every_scenario_is_asked_about_once_and_the_store_answers_the_second_tim
     // The same again: nothing is sent, nothing is paid.
     whole.count().await;
     let counts = &whole.model.card.as_ref().unwrap().counts;
-    assert_eq!((counts.asks, counts.stored), (0, 8));
-    assert_eq!(counts.price.to_string(), "nothing");
+    assert_eq!((counts.estimate.requests, counts.estimate.stored), (0, 8));
+    assert_eq!(counts.price(), "nothing");
     whole.press("enter");
     whole.over().await;
     assert_eq!(

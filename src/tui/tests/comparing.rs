@@ -209,8 +209,8 @@ fn what_may_have_been_sent_is_not_called_unsent() {
 #[test]
 fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
     use crate::verdict::{
-        AttackerChoice, How, Manoeuvre, ManoeuvreKind, Motion, NewMotion, ObstacleRisk, Reading,
-        Said, Task,
+        AttackerChoice, How, Manoeuvre, ManoeuvreKind, Motion, NewMotion, ObstacleRisk,
+        ParsedAnswer, Reading, Task,
     };
     let mut bench = Bench::bundled();
     let mut tasks = Vec::new();
@@ -246,7 +246,7 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
     );
     bench.frame(120, 40);
     bench.model.model = "lab/small".into();
-    let give = |bench: &mut Bench, said: Said| {
+    let give = |bench: &mut Bench, said: ParsedAnswer| {
         bench.press("r");
         let (id, _) = bench.asked();
         let mut given = answer("lab/small", true, 301);
@@ -263,7 +263,7 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
     };
     give(
         &mut bench,
-        Said::Attacker(AttackerChoice {
+        ParsedAnswer::Attacker(AttackerChoice {
             attacker: Some(302),
             obstacles: vec![risk(302, 1), risk(303, 4)],
             justification: "It can cut in.".into(),
@@ -281,7 +281,7 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
     bench.press("t");
     give(
         &mut bench,
-        Said::Trajectory(NewMotion {
+        ParsedAnswer::Trajectory(NewMotion {
             obstacle: 302,
             motion: Motion::Manoeuvre(Manoeuvre {
                 kind: ManoeuvreKind::CutIn,

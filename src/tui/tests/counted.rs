@@ -53,12 +53,14 @@ pub(super) fn spec() -> Spec {
             samples: 1,
             more_leads: Vec::new(),
             transforms: vec![Transform::Mirror],
-            manner: RequestSettings::default(),
+            request: RequestSettings::default(),
         },
         truth: TruthSource::Files(vec!["/labels/ours.csv".into()]),
         templates: BTreeMap::new(),
         thresholds: Vec::new(),
         base_url: None,
+        ego: WantedEgo::Beside,
+        drafts: BTreeMap::new(),
     }
 }
 
@@ -101,10 +103,8 @@ pub(super) fn labelled() -> (Kept, BatchId, RunId) {
     let batch = kept.store.begin_batch(&spec().to_json(), None, &items);
     let batch = batch.unwrap();
     for (place, run) in (0..).zip(runs) {
-        let state = ItemState::Answered;
-        let set = kept
-            .store
-            .set_item(batch, place, None, state, Some(run), None);
+        let (store, state) = (&kept.store, ItemState::Answered);
+        let set = store.set_item(batch, place, None, state, Some(run), None);
         set.unwrap();
     }
     (kept, batch, runs[2])
@@ -379,10 +379,8 @@ fn techniques() -> Kept {
     let batch = kept.store.begin_batch(&spec().to_json(), None, &asked);
     let batch = batch.unwrap();
     for (place, (_, run)) in (0..).zip(items) {
-        let state = ItemState::Answered;
-        let set = kept
-            .store
-            .set_item(batch, place, None, state, Some(run), None);
+        let (store, state) = (&kept.store, ItemState::Answered);
+        let set = store.set_item(batch, place, None, state, Some(run), None);
         set.unwrap();
     }
     kept

@@ -9,9 +9,10 @@ use super::answers::stored_of;
 use super::bench::{Bench, answer};
 use super::kept::three;
 use crate::evaluation::Answer;
+use crate::evaluation::batch::Estimate;
 use crate::store::RunId;
 use crate::tui::keymap::{Keymap, Preset};
-use crate::tui::message::runs::{BatchAsk, BatchNews, Counts, Priced};
+use crate::tui::message::runs::{BatchAsk, BatchNews, Counts};
 use crate::tui::message::{Effect, Msg, Reloaded};
 use crate::tui::theme::{Depth, Theme};
 use crate::tui::views;
@@ -96,10 +97,13 @@ fn bench(keys: &str, size: (u16, u16)) -> Bench {
     if let Some(id) = count {
         let counts = Counts {
             looked: 8,
-            asks: 7,
-            stored: 1,
-            tokens: 12_345,
-            price: Priced::AtMost(0.1234),
+            estimate: Estimate {
+                requests: 7,
+                stored: 1,
+                tokens: 12_345,
+                usd: 0.1234,
+                ..Estimate::default()
+            },
             at_once: 4,
             ..Counts::default()
         };

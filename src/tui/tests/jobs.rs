@@ -4,8 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::bench::{Bench, answer, no_verdict};
+use crate::evaluation::batch::Estimate;
 use crate::store::Consumed;
-use crate::tui::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended, Priced};
+use crate::tui::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, Ended};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::{JobState, Notice};
 use crate::tui::screens::history::HistoryScreen;
@@ -30,10 +31,13 @@ fn begun(bench: &Bench) -> Option<BatchId> {
 fn counts(looked: usize) -> Counts {
     Counts {
         looked,
-        asks: looked - 1,
-        stored: 1,
-        tokens: 12_345,
-        price: Priced::AtMost(0.1234),
+        estimate: Estimate {
+            requests: looked as u64 - 1,
+            stored: 1,
+            tokens: 12_345,
+            usd: 0.1234,
+            ..Estimate::default()
+        },
         at_once: 4,
         ..Counts::default()
     }
@@ -49,7 +53,7 @@ fn asking() -> (Bench, BatchId) {
     bench.send(Msg::Batch(BatchNews::Counted(id, counts(8))));
     bench.press("enter");
     assert_eq!(begun(&bench), Some(id));
-    bench.send(Msg::Batch(BatchNews::Named(id, "then-1".into())));
+    bench.send(Msg::Batch(BatchNews::Named(id, "b1".into(), 8)));
     (bench, id)
 }
 
@@ -173,7 +177,7 @@ fn a_batch_ends_with_one_message() {
         "{list}"
     );
     bench.press("enter");
-    assert_eq!(bench.model.history.line, "batch:then-1");
+    assert_eq!(bench.model.history.line, "batch:b1");
     assert!(bench.model.screens.is_top::<HistoryScreen>());
     assert_eq!(bench.model.screens.iter().count(), 1);
 }

@@ -6,7 +6,7 @@ use crate::scenario::WantedEgo;
 use crate::store::{Claim, Consumed, Ending, NewRun, Piece, RunId, RunState, Store};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::tasks::history::{Judging, Truths, answer};
-use crate::verdict::{Said, Task, Verdict};
+use crate::verdict::{ParsedAnswer, Task, Verdict};
 
 /// A workbench whose history reads a store of its own.
 pub struct Kept {
@@ -69,7 +69,7 @@ impl Kept {
             justification: words.into(),
         };
         let ending = Ending {
-            verdict: Some(Said::Verdict(verdict)),
+            verdict: Some(ParsedAnswer::Verdict(verdict)),
             consumed: Consumed {
                 input_tokens: Some(2000),
                 output_tokens: Some(150),

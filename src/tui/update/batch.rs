@@ -8,8 +8,9 @@ use super::super::message::runs::{Batch, BatchAsk, BatchId, BatchNews, Counts, E
 use super::super::model::{Card, Column, JobKind, JobState, Model};
 use super::super::screens::batch::BatchScreen;
 use super::{actions, jobs};
-use crate::evaluation::Plan;
+use crate::evaluation::batch::RequestSettings;
 use crate::judge;
+use crate::llm::Effort;
 use crate::text::Frame;
 
 /// Marks the selected scenario, or takes its mark away.
@@ -49,20 +50,29 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         ));
         return Vec::new();
     }
-    let plan = Plan {
+    let decided = model.decided();
+    let config = &model.config;
+    let batch = Arc::new(Batch {
         task: model.task,
         frame: model.frame,
-        decided: model.decided(),
+        techniques: decided.techniques,
+        request: RequestSettings {
+            history: config.history,
+            radius: config.radius,
+            lead: None,
+            temperature: config.temperature,
+            max_tokens: config.max_tokens,
+            effort: config.effort.as_deref().and_then(Effort::parse),
+        },
+        history: decided.history,
         library: model.library.clone(),
-        draft: model.prompt.draft(),
+        // The built-in judge is not asked in words.
+        draft: model.prompt.draft().filter(|_| asked != judge::MODEL),
         thresholds: model.thresholds.clone(),
-    };
-    let id = BatchId(model.new_id());
-    let batch = Arc::new(Batch {
-        plan,
         model: asked,
         entries,
     });
+    let id = BatchId(model.new_id());
     model.card = Some(Card {
         id,
         batch: Arc::clone(&batch),

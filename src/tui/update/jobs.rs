@@ -182,14 +182,17 @@ fn part(model: &mut Model, kind: JobKind, place: usize) {
 
 fn of_batch(model: &mut Model, news: &BatchNews) {
     let now = model.uptime;
-    let (BatchNews::Named(id, _) | BatchNews::Ended(id, ..) | BatchNews::Over(id)) = news else {
+    let (BatchNews::Named(id, ..) | BatchNews::Ended(id, ..) | BatchNews::Over(id)) = news else {
         return;
     };
     let Some(job) = model.jobs.running_mut(JobKind::Batch(*id)) else {
         return;
     };
     match news {
-        BatchNews::Named(_, name) => job.batch = Some(name.clone()),
+        BatchNews::Named(_, name, questions) => {
+            job.batch = Some(name.clone());
+            job.of = *questions;
+        }
         BatchNews::Ended(_, Ok(ended)) => answered(job, ended),
         BatchNews::Ended(_, Err(why)) => {
             job.done += 1;

@@ -45,7 +45,7 @@ fn attackers() {
     ];
     for (answer, who, listed, as_asked) in cases {
         let reading = read(Task::Attacker, answer).unwrap();
-        let Said::Attacker(choice) = &reading.said else {
+        let ParsedAnswer::Attacker(choice) = &reading.said else {
             panic!("{reading:?}")
         };
         let ids: Vec<_> = choice.obstacles.iter().map(|o| o.id).collect();
@@ -90,7 +90,7 @@ fn the_answer_to_another_task_names_no_attacker() {
     for answer in both {
         let said = read(Task::Attacker, &answer).unwrap().said;
         assert!(
-            matches!(&said, Said::Attacker(choice) if choice.attacker == Some(4)),
+            matches!(&said, ParsedAnswer::Attacker(choice) if choice.attacker == Some(4)),
             "{answer}: {said:?}"
         );
     }
@@ -113,7 +113,7 @@ fn trajectories() {
     for answer in others.into_iter().chain([strict.as_str()]) {
         let reading =
             read(Task::Trajectory, answer).unwrap_or_else(|why| panic!("{answer}: {why}"));
-        let Said::Trajectory(new) = &reading.said else {
+        let ParsedAnswer::Trajectory(new) = &reading.said else {
             panic!("{reading:?}")
         };
         let Motion::Waypoints(points) = &new.motion else {
@@ -141,7 +141,7 @@ fn trajectories() {
     }
     let by_time =
         r#"{"obstacle": 4, "waypoints": {"0.5": {"x": 1, "y": 2}, "1.0": {"x": 2, "y": 2}}}"#;
-    let Said::Trajectory(new) = read(Task::Trajectory, by_time).unwrap().said else {
+    let ParsedAnswer::Trajectory(new) = read(Task::Trajectory, by_time).unwrap().said else {
         panic!()
     };
     assert!(matches!(&new.motion, Motion::Waypoints(p) if p[1].at == Moment::Seconds(1.0)));
@@ -155,7 +155,7 @@ fn trajectories() {
             );
             let reading = read(Task::Trajectory, &answer).unwrap();
             assert_eq!(reading.how == How::Strict, word == kind.name(), "{answer}");
-            let Said::Trajectory(new) = reading.said else {
+            let ParsedAnswer::Trajectory(new) = reading.said else {
                 panic!()
             };
             assert!(

@@ -9,7 +9,7 @@ use unicode_width::UnicodeWidthStr;
 
 use super::{answers, bars, choice};
 use crate::evaluation::batch::Counting;
-use crate::evaluation::{Confusion, Outcome, Results, Way};
+use crate::evaluation::{Confusion, Outcome, PromptConfig, Results};
 use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::model::{Model, ResultsDrawn, ResultsView};
@@ -129,7 +129,7 @@ pub fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
 }
 
 /// How it was asked, in few columns.
-pub fn asked(way: &Way) -> String {
+pub fn asked(way: &PromptConfig) -> String {
     let frame = way.frame.map_or("-", |frame| match frame.name() {
         "cartesian" => "cart",
         name => name,

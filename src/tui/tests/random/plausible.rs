@@ -10,6 +10,7 @@ use super::super::kept::FIRST;
 use super::super::written::unwritten;
 use super::world::{CLAIMS, HOSTILE};
 use crate::evaluation::Answer;
+use crate::evaluation::batch::Estimate;
 use crate::evaluation::generating::Progress as Heard;
 use crate::generation::Progress;
 use crate::metrics::Thresholds;
@@ -19,7 +20,7 @@ use crate::tui::loaded::{Facts, Generated, VariantRequest, Verdicts, Working};
 use crate::tui::message::Msg;
 use crate::tui::message::making::{MakeAsk, MakeNews};
 use crate::tui::message::planning::{PlanAsk, PlanNews};
-use crate::tui::message::runs::{BatchAsk, BatchNews, Counts, Ended, Priced};
+use crate::tui::message::runs::{BatchAsk, BatchNews, Counts, Ended};
 use crate::verdict::Task;
 
 /// The answer of a number.
@@ -63,17 +64,28 @@ pub fn batch(ask: BatchAsk, n: usize) -> Vec<Msg> {
             id,
             Counts {
                 looked: asked.entries.len().saturating_sub(n % 4 / 3),
-                asks: n % 9,
-                stored: n % 2,
-                why: Some(HOSTILE.into()),
+                unlabelled: n % 2,
+                estimate: Estimate {
+                    requests: n as u64 % 9,
+                    stored: n as u64 % 2,
+                    unaskable: 1,
+                    why: vec![(HOSTILE.into(), 1)],
+                    usd: 0.1,
+                    unbounded: n as u64 % 9,
+                    million: 2.0,
+                    ..Estimate::default()
+                },
                 refused: n.is_multiple_of(5).then(|| HOSTILE.into()),
-                price: Priced::Questions(0.1, 2.0),
                 at_once: 4,
                 ..Counts::default()
             },
         ))],
         BatchAsk::Begin(id, asked) => {
-            let mut msgs = vec![batch(BatchNews::Named(id, format!("then-{n}")))];
+            let mut msgs = vec![batch(BatchNews::Named(
+                id,
+                format!("b{n}"),
+                asked.entries.len(),
+            ))];
             for place in 0..asked.entries.len() {
                 msgs.push(batch(BatchNews::Ended(
                     id,

@@ -5,7 +5,7 @@ use ratatui::text::{Line, Text};
 
 use crate::text::visible;
 use crate::tui::model::Model;
-use crate::verdict::{Moment, Motion, Said, Task, Waypoint};
+use crate::verdict::{Moment, Motion, ParsedAnswer, Task, Waypoint};
 
 /// What the second row of the table is called.
 pub fn second_label(task: Task) -> &'static str {
@@ -17,11 +17,11 @@ pub fn second_label(task: Task) -> &'static str {
 }
 
 /// The cells of an answer: what it says, the row below, and the risk or the time.
-pub fn cells(said: &Said) -> [String; 3] {
+pub fn cells(said: &ParsedAnswer) -> [String; 3] {
     let dash = || "–".to_string();
     match said {
-        Said::Verdict(_) => [dash(), dash(), dash()],
-        Said::Attacker(choice) => {
+        ParsedAnswer::Verdict(_) => [dash(), dash(), dash()],
+        ParsedAnswer::Attacker(choice) => {
             let of = |id: i64| choice.obstacles.iter().find(|o| o.id == id);
             let risk = choice.attacker.and_then(of).map(|o| o.risk_score);
             let others = choice.obstacles.iter().map(|o| o.id);
@@ -32,7 +32,7 @@ pub fn cells(said: &Said) -> [String; 3] {
                 risk.map_or_else(dash, |risk| risk.to_string()),
             ]
         }
-        Said::Trajectory(new) => {
+        ParsedAnswer::Trajectory(new) => {
             let (motion, when) = match &new.motion {
                 Motion::Manoeuvre(m) => (
                     m.kind.name().to_string(),
@@ -60,14 +60,14 @@ fn moment(at: Moment) -> String {
 }
 
 /// Everything that an answer says.
-pub fn text(model: &Model, said: &Said) -> Text<'static> {
+pub fn text(model: &Model, said: &ParsedAnswer) -> Text<'static> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let justification = visible(said.justification()).into_owned();
     let mut text = Text::styled(justification, theme.base());
     match said {
-        Said::Verdict(_) => {}
-        Said::Attacker(choice) => {
+        ParsedAnswer::Verdict(_) => {}
+        ParsedAnswer::Attacker(choice) => {
             for o in &choice.obstacles {
                 let sign = if choice.attacker == Some(o.id) {
                     "▸"
@@ -79,7 +79,7 @@ pub fn text(model: &Model, said: &Said) -> Text<'static> {
                 text.push_line(Line::styled(visible(&line).into_owned(), style));
             }
         }
-        Said::Trajectory(new) => match &new.motion {
+        ParsedAnswer::Trajectory(new) => match &new.motion {
             Motion::Manoeuvre(m) => {
                 let number = |value: Option<f64>, unit: &str| {
                     value.map_or("any".into(), |v| format!("{v:.1} {unit}"))

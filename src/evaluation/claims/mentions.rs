@@ -1,4 +1,4 @@
-//! Whom a text is about: which obstacles a sentence names, and where its subject is one of them.
+//! The obstacles that a sentence mentions, and whether its subject is one of them.
 
 use std::ops::Range;
 

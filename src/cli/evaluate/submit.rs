@@ -1,13 +1,11 @@
-//! A batch that is handed to providers: what they took, and how it goes on.
-
-use std::sync::Arc;
+//! A batch that is submitted to providers: what they took, and how it goes on.
 
 use tokio::runtime::Runtime;
 
 use super::number;
 use crate::cli::{Failure, output};
-use crate::evaluation::batch::{Asking, Handed};
 use crate::store::Item;
+use crate::workflow::batch::{BatchRun, SubmittedItems};
 
 /// What is left to be asked here.
 pub enum Left {
@@ -17,58 +15,58 @@ pub enum Left {
     Own(Vec<Item>),
 }
 
-/// Hands the questions over, and says to whom.
-pub fn over(runtime: &Runtime, asking: &Arc<Asking>, items: Vec<Item>) -> Result<Left, Failure> {
-    let handed: Handed = runtime
-        .block_on(asking.hand_over(items))
+/// Submits the questions, and says to whom.
+pub fn submit(runtime: &Runtime, run: &BatchRun, items: Vec<Item>) -> Result<Left, Failure> {
+    let submitted: SubmittedItems = runtime
+        .block_on(run.submit(items))
         .map_err(Failure::input)?;
-    for (model, submitted) in &handed.submitted {
-        let batches: Vec<String> = submitted.batches.iter().map(ToString::to_string).collect();
+    for (model, taken) in &submitted.submitted {
+        let batches: Vec<String> = taken.batches.iter().map(ToString::to_string).collect();
         let mut words = format!(
             "{}: {} with the provider",
             output::visible(model),
-            number(submitted.handed, "question")
+            number(taken.handed, "question")
         );
         if !batches.is_empty() {
             words.push_str(&format!(" as {}", batches.join(", ")));
         }
-        if submitted.stored > 0 {
-            let stored = number(submitted.stored, "answer");
+        if taken.stored > 0 {
+            let stored = number(taken.stored, "answer");
             words.push_str(&format!("; the store has {stored}"));
         }
-        if submitted.taken > 0 {
-            words.push_str(&format!("; {} are being asked already", submitted.taken));
+        if taken.taken > 0 {
+            words.push_str(&format!("; {} are being asked already", taken.taken));
         }
         output::say(&format!("nearmiss: {words}"));
-        for note in &submitted.notes {
+        for note in &taken.notes {
             output::say(&format!("nearmiss: {}: {note}", output::visible(model)));
         }
     }
-    for (item, why) in handed.unaskable.iter().take(3) {
+    for (item, why) in submitted.unaskable.iter().take(3) {
         output::say(&format!("nearmiss: {}: {why}", item.asked.scenario));
     }
-    if handed.unaskable.len() > 3 {
-        let more = handed.unaskable.len() - 3;
+    if submitted.unaskable.len() > 3 {
+        let more = submitted.unaskable.len() - 3;
         output::say(&format!("nearmiss: {more} more cannot be asked"));
     }
-    let id = asking.batch;
+    let id = run.id;
     let on = format!(
         "`nearmiss batches collect --wait` fetches the answers, then `nearmiss evaluate --resume {id}` writes the table"
     );
-    for (model, error) in &handed.broken {
+    for (model, error) in &submitted.broken {
         let words = format!("nearmiss: {model}: {error}");
         output::say(&output::visible(&words));
     }
-    if !handed.broken.is_empty() {
-        let models = number(handed.broken.len(), "model");
+    if !submitted.broken.is_empty() {
+        let models = number(submitted.broken.len(), "model");
         return Err(Failure {
             message: format!("{models} could not be handed everything; {on}"),
             status: 1,
         });
     }
     output::say(&format!("nearmiss: {on}"));
-    if handed.own.is_empty() {
+    if submitted.own.is_empty() {
         return Ok(Left::Nothing);
     }
-    Ok(Left::Own(handed.own))
+    Ok(Left::Own(submitted.own))
 }

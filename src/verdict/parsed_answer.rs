@@ -1,4 +1,4 @@
-//! What an answer says, whatever the task.
+//! The answer to a question as data, whatever the task.
 
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -8,7 +8,7 @@ use super::{AttackerChoice, NewMotion, ObstacleRisk, Task, TrajectoryAnswer, Ver
 
 /// What an answer says, by the kind of its task.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Said {
+pub enum ParsedAnswer {
     /// Yes or no, to the collision or the safety task.
     Verdict(Verdict),
     /// Who could attack the ego.
@@ -17,7 +17,7 @@ pub enum Said {
     Trajectory(NewMotion),
 }
 
-impl Said {
+impl ParsedAnswer {
     /// The task that it answers.
     #[must_use]
     pub fn task(&self) -> Task {
@@ -89,14 +89,14 @@ fn texts_mut<'a>(
     std::iter::once(justification).chain(reasons)
 }
 
-impl From<Verdict> for Said {
+impl From<Verdict> for ParsedAnswer {
     fn from(verdict: Verdict) -> Self {
         Self::Verdict(verdict)
     }
 }
 
 /// The task, then the answer as it was asked for.
-impl Serialize for Said {
+impl Serialize for ParsedAnswer {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let form = match self {
             Self::Verdict(verdict) => return verdict.serialize(serializer),
@@ -113,7 +113,7 @@ impl Serialize for Said {
     }
 }
 
-impl<'de> Deserialize<'de> for Said {
+impl<'de> Deserialize<'de> for ParsedAnswer {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         use serde::de::Error;
         let mut form = serde_json::Map::<String, Value>::deserialize(deserializer)?;
@@ -164,18 +164,18 @@ mod tests {
             velocity: Some(3.0),
         };
         let said = [
-            Said::Verdict(Verdict {
+            ParsedAnswer::Verdict(Verdict {
                 task: Task::Safety,
                 dangerous: true,
                 obstacles: vec![near.clone()],
                 justification: "because".into(),
             }),
-            Said::Attacker(AttackerChoice {
+            ParsedAnswer::Attacker(AttackerChoice {
                 attacker: Some(7),
                 obstacles: vec![near],
                 justification: "because".into(),
             }),
-            Said::Trajectory(NewMotion {
+            ParsedAnswer::Trajectory(NewMotion {
                 obstacle: 7,
                 motion: Motion::Waypoints(vec![
                     point(Moment::Step(1), 1.0),
@@ -183,7 +183,7 @@ mod tests {
                 ]),
                 justification: "because".into(),
             }),
-            Said::Trajectory(NewMotion {
+            ParsedAnswer::Trajectory(NewMotion {
                 obstacle: 7,
                 motion: Motion::Manoeuvre(Manoeuvre {
                     kind: ManoeuvreKind::CutIn,
@@ -201,7 +201,7 @@ mod tests {
                 text.starts_with(&format!(r#"{{"task":"{}""#, said.task().name())),
                 "{text}"
             );
-            assert_eq!(serde_json::from_str::<Said>(&text).unwrap(), said);
+            assert_eq!(serde_json::from_str::<ParsedAnswer>(&text).unwrap(), said);
             assert_eq!((said.named(), said.justification()), (vec![7], "because"));
             let mut said = said;
             said.texts_mut().for_each(|text| *text = "x".into());

@@ -1,21 +1,20 @@
-//! Questions of a batch handed to their providers at half the price, instead of being asked one by one.
+//! Questions of a batch submitted to their providers at half the price, instead of being asked one by one.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::asking::Asking;
-use super::scored::{label_of, way_of};
-use super::variant::Variant;
+use super::BatchRun;
+use crate::evaluation::batch::{Variant, label_of, way_of};
 use crate::evaluation::remote::{RemoteError, Submitted, submit};
-use crate::evaluation::{Judge, Question, Wanted};
+use crate::evaluation::{Judge, Question, RunOptions};
 use crate::scenario::Entry;
 use crate::store::{Item, StoreError};
 
-/// What became of the questions of a batch that were to be handed over.
+/// What became of the questions of a batch that were to be submitted.
 #[derive(Debug, Default)]
-pub struct Handed {
+pub struct SubmittedItems {
     /// By model.
     pub submitted: Vec<(String, Submitted)>,
     /// Questions that no provider takes: the built-in judge's.
@@ -26,32 +25,27 @@ pub struct Handed {
     pub broken: Vec<(String, RemoteError)>,
 }
 
-impl Asking {
-    /// Hands these questions to the providers of their models, in batches as large as those take.
+impl BatchRun {
+    /// Submits these questions to the providers of their models, in batches as large as those take.
     ///
     /// # Errors
     /// The store cannot be read or written.
-    pub async fn hand_over(&self, items: Vec<Item>) -> Result<Handed, StoreError> {
-        let mut handed = Handed::default();
-        let mut by_model: BTreeMap<&str, Vec<(Question, Wanted)>> = BTreeMap::new();
+    pub async fn submit(&self, items: Vec<Item>) -> Result<SubmittedItems, StoreError> {
+        let mut done = SubmittedItems::default();
+        let mut by_model: BTreeMap<&str, Vec<(Question, RunOptions)>> = BTreeMap::new();
         let (own, asked): (Vec<Item>, Vec<Item>) = items
             .into_iter()
             .partition(|item| matches!(self.judges.get(&item.asked.model), Some(Judge::Reference)));
-        handed.own = own;
+        done.own = own;
         let made: Vec<Result<Question, String>> =
             asked.par_iter().map(|item| self.made(item)).collect();
         for (item, question) in asked.iter().zip(made) {
             match question {
                 Ok(question) => {
-                    let wanted = Wanted {
-                        sample: item.asked.sample,
-                        fresh: false,
-                        batch: Some(self.batch.to_string()),
-                    };
                     let questions = by_model.entry(&item.asked.model).or_default();
-                    questions.push((question, wanted));
+                    questions.push((question, self.options(item)));
                 }
-                Err(why) => handed.unaskable.push((item.clone(), why)),
+                Err(why) => done.unaskable.push((item.clone(), why)),
             }
         }
         for (model, questions) in by_model {
@@ -59,12 +53,12 @@ impl Asking {
                 continue;
             };
             match submit(&questions, judge, &self.store).await {
-                Ok(submitted) => handed.submitted.push((model.to_string(), submitted)),
+                Ok(submitted) => done.submitted.push((model.to_string(), submitted)),
                 Err(RemoteError::Store(error)) => return Err(error),
-                Err(error) => handed.broken.push((model.to_string(), error)),
+                Err(error) => done.broken.push((model.to_string(), error)),
             }
         }
-        Ok(handed)
+        Ok(done)
     }
 
     /// Takes out the questions whose keys are with a provider: their answers are collected, and asking would wait for them.
@@ -72,7 +66,10 @@ impl Asking {
     ///
     /// # Errors
     /// The store cannot be read.
-    pub fn without_handed(&self, items: Vec<Item>) -> Result<(Vec<Item>, usize), StoreError> {
+    pub(super) fn without_submitted(
+        &self,
+        items: Vec<Item>,
+    ) -> Result<(Vec<Item>, usize), StoreError> {
         if !self.store.any_handed()? {
             return Ok((items, 0));
         }
@@ -95,7 +92,7 @@ impl Asking {
         let entry = Entry::of_argument(Path::new(&item.asked.path));
         let way = way_of(&item.asked)?;
         let (variant, label) = (Variant::of(&item.asked)?, label_of(&item.asked));
-        let question = self.desk.question(&entry, &way, &variant, label)?;
+        let question = self.builder.question(&entry, &way, &variant, label)?;
         Ok(Question::clone(&question))
     }
 }

@@ -21,7 +21,7 @@ const BATCH: usize = 4096;
 ///
 /// Where the store fails, the answer is on its way and paid for: it goes on being taken and shown, and the end of it is
 /// written with all of its text, if the store can be written again by then.
-pub struct Keeper {
+pub struct StreamRecorder {
     kept: Option<(Arc<Store>, RunId)>,
     waiting: Vec<Event>,
     bytes: usize,
@@ -31,7 +31,7 @@ pub struct Keeper {
     failed: Option<StoreError>,
 }
 
-impl Keeper {
+impl StreamRecorder {
     /// For a run that was granted, or one that is not kept.
     pub fn new(kept: Option<(Arc<Store>, RunId)>) -> Self {
         Self {
@@ -52,7 +52,7 @@ impl Keeper {
         self.waiting.push(event);
     }
 
-    /// When [`Keeper::tend`] is due.
+    /// When [`StreamRecorder::flush_due`] is due.
     pub fn due(&self) -> Instant {
         let renewal = self.renewed + RENEWAL;
         match self.flushed {
@@ -63,7 +63,7 @@ impl Keeper {
     }
 
     /// Writes the waiting pieces if they are due, then shows them; renews the claim if that is due.
-    pub fn tend(&mut self, on_event: &mut impl FnMut(Event)) {
+    pub fn flush_due(&mut self, on_event: &mut impl FnMut(Event)) {
         if self.due() > Instant::now() {
             return;
         }
@@ -131,7 +131,7 @@ fn joined(events: &[Event]) -> Vec<(bool, String)> {
     joined
 }
 
-impl Drop for Keeper {
+impl Drop for StreamRecorder {
     fn drop(&mut self) {
         if let Some((store, run)) = self.kept.take() {
             // An error has no receiver here.
@@ -177,12 +177,12 @@ mod tests {
         let Claim::Granted(run) = store.claim(&question, true).unwrap() else {
             panic!("nobody else asks");
         };
-        let mut keeper = Keeper::new(Some((store.clone(), run)));
-        keeper.take(Event::Reasoning("because".into()));
-        keeper.take(Event::Text("yes".into()));
+        let mut recorder = StreamRecorder::new(Some((store.clone(), run)));
+        recorder.take(Event::Reasoning("because".into()));
+        recorder.take(Event::Text("yes".into()));
         let mut shown = Vec::new();
         let ending = Ending::bare(RunState::Answered);
-        keeper
+        recorder
             .finish(&ending, ("because", "yes"), &mut |event| {
                 let kept = store.run(run).unwrap().unwrap();
                 shown.push((event, kept.ending.state, kept.answer));

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::llm::ProviderOutage;
 
-/// This many unanswered questions in a row are no accident. Each had all its tries.
+/// Questions in a row without an answer that pause a provider. Each had all its tries.
 const IN_A_ROW: usize = 5;
 
 /// A model whose questions are left open, and why.

@@ -1,0 +1,154 @@
+//! Asking: which models there are, and one question to one of them.
+
+use std::sync::Arc;
+
+use jiff::civil::Date;
+
+use crate::evaluation::{self, Answer, AskError, Event, Judge, Question, RunOptions};
+use crate::llm::{Budget, Client, Environment, Parameters, Registry, RegistryError};
+use crate::store::Store;
+
+/// The models that can be asked. They share one pool of connections and one budget.
+#[derive(Debug)]
+pub struct Models {
+    registry: Registry,
+    environment: Environment,
+    client: Client,
+    parameters: Parameters,
+    budget: Option<Budget>,
+}
+
+/// A server that is named in place of the provider's own.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Server<'a> {
+    /// Its address.
+    pub url: &'a str,
+    /// The dialect that it speaks; the provider's where none is named.
+    pub dialect: Option<&'a str>,
+    /// The environment variable with its key; the provider's where none is named.
+    pub key_env: Option<&'a str>,
+}
+
+impl Models {
+    /// Models of these providers, asked with these parameters; all requests together cost at most `budget` US dollars.
+    #[must_use]
+    pub fn new(
+        registry: Registry,
+        environment: Environment,
+        parameters: Parameters,
+        budget: Option<f64>,
+    ) -> Self {
+        Self {
+            registry,
+            environment,
+            client: Client::new(),
+            parameters,
+            budget: budget.map(Budget::new),
+        }
+    }
+
+    /// The judge with a model id, or the built-in one. A missing key is an error only once the model is asked.
+    ///
+    /// # Errors
+    /// The id or its provider is not known.
+    pub fn judge(&self, id: &str) -> Result<Judge, RegistryError> {
+        let (registry, environment) = (&self.registry, &self.environment);
+        let mut judge = Judge::resolve(id, registry, &self.client, self.parameters, environment)?;
+        if let Judge::Model(model) = &mut judge {
+            model.endpoint.budget.clone_from(&self.budget);
+        }
+        Ok(judge)
+    }
+
+    /// A warning that the provider retires a model, or has done so.
+    #[must_use]
+    pub fn retirement_warning(&self, id: &str, today: Date) -> Option<String> {
+        self.registry.retirement(id)?.warning(today)
+    }
+
+    /// The providers.
+    #[must_use]
+    pub fn registry(&self) -> &Registry {
+        &self.registry
+    }
+
+    /// Keys and other settings of the environment.
+    #[must_use]
+    pub fn environment(&self) -> &Environment {
+        &self.environment
+    }
+
+    /// What is left of the budget, US dollars; nothing where there is none.
+    #[must_use]
+    pub fn budget_left(&self) -> Option<f64> {
+        self.budget.as_ref().map(Budget::left)
+    }
+}
+
+impl Server<'_> {
+    /// Puts this server in the place of a provider's own.
+    pub fn overlay(&self, providers: &mut toml::Table, provider: &str) {
+        let entry = providers.entry(provider);
+        let entry = entry.or_insert_with(|| toml::Table::new().into());
+        let Some(table) = entry.as_table_mut() else {
+            return;
+        };
+        table.insert("base_url".into(), self.url.into());
+        if let Some(dialect) = self.dialect {
+            table.insert("dialect".into(), dialect.into());
+        }
+        if let Some(variable) = self.key_env {
+            // This key and no other.
+            table.remove("key_command");
+            table.insert("key_env".into(), variable.into());
+        }
+    }
+}
+
+/// One question to one model.
+#[derive(Debug)]
+pub struct AskRequest<'a> {
+    /// The question, rendered.
+    pub question: &'a Question,
+    /// The model, or the built-in judge.
+    pub judge: &'a Judge,
+    /// Where the answer is kept, and looked for first; nothing to keep none.
+    pub store: Option<Arc<Store>>,
+    /// Which answer is wanted.
+    pub options: RunOptions,
+}
+
+/// The answer.
+#[derive(Debug)]
+pub struct AskOutcome {
+    /// The answer, whatever it says.
+    pub answer: Answer,
+    /// Why the answer is not in the store, and where it is instead; nothing where it is, or was not to be kept.
+    pub not_stored: Option<String>,
+}
+
+/// Asks. Every piece of the answer is in the store before `on_event` hears of it. Dropping the future cancels the request,
+/// and the store says so.
+///
+/// # Errors
+/// See [`AskError`]: nothing was sent, or the store failed before anything was.
+pub async fn ask(
+    request: AskRequest<'_>,
+    mut on_event: impl FnMut(Event),
+) -> Result<AskOutcome, AskError> {
+    let AskRequest {
+        question,
+        judge,
+        store,
+        options,
+    } = request;
+    let mut not_stored = None;
+    let answer = evaluation::run(question, judge, store, &options, |event| {
+        if let Event::NotStored(why) = &event {
+            not_stored = Some(why.clone());
+        }
+        on_event(event);
+    });
+    let answer = answer.await?;
+    Ok(AskOutcome { answer, not_stored })
+}

@@ -1,0 +1,298 @@
+//! Going on with a batch: what is not answered yet, what failed, more models, techniques and samples, another truth.
+
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::plan::Origin;
+use super::{BatchError, BatchPlan, DryRun, Selection};
+use crate::evaluation::batch::{
+    Ask, Matrix, More, Relabelled, Spec, Truth, TruthSource, Variant, retold, way_of,
+};
+use crate::evaluation::{Lead, PromptConfig};
+use crate::metrics::Thresholds;
+use crate::prompts::Library;
+use crate::scenario::Entry;
+use crate::store::{Batch, BatchId, Identity, Item, NewItem, Store, StoreError};
+use crate::verdict::Task;
+
+/// A batch that is to be gone on with.
+#[derive(Debug)]
+pub struct ResumeRequest {
+    /// Which one; the last one where none is named.
+    pub batch: Option<BatchId>,
+    /// Which of its questions are asked.
+    pub selection: Selection,
+    /// What is added to it.
+    pub more: More,
+    /// Another truth.
+    pub truth: Option<TruthSource>,
+    /// Whether another truth is only looked at; otherwise it is written into the store.
+    pub dry_run: bool,
+}
+
+/// Another truth of a batch.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Relabelling {
+    /// The batch.
+    pub batch: BatchId,
+    /// Where the truth was from before.
+    pub before: TruthSource,
+    /// Scenarios that the new one says nothing about.
+    pub unlabelled: Vec<String>,
+}
+
+/// A batch as the store has it, and what is added to it.
+pub(super) struct StoredBatch {
+    batch: Batch,
+    items: Vec<Item>,
+    /// The specification without what is added.
+    before: Spec,
+    /// The first lead, where questions have to name it from now on.
+    first_lead: Option<String>,
+    extended: bool,
+}
+
+impl ResumeRequest {
+    /// Plans to go on.
+    ///
+    /// # Errors
+    /// See [`BatchError`].
+    pub fn plan(
+        &self,
+        store: &Store,
+        library: &Library,
+        thresholds: &Arc<Thresholds>,
+    ) -> Result<BatchPlan, BatchError> {
+        let batch = self.batch(store)?;
+        let stored = |error| BatchError::Stored {
+            batch: batch.id,
+            error,
+        };
+        let mut spec = Spec::from_json(&batch.spec)?;
+        spec.still(library, thresholds).map_err(stored)?;
+        self.can_be_added(&batch, &spec)?;
+        let mut items = store.items(batch.id)?;
+        let mut before = spec.clone();
+        spec.matrix.extend(&self.more);
+        let first_lead = newly_named(&before.matrix, &spec.matrix);
+        for item in &mut items {
+            if item.asked.task == Task::Safety {
+                item.asked.lead = item.asked.lead.take().or_else(|| first_lead.clone());
+            }
+        }
+        let own_library = spec.library(library)?;
+        spec.templates
+            .extend(Spec::templates_of(&spec.matrix, &own_library));
+        let builder = spec.builder(library, Arc::clone(thresholds))?;
+        let mut doubts = Vec::new();
+        let mut relabelling = None;
+        if let Some(source) = &self.truth {
+            let entries: Vec<Entry> = paths(&items).into_iter().map(entry).collect();
+            let (truth, doubtful) = Truth::open(source, &entries)?;
+            doubts = doubtful;
+            let labels = retold(&items, &truth, &builder)?;
+            if labels.iter().all(|(_, collides, _)| collides.is_none()) {
+                return Err(BatchError::NoLabel(batch.id));
+            }
+            relabelling = Some(Relabelling {
+                batch: batch.id,
+                before: spec.truth,
+                unlabelled: unlabelled(&items, &labels),
+            });
+            for (item, (_, collides, obstacle)) in items.iter_mut().zip(&labels) {
+                (item.asked.collides, item.asked.obstacle) = (*collides, *obstacle);
+            }
+            spec.truth = source.clone();
+            before.truth = source.clone();
+            if !self.dry_run {
+                store.set_truth(batch.id, &before.to_json(), &labels)?;
+            }
+        }
+        let extended = self.more.any();
+        Ok(BatchPlan {
+            builder: Arc::new(builder),
+            doubts,
+            selection: self.selection,
+            relabelling,
+            truth: match spec.truth {
+                // Of files that could not be read before.
+                TruthSource::Geometry => Truth::Geometry,
+                TruthSource::Layout | TruthSource::Files(_) => Truth::known(&items),
+            },
+            scenarios: scenarios(&items, self.selection, extended.then_some(&spec))?,
+            spec,
+            origin: Origin::Stored(StoredBatch {
+                batch,
+                items,
+                before,
+                first_lead,
+                extended,
+            }),
+        })
+    }
+
+    fn batch(&self, store: &Store) -> Result<Batch, BatchError> {
+        match self.batch {
+            Some(id) => store.batch(id)?.ok_or(BatchError::NoBatch(id)),
+            None => store.last_batch()?.ok_or(BatchError::NoBatchYet),
+        }
+    }
+
+    fn can_be_added(&self, batch: &Batch, spec: &Spec) -> Result<(), BatchError> {
+        let has = spec.matrix.samples;
+        if let Some(wanted) = self.more.samples.filter(|wanted| *wanted < has) {
+            let batch = batch.id;
+            return Err(BatchError::FewerSamples { wanted, batch, has });
+        }
+        if !self.more.leads.is_empty() && !spec.matrix.tasks.contains(&Task::Safety) {
+            let option = "--add-lead";
+            return Err(BatchError::Leads { option });
+        }
+        Ok(())
+    }
+}
+
+impl StoredBatch {
+    pub(super) fn id(&self) -> BatchId {
+        self.batch.id
+    }
+
+    /// Writes down what became known about old questions, and the new questions.
+    pub(super) fn extend(
+        &self,
+        store: &Store,
+        spec: &Spec,
+        dry_run: &DryRun,
+    ) -> Result<(), StoreError> {
+        let known = known_now(&self.items, &dry_run.items);
+        if !known.is_empty() {
+            store.set_truth(self.batch.id, &self.before.to_json(), &known)?;
+        }
+        if !self.extended {
+            return Ok(());
+        }
+        let there: HashSet<Identity<'_>> = identities(&self.items);
+        let new = dry_run
+            .items
+            .iter()
+            .filter(|item| !there.contains(&item.identity()));
+        let new: Vec<NewItem> = new.cloned().collect();
+        store.extend_batch(
+            self.batch.id,
+            &spec.to_json(),
+            &new,
+            self.first_lead.as_deref(),
+        )
+    }
+}
+
+fn identities(items: &[Item]) -> HashSet<Identity<'_>> {
+    items.iter().map(|item| item.asked.identity()).collect()
+}
+
+/// The scenarios that another truth says nothing about, by name.
+fn unlabelled(items: &[Item], labels: &[Relabelled]) -> Vec<String> {
+    let without = items
+        .iter()
+        .zip(labels)
+        .filter(|(_, label)| label.1.is_none());
+    let names: BTreeSet<&str> = without
+        .map(|(item, _)| item.asked.scenario.as_str())
+        .collect();
+    names.into_iter().map(String::from).collect()
+}
+
+/// The first lead in words, where the questions of a batch do not name it and have to from now on, as there are others.
+fn newly_named(before: &Matrix, now: &Matrix) -> Option<String> {
+    let lead = now.request.lead.filter(|_| before.more_leads.is_empty());
+    let lead = lead.filter(|_| !now.more_leads.is_empty());
+    lead.map(Lead::stored)
+}
+
+/// The truth about scenarios that could not be read when the batch was begun, and can be now.
+fn known_now(items: &[Item], now: &[NewItem]) -> Vec<Relabelled> {
+    let known = now.iter().filter(|item| item.collides.is_some());
+    let known: BTreeMap<&str, &NewItem> = known.map(|item| (item.path.as_str(), item)).collect();
+    let unknown = items.iter().filter(|item| item.asked.collides.is_none());
+    let found = unknown.filter_map(|item| {
+        let now = known.get(item.asked.path.as_str())?;
+        Some((item.place, now.collides, now.obstacle))
+    });
+    found.collect()
+}
+
+/// The scenarios of a batch, in their order.
+fn paths(items: &[Item]) -> Vec<&str> {
+    let mut seen = HashSet::new();
+    let paths = items.iter().map(|item| item.asked.path.as_str());
+    paths.filter(|path| seen.insert(*path)).collect()
+}
+
+fn entry(path: &str) -> Entry {
+    Entry::of_argument(Path::new(path))
+}
+
+/// What is to be asked about each scenario: what of the batch is selected, and what an extension has more.
+fn scenarios(
+    items: &[Item],
+    selection: Selection,
+    extended: Option<&Spec>,
+) -> Result<Vec<(Entry, Vec<Ask>)>, BatchError> {
+    let mut by_path: BTreeMap<&str, Vec<Ask>> = BTreeMap::new();
+    for item in items.iter().filter(|item| selection.has(item.state)) {
+        let way = way_of(&item.asked).map_err(BatchError::Question)?;
+        let variant = Variant::of(&item.asked).map_err(BatchError::Question)?;
+        let asks = by_path.entry(&item.asked.path).or_default();
+        add(asks, way, variant, item.asked.sample);
+    }
+    let all = paths(items);
+    if let Some(spec) = extended {
+        let (there, wanted) = (identities(items), spec.matrix.asks());
+        for path in &all {
+            let asks = by_path.entry(path).or_default();
+            for ask in &wanted {
+                add_missing(asks, ask, path, &there);
+            }
+        }
+    }
+    let in_order = all.into_iter().filter_map(|path| {
+        let asks = by_path.remove(path)?;
+        (!asks.is_empty()).then(|| (entry(path), asks))
+    });
+    Ok(in_order.collect())
+}
+
+/// Adds those samples of an `ask` that are not there yet.
+fn add_missing(asks: &mut Vec<Ask>, ask: &Ask, path: &str, there: &HashSet<Identity<'_>>) {
+    let way = &ask.way;
+    let techniques = way.techniques.map(|techniques| techniques.to_string());
+    let (lead, transform) = ask.variant.words();
+    for &sample in &ask.samples {
+        let new = Identity {
+            path,
+            task: way.task.name(),
+            model: &way.model,
+            frame: way.frame.map(|frame| frame.name()),
+            techniques: techniques.as_deref(),
+            lead: lead.as_deref(),
+            transform: transform.as_deref(),
+            sample,
+        };
+        if !there.contains(&new) {
+            add(asks, way.clone(), ask.variant, sample);
+        }
+    }
+}
+
+fn add(asks: &mut Vec<Ask>, way: PromptConfig, variant: Variant, sample: u32) {
+    let same = |ask: &&mut Ask| ask.way == way && ask.variant == variant;
+    match asks.iter_mut().find(same) {
+        Some(ask) => ask.samples.push(sample),
+        None => asks.push(Ask {
+            way,
+            variant,
+            samples: vec![sample],
+        }),
+    }
+}

@@ -1,0 +1,367 @@
+//! Asking the questions of a batch: several at once of every provider, each outcome written down as it comes.
+
+use std::collections::BTreeMap;
+use std::num::NonZeroU32;
+use std::path::Path;
+use std::sync::Arc;
+
+use tokio::sync::Semaphore;
+use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
+use tokio::task::JoinSet;
+
+use super::paused::Watch;
+use super::{BatchControl, BatchPlan, DryRun, Paused, ProviderSlots};
+use crate::evaluation::batch::{QuestionBuilder, Variant, label_of, question_key, way_of};
+use crate::evaluation::{
+    Answer, AskError, Event, Judge, Judged, Judges, Missing, Question, RunOptions,
+};
+use crate::llm::ProviderOutage;
+use crate::scenario::Entry;
+use crate::store::{BatchId, Item, ItemState, Key, RunId, Store, StoreError};
+use crate::workflow::{AskOutcome, AskRequest, ask};
+
+/// Which questions of a batch are asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Selection {
+    /// Those that have no whole answer, without those that the server cut off: it would do so again.
+    Open,
+    /// Those to which no whole answer came, with those that were cut off.
+    Failed,
+}
+
+impl Selection {
+    /// Whether a question is among them.
+    #[must_use]
+    pub fn has(self, state: ItemState) -> bool {
+        use ItemState::{Answered, Failed, Truncated, Unaskable, Waiting};
+        match (self, state) {
+            (_, Answered) => false,
+            (Self::Open, Truncated) | (Self::Failed, Waiting) => false,
+            (Self::Open, Waiting | Failed | Unaskable) => true,
+            (Self::Failed, Failed | Truncated | Unaskable) => true,
+        }
+    }
+}
+
+/// What became of one question.
+#[derive(Debug, Clone)]
+pub struct Ended {
+    /// The question, as the store had it before.
+    pub item: Item,
+    /// Where it stands now.
+    pub state: ItemState,
+    /// Why it has no whole answer, or was not asked.
+    pub error: Option<String>,
+    /// What was asked, and what was answered; nothing where it was not asked.
+    pub answered: Option<(Arc<Question>, Box<Answer>)>,
+}
+
+impl Ended {
+    /// Whether the store had the answer.
+    #[must_use]
+    pub fn is_stored(&self) -> bool {
+        let answer = self.answered.as_ref().map(|(_, answer)| answer);
+        answer.is_some_and(|answer| answer.past.is_some())
+    }
+
+    /// What was paid for it now, US dollars, where that is known.
+    #[must_use]
+    pub fn cost_usd(&self) -> Option<f64> {
+        let (_, answer) = self.answered.as_ref().filter(|_| !self.is_stored())?;
+        answer.consumed.cost_usd
+    }
+
+    /// Whether its model was tried now, so that it tells something of the server.
+    fn was_sent(&self) -> bool {
+        let tried = [ItemState::Answered, ItemState::Truncated, ItemState::Failed];
+        !self.is_stored() && tried.contains(&self.state)
+    }
+}
+
+/// A batch that is asked.
+pub struct BatchRun {
+    /// The batch.
+    pub id: BatchId,
+    /// Stops or cancels it.
+    pub control: BatchControl,
+    pub(super) store: Arc<Store>,
+    pub(super) builder: Arc<QuestionBuilder>,
+    pub(super) judges: Judges,
+    selection: Selection,
+    /// Requests of each provider that are on their way at once, at least one.
+    at_once: BTreeMap<String, usize>,
+    slots: Arc<ProviderSlots>,
+}
+
+/// Requests to a judge that are on their way at once: as many as its provider takes, at most `concurrency`. The built-in
+/// judge answers on all cores.
+#[must_use]
+pub fn at_once(judge: &Judge, concurrency: NonZeroU32) -> usize {
+    match judge {
+        Judge::Reference => std::thread::available_parallelism().map_or(1, usize::from),
+        Judge::Model(model) => {
+            let own = model.endpoint.limits.concurrency;
+            own.map_or(concurrency, |own| own.min(concurrency)).get() as usize
+        }
+    }
+}
+
+impl BatchRun {
+    /// A batch that is in the store. `concurrency` bounds the requests to each provider that are on their way at once;
+    /// batches with the same `slots` share them.
+    #[must_use]
+    pub fn new(
+        (id, plan): (BatchId, &BatchPlan),
+        store: Arc<Store>,
+        judges: Judges,
+        concurrency: NonZeroU32,
+        slots: Arc<ProviderSlots>,
+    ) -> Self {
+        let at_once = judges.iter().map(|(model, judge)| {
+            let provider = model.split('/').next().unwrap_or_default();
+            (provider.to_string(), at_once(judge, concurrency))
+        });
+        Self {
+            id,
+            control: BatchControl::default(),
+            store,
+            builder: Arc::clone(&plan.builder),
+            selection: plan.selection,
+            at_once: at_once.collect(),
+            judges,
+            slots,
+        }
+    }
+
+    /// The questions that are to be asked, and how many others a provider has already. What was never asked comes first:
+    /// what failed before may fail again and again.
+    ///
+    /// # Errors
+    /// The store cannot be read.
+    pub fn items(&self, dry_run: &DryRun) -> Result<(Vec<Item>, usize), StoreError> {
+        let mut items = self.store.items(self.id)?;
+        items.retain(|item| self.selection.has(item.state));
+        items.sort_by_key(|item| item.state != ItemState::Waiting);
+        dry_run.copy_keys(&mut items);
+        self.without_submitted(items)
+    }
+
+    /// Asks these questions and tells what becomes of each; returns when all are through, or when it was stopped and
+    /// everything that was on its way is. Models whose server does not answer or refuses them are asked no further: their
+    /// questions stay as they were, and who that is comes back. Dropping the future cancels what is on its way.
+    ///
+    /// # Errors
+    /// The store cannot keep what arrives; nothing more is asked then.
+    pub async fn ask(
+        self: Arc<Self>,
+        items: Vec<Item>,
+        mut on_event: impl FnMut(Ended),
+    ) -> Result<Vec<Paused>, StoreError> {
+        let mut by_provider: BTreeMap<String, Vec<Item>> = BTreeMap::new();
+        for item in items {
+            let provider = item.asked.model.split('/').next().unwrap_or_default();
+            by_provider
+                .entry(provider.to_string())
+                .or_default()
+                .push(item);
+        }
+        let (sender, mut receiver) = unbounded_channel();
+        let mut providers = JoinSet::new();
+        for (provider, items) in by_provider {
+            let at_once = self.at_once.get(&provider).copied().unwrap_or(1).max(1);
+            let (run, sender) = (Arc::clone(&self), sender.clone());
+            providers.spawn(async move { run.provider(provider, items, at_once, &sender).await });
+        }
+        drop(sender);
+        let mut refused = None;
+        while let Some(ended) = receiver.recv().await {
+            match ended {
+                Ok(ended) => on_event(ended),
+                Err(error) => {
+                    self.control.stop();
+                    refused.get_or_insert(error);
+                }
+            }
+        }
+        let mut paused: Vec<Paused> = providers.join_all().await.into_iter().flatten().collect();
+        paused.sort_by(|a, b| a.who.cmp(&b.who));
+        refused.map_or(Ok(paused), Err)
+    }
+
+    /// The questions to one provider, in their order, so many at once.
+    async fn provider(
+        self: Arc<Self>,
+        provider: String,
+        items: Vec<Item>,
+        at_once: usize,
+        sender: &UnboundedSender<Result<Ended, StoreError>>,
+    ) -> Vec<Paused> {
+        let slots = self.slots.of_provider(&provider, at_once);
+        let mut watch = Watch::new(provider);
+        let mut waiting = items.into_iter();
+        let mut going = JoinSet::new();
+        loop {
+            while going.len() < at_once && !self.control.is_stopped() {
+                let Some(item) = waiting.find(|item| !watch.holds(&item.asked.model)) else {
+                    break;
+                };
+                let (run, slots) = (Arc::clone(&self), Arc::clone(&slots));
+                let sender = sender.clone();
+                going.spawn(async move { run.one(item, &slots, &sender).await });
+            }
+            match going.join_next().await {
+                None => return watch.over(),
+                Some(Ok(Some((model, met)))) => watch.hear(&model, met),
+                // Nothing was to be learnt of its server.
+                Some(_) => {}
+            }
+        }
+    }
+
+    /// Asks one question once there is a slot for it, unless the batch ends before; what was met of the model's server,
+    /// where it was tried.
+    async fn one(
+        &self,
+        item: Item,
+        slots: &Semaphore,
+        sender: &UnboundedSender<Result<Ended, StoreError>>,
+    ) -> Option<(String, Option<(ProviderOutage, String)>)> {
+        // The semaphore is never closed.
+        let _slot = slots.acquire().await;
+        if self.control.is_stopped() {
+            return None;
+        }
+        let model = item.asked.model.clone();
+        let mut barrier = None;
+        let ended = tokio::select! {
+            biased;
+            () = self.control.cancelled() => return None,
+            ended = self.answer(item, &mut barrier) => ended,
+        };
+        if ended.is_err() {
+            // Before the next one is begun.
+            self.control.stop();
+        }
+        let heard = ended.as_ref().is_ok_and(Ended::was_sent);
+        let why = ended.as_ref().ok().and_then(|ended| ended.error.clone());
+        // The receiver is gone where the whole was dropped.
+        let _ = sender.send(ended);
+        heard.then(|| (model, barrier.map(|met| (met, why.unwrap_or_default()))))
+    }
+
+    async fn answer(
+        &self,
+        item: Item,
+        barrier: &mut Option<ProviderOutage>,
+    ) -> Result<Ended, StoreError> {
+        let judge = &self.judges[&item.asked.model];
+        let question = match self.question(&item).await {
+            Ok(question) => question,
+            Err(why) => return self.unanswered(item, None, ItemState::Unaskable, why),
+        };
+        let key = question_key(&question, judge)?;
+        let request = AskRequest {
+            question: &question,
+            judge,
+            store: Some(Arc::clone(&self.store)),
+            options: self.options(&item),
+        };
+        let hear = |event| {
+            if let Event::Barred(met) = event {
+                *barrier = Some(met);
+            }
+        };
+        match ask(request, hear).await {
+            Ok(AskOutcome {
+                not_stored: Some(why),
+                ..
+            }) => Err(StoreError::Unstored(why)),
+            Ok(AskOutcome { answer, .. }) => self.answered(item, key.as_ref(), question, answer),
+            Err(AskError::Refused(why) | AskError::OverBudget(why)) => {
+                self.unanswered(item, key.as_ref(), ItemState::Waiting, why)
+            }
+            Err(AskError::Store(error)) => Err(error),
+        }
+    }
+
+    /// Which answer an item wants.
+    pub(super) fn options(&self, item: &Item) -> RunOptions {
+        RunOptions {
+            sample: item.asked.sample,
+            fresh: false,
+            batch: Some(self.id.to_string()),
+        }
+    }
+
+    /// Makes the question where it does not keep others waiting.
+    async fn question(&self, item: &Item) -> Result<Arc<Question>, String> {
+        let builder = Arc::clone(&self.builder);
+        let asked = item.asked.clone();
+        let made = tokio::task::spawn_blocking(move || {
+            let entry = Entry::of_argument(Path::new(&asked.path));
+            let way = way_of(&asked)?;
+            builder.question(&entry, &way, &Variant::of(&asked)?, label_of(&asked))
+        });
+        let made = made.await;
+        made.map_err(|error| format!("it could not be worked out: {error}"))?
+    }
+
+    fn answered(
+        &self,
+        item: Item,
+        key: Option<&Key>,
+        question: Arc<Question>,
+        answer: Answer,
+    ) -> Result<Ended, StoreError> {
+        let (state, error) = match &answer.judged {
+            Judged::Missing(Missing::Cancelled) => (ItemState::Waiting, None),
+            Judged::Missing(missing @ (Missing::NoAnswer(_) | Missing::NotSent(_))) => {
+                (ItemState::Failed, Some(missing.to_string()))
+            }
+            Judged::Missing(missing) if !answer.is_whole() => {
+                (ItemState::Truncated, Some(missing.to_string()))
+            }
+            _ if !answer.is_whole() => {
+                let why = "the server ended the answer before it was whole";
+                let why = answer.cut_off().unwrap_or_else(|| why.to_string());
+                (ItemState::Truncated, Some(why))
+            }
+            _ => (ItemState::Answered, None),
+        };
+        self.set(&item, key, state, answer.run, error.as_deref())?;
+        Ok(Ended {
+            item,
+            state,
+            error,
+            answered: Some((question, Box::new(answer))),
+        })
+    }
+
+    fn unanswered(
+        &self,
+        item: Item,
+        key: Option<&Key>,
+        state: ItemState,
+        why: String,
+    ) -> Result<Ended, StoreError> {
+        self.set(&item, key, state, None, Some(&why))?;
+        Ok(Ended {
+            item,
+            state,
+            error: Some(why),
+            answered: None,
+        })
+    }
+
+    fn set(
+        &self,
+        item: &Item,
+        key: Option<&Key>,
+        state: ItemState,
+        run: Option<RunId>,
+        error: Option<&str>,
+    ) -> Result<(), StoreError> {
+        self.store
+            .set_item(self.id, item.place, key, state, run, error)
+    }
+}

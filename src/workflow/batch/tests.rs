@@ -1,0 +1,150 @@
+//! Which questions are asked again, and what a lead and a change make of a question.
+
+use std::sync::Arc;
+
+use super::Selection;
+use crate::evaluation::batch::{QuestionBuilder, RequestSettings, Variant};
+use crate::evaluation::{Lead, PromptConfig, Question};
+use crate::judge::judge;
+use crate::metrics::Thresholds;
+use crate::prompts::{Library, Techniques};
+use crate::scenario::{Entry, Transform, WantedEgo, Window, bundled};
+use crate::text::Frame;
+use crate::verdict::Task;
+
+#[test]
+fn what_is_asked_again_depends_on_where_it_stands() {
+    use crate::store::ItemState::{Answered, Failed, Truncated, Unaskable, Waiting};
+    let all = [Waiting, Answered, Truncated, Failed, Unaskable];
+    let of = |selection: Selection| all.map(|state| selection.has(state));
+    assert_eq!(of(Selection::Open), [true, false, false, true, true]);
+    assert_eq!(of(Selection::Failed), [false, false, true, true, true]);
+}
+
+fn builder() -> QuestionBuilder {
+    let thresholds = Arc::new(Thresholds::shipped().clone());
+    let request = RequestSettings::default();
+    QuestionBuilder::new(Library::load(None), thresholds, request, WantedEgo::Beside)
+}
+
+fn way(task: Task, frame: Frame) -> PromptConfig {
+    PromptConfig {
+        task,
+        frame: Some(frame),
+        techniques: Some(Techniques::ALL),
+        model: "lab/small".into(),
+    }
+}
+
+fn changed(change: Transform) -> Variant {
+    Variant {
+        transform: Some(change),
+        lead: None,
+    }
+}
+
+fn question(
+    builder: &QuestionBuilder,
+    entry: &Entry,
+    way: &PromptConfig,
+    variant: Variant,
+) -> Arc<Question> {
+    builder.question(entry, way, &variant, None).unwrap()
+}
+
+#[test]
+fn every_scenario_is_asked_about_in_the_same_way() {
+    let builder = builder();
+    let plain = Variant::default();
+    let mut dangerous = 0;
+    for entry in bundled() {
+        let safety = question(&builder, &entry, &way(Task::Safety, Frame::Ego), plain);
+        assert_eq!(safety.case.window.last(), safety.case.scene.last_step() - 2);
+        assert!(safety.tokens() > 100);
+        let collision = question(&builder, &entry, &way(Task::Collision, Frame::Ego), plain);
+        assert_eq!(
+            collision.case.window.last(),
+            collision.case.scene.last_step()
+        );
+        dangerous += usize::from(collision.reference().unwrap().dangerous);
+    }
+    assert_eq!(dangerous, 2);
+    let lost = Entry::of_file(std::path::Path::new("no/such.xml"));
+    let why = builder.question(&lost, &way(Task::Safety, Frame::Ego), &plain, None);
+    assert!(why.is_err_and(|why| why.contains("no/such.xml")));
+}
+
+#[test]
+fn the_changed_scene_is_described_under_a_name_and_hash_of_its_own() {
+    let (builder, entry) = (builder(), &bundled()[0]);
+    let ask = |frame, variant| question(&builder, entry, &way(Task::Safety, frame), variant);
+    let rotated = changed(Transform::Rotate(1.0));
+    let turned = ask(Frame::Cartesian, rotated);
+    let as_it_is = ask(Frame::Cartesian, Variant::default());
+    assert_ne!(turned.description, as_it_is.description);
+    assert_eq!(
+        turned.case.name,
+        format!("{} [rotate:57.295779513]", entry.name)
+    );
+    let hash = |q: &Question| q.case.scene.scenario.hash;
+    assert_ne!(hash(&turned), hash(&as_it_is));
+    assert_eq!(turned.case.window.last(), as_it_is.case.window.last());
+    // The change is for the store; a model is not told.
+    assert!(!turned.prompt.user.contains("rotate") && !turned.prompt.system.contains("rotate"));
+    // Seen from the ego nothing has turned.
+    let turned = ask(Frame::Ego, rotated);
+    let plain = ask(Frame::Ego, Variant::default());
+    assert_eq!(turned.description, plain.description);
+}
+
+#[test]
+fn new_numbers_are_described_and_can_be_told_back() {
+    let entry = bundled()
+        .into_iter()
+        .find(|e| e.name.contains("CutIn"))
+        .unwrap();
+    let (builder, way) = (builder(), way(Task::Safety, Frame::Ego));
+    let change = Transform::Renumber(1);
+    let renumbered = question(&builder, &entry, &way, changed(change));
+    let original = question(&builder, &entry, &way, Variant::default());
+    assert_ne!(renumbered.description, original.description);
+    let (now, before) = (
+        renumbered.reference().unwrap(),
+        original.reference().unwrap(),
+    );
+    let ids = change.ids(&entry.read().unwrap());
+    let back: Vec<i64> = now.obstacles.iter().map(|o| ids[&o.id]).collect();
+    let known: Vec<i64> = before.obstacles.iter().map(|o| o.id).collect();
+    assert!(!known.is_empty());
+    assert_eq!(back, known);
+}
+
+#[test]
+fn a_lead_ends_the_window_before_the_collision() {
+    let (builder, way) = (builder(), way(Task::Safety, Frame::Ego));
+    let mut collisions = 0;
+    for entry in bundled() {
+        let whole = question(&builder, &entry, &way, Variant::default());
+        let scene = &whole.case.scene;
+        let all = Window::ending_at(scene, i64::MAX, 1);
+        let Some(contact) = judge(scene, Task::Collision, &all).decisive_step else {
+            continue;
+        };
+        collisions += 1;
+        let ask = |seconds| {
+            let variant = Variant {
+                lead: Some(Lead::Seconds(seconds)),
+                ..changed(Transform::Mirror)
+            };
+            builder.question(&entry, &way, &variant, None)
+        };
+        let steps = (1.0 / scene.scenario.dt()).round() as i64;
+        assert_eq!(ask(1.0).unwrap().case.window.last(), contact - steps);
+        let error = ask(3000.0).unwrap_err();
+        assert!(
+            error.contains(&entry.name) && error.contains("3000"),
+            "{error}"
+        );
+    }
+    assert!(collisions > 0);
+}
