@@ -1,9 +1,10 @@
 //! What can go wrong between a question and its answer, said so that people know what to do.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::time::Duration;
 
-use super::problem::{LONGEST_QUOTE, tidy};
+use super::error_body::{LONGEST_QUOTE, tidy};
 use super::secrets::Secrets;
 
 /// Where something went wrong: the provider and the address without its secrets.
@@ -30,6 +31,15 @@ pub enum Which {
     Idle,
     /// The whole exchange took too long.
     Total,
+}
+
+/// Whether and when to send a request again that the server refused.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RetryHint {
+    /// Another try may go better, and this one cost nothing.
+    pub may_pass: bool,
+    /// How long the server asks to wait, if it said so.
+    pub after: Option<Duration>,
 }
 
 /// A failed exchange. No variant ever holds a secret; texts of the server are tidied to one line of at most 1,000 characters.
@@ -95,6 +105,8 @@ pub enum Error {
         key_source: Option<String>,
         /// Whether a key was sent at all.
         key_sent: bool,
+        /// Whether and when to try again.
+        retry: RetryHint,
     },
     /// 404: no such model, or no such address.
     #[error(
@@ -107,9 +119,11 @@ pub enum Error {
         model: String,
         /// The server's words.
         message: String,
+        /// Whether and when to try again.
+        retry: RetryHint,
     },
     /// Too many requests, or the account is used up.
-    #[error("{}", limited_text(place, *status, message, *retry_after, *exhausted))]
+    #[error("{}", limited_text(place, *status, message, retry.after, *exhausted))]
     RateLimited {
         /// Where.
         place: Place,
@@ -117,8 +131,8 @@ pub enum Error {
         status: u16,
         /// The server's words.
         message: String,
-        /// How long the server asks to wait, if it said so.
-        retry_after: Option<Duration>,
+        /// Whether and when to try again.
+        retry: RetryHint,
         /// The quota or the credit is used up: waiting does not help.
         exhausted: bool,
     },
@@ -133,6 +147,8 @@ pub enum Error {
         status: u16,
         /// The server's words.
         message: String,
+        /// Whether and when to try again.
+        retry: RetryHint,
     },
     /// The server points elsewhere; not followed, because the key would go along.
     #[error("{place} redirects to {to} ({status}); if that is right, set it as the address of {}", place.provider)]
@@ -143,6 +159,8 @@ pub enum Error {
         status: u16,
         /// The other address, without its query.
         to: String,
+        /// Whether and when to try again.
+        retry: RetryHint,
     },
     /// The server failed, and kept failing.
     #[error("{place} failed ({status}: {message}); try again later")]
@@ -153,6 +171,8 @@ pub enum Error {
         status: u16,
         /// The server's words.
         message: String,
+        /// Whether and when to try again.
+        retry: RetryHint,
     },
     /// The answer broke off; it may have been paid for, so it is not asked for again.
     #[error(
@@ -208,6 +228,63 @@ impl Error {
             | Self::Budget { .. } => true,
             Self::Timeout { which, .. } => *which == Which::Connect,
             _ => false,
+        }
+    }
+
+    /// The HTTP status of the answer; `None` if there was no answer at all, or the error came later.
+    pub(super) fn status(&self) -> Option<u16> {
+        match self {
+            Self::Unauthorized { status, .. }
+            | Self::RateLimited { status, .. }
+            | Self::BadRequest { status, .. }
+            | Self::Redirected { status, .. }
+            | Self::Server { status, .. } => Some(*status),
+            Self::NotFound { .. } => Some(404),
+            _ => None,
+        }
+    }
+
+    /// Whether and when to try again.
+    pub(super) fn retry(&self) -> RetryHint {
+        match self {
+            Self::Unauthorized { retry, .. }
+            | Self::NotFound { retry, .. }
+            | Self::RateLimited { retry, .. }
+            | Self::BadRequest { retry, .. }
+            | Self::Redirected { retry, .. }
+            | Self::Server { retry, .. } => *retry,
+            _ => RetryHint {
+                may_pass: matches!(
+                    self,
+                    Self::Unreachable { .. }
+                        | Self::Timeout {
+                            which: Which::Connect,
+                            ..
+                        }
+                ),
+                after: None,
+            },
+        }
+    }
+
+    /// The cause in a few words, the server's if it said any.
+    pub(super) fn cause(&self) -> Cow<'_, str> {
+        match self {
+            Self::Setup { why, .. }
+            | Self::Refused { why, .. }
+            | Self::Unreachable { why, .. }
+            | Self::Tls { why, .. }
+            | Self::Truncated { why, .. }
+            | Self::Budget { why, .. } => why.into(),
+            Self::Unauthorized { message, .. }
+            | Self::NotFound { message, .. }
+            | Self::RateLimited { message, .. }
+            | Self::BadRequest { message, .. }
+            | Self::Server { message, .. }
+            | Self::Provider { message, .. } => message.into(),
+            Self::Redirected { to, .. } => to.into(),
+            Self::Malformed { what, .. } => what.into(),
+            Self::Timeout { after, .. } => format!("no answer in {} s", after.as_secs_f64()).into(),
         }
     }
 }
@@ -317,6 +394,7 @@ mod tests {
             message: "Incorrect API key provided:\x1b[31m sk-abcdef\r\n".into(),
             key_source: Some("OPENAI_API_KEY".into()),
             key_sent: true,
+            retry: RetryHint::default(),
         };
         let endpoint = Endpoint {
             key: Some("sk-abcdef".into()),

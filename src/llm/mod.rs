@@ -22,6 +22,7 @@
 //! ```
 
 mod accumulator;
+mod attempt;
 /// Batches that providers work off at half the price.
 pub mod batch;
 mod broken;
@@ -34,8 +35,8 @@ mod dialect;
 mod endpoint;
 mod environment;
 mod error;
+mod error_body;
 mod events;
-mod failure;
 mod frames;
 mod json;
 mod key_command;
@@ -44,7 +45,6 @@ mod listing;
 mod outage;
 mod price;
 mod probe;
-mod problem;
 mod provider;
 mod quirks;
 mod reach;
@@ -65,7 +65,7 @@ pub use client::Client;
 pub use dialect::{Auth, Dialect, body, notes};
 pub use endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
 pub use environment::{Environment, Found, without_secrets};
-pub use error::{Error, Place, Which};
+pub use error::{Error, Place, RetryHint, Which};
 pub use frames::decode;
 pub use key_command::KeyCommand;
 pub use limits::Limits;
