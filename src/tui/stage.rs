@@ -18,6 +18,7 @@ use super::update::update;
 use super::{tasks, views, widgets};
 use crate::config::Config;
 use crate::evaluation::{Answer, Event, Judged, Missing, default_planning};
+use crate::llm::Chunk;
 use crate::planner::Cancel;
 use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo};
@@ -104,7 +105,7 @@ impl Stage {
 
     /// A piece of an answer arrives.
     pub fn arrive(&mut self, answer: usize, piece: &str) {
-        let event = Event::Text(piece.into());
+        let event = Event::Chunk(Chunk::Text(piece.into()));
         self.send(Msg::Asked(self.asked[answer], event));
     }
 
