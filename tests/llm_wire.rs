@@ -23,8 +23,8 @@ use std::time::{Duration, Instant};
 
 use futures_util::StreamExt;
 use nearmiss::llm::{
-    Chunk, Client, Endpoint, Error, Finish, Message, Parameters, Request, Retry, RetryHint, Role,
-    Schema, Timeouts, Usage, Which, body, stream,
+    Chunk, Client, Endpoint, Error, Finish, Message, Parameters, Request, Retry, Role, Schema,
+    Timeouts, Usage, Which, body, stream,
 };
 use serde_json::json;
 use support::server::{Script, Server};

@@ -1,5 +1,6 @@
 //! Why one try brought no answer, and whether another may help.
 
+use std::borrow::Cow;
 use std::io;
 use std::time::Duration;
 
@@ -10,7 +11,7 @@ use reqwest::header::LOCATION;
 use super::client::{deepest, has_io_kind, is_tls};
 use super::deadlines::{Deadlines, Elapsed};
 use super::endpoint::{Endpoint, plain};
-use super::error::{Error, RetryHint, Which};
+use super::error::{Error, Which};
 use super::error_body::ErrorBody;
 use super::retry::{asked_wait, may_pass};
 use super::text::whole;
@@ -21,7 +22,81 @@ const LONGEST_PROBLEM: usize = 64 << 10;
 /// How long it is read at most.
 const PROBLEM_PATIENCE: Duration = Duration::from_secs(10);
 
+/// Whether and when to send a request again that the server refused.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RetryHint {
+    /// Another try may go better, and this one cost nothing.
+    pub may_pass: bool,
+    /// How long the server asks to wait, milliseconds, if it said so; a `Duration` would make every error larger.
+    after_ms: Option<u32>,
+}
+
+impl RetryHint {
+    pub(super) fn new(may_pass: bool, after: Option<Duration>) -> Self {
+        let milliseconds = |wait: Duration| u32::try_from(wait.as_millis()).unwrap_or(u32::MAX);
+        Self {
+            may_pass,
+            after_ms: after.map(milliseconds),
+        }
+    }
+
+    /// How long the server asks to wait, if it said so.
+    #[must_use]
+    pub fn after(self) -> Option<Duration> {
+        self.after_ms.map(|wait| Duration::from_millis(wait.into()))
+    }
+}
+
 impl Error {
+    /// The HTTP status of the answer; `None` if there was no answer at all, or the error came later.
+    pub(super) fn status(&self) -> Option<u16> {
+        match self {
+            Self::Unauthorized { status, .. }
+            | Self::RateLimited { status, .. }
+            | Self::BadRequest { status, .. }
+            | Self::Redirected { status, .. }
+            | Self::Server { status, .. } => Some(*status),
+            Self::NotFound { .. } => Some(404),
+            _ => None,
+        }
+    }
+
+    /// Whether and when to try again.
+    pub(super) fn retry(&self) -> RetryHint {
+        match self {
+            Self::Unauthorized { retry, .. }
+            | Self::NotFound { retry, .. }
+            | Self::RateLimited { retry, .. }
+            | Self::BadRequest { retry, .. }
+            | Self::Redirected { retry, .. }
+            | Self::Server { retry, .. } => *retry,
+            Self::Unreachable { .. } => RetryHint::new(true, None),
+            Self::Timeout { which, .. } => RetryHint::new(*which == Which::Connect, None),
+            _ => RetryHint::default(),
+        }
+    }
+
+    /// The cause in a few words, the server's if it said any.
+    pub(super) fn cause(&self) -> Cow<'_, str> {
+        match self {
+            Self::Setup { why, .. }
+            | Self::Refused { why, .. }
+            | Self::Unreachable { why, .. }
+            | Self::Tls { why, .. }
+            | Self::Truncated { why, .. }
+            | Self::Budget { why, .. } => why.into(),
+            Self::Unauthorized { message, .. }
+            | Self::NotFound { message, .. }
+            | Self::RateLimited { message, .. }
+            | Self::BadRequest { message, .. }
+            | Self::Server { message, .. }
+            | Self::Provider { message, .. } => message.into(),
+            Self::Redirected { to, .. } => to.into(),
+            Self::Malformed { what, .. } => what.into(),
+            Self::Timeout { after, .. } => format!("no answer in {} s", after.as_secs_f64()).into(),
+        }
+    }
+
     /// No answer in time. The request may be worked on and paid for, so it is not repeated.
     pub(super) fn silence(elapsed: Elapsed, endpoint: &Endpoint) -> Self {
         let Elapsed { which, after } = elapsed;
@@ -75,10 +150,10 @@ impl Error {
             .await
             .unwrap_or_else(|(part, _)| part);
         let body = ErrorBody::in_body(&endpoint.secrets().redact_cut(&body));
-        let retry = RetryHint {
-            may_pass: may_pass(status, &headers, &body),
-            after: asked_wait(&headers, &body, Timestamp::now()),
-        };
+        let retry = RetryHint::new(
+            may_pass(status, &headers, &body),
+            asked_wait(&headers, &body, Timestamp::now()),
+        );
         let exhausted = status == 402 || body.is_exhausted();
         let (place, message) = (endpoint.place(), body.message);
         match status {

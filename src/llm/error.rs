@@ -1,9 +1,9 @@
 //! What can go wrong between a question and its answer, said so that people know what to do.
 
-use std::borrow::Cow;
 use std::fmt;
 use std::time::Duration;
 
+use super::attempt::RetryHint;
 use super::error_body::{LONGEST_QUOTE, tidy};
 use super::secrets::Secrets;
 
@@ -31,15 +31,6 @@ pub enum Which {
     Idle,
     /// The whole exchange took too long.
     Total,
-}
-
-/// Whether and when to send a request again that the server refused.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RetryHint {
-    /// Another try may go better, and this one cost nothing.
-    pub may_pass: bool,
-    /// How long the server asks to wait, if it said so.
-    pub after: Option<Duration>,
 }
 
 /// A failed exchange. No variant ever holds a secret; texts of the server are tidied to one line of at most 1,000 characters.
@@ -123,7 +114,7 @@ pub enum Error {
         retry: RetryHint,
     },
     /// Too many requests, or the account is used up.
-    #[error("{}", limited_text(place, *status, message, retry.after, *exhausted))]
+    #[error("{}", limited_text(place, *status, message, retry.after(), *exhausted))]
     RateLimited {
         /// Where.
         place: Place,
@@ -228,63 +219,6 @@ impl Error {
             | Self::Budget { .. } => true,
             Self::Timeout { which, .. } => *which == Which::Connect,
             _ => false,
-        }
-    }
-
-    /// The HTTP status of the answer; `None` if there was no answer at all, or the error came later.
-    pub(super) fn status(&self) -> Option<u16> {
-        match self {
-            Self::Unauthorized { status, .. }
-            | Self::RateLimited { status, .. }
-            | Self::BadRequest { status, .. }
-            | Self::Redirected { status, .. }
-            | Self::Server { status, .. } => Some(*status),
-            Self::NotFound { .. } => Some(404),
-            _ => None,
-        }
-    }
-
-    /// Whether and when to try again.
-    pub(super) fn retry(&self) -> RetryHint {
-        match self {
-            Self::Unauthorized { retry, .. }
-            | Self::NotFound { retry, .. }
-            | Self::RateLimited { retry, .. }
-            | Self::BadRequest { retry, .. }
-            | Self::Redirected { retry, .. }
-            | Self::Server { retry, .. } => *retry,
-            _ => RetryHint {
-                may_pass: matches!(
-                    self,
-                    Self::Unreachable { .. }
-                        | Self::Timeout {
-                            which: Which::Connect,
-                            ..
-                        }
-                ),
-                after: None,
-            },
-        }
-    }
-
-    /// The cause in a few words, the server's if it said any.
-    pub(super) fn cause(&self) -> Cow<'_, str> {
-        match self {
-            Self::Setup { why, .. }
-            | Self::Refused { why, .. }
-            | Self::Unreachable { why, .. }
-            | Self::Tls { why, .. }
-            | Self::Truncated { why, .. }
-            | Self::Budget { why, .. } => why.into(),
-            Self::Unauthorized { message, .. }
-            | Self::NotFound { message, .. }
-            | Self::RateLimited { message, .. }
-            | Self::BadRequest { message, .. }
-            | Self::Server { message, .. }
-            | Self::Provider { message, .. } => message.into(),
-            Self::Redirected { to, .. } => to.into(),
-            Self::Malformed { what, .. } => what.into(),
-            Self::Timeout { after, .. } => format!("no answer in {} s", after.as_secs_f64()).into(),
         }
     }
 }

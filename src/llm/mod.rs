@@ -59,13 +59,14 @@ mod streaming;
 mod text;
 mod think;
 
+pub use attempt::RetryHint;
 pub use budget::{Budget, OverBudget};
 pub use chunk::{Chunk, Cost, CostSource, Finish, LONGEST_ANSWER, Usage};
 pub use client::Client;
 pub use dialect::{Auth, Dialect, body, notes};
 pub use endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
 pub use environment::{Environment, Found, without_secrets};
-pub use error::{Error, Place, RetryHint, Which};
+pub use error::{Error, Place, Which};
 pub use frames::decode;
 pub use key_command::KeyCommand;
 pub use limits::Limits;

@@ -223,7 +223,7 @@ impl StreamingRequest {
         }
         let longest = self.endpoint.retry.longest_wait;
         if let Some(status) = status
-            && retry.after.is_some_and(|asked| asked > longest)
+            && retry.after().is_some_and(|asked| asked > longest)
         {
             return self.fail(Error::RateLimited {
                 place: self.endpoint.place(),
@@ -234,7 +234,7 @@ impl StreamingRequest {
             });
         }
         let waits = sending.waits.next();
-        let Some(wait) = waits.map(|wait| retry.after.unwrap_or(wait.min(longest))) else {
+        let Some(wait) = waits.map(|wait| retry.after().unwrap_or(wait.min(longest))) else {
             return self.fail(error);
         };
         // The total time would run out during the wait; what went wrong says more than a timeout then.
