@@ -18,10 +18,10 @@ use super::open::configuration;
 use super::prompt::Asked;
 use super::time;
 use super::{Failure, Outcome, output};
-use crate::config::{Config, Folders};
 use crate::evaluation::{self, Answer, Case, Event, Judge, Judged, Past, Wanted};
 use crate::judge;
 use crate::llm::{Budget, Client, Dialect, Effort, Environment, Parameters, Registry};
+use crate::settings::{Config, Folders};
 use crate::store::{Origin, RunId, Store};
 use crate::verdict::Task;
 

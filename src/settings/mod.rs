@@ -1,19 +1,20 @@
-//! The user's folders and configuration file, in layers: built-in defaults, file, environment.
+//! What the user wants: folders, the configuration file, themes, tags; built-in defaults, then file, then environment.
 
-mod file;
+mod config;
 mod folders;
 mod keys;
-mod mistakes;
 mod planner;
-mod settings;
 mod tags;
 mod text_file;
+mod theme;
+mod validation;
+mod values;
 
-pub use file::{Config, ConfigError};
+pub use config::{Config, ConfigError};
 pub use folders::Folders;
 pub use keys::Keys;
-pub use mistakes::Mistake;
-pub use planner::{Allowed, PlannerKey};
-pub use settings::{Lines, Setting};
+pub use planner::PlannerKey;
 pub use tags::Tags;
 pub use text_file::TextFile;
+pub use theme::{AUTO, NamedTheme, ROLES, Theme, ThemeColor, ThemeFile};
+pub use values::Setting;

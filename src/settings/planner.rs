@@ -1,10 +1,14 @@
-//! `[planner]` of `config.toml`: its keys, and what each may be. What they mean is the planner's.
+//! `[planner]` of `config.toml`: its keys, what each may be, and the setting of the planner that it stands for.
 
 use std::ops::RangeInclusive;
 
 use toml::{Table, Value};
 
-use super::mistakes::{near, shown};
+use super::Config;
+use super::validation::{near, shown};
+use crate::planner::Forecast;
+use crate::scenario::VehicleType;
+use crate::simulation::Settings;
 
 /// A key of the section.
 #[derive(Debug)]
@@ -12,72 +16,145 @@ pub struct PlannerKey {
     /// Its name, with that of its table: `horizon`, `weights.speed`.
     pub id: &'static str,
     /// Its unit; nothing for counts, shares, words and weights.
-    pub unit: &'static str,
-    /// What it may be.
-    pub allowed: Allowed,
+    unit: &'static str,
+    allowed: Allowed,
+    get: fn(&Settings) -> Value,
+    /// Takes a value that is allowed; another one changes nothing.
+    set: fn(&mut Settings, &Value),
 }
 
 /// What a value may be.
 #[derive(Debug)]
-pub enum Allowed {
+enum Allowed {
     /// A number in these bounds.
     Number(RangeInclusive<f64>),
     /// A whole number in these bounds.
     Whole(RangeInclusive<i64>),
     /// An odd number in these bounds.
-    DecodeError(RangeInclusive<i64>),
+    Odd(RangeInclusive<i64>),
     /// One of these words.
     Words(&'static [&'static str]),
 }
 
-use Allowed::{DecodeError, Number, Whole, Words};
+use Allowed::{Number, Odd, Whole, Words};
 
 /// The names of the tables in the section.
 const TABLES: [&str; 2] = ["sampling", "weights"];
 
-const fn key(id: &'static str, unit: &'static str, allowed: Allowed) -> PlannerKey {
-    PlannerKey { id, unit, allowed }
+macro_rules! keys {
+    ($($id:literal $unit:literal $kind:ident $bounds:expr => $($field:ident).+;)+) => {
+        &[$(keys!(@$kind $id, $unit, $bounds, $($field).+)),+]
+    };
+    (@number $id:literal, $unit:literal, $bounds:expr, $($field:ident).+) => {
+        PlannerKey {
+            id: $id,
+            unit: $unit,
+            allowed: Number($bounds),
+            get: |settings| Value::Float(settings.$($field).+),
+            set: |settings, value| {
+                let whole = value.as_integer().map(|n| n as f64);
+                if let Some(number) = whole.or(value.as_float()) {
+                    settings.$($field).+ = number;
+                }
+            },
+        }
+    };
+    (@whole $id:literal, $unit:literal, $bounds:expr, $($field:ident).+) => {
+        keys!(@count $id, $unit, Whole($bounds), $($field).+)
+    };
+    (@odd $id:literal, $unit:literal, $bounds:expr, $($field:ident).+) => {
+        keys!(@count $id, $unit, Odd($bounds), $($field).+)
+    };
+    (@count $id:literal, $unit:literal, $allowed:expr, $($field:ident).+) => {
+        PlannerKey {
+            id: $id,
+            unit: $unit,
+            allowed: $allowed,
+            get: |settings| Value::Integer(i64::try_from(settings.$($field).+).unwrap_or(i64::MAX)),
+            set: |settings, value| {
+                let count = value.as_integer().and_then(|n| usize::try_from(n).ok());
+                if let Some(count) = count {
+                    settings.$($field).+ = count;
+                }
+            },
+        }
+    };
+    (@word $id:literal, $unit:literal, $words:expr, forecast) => {
+        PlannerKey {
+            id: $id,
+            unit: $unit,
+            allowed: Words($words),
+            get: |settings| settings.forecast.name().into(),
+            set: |settings, value| {
+                if let Some(forecast) = value.as_str().and_then(Forecast::parse) {
+                    settings.forecast = forecast;
+                }
+            },
+        }
+    };
+    (@vehicle $id:literal, $unit:literal, $bounds:expr, planner.vehicle) => {
+        PlannerKey {
+            id: $id,
+            unit: $unit,
+            allowed: Whole($bounds),
+            get: |settings| Value::Integer(settings.planner.vehicle.number().into()),
+            set: |settings, value| {
+                if let Some(vehicle) = VehicleType::parse(&value.to_string()) {
+                    settings.planner.vehicle = vehicle;
+                }
+            },
+        }
+    };
 }
 
 /// Weights may be anything that cannot hurt.
-const fn weight(id: &'static str) -> PlannerKey {
-    key(id, "", Number(0.0..=1e6))
-}
-
-/// Every key, in the order of the documentation.
-const KEYS: [PlannerKey; 23] = [
-    key("horizon", "s", Number(0.5..=20.0)),
-    key("replan", "steps", Whole(1..=1000)),
-    key(
-        "prediction",
-        "",
-        Words(&["recorded", "constant-velocity", "lane"]),
-    ),
-    key("vehicle", "", Whole(1..=4)),
-    key("share", "", Number(0.1..=1.0)),
-    key("low_speed", "m/s", Number(0.0..=20.0)),
-    key("margin", "m", Number(0.0..=5.0)),
-    key("braking", "m/s²", Number(0.5..=20.0)),
-    key("reaction", "s", Number(0.0..=5.0)),
-    key("sampling.durations", "", Whole(1..=12)),
-    key("sampling.speeds", "", Whole(2..=30)),
-    key("sampling.offsets", "", DecodeError(3..=31)),
-    key("sampling.changes", "", Whole(1..=6)),
-    key("sampling.widest", "m", Number(0.1..=20.0)),
-    key("sampling.refinements", "", Whole(0..=3)),
-    weight("weights.longitudinal_jerk"),
-    weight("weights.lateral_jerk"),
-    weight("weights.acceleration"),
-    weight("weights.speed"),
-    weight("weights.offset"),
-    weight("weights.clearance"),
-    weight("weights.following"),
-    weight("weights.risk"),
-];
+const WEIGHT: RangeInclusive<f64> = 0.0..=1e6;
 
 impl PlannerKey {
     /// Every key, in the order of the documentation.
-    pub const ALL: &'static [Self] = &KEYS;
+    pub const ALL: &'static [Self] = keys! {
+        "horizon" "s" number 0.5..=20.0 => planner.horizon;
+        "replan" "steps" whole 1..=1000 => replan;
+        "prediction" "" word &["recorded", "constant-velocity", "lane"] => forecast;
+        "vehicle" "" vehicle 1..=4 => planner.vehicle;
+        "share" "" number 0.1..=1.0 => planner.share;
+        "low_speed" "m/s" number 0.0..=20.0 => planner.low_speed;
+        "margin" "m" number 0.0..=5.0 => planner.margin;
+        "braking" "m/s²" number 0.5..=20.0 => planner.braking;
+        "reaction" "s" number 0.0..=5.0 => planner.reaction;
+        "sampling.durations" "" whole 1..=12 => planner.sampling.durations;
+        "sampling.speeds" "" whole 2..=30 => planner.sampling.speeds;
+        "sampling.offsets" "" odd 3..=31 => planner.sampling.offsets;
+        "sampling.changes" "" whole 1..=6 => planner.sampling.changes;
+        "sampling.widest" "m" number 0.1..=20.0 => planner.sampling.widest;
+        "sampling.refinements" "" whole 0..=3 => planner.sampling.refinements;
+        "weights.longitudinal_jerk" "" number WEIGHT => planner.weights.longitudinal_jerk;
+        "weights.lateral_jerk" "" number WEIGHT => planner.weights.lateral_jerk;
+        "weights.acceleration" "" number WEIGHT => planner.weights.acceleration;
+        "weights.speed" "" number WEIGHT => planner.weights.speed;
+        "weights.offset" "" number WEIGHT => planner.weights.offset;
+        "weights.clearance" "" number WEIGHT => planner.weights.clearance;
+        "weights.following" "" number WEIGHT => planner.weights.following;
+        "weights.risk" "" number WEIGHT => planner.weights.risk;
+    };
+
+    /// The value that settings have for it.
+    #[must_use]
+    pub fn value(&self, settings: &Settings) -> Value {
+        (self.get)(settings)
+    }
+
+    /// Gives settings a value for it.
+    ///
+    /// # Errors
+    /// It may not have this value: what is needed, in words.
+    pub fn set(&self, settings: &mut Settings, value: &Value) -> Result<(), String> {
+        if !self.allows(value) {
+            return Err(format!("planner.{} = {value}: {}", self.id, self.needed()));
+        }
+        (self.set)(settings, value);
+        Ok(())
+    }
 
     /// The key with this name.
     #[must_use]
@@ -98,7 +175,7 @@ impl PlannerKey {
             (Number(range), Value::Float(x)) => range.contains(x),
             (Number(range), Value::Integer(n)) => range.contains(&(*n as f64)),
             (Whole(range), Value::Integer(n)) => range.contains(n),
-            (DecodeError(range), Value::Integer(n)) => n % 2 != 0 && range.contains(n),
+            (Odd(range), Value::Integer(n)) => n % 2 != 0 && range.contains(n),
             (Words(words), Value::String(word)) => words.contains(&word.as_str()),
             _ => false,
         }
@@ -122,7 +199,7 @@ impl PlannerKey {
                 range.start(),
                 range.end()
             ),
-            DecodeError(range) => format!(
+            Odd(range) => format!(
                 "an odd number from {} to {}{unit} is needed",
                 range.start(),
                 range.end()
@@ -138,8 +215,21 @@ impl PlannerKey {
     }
 }
 
+impl Config {
+    /// These settings, changed as the section `[planner]` of the file says.
+    #[must_use]
+    pub fn planning(&self, mut settings: Settings) -> Settings {
+        for key in PlannerKey::ALL {
+            if let Some(value) = said(&self.planner, key).filter(|value| key.allows(value)) {
+                (key.set)(&mut settings, value);
+            }
+        }
+        settings
+    }
+}
+
 /// The value that a section has for a key, if it says one.
-pub(super) fn said<'a>(section: &'a Table, key: &PlannerKey) -> Option<&'a Value> {
+fn said<'a>(section: &'a Table, key: &PlannerKey) -> Option<&'a Value> {
     match key.id.split_once('.') {
         Some((table, name)) => section.get(table)?.as_table()?.get(name),
         None => section.get(key.id),
@@ -247,5 +337,43 @@ mod tests {
             let found = words(text);
             assert!(found.len() == 1 && found[0].starts_with(said), "{found:?}");
         }
+    }
+
+    #[test]
+    fn every_key_is_a_setting_of_its_own() {
+        let mut settings = crate::evaluation::default_planning();
+        let number = |value: Value| value.as_float().or(value.as_integer().map(|n| n as f64));
+        let knobs = || {
+            PlannerKey::ALL
+                .iter()
+                .filter(|key| !["prediction", "vehicle"].contains(&key.id))
+        };
+        for key in PlannerKey::ALL {
+            assert!(key.allows(&key.value(&settings)), "{}", key.id);
+        }
+        for (place, key) in knobs().enumerate() {
+            (key.set)(&mut settings, &Value::Integer(1000 + place as i64));
+        }
+        for (place, key) in knobs().enumerate() {
+            assert_eq!(
+                number(key.value(&settings)),
+                Some(1000.0 + place as f64),
+                "{}",
+                key.id
+            );
+        }
+        let mut set =
+            |id: &str, value: Value| PlannerKey::named(id).unwrap().set(&mut settings, &value);
+        assert_eq!(set("vehicle", Value::Integer(4)), Ok(()));
+        assert_eq!(set("prediction", "recorded".into()), Ok(()));
+        for (id, value) in [
+            ("vehicle", Value::Integer(7)),
+            ("prediction", "oracle".into()),
+            ("horizon", "4".into()),
+        ] {
+            assert!(set(id, value).is_err(), "{id}");
+        }
+        assert_eq!(settings.planner.vehicle, VehicleType::Truck);
+        assert_eq!(settings.forecast, Forecast::Recorded);
     }
 }

@@ -1,7 +1,6 @@
-//! The settings one by one: their values, and where in the file they are said.
+//! The keys of `config.toml` one by one: what each may be, its value, and what holds where it is not set.
 
 use toml::Value;
-use toml::de::DeTable;
 
 use super::Config;
 
@@ -16,88 +15,133 @@ pub struct Setting {
     pub unset: &'static str,
 }
 
+/// A key of the file: what it may be, what holds where it is not set, and its value.
+pub(super) struct Key {
+    pub name: &'static str,
+    /// What is needed behind it.
+    pub needed: &'static str,
+    unset: &'static str,
+    value: fn(&Config) -> Option<Value>,
+}
+
+const fn key(
+    name: &'static str,
+    needed: &'static str,
+    unset: &'static str,
+    value: fn(&Config) -> Option<Value>,
+) -> Key {
+    Key {
+        name,
+        needed,
+        unset,
+        value,
+    }
+}
+
+const BOOLEAN: &str = "true or false is needed";
+const COUNT: &str = "a whole number of at least 1 (and less than 4294967296) is needed";
+
+/// Every key, in the order of the documentation.
+pub(super) const KEYS: [Key; 17] = [
+    key(
+        "theme",
+        "a text is needed, the name of a theme such as \"dark\"",
+        "auto: dark or light, as the terminal's background is",
+        |config| text(&config.theme),
+    ),
+    key(
+        "glyphs",
+        "\"auto\", \"unicode\" or \"ascii\" is needed",
+        "auto: what the locale says",
+        |config| text(&config.glyphs),
+    ),
+    key("mouse", BOOLEAN, "", |config| Some(config.mouse.into())),
+    key("session", BOOLEAN, "", |config| Some(config.session.into())),
+    key(
+        "editor",
+        "\"plain\", \"vim\" or \"emacs\" is needed",
+        "",
+        |config| Some(config.editor.name().into()),
+    ),
+    key(
+        "model",
+        "a text is needed, provider/model, such as \"openai/gpt-4o\"",
+        "the built-in judge, reference/geometry",
+        |config| text(&config.model),
+    ),
+    key(
+        "history",
+        "a whole number of at least 1 is needed",
+        "the template's",
+        |config| Some(i64::try_from(config.history?).ok()?.into()),
+    ),
+    key(
+        "radius",
+        "a number is needed, metres, more than 0",
+        "the template's",
+        |config| config.radius.map(Value::Float),
+    ),
+    key(
+        "temperature",
+        "a number from 0 to 2 is needed",
+        "the template's, else not sent",
+        |config| config.temperature.map(Value::Float),
+    ),
+    key("max_tokens", COUNT, "not sent", |config| {
+        Some(config.max_tokens?.into())
+    }),
+    key(
+        "effort",
+        "\"off\", \"low\", \"medium\" or \"high\" is needed",
+        "not sent",
+        |config| text(&config.effort),
+    ),
+    key("concurrency", COUNT, "", |config| {
+        Some(config.concurrency.get().into())
+    }),
+    key(
+        "budget",
+        "a number is needed, US dollars, more than 0",
+        "no bound",
+        |config| config.budget.map(Value::Float),
+    ),
+    key(
+        "person",
+        "a text is needed, a name",
+        "the user's name",
+        |config| text(&config.person),
+    ),
+    key(
+        "pictures",
+        "a text is needed, a folder",
+        "the current folder",
+        |config| Some(config.pictures.as_ref()?.display().to_string().into()),
+    ),
+    // These are printed as sections.
+    key(
+        "provider",
+        "a table for each is needed: [provider.NAME]",
+        "",
+        |_| None,
+    ),
+    key("planner", "a table is needed: [planner]", "", |_| None),
+];
+
+fn text(text: &Option<String>) -> Option<Value> {
+    text.clone().map(Value::String)
+}
+
 impl Config {
     /// Every setting but the providers and those of the planner, in the order of the documentation.
     #[must_use]
     pub fn settings(&self) -> Vec<Setting> {
-        let text = |text: &Option<String>| text.clone().map(Value::String);
-        let whole = |number: Option<usize>| {
-            number.and_then(|n| Some(Value::Integer(i64::try_from(n).ok()?)))
+        let flat = |key: &&Key| !["provider", "planner"].contains(&key.name);
+        let setting = |key: &Key| Setting {
+            key: key.name,
+            value: (key.value)(self),
+            unset: key.unset,
         };
-        let pictures = self
-            .pictures
-            .as_ref()
-            .map(|path| path.display().to_string());
-        let setting = |key, value, unset| Setting { key, value, unset };
-        vec![
-            setting(
-                "theme",
-                text(&self.theme),
-                "auto: dark or light, as the terminal's background is",
-            ),
-            setting("glyphs", text(&self.glyphs), "auto: what the locale says"),
-            setting("mouse", Some(Value::Boolean(self.mouse)), ""),
-            setting("session", Some(Value::Boolean(self.session)), ""),
-            setting("editor", Some(Value::String(self.editor.name().into())), ""),
-            setting(
-                "model",
-                text(&self.model),
-                "the built-in judge, reference/geometry",
-            ),
-            setting("history", whole(self.history), "the template's"),
-            setting("radius", self.radius.map(Value::Float), "the template's"),
-            setting(
-                "temperature",
-                self.temperature.map(Value::Float),
-                "the template's, else not sent",
-            ),
-            setting(
-                "max_tokens",
-                self.max_tokens.map(|n| Value::Integer(n.into())),
-                "not sent",
-            ),
-            setting("effort", text(&self.effort), "not sent"),
-            setting(
-                "concurrency",
-                Some(Value::Integer(self.concurrency.get().into())),
-                "",
-            ),
-            setting("budget", self.budget.map(Value::Float), "no bound"),
-            setting("person", text(&self.person), "the user's name"),
-            setting("pictures", text(&pictures), "the current folder"),
-        ]
-    }
-}
-
-/// Where in a file its keys stand.
-#[derive(Debug)]
-pub struct Lines<'a> {
-    text: &'a str,
-    table: DeTable<'a>,
-}
-
-impl<'a> Lines<'a> {
-    /// The keys of a text; none where it is no TOML.
-    #[must_use]
-    pub fn of(text: &'a str) -> Self {
-        let table = DeTable::parse(text).map(toml::Spanned::into_inner);
-        Self {
-            text,
-            table: table.unwrap_or_default(),
-        }
-    }
-
-    /// The line, from 1, of a key that is reached by these names; nothing where the text does not say it.
-    #[must_use]
-    pub fn line(&self, names: &[&str]) -> Option<usize> {
-        let (last, tables) = names.split_last()?;
-        let mut table = &self.table;
-        for name in tables {
-            table = table.get(*name)?.get_ref().as_table()?;
-        }
-        let (key, _) = table.iter().find(|(key, _)| key.get_ref() == last)?;
-        let before = self.text.get(..key.span().start)?;
-        Some(1 + before.matches('\n').count())
+        KEYS.iter().filter(flat).map(setting).collect()
     }
 }
 
@@ -126,17 +170,5 @@ mod tests {
                 "{setting:?}"
             );
         }
-    }
-
-    #[test]
-    fn lines_of_keys() {
-        let text = "# a\nmouse = true\n\n[provider.lab]\nbase_url = \"http://x\"\n[provider]\nb.key_env = \"B\"\n";
-        let lines = Lines::of(text);
-        assert_eq!(lines.line(&["mouse"]), Some(2));
-        assert_eq!(lines.line(&["provider", "lab", "base_url"]), Some(5));
-        assert_eq!(lines.line(&["provider", "b", "key_env"]), Some(7));
-        assert_eq!(lines.line(&["provider", "c", "key_env"]), None);
-        assert_eq!(lines.line(&["theme"]), None);
-        assert_eq!(Lines::of("= =").line(&["theme"]), None);
     }
 }

@@ -23,12 +23,12 @@ use tokio::task::AbortHandle;
 use self::queue::Queue;
 use super::loaded::{Measured, Opened, PictureJob, Source};
 use super::message::{AskId, Effect, Msg, OpenId, Outside, StoredOf};
-use crate::config::{Config, Folders, TextFile};
 use crate::evaluation::{self, Answer, AskError, Judge, Question, Wanted};
 use crate::llm::{Budget, Client, Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo};
+use crate::settings::{Config, Folders, TextFile};
 use crate::store::{Origin, Store};
 use crate::system;
 

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use ratatui::style::Color;
+use toml::Spanned;
 use toml::de::DeValue;
 
-use super::{ROLES, Theme, color};
-use crate::config::TextFile;
-use crate::text::visible;
-use crate::tui::user_file::{UserFile, first, shown};
+use super::{ROLES, Theme, ThemeColor, ThemeFile};
+use crate::settings::TextFile;
+use crate::system::{TomlText, nearest, shown_value};
 
 const SHIPPED: &[(&str, &str)] = &[
     ("dark", include_str!("../../../themes/dark.toml")),
@@ -25,61 +24,35 @@ pub const AUTO: &str = "auto";
 
 /// A theme that can be chosen.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Named {
+pub struct NamedTheme<C> {
     /// By what name.
     pub name: String,
     /// The user's file; nothing for a shipped theme.
     pub file: Option<String>,
     /// The theme in all colours, or every mistake in its file.
-    pub theme: Result<Theme, Vec<String>>,
+    pub theme: Result<Theme<C>, Vec<String>>,
 }
 
-impl Theme {
+impl ThemeFile {
     /// Names of the themes that come with the program.
     pub fn shipped() -> impl Iterator<Item = &'static str> {
         SHIPPED.iter().map(|(name, _)| *name)
     }
 
-    /// The theme `name`: the user's file of that name in `folder`, else a shipped one; `auto` is `dark` or `light`.
-    ///
-    /// # Errors
-    /// There is none, or its file is wrong: with file, line and key.
-    pub fn load(name: &str, folder: &Path, dark: bool) -> Result<Self, String> {
-        let name = match name {
-            AUTO if dark => "dark",
-            AUTO => "light",
-            name => name,
-        };
-        let all = Self::all(folder);
-        match all.into_iter().find(|named| named.name == name) {
-            Some(named) => named.theme.map_err(|mistakes| first(&mistakes)),
-            None => Err(Self::unknown(name, folder)),
-        }
-    }
-
-    /// There is no such theme.
-    fn unknown(name: &str, folder: &Path) -> String {
-        let names: Vec<&str> = Self::shipped().collect();
-        format!(
-            "no theme `{name}`; there are {AUTO}, {} and files in {}",
-            names.join(", "),
-            folder.display()
-        )
-    }
-
     /// Every theme that can be chosen: the shipped ones, in whose place a file of the user's may be, and the user's.
     #[must_use]
-    pub fn all(folder: &Path) -> Vec<Named> {
-        let mut all: Vec<Named> = SHIPPED
+    pub fn all(folder: &Path) -> Vec<NamedTheme<ThemeColor>> {
+        let mut all: Vec<NamedTheme<ThemeColor>> = SHIPPED
             .iter()
-            .map(|(name, text)| Named {
+            .map(|(name, text)| NamedTheme {
                 name: (*name).into(),
                 file: None,
                 theme: Self::parse(name, &format!("the shipped {name}.toml"), text),
             })
             .collect();
         let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        let mut own: Vec<Named> = files.filter_map(|entry| own(&entry.path())).collect();
+        let mut own: Vec<NamedTheme<ThemeColor>> =
+            files.filter_map(|entry| own(&entry.path())).collect();
         own.sort_by(|a, b| a.name.cmp(&b.name));
         for named in own {
             match all.iter_mut().find(|other| other.name == named.name) {
@@ -95,13 +68,7 @@ impl Theme {
     pub fn default_for(dark: bool) -> Self {
         let (name, text) = SHIPPED[usize::from(!dark)];
         // The shipped files are read by a test.
-        Self::parse(name, name, text).unwrap_or_else(|_| Self::plain())
-    }
-
-    /// The default theme.
-    #[cfg(test)]
-    pub fn default_theme() -> Self {
-        Self::default_for(true)
+        Self::parse(name, name, text).unwrap_or_else(|_| Self::plain(ThemeColor::Terminal))
     }
 
     /// Reads a theme; roles that the file leaves out are as in the default theme for that background.
@@ -109,74 +76,26 @@ impl Theme {
     /// # Errors
     /// Every mistake, with file, line and key.
     pub fn parse(name: &str, file: &str, text: &str) -> Result<Self, Vec<String>> {
-        let mut said = UserFile::new(file, text);
-        let Some(table) = said.table() else {
-            said.checked()?;
-            return Err(Vec::new());
+        let mut read = Reading {
+            text: TomlText::new(text),
+            dark: None,
+            roles: Vec::new(),
+            sixteen: Vec::new(),
         };
-        let mut dark = None;
-        let mut roles = Vec::new();
-        let mut sixteen = Vec::new();
-        for (key, value) in &table {
-            match key.get_ref().as_ref() {
-                "name" if value.get_ref().is_str() => {}
-                "name" => said.mistake(&key.span(), "name must be a text"),
-                "dark" => match value.get_ref().as_bool() {
-                    Some(is) => dark = Some(is),
-                    None => said.mistake(&key.span(), "dark must be true or false"),
-                },
-                part @ ("roles" | "sixteen") => {
-                    let Some(below) = said.below(part, value) else {
-                        continue;
-                    };
-                    for (role, value) in below {
-                        let name = role.get_ref().as_ref();
-                        let Some(known) = ROLES.iter().find(|known| **known == name) else {
-                            said.mistake(
-                                &role.span(),
-                                &format!("{part}.{name} is not a role{}", near(name)),
-                            );
-                            continue;
-                        };
-                        match color_of(value.get_ref()) {
-                            Some(color) if part == "roles" => roles.push((*known, color)),
-                            Some(color) if color == Color::Reset || color::number(color).is_some() => {
-                                sixteen.push((*known, color));
-                            }
-                            _ => said.mistake(
-                                &value.span(),
-                                &format!(
-                                    "{part}.{name} = {} is not {}",
-                                    shown(value.get_ref()),
-                                    if part == "roles" {
-                                        "a colour: \"#rrggbb\", a name such as \"red\", 0 to 255, or \"reset\""
-                                    } else {
-                                        "one of the sixteen colours, such as \"red\" or \"lightred\""
-                                    }
-                                ),
-                            ),
-                        }
-                    }
-                }
-                other => said.mistake(
-                    &key.span(),
-                    &format!("{other} is not known; there are name, dark, [roles] and [sixteen]"),
-                ),
-            }
-        }
-        if dark.is_none() {
-            said.mistake(
-                &(0..0),
-                "dark is missing: true for dark backgrounds, else false",
-            );
-        }
-        said.checked()?;
+        read.file();
+        let Reading {
+            text,
+            dark,
+            roles,
+            sixteen,
+        } = read;
+        text.checked(file)?;
         let dark = dark.unwrap_or(true);
         let complete = ROLES
             .iter()
             .all(|role| roles.iter().any(|(r, _)| r == role));
         let mut theme = if complete {
-            Self::plain()
+            Self::plain(ThemeColor::Terminal)
         } else {
             Self::default_for(dark)
         };
@@ -196,36 +115,102 @@ impl Theme {
     }
 }
 
+/// What a file says, as far as it has been read.
+struct Reading<'a> {
+    text: TomlText<'a>,
+    dark: Option<bool>,
+    roles: Vec<(&'static str, ThemeColor)>,
+    sixteen: Vec<(&'static str, ThemeColor)>,
+}
+
+impl Reading<'_> {
+    fn file(&mut self) {
+        let Some(table) = self.text.table() else {
+            return;
+        };
+        for (key, value) in &table {
+            match key.get_ref().as_ref() {
+                "name" if value.get_ref().is_str() => {}
+                "name" => self.text.mistake(&key.span(), "name must be a text".into()),
+                "dark" => match value.get_ref().as_bool() {
+                    Some(is) => self.dark = Some(is),
+                    None => self
+                        .text
+                        .mistake(&key.span(), "dark must be true or false".into()),
+                },
+                part @ ("roles" | "sixteen") => {
+                    for (role, value) in self.text.below(part, value).into_iter().flatten() {
+                        self.role(part, role, value);
+                    }
+                }
+                other => self.text.mistake(
+                    &key.span(),
+                    format!("{other} is not known; there are name, dark, [roles] and [sixteen]"),
+                ),
+            }
+        }
+        if !table.contains_key("dark") {
+            let words = "dark is missing: true for dark backgrounds, else false";
+            self.text.mistake(&(0..0), words.into());
+        }
+    }
+
+    fn role(&mut self, part: &str, role: &Spanned<impl AsRef<str>>, value: &Spanned<DeValue<'_>>) {
+        let name = role.get_ref().as_ref();
+        let Some(known) = ROLES.iter().find(|known| **known == name) else {
+            let meant = nearest(name, ROLES.iter().copied());
+            let meant = meant.map_or(String::new(), |role| format!("; did you mean {role}?"));
+            let words = format!("{part}.{name} is not a role{meant}");
+            return self.text.mistake(&role.span(), words);
+        };
+        let color = color_of(value.get_ref());
+        let (list, few, needed) = match part {
+            "roles" => (
+                &mut self.roles,
+                false,
+                "a colour: \"#rrggbb\", a name such as \"red\", 0 to 255, or \"reset\"",
+            ),
+            _ => (
+                &mut self.sixteen,
+                true,
+                "one of the sixteen colours, such as \"red\" or \"lightred\"",
+            ),
+        };
+        let fits = |color: &ThemeColor| {
+            !few || matches!(color, ThemeColor::Ansi(_) | ThemeColor::Terminal)
+        };
+        match color.filter(fits) {
+            Some(color) => list.push((*known, color)),
+            None => {
+                let shown = shown_value(value.get_ref());
+                let words = format!("{part}.{name} = {shown} is not {needed}");
+                self.text.mistake(&value.span(), words);
+            }
+        }
+    }
+}
+
 /// A file of the user's, if it is a theme by its name.
-fn own(path: &Path) -> Option<Named> {
+fn own(path: &Path) -> Option<NamedTheme<ThemeColor>> {
     let name = path
         .file_name()?
         .to_str()?
         .strip_suffix(".toml")?
         .to_string();
     let theme = TextFile::read(path)
-        .map_err(|error| vec![visible(&error).into_owned()])
-        .and_then(|said| Theme::parse(&name, &said.file, &said.text));
-    Some(Named {
+        .map_err(|error| vec![error])
+        .and_then(|said| ThemeFile::parse(&name, &said.file, &said.text));
+    Some(NamedTheme {
         name,
         file: Some(path.display().to_string()),
         theme,
     })
 }
 
-/// The role that was probably meant.
-fn near(name: &str) -> String {
-    let best = ROLES
-        .iter()
-        .max_by(|a, b| strsim::jaro(name, a).total_cmp(&strsim::jaro(name, b)))
-        .filter(|role| strsim::jaro(name, role) > 0.75);
-    best.map_or(String::new(), |role| format!("; did you mean {role}?"))
-}
-
-fn color_of(value: &DeValue<'_>) -> Option<Color> {
+fn color_of(value: &DeValue<'_>) -> Option<ThemeColor> {
     match value {
-        DeValue::Integer(index) => index.as_str().parse().ok().map(Color::Indexed),
-        DeValue::String(text) => color::named(text),
+        DeValue::Integer(index) => index.as_str().parse().ok().map(ThemeColor::Indexed),
+        DeValue::String(text) => ThemeColor::parse(text),
         _ => None,
     }
 }
@@ -234,7 +219,6 @@ fn color_of(value: &DeValue<'_>) -> Option<Color> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::tui::theme::Depth;
 
     #[test]
     fn shipped_themes_give_every_role_at_every_depth() {
@@ -243,15 +227,13 @@ mod tests {
                 let line = format!("\n{role} = ");
                 assert!(text.contains(&line), "{name}: {role}");
             }
-            let theme = Theme::parse(name, name, text).unwrap();
-            for depth in [Depth::True, Depth::Indexed, Depth::Sixteen] {
-                let theme = theme.clone().at_depth(depth);
-                for role in ROLES {
-                    let color = theme.role(role).unwrap();
-                    assert_ne!(color, Color::Reset, "{name}: {role}");
-                    let few = color::number(color).is_some();
-                    assert!(few || depth != Depth::Sixteen, "{name}: {role} {color}");
-                }
+            let theme = ThemeFile::parse(name, name, text).unwrap();
+            for role in ROLES {
+                assert_ne!(
+                    theme.role(role),
+                    Some(ThemeColor::Terminal),
+                    "{name}: {role}"
+                );
             }
         }
     }
@@ -259,7 +241,7 @@ mod tests {
     #[test]
     fn mistakes_are_named_by_line_and_key() {
         let text = "name = \"mine\"\ndark = true\nbright = 1\n[roles]\ntext = \"blurple\"\ndangr = \"red\"\ndim = 300\n\n[sixteen]\ntext = \"#ffffff\"\n";
-        let mistakes = Theme::parse("mine", "mine.toml", text).unwrap_err();
+        let mistakes = ThemeFile::parse("mine", "mine.toml", text).unwrap_err();
         let found = [
             "mine.toml:3: bright is not known",
             "mine.toml:5: roles.text = \"blurple\" is not a colour",
@@ -271,20 +253,21 @@ mod tests {
         for (mistake, start) in mistakes.iter().zip(found) {
             assert!(mistake.starts_with(start), "{mistake}");
         }
-        let broken = Theme::parse("mine", "mine.toml", "name = \"mine\"\ndark = \n").unwrap_err();
+        let broken =
+            ThemeFile::parse("mine", "mine.toml", "name = \"mine\"\ndark = \n").unwrap_err();
         assert!(broken[0].starts_with("mine.toml:2: "), "{broken:?}");
     }
 
     #[test]
     fn roles_left_out_are_the_default_ones() {
-        let theme = Theme::parse("mine", "f", "dark = false\n[roles]\ntext = 160\n").unwrap();
-        let light = Theme::default_for(false);
-        assert_eq!(theme.text, Color::Indexed(160));
+        let theme = ThemeFile::parse("mine", "f", "dark = false\n[roles]\ntext = 160\n").unwrap();
+        let light = ThemeFile::default_for(false);
+        assert_eq!(theme.text, ThemeColor::Indexed(160));
         assert_eq!((theme.danger, &theme.name[..]), (light.danger, "mine"));
-        // Not black, which stands for the default's text.
-        let few = theme.at_depth(Depth::Sixteen);
-        assert_ne!(few.text, light.clone().at_depth(Depth::Sixteen).text);
-        assert_eq!(few.danger, light.at_depth(Depth::Sixteen).danger);
+        // Black among the sixteen stands for the default's text, not for this one.
+        let few = |theme: &ThemeFile, role| theme.sixteen.iter().any(|(own, _)| *own == role);
+        assert!(few(&light, "text") && !few(&theme, "text"));
+        assert!(few(&theme, "danger") == few(&light, "danger"));
     }
 
     #[test]
@@ -295,20 +278,14 @@ mod tests {
         write("dark.toml", "dark = true\n[roles]\ntext = \"red\"\n");
         write("mine.toml", "dark = true\n[roles]\ntext = 3.5\n");
         write("notes.txt", "no theme");
-        let load = |name: &str| Theme::load(name, folder.path(), true);
-        assert_eq!(load("dark").unwrap().text, Color::Red);
-        assert_eq!(load("auto").unwrap().text, Color::Red);
-        assert!(
-            load("mine")
-                .unwrap_err()
-                .contains("mine.toml:3: roles.text")
-        );
-        assert!(load("none").unwrap_err().contains("contrast"));
-        assert!(load("../dark").unwrap_err().contains("no theme"));
-        let names: Vec<String> = Theme::all(folder.path())
-            .into_iter()
-            .map(|n| n.name)
-            .collect();
+        let all = ThemeFile::all(folder.path());
+        let theme = |name: &str| {
+            let named = all.iter().find(|named| named.name == name).unwrap();
+            named.theme.clone()
+        };
+        assert_eq!(theme("dark").unwrap().text, ThemeColor::Ansi(1));
+        assert!(theme("mine").unwrap_err()[0].contains("mine.toml:3: roles.text"));
+        let names: Vec<&str> = all.iter().map(|n| n.name.as_str()).collect();
         assert_eq!(names, ["dark", "light", "contrast", "colorblind", "mine"]);
     }
 }

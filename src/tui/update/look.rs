@@ -2,7 +2,7 @@
 
 use super::super::message::{Effect, Reloaded};
 use super::super::model::{Glyphs, Model, Overlay, Picker, themes_shown};
-use crate::config::Config;
+use crate::settings::Config;
 
 /// Opens the list of themes at the one that is chosen.
 pub fn pick_theme(model: &mut Model) {
