@@ -13,7 +13,7 @@
 //!               ▼            ▼                                              │
 //!            planner ──► simulation ──► generation: dangerous variants ─────┘
 //!
-//!  workflow: open, ask, batch, plan and generate, once for cli and tui; config tells what
+//!  workflow: open, ask, batch, plan and generate, once for cli and tui; settings tell what
 //!  the user wants; geometry and system lie beneath
 //! ```
 //!
@@ -43,8 +43,8 @@
 //! | [`evaluation`] | What becomes of one case, and of many: truth, claims, statistics, reports? |
 //! | [`workflow`] | How is a scenario opened, asked about, planned or attacked, with which events on the way? |
 //! | [`picture`] | How does it look on paper: SVG, PNG, GIF? |
-//! | [`config`] | What does the user want, and from which file and line? |
-//! | [`system`] | What does the operating system say, in plain words; how are files written whole? |
+//! | [`settings`] | What does the user want, and from which file and line? |
+//! | [`system`] | What does the operating system say, in plain words; how are files written whole, and in which line is a mistake? |
 //! | [`cli`] | What does a command do, and with which status does it end? |
 //! | [`tui`] | What does a key do, and what is drawn? |
 //! | [`docs`] | How is it used? |
@@ -52,7 +52,7 @@
 //! # Rules
 //!
 //! Modules import only what `tests/architecture/rules.rs` allows: [`geometry`], [`prompts`], [`llm`], [`verdict`],
-//! [`config`], [`docs`] and [`system`] know no other module (all may use [`system`]), and outside crates such as
+//! [`docs`] and [`system`] know no other module (all may use [`system`]), and outside crates such as
 //! `ratatui`, `reqwest` or `rusqlite` have one home each. Every file says in its first line what it is for and has
 //! at most 400 lines.
 //!
@@ -66,8 +66,6 @@
 
 /// The command line: one file a subcommand.
 pub mod cli;
-/// The user's folders and configuration file.
-pub mod config;
 pub mod docs;
 /// One case from end to end.
 pub mod evaluation;
@@ -89,6 +87,8 @@ pub mod planner;
 pub mod prompts;
 /// Scenarios and scenes, and the files they come from.
 pub mod scenario;
+/// What the user wants: folders, configuration, themes, tags.
+pub mod settings;
 /// The closed loop: the planner drives the ego through a scenario.
 pub mod simulation;
 /// Every run, in SQLite.

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::config::Folders;
 use crate::llm::without_secrets;
+use crate::settings::Folders;
 use crate::system::activity::{Doing, doing};
 use crate::system::crash;
 

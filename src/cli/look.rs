@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::{Failure, Outcome, output};
-use crate::config::Folders;
 use crate::picture::ScreenPainter;
+use crate::settings::Folders;
 use crate::system::Terminal;
 
 /// Arguments of `themes`.

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Arguments, Failure, output};
-use crate::config::{Config, ConfigError, Folders, TextFile};
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
 use crate::scenario::{
     EgoError, Entry, LibraryError, Obstacle, ObstacleRole, Place, Scenario, Scene, Severity,
     WantedEgo, bundled, find, not_standard_input,
 };
+use crate::settings::{Config, ConfigError, Folders, TextFile};
 use crate::text::Frame;
 use crate::verdict::Task;
 use crate::workflow::{OpenError, OpenRequest, OpenedScene, open};

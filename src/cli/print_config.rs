@@ -6,12 +6,12 @@ use std::path::Path;
 use toml::Value;
 
 use super::open::unusable;
-use super::plan::with;
 use super::{Failure, Outcome, output};
-use crate::config::{Config, Folders, Lines, PlannerKey, TextFile};
-use crate::evaluation::planning_value;
+use crate::evaluation::default_planning;
 use crate::llm::{Address, Environment, Registry};
+use crate::settings::{Config, Folders, PlannerKey, Setting, TextFile};
 use crate::simulation::Settings;
+use crate::system::KeyLines;
 
 /// Prints the configuration. Keys are never in it, only the variables they are looked for in.
 ///
@@ -26,7 +26,7 @@ pub fn print_config() -> Outcome {
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let text = said.as_ref().map_or("", |said| &said.text);
     let page = Page {
-        lines: Lines::of(text),
+        lines: KeyLines::new(text),
         file: path.display().to_string(),
     };
     let mut out = String::new();
@@ -40,13 +40,13 @@ pub fn print_config() -> Outcome {
     }
     out += "\n";
     out += &page.settings(&config);
-    out += &page.planner(&with(&config)?);
+    out += &page.planner(&config.planning(default_planning()));
     out += &page.providers(&config, &registry.addresses(&environment));
     output::text(&output::visible(&out))
 }
 
 struct Page<'a> {
-    lines: Lines<'a>,
+    lines: KeyLines<'a>,
     file: String,
 }
 
@@ -60,7 +60,7 @@ impl Page<'_> {
     }
 
     fn settings(&self, config: &Config) -> String {
-        let line = |setting: crate::config::Setting| {
+        let line = |setting: Setting| {
             let (key, source) = (setting.key, self.source(&[setting.key]));
             match (setting.value, user_variable()) {
                 (Some(value), _) => format!("{key} = {value}  # {source}\n"),
@@ -83,9 +83,8 @@ impl Page<'_> {
             }
             path.insert(0, "planner");
             let name = path.last().copied().unwrap_or_default();
-            if let Some(value) = planning_value(settings, key.id) {
-                out += &format!("{name} = {value}  # {}\n", self.source(&path));
-            }
+            let (value, source) = (key.value(settings), self.source(&path));
+            out += &format!("{name} = {value}  # {source}\n");
         }
         out
     }

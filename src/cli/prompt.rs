@@ -6,9 +6,9 @@ use super::describe::advised;
 use super::open::{Which, configuration, frame, task, techniques, user_thresholds};
 use super::span::Span;
 use super::{Failure, Outcome, output};
-use crate::config::{Config, Folders};
 use crate::evaluation::{Case, CaseError, Question, default_frame, prepare, template, validate};
 use crate::prompts::{Instead, Library, Problem, Techniques};
+use crate::settings::{Config, Folders};
 use crate::text::Frame;
 use crate::verdict::Task;
 

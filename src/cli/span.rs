@@ -1,10 +1,10 @@
 //! Which steps of a scene are looked at, and how they are described.
 
 use super::Failure;
-use crate::config::Config;
 use crate::evaluation::Settings;
 use crate::prompts::{MOST_DECIMALS, Techniques};
 use crate::scenario::{Scene, Window};
+use crate::settings::Config;
 use crate::text::Form;
 use crate::verdict::Task;
 

@@ -25,23 +25,9 @@ pub enum Event {
     Kept(RunId),
     /// Another program, or another task of this one, is asking the same under this number; its answer is waited for.
     Awaiting(RunId),
-    /// Something about the request that people should know.
-    Note(String),
-    /// The server begins to answer, as this model.
-    Answering(Option<String>),
-    /// A piece of the reasoning.
-    Reasoning(String),
-    /// A piece of the answer.
-    Text(String),
-    /// A try failed; the next one follows.
-    Retrying {
-        /// Number of the next try.
-        attempt: u32,
-        /// How long until then.
-        wait: Duration,
-        /// What went wrong.
-        why: String,
-    },
+    /// A piece of the answer, or of what is told about it, arrived; [`Chunk::Usage`] and [`Chunk::Finished`] go into the
+    /// [`Answer`] instead.
+    Chunk(Chunk),
     /// The answer is not in the store; why, and where it is instead.
     NotStored(String),
     /// It failed in a way in which every other question to the model would most likely fail.
@@ -214,12 +200,12 @@ async fn claim(
 /// The answer of a run that is in the store.
 fn replay(run: Run, on_event: &mut impl FnMut(Event)) -> Answer {
     on_event(Event::Kept(run.id));
-    for (text, event) in [
-        (&run.reasoning, Event::Reasoning as fn(String) -> Event),
-        (&run.answer, Event::Text),
+    for (text, piece) in [
+        (&run.reasoning, Chunk::Reasoning as fn(String) -> Chunk),
+        (&run.answer, Chunk::Text),
     ] {
         if !text.is_empty() {
-            on_event(event(text.clone()));
+            on_event(Event::Chunk(piece(text.clone())));
         }
     }
     Answer::from(run)
@@ -256,24 +242,24 @@ impl Asking {
     }
 
     /// Takes a piece; it is shown when it is kept.
-    fn piece(&mut self, event: Event) {
-        match &event {
-            Event::Reasoning(text) => self.answer.reasoning.push_str(text),
-            Event::Text(text) => self.answer.text.push_str(text),
+    fn piece(&mut self, piece: Chunk) {
+        match &piece {
+            Chunk::Reasoning(text) => self.answer.reasoning.push_str(text),
+            Chunk::Text(text) => self.answer.text.push_str(text),
             _ => {}
         }
         if self.answer.consumed.first_chunk_ms.is_none() {
             self.answer.consumed.first_chunk_ms = Some(self.elapsed());
         }
-        self.recorder.take(event);
+        self.recorder.take(piece);
     }
 
     fn reference(&mut self, question: &Question) -> Result<(), StoreError> {
         let case = &question.case;
         let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);
         let text = serde_json::to_string(&judgement.verdict)?;
-        self.piece(Event::Reasoning(judgement.reasoning));
-        self.piece(Event::Text(text));
+        self.piece(Chunk::Reasoning(judgement.reasoning));
+        self.piece(Chunk::Text(text));
         self.answer.judged = Judged::Verdict(Parsed {
             verdict: judgement.verdict,
             how: How::Strict,
@@ -306,14 +292,13 @@ impl Asking {
             };
             let Some(chunk) = chunk else { break };
             match chunk {
-                Ok(Chunk::Note(note)) => on_event(Event::Note(note)),
+                Ok(note @ Chunk::Note(_)) => on_event(Event::Chunk(note)),
                 Ok(Chunk::Started { model }) => {
                     begun = true;
                     self.answer.model_returned.clone_from(&model);
-                    on_event(Event::Answering(model));
+                    on_event(Event::Chunk(Chunk::Started { model }));
                 }
-                Ok(Chunk::Reasoning(text)) => self.piece(Event::Reasoning(text)),
-                Ok(Chunk::Text(text)) => self.piece(Event::Text(text)),
+                Ok(piece @ (Chunk::Reasoning(_) | Chunk::Text(_))) => self.piece(piece),
                 Ok(Chunk::Usage(usage)) => {
                     let consumed = &mut self.answer.consumed;
                     consumed.input_tokens = usage.input_tokens;
@@ -325,14 +310,14 @@ impl Asking {
                     let source = usage.cost.map(|cost| stated(cost.source, model, returned));
                     self.answer.price_source = source;
                 }
-                Ok(Chunk::Retrying { attempt, wait, why }) => {
+                Ok(retrying @ Chunk::Retrying { .. }) => {
                     retried = true;
-                    on_event(Event::Retrying { attempt, wait, why });
+                    on_event(Event::Chunk(retrying));
                 }
                 Ok(Chunk::Finished(finish)) => {
                     failure = stopped_short(&finish);
                     if finish == Finish::TooLong {
-                        on_event(Event::Note(too_long()));
+                        on_event(Event::Chunk(Chunk::Note(too_long())));
                     }
                     self.answer.finish = Some(word(&finish));
                     // Nothing follows, and the end is written at once, together with what waits.

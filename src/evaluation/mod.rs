@@ -57,7 +57,7 @@ pub use judges::{Judge, Judges, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, Yes, any_yes, confusion};
 pub use lead_curve::{LeadCurve, LeadPoint, Seen, Timed, lead_curves};
-pub use planning::{default_planning, planning_value, set_planning};
+pub use planning::default_planning;
 pub use question::{Case, CaseError, Question, prepare, template};
 pub use results::{Counted, GroundTruth, Outcome, Results, results, with_intervals};
 pub use scored::{AnswerStatus, PromptConfig, Scored};

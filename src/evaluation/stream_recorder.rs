@@ -6,6 +6,7 @@ use std::time::Duration;
 use tokio::time::Instant;
 
 use super::case::Event;
+use crate::llm::Chunk;
 use crate::store::{Ending, Piece, RENEWAL, RunId, RunState, Store, StoreError};
 
 /// The longest that a piece waits for others before all are written, and shown.
@@ -23,7 +24,7 @@ const BATCH: usize = 4096;
 /// written with all of its text, if the store can be written again by then.
 pub struct StreamRecorder {
     kept: Option<(Arc<Store>, RunId)>,
-    waiting: Vec<Event>,
+    waiting: Vec<Chunk>,
     bytes: usize,
     flushed: Option<Instant>,
     renewed: Instant,
@@ -44,12 +45,12 @@ impl StreamRecorder {
         }
     }
 
-    /// Takes a piece, an [`Event::Reasoning`] or [`Event::Text`].
-    pub fn take(&mut self, event: Event) {
-        if let Event::Reasoning(text) | Event::Text(text) = &event {
+    /// Takes a piece, a [`Chunk::Reasoning`] or [`Chunk::Text`].
+    pub fn take(&mut self, piece: Chunk) {
+        if let Chunk::Reasoning(text) | Chunk::Text(text) = &piece {
             self.bytes += text.len();
         }
-        self.waiting.push(event);
+        self.waiting.push(piece);
     }
 
     /// When [`StreamRecorder::flush_due`] is due.
@@ -76,7 +77,10 @@ impl StreamRecorder {
         self.failed = self.failed.take().or(written.err());
         self.renewed = Instant::now();
         if !self.waiting.is_empty() {
-            self.waiting.drain(..).for_each(&mut *on_event);
+            self.waiting
+                .drain(..)
+                .map(Event::Chunk)
+                .for_each(&mut *on_event);
             self.bytes = 0;
             self.flushed = Some(Instant::now());
         }
@@ -99,7 +103,7 @@ impl StreamRecorder {
                 .conclude_whole(run, reasoning, text, ending)
                 .map_err(|_| first),
         };
-        self.waiting.drain(..).for_each(on_event);
+        self.waiting.drain(..).map(Event::Chunk).for_each(on_event);
         kept
     }
 }
@@ -115,12 +119,12 @@ fn pieces(joined: &[(bool, String)]) -> Vec<Piece<'_>> {
 }
 
 /// The texts, those that follow each other and are of one kind put together.
-fn joined(events: &[Event]) -> Vec<(bool, String)> {
+fn joined(chunks: &[Chunk]) -> Vec<(bool, String)> {
     let mut joined: Vec<(bool, String)> = Vec::new();
-    for event in events {
-        let (reasoning, text) = match event {
-            Event::Reasoning(text) => (true, text),
-            Event::Text(text) => (false, text),
+    for chunk in chunks {
+        let (reasoning, text) = match chunk {
+            Chunk::Reasoning(text) => (true, text),
+            Chunk::Text(text) => (false, text),
             _ => continue,
         };
         match joined.last_mut() {
@@ -178,8 +182,8 @@ mod tests {
             panic!("nobody else asks");
         };
         let mut recorder = StreamRecorder::new(Some((store.clone(), run)));
-        recorder.take(Event::Reasoning("because".into()));
-        recorder.take(Event::Text("yes".into()));
+        recorder.take(Chunk::Reasoning("because".into()));
+        recorder.take(Chunk::Text("yes".into()));
         let mut shown = Vec::new();
         let ending = Ending::bare(RunState::Answered);
         recorder
@@ -190,8 +194,8 @@ mod tests {
             .unwrap();
         let whole = |event| (event, RunState::Answered, "yes".to_string());
         let pieces = [
-            Event::Reasoning("because".into()),
-            Event::Text("yes".into()),
+            Event::Chunk(Chunk::Reasoning("because".into())),
+            Event::Chunk(Chunk::Text("yes".into())),
         ];
         assert_eq!(shown, pieces.map(whole));
     }

@@ -1,11 +1,16 @@
 //! An answer being put together: what every dialect's decoder hands its findings to.
 
+use serde_json::Value;
+
 use super::chunk::{Chunk, Finish, LONGEST_ANSWER, Usage};
+use super::error::{Error, Place};
+use super::error_body::ErrorBody;
 use super::think::{Part, Splitter};
 
 /// What has been found of an answer, and the chunks that came of it and were not taken yet.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct ResponseAccumulator {
+    place: Place,
     chunks: Vec<Chunk>,
     model: Option<String>,
     started: bool,
@@ -29,6 +34,53 @@ pub(super) struct ResponseAccumulator {
 const LONGEST_WORD: usize = 300;
 
 impl ResponseAccumulator {
+    /// An answer from that place, of which nothing has come yet.
+    pub fn new(place: Place) -> Self {
+        Self {
+            place,
+            chunks: Vec::new(),
+            model: None,
+            started: false,
+            complete: false,
+            finish: None,
+            refusal: String::new(),
+            usage: None,
+            content: Splitter::default(),
+            reasoned: false,
+            spoke: false,
+            received: 0,
+            bytes: 0,
+            capped: false,
+        }
+    }
+
+    /// Where the answer comes from.
+    pub fn place(&self) -> &Place {
+        &self.place
+    }
+
+    /// What came is not of this protocol.
+    pub fn malformed(&self, what: String) -> Error {
+        Error::Malformed {
+            place: self.place.clone(),
+            what,
+        }
+    }
+
+    /// A whole document came that holds no answer.
+    pub fn no_answer(&self, document: &Value) -> Error {
+        self.malformed(format!("a document without an answer: `{document}`"))
+    }
+
+    /// The server reports an error inside the answer.
+    pub fn reported(&self, body: ErrorBody) -> Error {
+        Error::Provider {
+            place: self.place.clone(),
+            code: body.code.or(body.kind),
+            message: body.message,
+        }
+    }
+
     /// The model that the server says it uses; the first name holds.
     pub fn model(&mut self, name: Option<&str>) {
         if self.model.is_none() {

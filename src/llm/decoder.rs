@@ -4,16 +4,15 @@ use serde_json::Value;
 
 use super::accumulator::ResponseAccumulator;
 use super::chunk::Chunk;
-use super::dialect::{DecodeError, Dialect, Protocol};
+use super::dialect::{AnswerReader, Dialect};
 use super::error::{Error, Place};
+use super::error_body::ErrorBody;
 use super::json::{MOST_VALUES, is_bounded};
-use super::problem::Problem;
 
 /// Turns the events of one answer into chunks.
 #[derive(Debug)]
 pub(super) struct Decoder {
-    place: Place,
-    protocol: Box<dyn Protocol>,
+    reader: Box<dyn AnswerReader>,
     answer: ResponseAccumulator,
     over: bool,
 }
@@ -22,9 +21,8 @@ impl Decoder {
     /// A decoder for one answer from that place.
     pub fn new(dialect: Dialect, place: Place) -> Self {
         Self {
-            place,
-            protocol: dialect.protocol(),
-            answer: ResponseAccumulator::default(),
+            reader: dialect.protocol().reader(),
+            answer: ResponseAccumulator::new(place),
             over: false,
         }
     }
@@ -45,22 +43,21 @@ impl Decoder {
         }
         if data == "[DONE]" {
             // Only one dialect ends with this word; from servers of the others it says nothing that a cut could not.
-            if self.protocol.ends_with_word() || self.answer.has_finish() {
+            if self.reader.ends_with_word() || self.answer.has_finish() {
                 self.answer.complete();
             }
             return Ok(self.answer.take());
         }
         self.bounded(data)?;
         let value = serde_json::from_str(data)
-            .map_err(|_| self.malformed(format!("the event `{data}`")))?;
-        if let Some(problem) = Problem::in_value(&value) {
-            return Err(self.provider(problem));
+            .map_err(|_| self.answer.malformed(format!("the event `{data}`")))?;
+        if let Some(body) = ErrorBody::in_value(&value) {
+            return Err(self.answer.reported(body));
         }
         if !value.is_object() {
-            return Err(self.malformed(format!("the event `{value}`")));
+            return Err(self.answer.malformed(format!("the event `{value}`")));
         }
-        let read = self.protocol.event(&value, &mut self.answer);
-        read.map_err(|odd| self.odd(odd))?;
+        self.reader.event(&value, &mut self.answer)?;
         if self.answer.is_capped() {
             self.answer.cap();
         }
@@ -69,7 +66,7 @@ impl Decoder {
 
     /// The data of an event that the server itself named `error`.
     pub fn error_event(&mut self, data: &str) -> Error {
-        self.provider(Problem::in_body(data))
+        self.answer.reported(ErrorBody::in_body(data))
     }
 
     /// A whole answer in one JSON document, from a server that does not stream.
@@ -81,19 +78,18 @@ impl Decoder {
         let value: Value = serde_json::from_str(body).map_err(|e| {
             if e.is_eof() {
                 Error::Truncated {
-                    place: self.place.clone(),
+                    place: self.answer.place().clone(),
                     received: 0,
                     why: "the document is incomplete".into(),
                 }
             } else {
-                self.malformed(format!("`{body}`"))
+                self.answer.malformed(format!("`{body}`"))
             }
         })?;
-        if let Some(problem) = Problem::in_value(&value) {
-            return Err(self.provider(problem));
+        if let Some(body) = ErrorBody::in_value(&value) {
+            return Err(self.answer.reported(body));
         }
-        let read = self.protocol.document(&value, &mut self.answer);
-        read.map_err(|odd| self.odd(odd))?;
+        self.reader.document(&value, &mut self.answer)?;
         self.answer.complete();
         Ok(self.answer.take())
     }
@@ -111,7 +107,7 @@ impl Decoder {
             return self.answer.take().into_iter().map(Ok).collect();
         }
         self.answer.rest();
-        let error = cause(self.place.clone(), self.answer.received());
+        let error = cause(self.answer.place().clone(), self.answer.received());
         self.failed(error)
     }
 
@@ -132,32 +128,12 @@ impl Decoder {
         rest.chain([Err(error)]).collect()
     }
 
-    fn odd(&self, odd: DecodeError) -> Error {
-        match odd {
-            DecodeError::Malformed(what) => self.malformed(what),
-            DecodeError::Provider(problem) => self.provider(problem),
-        }
-    }
-
     fn bounded(&self, document: &str) -> Result<(), Error> {
         match is_bounded(document.as_bytes(), MOST_VALUES) {
             true => Ok(()),
-            false => Err(self.malformed(format!("a document of more than {MOST_VALUES} values"))),
-        }
-    }
-
-    fn malformed(&self, what: String) -> Error {
-        Error::Malformed {
-            place: self.place.clone(),
-            what,
-        }
-    }
-
-    fn provider(&self, problem: Problem) -> Error {
-        Error::Provider {
-            place: self.place.clone(),
-            code: problem.code.or(problem.kind),
-            message: problem.message,
+            false => Err(self
+                .answer
+                .malformed(format!("a document of more than {MOST_VALUES} values"))),
         }
     }
 }

@@ -143,7 +143,7 @@ impl Endpoint {
     /// # Errors
     /// [`Error::Setup`] if the base URL is no URL, or not an http(s) one.
     pub fn request_url(&self, model: &str) -> Result<Url, Error> {
-        Ok(self.dialect.with_model(self.url()?, model))
+        Ok(self.dialect.protocol().with_model(self.url()?, model))
     }
 
     /// Most tokens an answer may have, if anybody set a limit.
@@ -210,7 +210,7 @@ impl Endpoint {
                 "this starts with `{scheme}:`; write http:// or https:// before the host"
             )));
         }
-        let path = self.dialect.path(url.path());
+        let path = self.dialect.protocol().path(url.path());
         url.set_path(&path);
         url.set_fragment(None);
         Ok(url)

@@ -3,7 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
-use super::problem::{LONGEST_QUOTE, tidy};
+use super::attempt::RetryHint;
+use super::error_body::{LONGEST_QUOTE, tidy};
 use super::secrets::Secrets;
 
 /// Where something went wrong: the provider and the address without its secrets.
@@ -95,6 +96,8 @@ pub enum Error {
         key_source: Option<String>,
         /// Whether a key was sent at all.
         key_sent: bool,
+        /// Whether and when to try again.
+        retry: RetryHint,
     },
     /// 404: no such model, or no such address.
     #[error(
@@ -107,9 +110,11 @@ pub enum Error {
         model: String,
         /// The server's words.
         message: String,
+        /// Whether and when to try again.
+        retry: RetryHint,
     },
     /// Too many requests, or the account is used up.
-    #[error("{}", limited_text(place, *status, message, *retry_after, *exhausted))]
+    #[error("{}", limited_text(place, *status, message, retry.after(), *exhausted))]
     RateLimited {
         /// Where.
         place: Place,
@@ -117,8 +122,8 @@ pub enum Error {
         status: u16,
         /// The server's words.
         message: String,
-        /// How long the server asks to wait, if it said so.
-        retry_after: Option<Duration>,
+        /// Whether and when to try again.
+        retry: RetryHint,
         /// The quota or the credit is used up: waiting does not help.
         exhausted: bool,
     },
@@ -133,6 +138,8 @@ pub enum Error {
         status: u16,
         /// The server's words.
         message: String,
+        /// Whether and when to try again.
+        retry: RetryHint,
     },
     /// The server points elsewhere; not followed, because the key would go along.
     #[error("{place} redirects to {to} ({status}); if that is right, set it as the address of {}", place.provider)]
@@ -143,6 +150,8 @@ pub enum Error {
         status: u16,
         /// The other address, without its query.
         to: String,
+        /// Whether and when to try again.
+        retry: RetryHint,
     },
     /// The server failed, and kept failing.
     #[error("{place} failed ({status}: {message}); try again later")]
@@ -153,6 +162,8 @@ pub enum Error {
         status: u16,
         /// The server's words.
         message: String,
+        /// Whether and when to try again.
+        retry: RetryHint,
     },
     /// The answer broke off; it may have been paid for, so it is not asked for again.
     #[error(
@@ -317,6 +328,7 @@ mod tests {
             message: "Incorrect API key provided:\x1b[31m sk-abcdef\r\n".into(),
             key_source: Some("OPENAI_API_KEY".into()),
             key_sent: true,
+            retry: RetryHint::default(),
         };
         let endpoint = Endpoint {
             key: Some("sk-abcdef".into()),

@@ -100,7 +100,7 @@ pub fn decode<'a>(
     pieces: impl IntoIterator<Item = &'a [u8]>,
 ) -> Vec<Result<Chunk, Error>> {
     let pieces: Vec<_> = pieces.into_iter().map(<[u8]>::to_vec).collect();
-    let mut frames = frames(joined(stream::iter(pieces)), dialect.framing());
+    let mut frames = frames(joined(stream::iter(pieces)), dialect.protocol().framing());
     let endpoint = Endpoint::new("decoder", "http://localhost");
     let (place, none) = (endpoint.place(), endpoint.secrets());
     let mut decoder = Decoder::new(dialect, place);

@@ -22,6 +22,7 @@
 //! ```
 
 mod accumulator;
+mod attempt;
 /// Batches that providers work off at half the price.
 pub mod batch;
 mod broken;
@@ -34,8 +35,8 @@ mod dialect;
 mod endpoint;
 mod environment;
 mod error;
+mod error_body;
 mod events;
-mod failure;
 mod frames;
 mod json;
 mod key_command;
@@ -44,7 +45,6 @@ mod listing;
 mod outage;
 mod price;
 mod probe;
-mod problem;
 mod provider;
 mod quirks;
 mod reach;
@@ -59,6 +59,7 @@ mod streaming;
 mod text;
 mod think;
 
+pub use attempt::RetryHint;
 pub use budget::{Budget, OverBudget};
 pub use chunk::{Chunk, Cost, CostSource, Finish, LONGEST_ANSWER, Usage};
 pub use client::Client;

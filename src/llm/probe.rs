@@ -5,11 +5,12 @@ use std::time::Duration;
 use futures_util::future::join_all;
 use serde_json::Value;
 
-use super::client::{Client, deepest};
+use super::client::Client;
 use super::deadlines::Deadlines;
 use super::dialect::Dialect;
 use super::endpoint::{Endpoint, Timeouts};
 use super::environment::Environment;
+use super::error::Error;
 use super::registry::Registry;
 use super::text::whole;
 
@@ -53,7 +54,7 @@ pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discov
         endpoint.key = provider.key(environment).map(|found| found.key);
         let client = client.clone();
         Some(async move {
-            let models = served(&client, &endpoint).await.unwrap_or_default();
+            let models = list(&client, &endpoint, PATIENCE).await.unwrap_or_default();
             let dialect = endpoint.dialect;
             let of = move |model| Discovered {
                 id: format!("{name}/{model}"),
@@ -65,103 +66,68 @@ pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discov
     join_all(asked).await.into_iter().flatten().collect()
 }
 
-/// The names of the models at an endpoint; nothing if it does not say.
-async fn served(client: &Client, endpoint: &Endpoint) -> Option<Vec<String>> {
-    list(client, endpoint, PATIENCE).await.ok()
-}
-
-/// Why a server did not say what it serves.
-pub(super) enum Unlisted {
-    /// Its address or key cannot be used.
-    Setup(String),
-    /// It answered with this status.
-    Status(u16),
-    /// Nothing answered, in words; or not in time.
-    Silent(String),
-    /// It answered with something else than a list.
-    NoList,
-}
-
-/// Asks for the names of the models at an endpoint, which costs nothing; waits no longer than `patience` for each step.
+/// Asks for the names of the models at an endpoint, in order, which costs nothing; waits no longer than `patience` for each
+/// step.
+///
+/// # Errors
+/// [`Error::Malformed`] if something else than a list came; else why there was no answer.
 pub(super) async fn list(
     client: &Client,
     endpoint: &Endpoint,
     patience: Duration,
-) -> Result<Vec<String>, Unlisted> {
-    let setup = |error: super::Error| Unlisted::Setup(error.to_string());
-    let mut url = endpoint.request_url("m").map_err(setup)?;
-    let (ending, listing) = match endpoint.dialect {
-        Dialect::OpenAiChat => ("/chat/completions", "/models"),
-        Dialect::OpenAiResponses => ("/responses", "/models"),
-        Dialect::Anthropic => ("/messages", "/models"),
-        Dialect::Ollama => ("/api/chat", "/api/tags"),
-        Dialect::Gemini => ("/models/m:streamGenerateContent", "/models"),
+) -> Result<Vec<String>, Error> {
+    let protocol = endpoint.dialect.protocol();
+    let endpoint = &Endpoint {
+        timeouts: Timeouts {
+            connect: patience,
+            idle: patience,
+            total: patience,
+        },
+        ..endpoint.clone()
     };
-    let path = url.path().strip_suffix(ending).ok_or(Unlisted::NoList)?;
-    let path = format!("{path}{listing}");
+    let no_list = || Error::Malformed {
+        place: endpoint.place(),
+        what: "no list of models".into(),
+    };
+    let mut url = endpoint.url()?;
+    let root = url.path().strip_suffix(protocol.method());
+    let path = format!("{}{}", root.ok_or_else(no_list)?, protocol.models_path());
     url.set_path(&path);
-    if endpoint.dialect == Dialect::Gemini {
-        // It belongs to the streamed answer.
-        url.set_query(None);
+    endpoint.keeps_secrets()?;
+    let timeouts = Deadlines::starting_now(endpoint.timeouts);
+    let http = client.http(endpoint, patience);
+    let http = http.map_err(|why| Error::Setup {
+        place: endpoint.place(),
+        why,
+    })?;
+    let mut request = http.get(url);
+    for (name, value) in protocol.headers() {
+        request = request.header(*name, *value);
     }
-    let timeouts = Deadlines::starting_now(Timeouts {
-        connect: patience,
-        idle: patience,
-        total: patience,
-    });
-    endpoint.keeps_secrets().map_err(setup)?;
-    let mut request = client
-        .http(endpoint, patience)
-        .map_err(Unlisted::Setup)?
-        .get(url);
-    if let Some((name, value)) = endpoint.key_header().map_err(setup)? {
+    if let Some((name, value)) = endpoint.key_header()? {
         request = request.header(name, value);
     }
-    if endpoint.dialect == Dialect::Anthropic {
-        request = request.header("anthropic-version", "2023-06-01");
-    }
-    let late = || Unlisted::Silent(format!("no answer in {} s", patience.as_secs_f64()));
     let secrets = endpoint.secrets();
-    let sent = timeouts.wait(request.send()).await.map_err(|_| late())?;
-    let response = sent.map_err(|error| Unlisted::Silent(secrets.redact(&deepest(&error))))?;
-    let status = response.status();
-    if !status.is_success() {
-        return Err(Unlisted::Status(status.as_u16()));
-    }
+    let response = match timeouts.wait(request.send()).await {
+        Ok(Ok(response)) if response.status().is_success() => response,
+        Ok(Ok(response)) => return Err(Error::answered(response, endpoint, "", timeouts).await),
+        Ok(Err(error)) => return Err(Error::unanswered(&error, endpoint).cleared_of(&secrets)),
+        Err(elapsed) => return Err(Error::silence(elapsed, endpoint)),
+    };
     let body = whole(response, timeouts, LONGEST).await;
-    let body = body.map_err(|_| Unlisted::NoList)?;
-    let mut names = names(endpoint.dialect, &body).ok_or(Unlisted::NoList)?;
-    // Some servers quote the key even here; that is no model.
-    names.retain(|name| !secrets.are_in(name));
-    Ok(names)
-}
-
-/// The names in a list of models, in order.
-fn names(dialect: Dialect, body: &str) -> Option<Vec<String>> {
-    let value: Value = serde_json::from_str(body).ok()?;
-    let name = |entry: &Value, key: &str| entry.get(key).and_then(Value::as_str).map(str::to_owned);
-    let (list, key) = match dialect {
-        Dialect::Ollama | Dialect::Gemini => (value.get("models")?.as_array()?, "name"),
-        _ => (value.get("data")?.as_array()?, "id"),
-    };
-    // Several protocols list their models at the same path, each in its own form.
-    let theirs = |entry: &&Value| {
-        let anthropic = entry.get("type").and_then(Value::as_str) == Some("model");
-        match dialect {
-            Dialect::Anthropic => anthropic,
-            Dialect::OpenAiChat | Dialect::OpenAiResponses => {
-                !anthropic || entry.get("object").is_some()
-            }
-            _ => true,
-        }
-    };
-    let list = list.iter().filter(theirs);
-    let mut names: Vec<String> = list.filter_map(|entry| name(entry, key)).collect();
-    // Names with control characters are no names, and would reach terminals.
-    names.retain(|name| !name.trim().is_empty() && !name.chars().any(char::is_control));
+    let body: Option<Value> = body.ok().and_then(|body| serde_json::from_str(&body).ok());
+    let names = body.as_ref().and_then(|body| protocol.models(body));
+    let mut names: Vec<String> = names
+        .ok_or_else(no_list)?
+        .into_iter()
+        // Names with control characters are no names, and would reach terminals; some servers quote the key even here.
+        .filter(|name| !name.trim().is_empty() && !name.chars().any(char::is_control))
+        .filter(|name| !secrets.are_in(name))
+        .map(str::to_owned)
+        .collect();
     names.sort();
     names.dedup();
-    Some(names)
+    Ok(names)
 }
 
 #[cfg(test)]

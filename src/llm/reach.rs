@@ -6,8 +6,9 @@ use futures_util::future::join_all;
 
 use super::client::Client;
 use super::environment::Environment;
+use super::error::Error;
 use super::listing::KeyState;
-use super::probe::{Unlisted, list};
+use super::probe::list;
 use super::registry::Registry;
 
 /// How long a server on this machine may take, and one elsewhere.
@@ -91,14 +92,21 @@ pub async fn reach(registry: &Registry, environment: &Environment, online: bool)
             };
             let reach = match list(&client, &endpoint, patience).await {
                 Ok(models) => Reach::Serves(models.len()),
-                Err(Unlisted::Status(status @ (401 | 403))) => Reach::Refused(status),
-                Err(Unlisted::Status(status)) => Reach::Answers(Some(status)),
-                Err(Unlisted::NoList) => Reach::Answers(None),
-                Err(Unlisted::Silent(why)) => Reach::Silent(why),
-                Err(Unlisted::Setup(why)) => Reach::Wrong(why),
+                Err(error) => unlisted(&error),
             };
             reached(place, is_here, reach)
         }
     });
     join_all(all).await
+}
+
+/// What it means that a provider did not say what it serves.
+fn unlisted(error: &Error) -> Reach {
+    match (error, error.status()) {
+        (_, Some(status @ (401 | 403))) => Reach::Refused(status),
+        (_, Some(status)) => Reach::Answers(Some(status)),
+        (Error::Malformed { .. }, None) => Reach::Answers(None),
+        (Error::Setup { .. }, None) => Reach::Wrong(error.to_string()),
+        (_, None) => Reach::Silent(error.cause().into_owned()),
+    }
 }

@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use serde::Deserialize;
 
-use super::dialect::Dialect;
 use super::endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
 use super::environment::{Environment, Found};
 use super::limits::Limits;
@@ -126,10 +125,6 @@ impl Provider {
                 message: "it has no base_url".into(),
             });
         };
-        let url = match dialect {
-            Dialect::Ollama => ollama_host(&url),
-            _ => url,
-        };
         let quirks = self.entries(model).map(|entry| entry.quirks);
         let quirks = quirks.fold(StatedQuirks::default(), StatedQuirks::or);
         let format = self.entries(model).find_map(|entry| entry.response_format);
@@ -162,7 +157,7 @@ impl Provider {
                 concurrency: self.concurrency,
             },
             prices: self.prices(),
-            ..Endpoint::new(name, url)
+            ..Endpoint::new(name, dialect.protocol().base_url(&url))
         })
     }
 
@@ -193,27 +188,6 @@ impl Provider {
         let names = self.key_env.as_ref()?.list();
         (!names.is_empty()).then(|| names.join(" or "))
     }
-}
-
-/// An address as `OLLAMA_HOST` has it: perhaps without scheme or port, and perhaps the one the server listens on.
-fn ollama_host(written: &str) -> String {
-    let written = written.trim();
-    let (scheme, rest) = written.split_once("://").unwrap_or(("http", written));
-    // A query stays as it is.
-    let end = rest.find(['/', '?', '#']).unwrap_or(rest.len());
-    let (host, path) = rest.split_at(end);
-    let bracketed = host.rfind(']').unwrap_or(0);
-    let has_port = host.rfind(':').is_some_and(|colon| colon > bracketed);
-    let port = if has_port || written.contains("://") {
-        ""
-    } else {
-        ":11434"
-    };
-    let host = match host.strip_prefix("0.0.0.0") {
-        Some(rest) => format!("127.0.0.1{rest}"),
-        None => host.to_owned(),
-    };
-    format!("{scheme}://{host}{port}{path}")
 }
 
 /// Provider and model of an id.

@@ -4,7 +4,7 @@
 use secrecy::ExposeSecret;
 
 use super::*;
-use crate::llm::{Efforts, KeyCommand, KeyState, Temperature};
+use crate::llm::{Dialect, Efforts, KeyCommand, KeyState, Temperature};
 
 fn registry(user: &str) -> Result<Registry, RegistryError> {
     Registry::new(&toml::from_str(user).unwrap())
@@ -221,7 +221,7 @@ fn ollama_is_found_however_its_variable_is_written() {
     ] {
         let endpoint = Endpoint {
             dialect: Dialect::Ollama,
-            ..Endpoint::new("ollama", ollama_host(written))
+            ..Endpoint::new("ollama", Dialect::Ollama.protocol().base_url(written))
         };
         assert_eq!(
             endpoint.request_url("m").unwrap().as_str(),

@@ -8,7 +8,7 @@ use jiff::fmt::rfc2822::DateTimeParser;
 use reqwest::header::{HeaderMap, RETRY_AFTER};
 
 use super::endpoint::Retry;
-use super::problem::Problem;
+use super::error_body::ErrorBody;
 
 /// The waits between tries; ends when the tries are used up. Random parts keep a batch from asking in step.
 pub(super) fn waits(retry: Retry) -> ExponentialBackoff {
@@ -22,17 +22,17 @@ pub(super) fn waits(retry: Retry) -> ExponentialBackoff {
 }
 
 /// Whether an answer of this status may be followed by a better one. 409 is a lock timeout, 529 "overloaded".
-pub(super) fn may_pass(status: u16, headers: &HeaderMap, problem: &Problem) -> bool {
+pub(super) fn may_pass(status: u16, headers: &HeaderMap, body: &ErrorBody) -> bool {
     let says = headers.get("x-should-retry");
     let says = |word: &[u8]| says.is_some_and(|v| v.as_bytes().eq_ignore_ascii_case(word));
     let passing = matches!(status, 408 | 409 | 429 | 500 | 502 | 503 | 504 | 529);
-    (passing || says(b"true")) && !says(b"false") && !problem.is_exhausted()
+    (passing || says(b"true")) && !says(b"false") && !body.is_exhausted()
 }
 
 /// The wait the server asks for: `retry-after-ms`, `retry-after` in seconds or as a date, or a word in the body.
 pub(super) fn asked_wait(
     headers: &HeaderMap,
-    problem: &Problem,
+    body: &ErrorBody,
     now: Timestamp,
 ) -> Option<Duration> {
     let header = |name: &str| headers.get(name)?.to_str().ok().map(str::trim);
@@ -44,7 +44,7 @@ pub(super) fn asked_wait(
     milliseconds
         .or_else(seconds)
         .and_then(|s: f64| Duration::try_from_secs_f64(s.max(0.0)).ok())
-        .or(problem.retry_delay)
+        .or(body.retry_delay)
 }
 
 fn until(date: &str, now: Timestamp) -> Option<f64> {
@@ -62,7 +62,7 @@ mod tests {
     fn asked(name: &'static str, value: &'static str) -> Option<Duration> {
         let now = "2015-10-21T07:28:00Z".parse().unwrap();
         let headers = HeaderMap::from_iter([(name.parse().unwrap(), value.parse().unwrap())]);
-        asked_wait(&headers, &Problem::default(), now)
+        asked_wait(&headers, &ErrorBody::default(), now)
     }
 
     #[test]
@@ -119,7 +119,7 @@ mod tests {
     #[test]
     fn what_may_pass() {
         let none = HeaderMap::new();
-        let ok = Problem::default();
+        let ok = ErrorBody::default();
         for status in [408, 409, 429, 500, 502, 503, 504, 529] {
             assert!(may_pass(status, &none, &ok));
         }
@@ -132,9 +132,9 @@ mod tests {
         let yes =
             HeaderMap::from_iter([("x-should-retry".parse().unwrap(), "true".parse().unwrap())]);
         assert!(may_pass(501, &yes, &ok));
-        let empty = Problem {
+        let empty = ErrorBody {
             kind: Some("insufficient_quota".into()),
-            ..Problem::default()
+            ..ErrorBody::default()
         };
         assert!(!may_pass(429, &none, &empty));
     }

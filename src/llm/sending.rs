@@ -52,7 +52,7 @@ impl Ready {
         let wrong = |place| |why| Error::Setup { place, why };
         let (url, headers) = addressed(client, endpoint, request).await?;
         let endpoint = &*endpoint;
-        let body = endpoint.dialect.body(endpoint, request);
+        let body = endpoint.dialect.protocol().body(endpoint, request);
         let connect = endpoint.timeouts.connect;
         let http = client
             .http(endpoint, connect)
@@ -163,7 +163,7 @@ fn reserve(endpoint: &Endpoint, request: &Request) -> Result<Option<Reservation>
 fn headers(endpoint: &Endpoint) -> Result<HeaderMap, Error> {
     let mut headers = HeaderMap::new();
     headers.insert(CONTENT_TYPE, HeaderValue::from_static("application/json"));
-    for (name, value) in endpoint.dialect.headers() {
+    for (name, value) in endpoint.dialect.protocol().headers() {
         let name = HeaderName::from_static(name);
         headers.insert(name, HeaderValue::from_static(value));
     }

@@ -19,9 +19,8 @@ use super::decoder::Decoder;
 use super::dialect::Framing;
 use super::endpoint::Endpoint;
 use super::error::Error;
-use super::failure::Failure;
+use super::error_body::tidy;
 use super::frames::{Frames, ended, frames, step};
-use super::problem::tidy;
 use super::redact::Redactors;
 use super::request::Request;
 use super::secrets::Secrets;
@@ -209,45 +208,42 @@ impl StreamingRequest {
         }
         self.asked = Timestamp::now();
         self.may_be_paid(true);
-        let failure = match self.answer(&mut sending).await {
+        let error = match self.answer(&mut sending).await {
             Ok(response) => return self.begin(response, sending.patience).await,
-            Err(failure) => failure,
+            Err(error) => error,
         };
+        let (retry, status) = (error.retry(), error.status());
         // What the server refused is not paid for; what it may be working on may be.
-        self.may_be_paid(failure.status.is_none() && !failure.may_pass);
-        if let (Some(401 | 403), Some(command)) = (failure.status, &self.endpoint.key_command) {
+        self.may_be_paid(status.is_none() && !retry.may_pass);
+        if let (Some(401 | 403), Some(command)) = (status, &self.endpoint.key_command) {
             self.client.forget_key(command);
         }
+        if !retry.may_pass {
+            return self.fail(error);
+        }
         let longest = self.endpoint.retry.longest_wait;
-        let too_long = failure
-            .asked
-            .filter(|asked| failure.may_pass && *asked > longest);
-        if let (Some(asked), Some(status)) = (too_long, failure.status) {
+        if let Some(status) = status
+            && retry.after().is_some_and(|asked| asked > longest)
+        {
             return self.fail(Error::RateLimited {
                 place: self.endpoint.place(),
                 status,
-                message: failure.message,
-                retry_after: Some(asked),
+                message: error.cause().into_owned(),
+                retry,
                 exhausted: false,
             });
         }
-        if !failure.may_pass {
-            return self.fail(failure.error);
-        }
-        let Some(wait) = sending
-            .waits
-            .next()
-            .map(|w| failure.asked.unwrap_or(w.min(longest)))
-        else {
-            return self.fail(failure.error);
+        let waits = sending.waits.next();
+        let Some(wait) = waits.map(|wait| retry.after().unwrap_or(wait.min(longest))) else {
+            return self.fail(error);
         };
         // The total time would run out during the wait; what went wrong says more than a timeout then.
         if wait >= sending.patience.left() {
-            return self.fail(failure.error);
+            return self.fail(error);
         }
         sending.attempt += 1;
-        let status = failure.status.map(|s| format!("{s}: ")).unwrap_or_default();
-        let message = self.secrets.redact_cut(&failure.message);
+        let status = status.map(|s| format!("{s}: ")).unwrap_or_default();
+        let message = self.secrets.redact_cut(&error.cause());
         let why = tidy(&format!("{status}{message}"), 200);
         self.queue.push_back(Ok(Chunk::Retrying {
             attempt: sending.attempt,
@@ -258,7 +254,7 @@ impl StreamingRequest {
     }
 
     // Exclusive borrows, because shared ones of what is not `Sync` would tie the stream to one thread.
-    async fn answer(&mut self, sending: &mut Sending) -> Result<Response, Failure> {
+    async fn answer(&mut self, sending: &mut Sending) -> Result<Response, Error> {
         let request = sending.http.post(sending.url.clone());
         let request = request.headers(sending.headers.clone());
         let sent = sending
@@ -267,15 +263,15 @@ impl StreamingRequest {
             .await;
         match sent {
             Ok(Ok(response)) if response.status().is_success() => Ok(response),
-            Ok(Ok(response)) => Err(Failure::answered(
+            Ok(Ok(response)) => Err(Error::answered(
                 response,
                 &self.endpoint,
                 &self.request.model,
                 sending.patience,
             )
             .await),
-            Ok(Err(error)) => Err(Failure::unanswered(&error, &self.endpoint)),
-            Err(elapsed) => Err(Failure::silence(elapsed, &self.endpoint)),
+            Ok(Err(error)) => Err(Error::unanswered(&error, &self.endpoint)),
+            Err(elapsed) => Err(Error::silence(elapsed, &self.endpoint)),
         }
     }
 
@@ -291,8 +287,8 @@ impl StreamingRequest {
             .unwrap_or_default()
             .trim()
             .to_ascii_lowercase();
-        let dialect = self.endpoint.dialect;
-        let mut decoder = Decoder::new(dialect, self.endpoint.place());
+        let framing = self.endpoint.dialect.protocol().framing();
+        let mut decoder = Decoder::new(self.endpoint.dialect, self.endpoint.place());
         if kind == "text/html" {
             let what = "a web page; the address may be that of a page for people".to_owned();
             return self.fail(Error::Malformed {
@@ -301,7 +297,7 @@ impl StreamingRequest {
             });
         }
         // Where a line is an object, one object alone is a line too.
-        if kind == "application/json" && dialect.framing() == Framing::Events {
+        if kind == "application/json" && framing == Framing::Events {
             let items = match whole(response, patience, LONGEST_DOCUMENT).await {
                 Ok(body) => match decoder.document(&body) {
                     Ok(chunks) => chunks.into_iter().map(Ok).collect(),
@@ -313,7 +309,7 @@ impl StreamingRequest {
             return State::Over;
         }
         let texts = texts(response.bytes_stream(), patience);
-        let frames = frames(texts, dialect.framing());
+        let frames = frames(texts, framing);
         State::Reading(Box::new(Reading {
             frames,
             decoder,

@@ -52,13 +52,6 @@ impl Color {
             opacity: self.opacity,
         }
     }
-
-    /// `#rrggbb`.
-    #[must_use]
-    pub fn parse(text: &str) -> Option<Self> {
-        let digits = text.strip_prefix('#').filter(|d| d.len() == 6)?;
-        u32::from_str_radix(digits, 16).ok().map(Self::hex)
-    }
 }
 
 impl std::fmt::Display for Color {

@@ -2,10 +2,8 @@
 
 use std::path::Path;
 
-use serde::Deserialize;
-
 use super::Color;
-use crate::system;
+use crate::settings::{ThemeColor, ThemeFile};
 
 /// A colour for every role.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,21 +68,6 @@ const PAPER: Palette = Palette {
     ],
 };
 
-/// The themes of the terminal that come with the program.
-const SHIPPED: [(&str, &str); 4] = [
-    ("dark", include_str!("../../themes/dark.toml")),
-    ("light", include_str!("../../themes/light.toml")),
-    ("contrast", include_str!("../../themes/contrast.toml")),
-    ("colorblind", include_str!("../../themes/colorblind.toml")),
-];
-
-/// What a theme of the terminal says; names of colours and indices have no fixed colour, so they are not taken.
-#[derive(Deserialize)]
-struct Theme {
-    dark: bool,
-    roles: toml::Table,
-}
-
 impl Palette {
     /// The one for print.
     #[must_use]
@@ -95,27 +78,23 @@ impl Palette {
     /// Names of those that come with the program.
     #[must_use]
     pub fn names() -> Vec<&'static str> {
-        let themes = SHIPPED.iter().map(|(name, _)| *name);
-        std::iter::once("paper").chain(themes).collect()
+        std::iter::once("paper")
+            .chain(ThemeFile::shipped())
+            .collect()
     }
 
     /// The one called `name`: `paper`, or a theme of the terminal: a file in `folder`, else a shipped one.
     ///
     /// # Errors
-    /// There is none, or its file cannot be read: with file and what to do.
+    /// There is none, or its file is wrong: every mistake, with file, line and key.
     pub fn named(name: &str, folder: &Path) -> Result<Self, String> {
-        let file = folder.join(format!("{name}.toml"));
-        if !name.contains(['/', '\\']) && file.is_file() {
-            let shown = file.display();
-            let text = system::read_text(&file, system::LARGEST_TEXT)
-                .map_err(|error| format!("{shown}: {}", system::words(&error)))?;
-            return Self::of_theme(&text).map_err(|error| format!("{shown}: {error}"));
-        }
-        if name == "paper" {
-            return Ok(PAPER);
-        }
-        match SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
-            Some((_, text)) => Self::of_theme(text),
+        let all = ThemeFile::all(folder);
+        match all.into_iter().find(|named| named.name == name) {
+            Some(named) => match named.theme {
+                Ok(theme) => Ok(Self::themed(&theme)),
+                Err(mistakes) => Err(mistakes.join("; ")),
+            },
+            None if name == "paper" => Ok(PAPER),
             None => Err(format!(
                 "no theme `{name}` for pictures; there are {} and files in {}",
                 Self::names().join(", "),
@@ -124,9 +103,9 @@ impl Palette {
         }
     }
 
-    /// The colours of a theme of the terminal; roles that it gives no `#rrggbb` keep those of the paper, or of `dark`.
-    fn of_theme(text: &str) -> Result<Self, String> {
-        let theme: Theme = toml::from_str(text).map_err(|e| e.message().to_string())?;
+    /// The colours of a theme of the terminal. Names of colours and indices have no fixed colour: such roles keep the
+    /// colours of the paper, or of a dark one.
+    fn themed(theme: &ThemeFile) -> Self {
         let base = match theme.dark {
             true => Self {
                 background: Color::hex(0x15181d),
@@ -136,37 +115,38 @@ impl Palette {
             },
             false => PAPER,
         };
-        let role = |name: &str, otherwise: Color| {
-            let said = theme.roles.get(name).and_then(toml::Value::as_str);
-            said.and_then(Color::parse).unwrap_or(otherwise)
+        let or = |role: ThemeColor, otherwise: Color| match role {
+            ThemeColor::Rgb(red, green, blue) => Color::rgb(red, green, blue),
+            _ => otherwise,
         };
         let background = base.background;
-        let text = role("text", base.text);
-        let ego = role("ego", base.ego);
-        Ok(Self {
+        let text = or(theme.text, base.text);
+        let ego = or(theme.ego, base.ego);
+        Self {
             background,
             text,
-            dim: role("dim", base.dim),
+            dim: or(theme.dim, base.dim),
             grid: background.towards(text, 0.16),
             road: background.towards(text, 0.07),
             path: background.towards(text, 0.04),
-            lane: role("lane", base.lane),
-            lane_dashed: role("lane_dashed", base.lane_dashed),
-            crosswalk: role("crosswalk", base.crosswalk).towards(background, 0.4),
-            goal: role("goal", base.goal),
+            lane: or(theme.lane, base.lane),
+            lane_dashed: or(theme.lane_dashed, base.lane_dashed),
+            crosswalk: or(theme.crosswalk, base.crosswalk).towards(background, 0.4),
+            goal: or(theme.goal, base.goal),
             ego,
-            obstacle: role("obstacle", base.obstacle).towards(background, 0.25),
-            static_obstacle: role("static_obstacle", base.static_obstacle).towards(background, 0.3),
-            danger: role("danger", base.danger),
-            accent: role("accent", base.accent),
+            obstacle: or(theme.obstacle, base.obstacle).towards(background, 0.25),
+            static_obstacle: or(theme.static_obstacle, base.static_obstacle)
+                .towards(background, 0.3),
+            danger: or(theme.danger, base.danger),
+            accent: or(theme.accent, base.accent),
             emphasis: [
-                role("picked", PAPER.emphasis[0]),
-                role("warning", PAPER.emphasis[1]),
-                role("safe", PAPER.emphasis[2]),
-                role("accent", PAPER.emphasis[3]),
-                role("danger", PAPER.emphasis[4]),
+                or(theme.picked, PAPER.emphasis[0]),
+                or(theme.warning, PAPER.emphasis[1]),
+                or(theme.safe, PAPER.emphasis[2]),
+                or(theme.accent, PAPER.emphasis[3]),
+                or(theme.danger, PAPER.emphasis[4]),
             ],
-        })
+        }
     }
 
     /// The colour of the obstacle that is pointed out at this place.

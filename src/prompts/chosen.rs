@@ -29,8 +29,7 @@ impl Chosen {
         };
         let text = system::text_of(bytes)?;
         toml::from_str(&text).map(Self).map_err(|error| {
-            let before = &text[..error.span().map_or(0, |s| s.start.min(text.len()))];
-            let line = 1 + before.matches('\n').count();
+            let line = system::line_at(&text, error.span().map_or(0, |span| span.start));
             format!("line {line}: {}", error.message().trim())
         })
     }

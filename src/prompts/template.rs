@@ -5,6 +5,7 @@ use toml::Spanned;
 
 use super::defaults::Defaults;
 use super::render::syntax;
+use crate::system::line_at;
 
 /// What a template says about itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,7 +86,7 @@ impl Template {
     /// The front matter is missing or wrong, or the syntax of the text, with its line.
     pub fn read(source: &str) -> Result<Self, TemplateError> {
         let (front, _) = split(source).ok_or(TemplateError::NoFrontMatter)?;
-        let line = |byte: usize| 2 + front[..byte.min(front.len())].matches('\n').count();
+        let line = |byte: usize| 1 + line_at(front, byte);
         let written: Written = toml::from_str(front).map_err(|error| TemplateError::Wrong {
             line: line(error.span().map_or(0, |span| span.start)),
             message: error.message().to_string(),

@@ -10,6 +10,7 @@ mod part;
 mod private;
 mod terminal;
 mod text;
+mod toml_text;
 mod unfinished;
 mod words;
 
@@ -18,5 +19,6 @@ pub use new_file::{NewFile, SaveError, save, save_private};
 pub use private::{close_file, close_folder, make_file, make_folder};
 pub use terminal::Terminal;
 pub use text::text_of;
+pub use toml_text::{KeyLines, Mistake, TomlText, line_at, nearest, shown_value, toml_mistake};
 pub use unfinished::{Unfinished, remove_unfinished};
 pub use words::words;

@@ -14,12 +14,12 @@ use ratatui::layout::Position;
 use super::keymap::{Key, Keymap};
 use super::loaded::{Facts, Measured, Opened, PictureJob, Source};
 use super::theme::Named;
-use crate::config::{Config, Tags};
 use crate::evaluation::{Answer, Event, Question};
 use crate::llm::Discovered;
 use crate::metrics::{Measure, Series, Thresholds};
 use crate::prompts::Library;
 use crate::scenario::{Entry, Found, PassedOver, Scene, Transform};
+use crate::settings::{Config, Tags};
 use crate::store::{NewRating, Rating};
 use crate::verdict::{Task, Verdict};
 

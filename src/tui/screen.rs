@@ -12,10 +12,10 @@ use super::model::Model;
 use super::theme::Theme;
 use super::update::{self, update};
 use super::views;
-use crate::config::{Config, Folders};
 use crate::metrics::Thresholds;
 use crate::picture::{Cell, Color, Palette, Screen, ScreenWanted};
 use crate::prompts::Library;
+use crate::settings::{Config, Folders};
 
 /// Draws the workbench with a scenario, and says at which step.
 ///

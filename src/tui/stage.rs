@@ -16,11 +16,12 @@ use super::tasks::history::Judging;
 use super::theme::Theme;
 use super::update::update;
 use super::{tasks, views, widgets};
-use crate::config::Config;
 use crate::evaluation::{Answer, Event, Judged, Missing, default_planning};
+use crate::llm::Chunk;
 use crate::planner::Cancel;
 use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo};
+use crate::settings::Config;
 use crate::store::{Consumed, Store};
 use crate::workflow::{OpenRequest, PlanRequest};
 
@@ -113,7 +114,7 @@ impl Stage {
 
     /// A piece of an answer arrives.
     pub fn arrive(&mut self, answer: usize, piece: &str) {
-        let event = Event::Text(piece.into());
+        let event = Event::Chunk(Chunk::Text(piece.into()));
         self.send(Msg::Asked(self.asked[answer], event));
     }
 

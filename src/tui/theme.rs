@@ -1,128 +1,84 @@
-//! Colours by role, from a file; how many of them the terminal has.
+//! Themes in the colours of a terminal, and how many of them it has.
 
 mod ansi;
 mod color;
 mod depth;
-mod file;
 mod preview;
 #[cfg(test)]
 mod sight;
 
+use std::path::Path;
+
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Line;
 
+use super::user_file::{all_visible, first};
+use crate::settings::{self, NamedTheme, ThemeColor, ThemeFile};
+
+pub use crate::settings::{AUTO, ROLES};
 pub use depth::Depth;
-pub use file::{AUTO, Named};
 pub use preview::preview;
 
-/// Makes [`Theme`] and the list of its roles from one list.
-macro_rules! roles {
-    ($($(#[$doc:meta])+ $role:ident,)+) => {
-        /// A colour for every role.
-        #[derive(Debug, Clone, PartialEq)]
-        pub struct Theme {
-            /// What it is called.
-            pub name: String,
-            /// Whether it is made for dark backgrounds.
-            pub dark: bool,
-            /// Colours of roles for terminals with sixteen, where the nearest is not the best.
-            sixteen: Vec<(&'static str, Color)>,
-            $($(#[$doc])+ pub $role: Color,)+
-        }
+/// A theme in the colours of a terminal.
+pub type Theme = settings::Theme<Color>;
 
-        /// Every role, in the order of the files.
-        pub const ROLES: &[&str] = &[$(stringify!($role)),+];
-
-        impl Theme {
-            /// The terminal's own colour for everything.
-            fn plain() -> Self {
-                Self {
-                    name: "plain".into(),
-                    dark: true,
-                    sixteen: Vec::new(),
-                    $($role: Color::Reset,)+
-                }
-            }
-
-            /// The colour of a role by its name.
-            #[must_use]
-            pub fn role(&self, name: &str) -> Option<Color> {
-                match name {
-                    $(stringify!($role) => Some(self.$role),)+
-                    _ => None,
-                }
-            }
-
-            fn role_mut(&mut self, name: &str) -> Option<&mut Color> {
-                match name {
-                    $(stringify!($role) => Some(&mut self.$role),)+
-                    _ => None,
-                }
-            }
-        }
-    };
-}
-
-roles! {
-    /// Ordinary text.
-    text,
-    /// Text that matters less.
-    dim,
-    /// Titles of panes.
-    title,
-    /// Keys, links, what can be acted on.
-    accent,
-    /// Borders.
-    border,
-    /// The border of the pane that has the keys.
-    border_focused,
-    /// The bar behind the selected line.
-    selection,
-    /// The ego.
-    ego,
-    /// Moving obstacles.
-    obstacle,
-    /// Standing obstacles.
-    static_obstacle,
-    /// The picked obstacle.
-    picked,
-    /// Collisions, errors, disagreement.
-    danger,
-    /// Near misses, warnings.
-    warning,
-    /// Safe, agreement.
-    safe,
-    /// Solid lane borders.
-    lane,
-    /// Dashed lane borders.
-    lane_dashed,
-    /// Crosswalks.
-    crosswalk,
-    /// Where obstacles have been.
-    trail,
-    /// Where the ego has been.
-    ego_trail,
-    /// Goal lanelets.
-    goal,
-    /// Traffic lights that show red.
-    light_red,
-    /// Traffic lights that show amber, alone or with red.
-    light_amber,
-    /// Traffic lights that show green.
-    light_green,
-    /// Traffic signs.
-    sign,
-    /// Predicted and counterfactual paths.
-    predicted,
-    /// Sets of places where an obstacle may be.
-    occupancy,
-    /// The measuring tape.
-    tape,
-    /// The attacker of a variant, and its changed motion.
-    attacker,
-}
+/// A theme that can be chosen, in the colours of a terminal.
+pub type Named = NamedTheme<Color>;
 
 impl Theme {
+    /// The theme `name`: the user's file of that name in `folder`, else a shipped one; `auto` is `dark` or `light`.
+    ///
+    /// # Errors
+    /// There is none, or its file is wrong: with file, line and key.
+    pub fn load(name: &str, folder: &Path, dark: bool) -> Result<Self, String> {
+        let name = match name {
+            AUTO if dark => "dark",
+            AUTO => "light",
+            name => name,
+        };
+        let all = Self::all(folder);
+        match all.into_iter().find(|named| named.name == name) {
+            Some(named) => named.theme.map_err(|mistakes| first(&mistakes)),
+            None => Err(Self::unknown(name, folder)),
+        }
+    }
+
+    /// There is no such theme.
+    fn unknown(name: &str, folder: &Path) -> String {
+        let names: Vec<&str> = ThemeFile::shipped().collect();
+        format!(
+            "no theme `{name}`; there are {AUTO}, {} and files in {}",
+            names.join(", "),
+            folder.display()
+        )
+    }
+
+    /// Every theme that can be chosen: the shipped ones, in whose place a file of the user's may be, and the user's.
+    #[must_use]
+    pub fn all(folder: &Path) -> Vec<Named> {
+        let terminal = |named: NamedTheme<ThemeColor>| Named {
+            name: named.name,
+            file: named.file,
+            theme: match named.theme {
+                Ok(theme) => Ok(theme.map(color::terminal_color)),
+                Err(mistakes) => Err(all_visible(mistakes)),
+            },
+        };
+        ThemeFile::all(folder).into_iter().map(terminal).collect()
+    }
+
+    /// The default theme for a dark or a light background.
+    #[must_use]
+    pub fn default_for(dark: bool) -> Self {
+        ThemeFile::default_for(dark).map(color::terminal_color)
+    }
+
+    /// The default theme.
+    #[cfg(test)]
+    pub fn default_theme() -> Self {
+        Self::default_for(true)
+    }
+
     /// The same theme for a terminal with fewer colours.
     #[must_use]
     pub fn at_depth(mut self, depth: Depth) -> Self {
@@ -179,5 +135,56 @@ impl Theme {
         } else {
             self.safe
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn shipped_themes_give_every_role_at_every_depth() {
+        let nowhere = Path::new("/nonexistent");
+        for name in ThemeFile::shipped() {
+            let theme = Theme::load(name, nowhere, true).unwrap();
+            for depth in [Depth::True, Depth::Indexed, Depth::Sixteen] {
+                let theme = theme.clone().at_depth(depth);
+                for role in ROLES {
+                    let color = theme.role(role).unwrap();
+                    assert_ne!(color, Color::Reset, "{name}: {role}");
+                    let few = color::number(color).is_some();
+                    assert!(few || depth != Depth::Sixteen, "{name}: {role} {color}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn themes_are_found_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let write =
+            |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write("dark.toml", "dark = true\n[roles]\ntext = \"red\"\n");
+        write("mine.toml", "dark = false\n[roles]\ntext = 160\n");
+        write("odd.toml", "dark = true\n[roles]\n\"a\\u001b[2J\" = 3\n");
+        let load = |name: &str| Theme::load(name, folder.path(), true);
+        assert_eq!(load("dark").unwrap().text, Color::Red);
+        assert_eq!(load("auto").unwrap().text, Color::Red);
+        assert!(load("none").unwrap_err().contains("contrast"));
+        assert!(load("../dark").unwrap_err().contains("no theme"));
+        let odd = load("odd").unwrap_err();
+        assert!(
+            odd.contains("odd.toml:3: roles.a") && !odd.contains('\x1b'),
+            "{odd:?}"
+        );
+        // Not black, which stands for the default's text.
+        let (mine, light) = (load("mine").unwrap(), Theme::default_for(false));
+        let (mine, light) = (
+            mine.at_depth(Depth::Sixteen),
+            light.at_depth(Depth::Sixteen),
+        );
+        assert_ne!(mine.text, light.text);
+        assert_eq!(mine.danger, light.danger);
     }
 }

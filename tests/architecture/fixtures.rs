@@ -43,7 +43,7 @@ fn accepted(path: &str, text: &str) {
 fn forbidden_arrows_between_modules_are_found() {
     for (path, text) in [
         ("geometry/pose.rs", "use crate::scenario::Scene;"),
-        ("llm/client.rs", "use crate::config::Config;"),
+        ("llm/client.rs", "use crate::settings::Config;"),
         ("scenario/mod.rs", "fn f() { crate::metrics::g() }"),
         (
             "scenario/mod.rs",
@@ -57,7 +57,7 @@ fn forbidden_arrows_between_modules_are_found() {
         ("store/run.rs", "pub use crate::judge as j;"),
         ("judge/mod.rs", "use crate::store::*;"),
         ("evaluation/case.rs", "use crate::cli::Failure;"),
-        ("evaluation/case.rs", "use crate::config::Config;"),
+        ("evaluation/case.rs", "use crate::settings::Config;"),
         ("cli/mod.rs", "use crate::tui;"),
         ("tui/mod.rs", "use crate::cli::Failure;"),
         ("simulation/mod.rs", "use crate::generation::Attack;"),
@@ -95,7 +95,7 @@ fn allowed_arrows_are_left_alone() {
         ),
         (
             "cli/ask.rs",
-            "use super::{Failure, output}; use crate::evaluation; use crate::config::Config;",
+            "use super::{Failure, output}; use crate::evaluation; use crate::settings::Config;",
         ),
         (
             "main.rs",

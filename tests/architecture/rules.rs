@@ -24,7 +24,9 @@ const DOMAIN: [&str; 13] = [
 /// Top-level modules and what each may import beside itself; a module that is not here fails.
 fn may_import(module: &str) -> Option<Vec<&'static str>> {
     let few: &[&'static str] = match module {
-        "geometry" | "prompts" | "llm" | "verdict" | "config" | "system" | "docs" => &[],
+        "geometry" | "prompts" | "llm" | "verdict" | "system" | "docs" => &[],
+        // A key of the section for the planner is a field of its settings.
+        "settings" => &["simulation", "planner", "scenario"],
         "scenario" => &["geometry"],
         "metrics" | "planner" => &["scenario", "geometry"],
         "text" => &["metrics", "scenario", "geometry"],
@@ -40,15 +42,15 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
             "geometry",
         ],
         "store" => &["verdict"],
-        // Figures show scenes and their measures; the screen of the terminal comes to them as cells.
-        "picture" => &["metrics", "scenario", "geometry"],
+        // Figures show scenes and their measures; the screen of the terminal comes to them as cells. Themes give both their colours.
+        "picture" => &["metrics", "scenario", "geometry", "settings"],
         "evaluation" => &DOMAIN,
         "workflow" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
         // The manual is printed by a command.
         "cli" => {
-            return Some([&DOMAIN[..], &["evaluation", "config", "workflow", "docs"]].concat());
+            return Some([&DOMAIN[..], &["evaluation", "settings", "workflow", "docs"]].concat());
         }
-        "tui" => return Some([&DOMAIN[..], &["evaluation", "config", "workflow"]].concat()),
+        "tui" => return Some([&DOMAIN[..], &["evaluation", "settings", "workflow"]].concat()),
         "main" => &["cli", "tui"],
         _ => return None,
     };

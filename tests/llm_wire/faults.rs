@@ -426,7 +426,7 @@ async fn what_cannot_pass_is_asked_once_in_every_dialect() {
         let later = Script::answer(429, &[("Retry-After", "300")], "{\"error\":\"later\"}");
         let (answer, requests) = status(dialect, vec![later, good(dialect)]).await;
         assert!(
-            matches!(answer.error, Some(Error::RateLimited { retry_after: Some(wait), .. }) if wait.as_secs() == 300)
+            matches!(answer.error, Some(Error::RateLimited { retry, .. }) if retry.after().is_some_and(|wait| wait.as_secs() == 300))
         );
         assert_eq!(requests, 1, "{dialect:?}");
         let missing = Script::json(404, r#"{"error":{"message":"no such model"}}"#);

@@ -1,8 +1,9 @@
 //! The most that an answer may cost, and who says so: `--budget`, else `budget` in `config.toml`.
 
 use crate::cli::Failure;
-use crate::config::{Config, Folders, Lines, TextFile};
 use crate::evaluation::AskError;
+use crate::settings::{Config, Folders, TextFile};
+use crate::system::KeyLines;
 
 /// The most that an answer may cost.
 pub struct Bound {
@@ -20,7 +21,7 @@ pub fn of(option: Option<f64>, config: &Config, folders: &Folders) -> Option<Bou
     let (usd, path) = (config.budget?, folders.config_file());
     // It was read a moment ago; where it is gone by now, its name says enough.
     let text = TextFile::read_if_there(&path).ok().flatten();
-    let line = text.and_then(|file| Lines::of(&file.text).line(&["budget"]));
+    let line = text.and_then(|file| KeyLines::new(&file.text).line(&["budget"]));
     let line = line.map_or(String::new(), |line| format!(":{line}"));
     let said = Some(format!("{}{line}: budget = {usd}", path.display()));
     Some(Bound { usd, said })

@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 
 use crate::cli::output;
 use crate::evaluation::Event;
+use crate::llm::Chunk;
 
 /// Streams the words of an answer to standard error, where a person is watching.
 pub(super) struct Words {
@@ -40,19 +41,21 @@ impl Words {
     /// Says what happens; what people must know is said in any case.
     pub(super) fn hear(&mut self, event: Event) {
         match event {
-            Event::Note(note) => self.say(&format!("nearmiss: {}", output::visible(&note))),
+            Event::Chunk(Chunk::Note(note)) => {
+                self.say(&format!("nearmiss: {}", output::visible(&note)))
+            }
             Event::Awaiting(run) => self.say(&format!(
                 "nearmiss: another program is asking the same, as run {run}; waiting for its answer"
             )),
-            Event::Retrying { attempt, wait, why } if self.on => {
+            Event::Chunk(Chunk::Retrying { attempt, wait, why }) if self.on => {
                 let why = output::visible(&why);
                 self.say(&format!(
                     "{why}; try {attempt} in {:.0} s",
                     wait.as_secs_f64()
                 ));
             }
-            Event::Reasoning(text) if self.on => self.piece(&text, Part::Reasoning),
-            Event::Text(text) if self.on => self.piece(&text, Part::Answer),
+            Event::Chunk(Chunk::Reasoning(text)) if self.on => self.piece(&text, Part::Reasoning),
+            Event::Chunk(Chunk::Text(text)) if self.on => self.piece(&text, Part::Answer),
             _ => {}
         }
     }

@@ -5,8 +5,8 @@ use std::path::Path;
 use super::Finding;
 use crate::cli::Workbench;
 use crate::cli::open::user_thresholds;
-use crate::config::{Config, Folders, Tags};
 use crate::prompts::Library;
+use crate::settings::{Config, Folders, Tags};
 
 /// The configuration, or the defaults, and what is to be said of it.
 pub fn config(folders: &Folders) -> (Config, Vec<Finding>) {

@@ -8,7 +8,7 @@ mod terminal;
 use serde_json::{Value, json};
 
 use super::{Failure, Outcome, Workbench, output};
-use crate::config::{Config, Folders};
+use crate::settings::{Config, Folders};
 
 /// Arguments of `doctor`.
 #[derive(Debug, clap::Args)]
@@ -143,7 +143,7 @@ fn program() -> Finding {
 }
 
 /// The configuration; the defaults where it cannot be used.
-fn usable(read: Result<Config, crate::config::ConfigError>) -> (Config, Vec<String>) {
+fn usable(read: Result<Config, crate::settings::ConfigError>) -> (Config, Vec<String>) {
     match read {
         Ok(config) => (config, Vec::new()),
         Err(error) => (Config::default(), error.mistakes_in_words().collect()),

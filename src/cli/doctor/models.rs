@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::Finding;
 use crate::cli::Failure;
-use crate::config::{Config, Folders};
 use crate::judge;
 use crate::llm::{Environment, KeyState, Reach, Reached, Registry, reach};
+use crate::settings::{Config, Folders};
 
 const AREA: &str = "models";
 

@@ -1,7 +1,7 @@
 //! The store of runs.
 
 use super::Finding;
-use crate::config::Folders;
+use crate::settings::Folders;
 use crate::store::Health;
 
 const AREA: &str = "store";

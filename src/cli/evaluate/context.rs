@@ -7,13 +7,13 @@ use std::sync::Arc;
 use super::batch::Options;
 use crate::cli::open::{configuration, user_thresholds};
 use crate::cli::{Failure, output};
-use crate::config::{Config, Folders};
 use crate::evaluation::batch::Spec;
 use crate::evaluation::{Judge, Judges, validate};
 use crate::judge;
 use crate::llm::{Environment, Registry};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
+use crate::settings::{Config, Folders};
 use crate::store::Store;
 use crate::workflow::{Models, Server};
 

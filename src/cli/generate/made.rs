@@ -9,12 +9,11 @@ use super::line::Line;
 use super::model::Writer;
 use super::resume::Past;
 use crate::cli::output;
-use crate::config::PlannerKey;
 use crate::evaluation::generating::Authored;
-use crate::evaluation::planning_value;
 use crate::generation::{Effort, Made, Refusal, VariantGenerator};
 use crate::planner::Cancel;
 use crate::scenario::{Entry, WantedEgo};
+use crate::settings::PlannerKey;
 use crate::simulation::Settings;
 use crate::workflow::{
     AttackSource, GenerateRequest, ModelWriter, OpenRequest, PlanError, PlanRequest, generate,
@@ -38,7 +37,7 @@ impl Wanted {
     pub fn said(&self, problem: i64) -> Value {
         let effort = &self.effort;
         let planning = PlannerKey::ALL.iter();
-        let planning = planning.map(|key| (key.id, planning_value(&self.settings, key.id)));
+        let planning = planning.map(|key| (key.id, key.value(&self.settings)));
         let search = json!({
             "candidates": effort.candidates,
             "rounds": effort.rounds,

@@ -9,13 +9,13 @@ use tokio::runtime::{Builder, Handle, Runtime};
 use super::GenerateArguments;
 use crate::cli::open::user_thresholds;
 use crate::cli::{Failure, output};
-use crate::config::{Config, Folders};
 use crate::evaluation::batch::Spec;
 use crate::evaluation::generating::Author;
 use crate::evaluation::{Settings, validate};
 use crate::judge;
 use crate::llm::{Effort, Environment, Parameters, Registry};
 use crate::prompts::Library;
+use crate::settings::{Config, Folders};
 use crate::store::Store;
 use crate::workflow::{Models, Server};
 

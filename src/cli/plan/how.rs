@@ -3,8 +3,8 @@
 use toml::Value;
 
 use crate::cli::Failure;
-use crate::config::{Config, PlannerKey};
-use crate::evaluation::{default_planning, set_planning};
+use crate::evaluation::default_planning;
+use crate::settings::{Config, PlannerKey};
 use crate::simulation::Settings;
 
 /// How to plan.
@@ -40,7 +40,7 @@ fn value(id: &str, word: &str) -> Result<Value, String> {
 impl How {
     /// What is planned with.
     pub fn settings(&self, config: &Config) -> Result<Settings, Failure> {
-        let mut settings = with(config)?;
+        let mut settings = config.planning(default_planning());
         let prediction = self.prediction.clone().map(Value::String);
         for (id, said) in [
             ("prediction", &prediction),
@@ -48,36 +48,17 @@ impl How {
             ("horizon", &self.horizon),
             ("vehicle", &self.vehicle),
         ] {
-            if let Some(value) = said {
-                set_planning(&mut settings, id, value).map_err(Failure::input)?;
+            if let (Some(value), Some(key)) = (said, PlannerKey::named(id)) {
+                key.set(&mut settings, value).map_err(Failure::input)?;
             }
         }
         Ok(settings)
     }
 }
 
-/// What is planned with under a configuration.
-pub fn with(config: &Config) -> Result<Settings, Failure> {
-    let mut settings = default_planning();
-    for (key, value) in config.planner_values() {
-        set_planning(&mut settings, key.id, value).map_err(Failure::input)?;
-    }
-    Ok(settings)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::planning_value;
-
-    #[test]
-    fn every_key_has_a_setting_whose_usual_value_it_allows() {
-        let usual = default_planning();
-        for key in PlannerKey::ALL {
-            let value = planning_value(&usual, key.id);
-            assert!(value.is_some_and(|v| key.allows(&v)), "{}", key.id);
-        }
-    }
 
     #[test]
     fn words_are_held_to_the_bounds_of_the_configuration() {

@@ -22,7 +22,7 @@ use crate::scenario::{Entry, VehicleType};
 use crate::workflow::PlanError;
 use driven::Driven;
 use files::{Files, Targets};
-pub use how::{How, with};
+pub use how::How;
 use table::Table;
 
 /// Arguments of `plan`.

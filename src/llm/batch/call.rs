@@ -9,10 +9,9 @@ use reqwest::{Method, Response, Url, Version};
 use serde_json::Value;
 
 use super::super::client::{Client, deepest};
-use super::super::deadlines::{Deadlines, Elapsed};
+use super::super::deadlines::Deadlines;
 use super::super::endpoint::Endpoint;
 use super::super::error::Error;
-use super::super::failure::Failure;
 use super::super::json::{MOST_VALUES, is_bounded};
 use super::super::limits::Gate;
 use super::super::retry::waits;
@@ -221,18 +220,19 @@ impl Calls {
         let patience = Deadlines::starting_now(self.endpoint.timeouts);
         let mut waits = waits(self.endpoint.retry);
         let response = loop {
-            let failure = match self.once(&method, &url, body.as_ref(), patience).await {
+            let error = match self.once(&method, &url, body.as_ref(), patience).await {
                 Ok(response) => break response,
-                Err(failure) => failure,
+                Err(error) => error,
             };
-            let refused = matches!(failure.status, None | Some(429 | 503 | 529));
-            let worth = failure.may_pass && (again == Again::Harmless || refused);
+            let retry = error.retry();
+            let refused = matches!(error.status(), None | Some(429 | 503 | 529));
+            let worth = retry.may_pass && (again == Again::Harmless || refused);
             let longest = self.endpoint.retry.longest_wait;
             let wait = waits.next().filter(|_| worth);
-            let wait = wait.map(|wait| failure.asked.unwrap_or(wait.min(longest)));
+            let wait = wait.map(|wait| retry.after().unwrap_or(wait.min(longest)));
             match wait.filter(|wait| *wait <= longest && *wait < patience.left()) {
                 Some(wait) => tokio::time::sleep(wait.max(Duration::from_millis(1))).await,
-                None => return Err(cleared(failure.error).into()),
+                None => return Err(cleared(error).into()),
             }
         };
         let framed = is_framed(&response);
@@ -245,7 +245,7 @@ impl Calls {
                 Ok(Some(Err(error))) => {
                     return Err(cleared(self.cut(received, deepest(&error))).into());
                 }
-                Err(elapsed) => return Err(cleared(self.elapsed(elapsed)).into()),
+                Err(elapsed) => return Err(cleared(Error::silence(elapsed, &self.endpoint)).into()),
             };
             received += piece.len();
             if each(&piece)? > longest_part {
@@ -264,22 +264,13 @@ impl Calls {
         }
     }
 
-    fn elapsed(&self, elapsed: Elapsed) -> Error {
-        let Elapsed { which, after } = elapsed;
-        Error::Timeout {
-            place: self.endpoint.place(),
-            which,
-            after,
-        }
-    }
-
     async fn once(
         &self,
         method: &Method,
         url: &Url,
         body: Option<&(String, Vec<u8>)>,
         patience: Deadlines,
-    ) -> Result<Response, Failure> {
+    ) -> Result<Response, Error> {
         let mut headers = self.headers.clone();
         headers.remove(CONTENT_TYPE);
         let mut request = self.http.request(method.clone(), url.clone());
@@ -292,10 +283,10 @@ impl Calls {
         match patience.wait(request.headers(headers).send()).await {
             Ok(Ok(response)) if response.status().is_success() => Ok(response),
             Ok(Ok(response)) => {
-                Err(Failure::answered(response, &self.endpoint, &self.model, patience).await)
+                Err(Error::answered(response, &self.endpoint, &self.model, patience).await)
             }
-            Ok(Err(error)) => Err(Failure::unanswered(&error, &self.endpoint)),
-            Err(elapsed) => Err(Failure::silence(elapsed, &self.endpoint)),
+            Ok(Err(error)) => Err(Error::unanswered(&error, &self.endpoint)),
+            Err(elapsed) => Err(Error::silence(elapsed, &self.endpoint)),
         }
     }
 }

@@ -5,6 +5,7 @@
 //! a creation arrived, `Batches::look_up` finds out.
 
 mod anthropic;
+mod api;
 mod call;
 mod gemini;
 mod openai;
@@ -13,16 +14,22 @@ mod read;
 mod split;
 
 use jiff::Timestamp;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::budget::Reservation;
 use super::chunk::{Finish, Usage};
 use super::client::Client;
-use super::dialect::{Dialect, body};
+use super::dialect::body;
 use super::endpoint::Endpoint;
 use super::error::Error;
 use super::request::Request;
-use call::Calls;
+pub(super) use anthropic::AnthropicBatches;
+pub(super) use api::BatchApi;
+use api::{Match, Results, Submission};
+use call::{Again, Calls};
+pub(super) use gemini::GeminiBatches;
+pub(super) use openai::OpenAiBatches;
+use pages::Pages;
 pub use split::split;
 
 /// How many seconds the clocks here and there may differ.
@@ -162,6 +169,7 @@ impl SetAside {
 /// The batches of one model at one endpoint.
 #[derive(Debug)]
 pub struct Batches {
+    api: &'static dyn BatchApi,
     calls: Calls,
     model: String,
 }
@@ -172,13 +180,13 @@ impl Batches {
     /// # Errors
     /// [`Error::Setup`]: the endpoint cannot be used, or its API has no batches.
     pub async fn new(client: &Client, endpoint: &Endpoint, model: &str) -> Result<Self, Error> {
-        if endpoint.dialect == Dialect::Ollama {
-            return Err(Error::Setup {
-                place: endpoint.place(),
-                why: "Ollama has no batches; ask without a batch".into(),
-            });
-        }
+        let api = endpoint.dialect.protocol().batches();
+        let api = api.ok_or_else(|| Error::Setup {
+            place: endpoint.place(),
+            why: "its API has no batches; ask without a batch".into(),
+        })?;
         Ok(Self {
+            api,
             calls: Calls::new(client, endpoint, model).await?,
             model: model.to_owned(),
         })
@@ -224,7 +232,7 @@ impl Batches {
     /// # Errors
     /// The provider, or the way to it, failed.
     pub async fn prepare(&self, tag: &str, items: &[Item]) -> Result<Prepared, Error> {
-        let bodies = items.iter().map(|item| {
+        let mut bodies = items.iter().map(|item| {
             let mut body = body(self.endpoint(), &item.request);
             if let Value::Object(fields) = &mut body {
                 // Nothing streams out of a batch.
@@ -233,12 +241,20 @@ impl Batches {
             }
             (item.id.as_str(), body)
         });
-        match self.endpoint().dialect {
-            Dialect::Anthropic => Ok(Prepared(anthropic::prepared(bodies))),
-            Dialect::Gemini => Ok(Prepared(gemini::prepared(tag, bodies))),
-            _ => openai::prepare(&self.calls, tag, bodies)
-                .await
-                .map(Prepared),
+        let submission = self.api.submission(&self.calls, tag, &mut bodies)?;
+        match submission {
+            Submission::Document(document) => Ok(Prepared(document)),
+            Submission::File {
+                url,
+                content_type,
+                body,
+                mut document,
+                field,
+            } => {
+                let file = self.calls.upload(url, content_type, body).await?;
+                document[field] = self.calls.id(&file, "id")?.into();
+                Ok(Prepared(document))
+            }
         }
     }
 
@@ -248,16 +264,9 @@ impl Batches {
     /// # Errors
     /// As `Batches::prepare`. Where [`surely_not_created`] does not say otherwise, the batch may be there all the same.
     pub async fn create(&self, prepared: &Prepared) -> Result<String, Error> {
-        let document = match self.endpoint().dialect {
-            Dialect::Anthropic => anthropic::create(&self.calls, &prepared.0).await?,
-            Dialect::Gemini => gemini::create(&self.calls, &self.model, &prepared.0).await?,
-            _ => openai::create(&self.calls, &prepared.0).await?,
-        };
-        let field = match self.endpoint().dialect {
-            Dialect::Gemini => "name",
-            _ => "id",
-        };
-        self.calls.id(&document, field)
+        let url = self.api.create_url(&self.calls, &self.model)?;
+        let document = self.calls.post(url, &prepared.0, Again::Refused).await?;
+        self.calls.id(&document, self.api.id_field())
     }
 
     /// Looks for a batch of which nobody knows whether its creation arrived.
@@ -265,11 +274,46 @@ impl Batches {
     /// # Errors
     /// As `Batches::prepare`.
     pub async fn look_up(&self, mark: Mark<'_>) -> Result<Found, Error> {
-        match self.endpoint().dialect {
-            Dialect::Anthropic => anthropic::look_up(&self.calls, mark).await,
-            Dialect::Gemini => gemini::look_up(&self.calls, mark).await,
-            _ => openai::look_up(&self.calls, mark).await,
+        let (api, calls) = (self.api, &self.calls);
+        let mut after: Option<String> = None;
+        let mut perhaps = Vec::new();
+        let mut pages = Pages::new();
+        'pages: loop {
+            let page = calls.page(api.list_url(calls, after.as_deref())?).await?;
+            let batches = api.batches(calls, &page)?;
+            for batch in batches {
+                match api.recognise(calls, batch, &mark)? {
+                    Match::Yes(id) => return Ok(Found::Batch(id)),
+                    Match::No => {}
+                    Match::TooOld => break 'pages,
+                    Match::Perhaps(id) => perhaps.push(id),
+                    Match::ByResults(id) if self.is_ours(&id, batch, mark.ids).await? => {
+                        return Ok(Found::Batch(id));
+                    }
+                    Match::ByResults(_) => {}
+                }
+            }
+            after = api.next_page(calls, &page)?;
+            pages.turn(calls, batches.len(), after.as_deref())?;
+            if after.is_none() {
+                break;
+            }
         }
+        Ok(match perhaps.is_empty() {
+            true => Found::Nothing,
+            false => Found::Perhaps(perhaps),
+        })
+    }
+
+    /// Whether the results of a batch are those of these questions; ids are never used twice, so that one tells.
+    async fn is_ours(&self, id: &str, document: &Value, ids: &[String]) -> Result<bool, Error> {
+        let mut ours = false;
+        self.each_result(id, document, |of: &str, _| {
+            ours |= ids.iter().any(|id| id == of);
+            Ok::<_, Error>(())
+        })
+        .await?;
+        Ok(ours)
     }
 
     /// Where a batch stands.
@@ -277,11 +321,9 @@ impl Batches {
     /// # Errors
     /// As `Batches::prepare`.
     pub async fn status(&self, id: &str) -> Result<Status, Error> {
-        match self.endpoint().dialect {
-            Dialect::Anthropic => anthropic::status(&self.calls, id).await,
-            Dialect::Gemini => gemini::status(&self.calls, id).await,
-            _ => openai::status(&self.calls, id).await,
-        }
+        let url = self.api.status_url(&self.calls, id)?;
+        let document = self.calls.get(url).await?;
+        self.api.status(&self.calls, document)
     }
 
     /// Gives each result that there is to `each`, by the id of its question, as it arrives. Some questions may have none.
@@ -293,13 +335,31 @@ impl Batches {
         &self,
         id: &str,
         status: &Status,
+        each: impl FnMut(&str, Outcome) -> Result<(), E>,
+    ) -> Result<bool, E> {
+        self.each_result(id, &status.document, each).await
+    }
+
+    async fn each_result<E: From<Error>>(
+        &self,
+        id: &str,
+        document: &Value,
         mut each: impl FnMut(&str, Outcome) -> Result<(), E>,
     ) -> Result<bool, E> {
-        match self.endpoint().dialect {
-            Dialect::Anthropic => anthropic::results(&self.calls, id, &mut each).await,
-            Dialect::Gemini => gemini::results(&self.calls, &status.document, &mut each).await,
-            _ => openai::results(&self.calls, &status.document, &mut each).await,
+        let mut take = |entry: &Value| {
+            let (id, outcome) = self.api.result(&self.calls, entry)?;
+            each(id, outcome)
+        };
+        let mut certain = true;
+        for place in self.api.results(&self.calls, id, document) {
+            match place? {
+                Results::Inline(entries) => entries.iter().try_for_each(&mut take)?,
+                Results::Lines(url) => {
+                    certain &= self.calls.lines(url, |line| take(&line)).await?;
+                }
+            }
         }
+        Ok(certain)
     }
 
     /// Asks the provider to stop working on a batch. What it has answered by then is paid for, and can be had later.
@@ -307,11 +367,9 @@ impl Batches {
     /// # Errors
     /// As `Batches::prepare`.
     pub async fn cancel(&self, id: &str) -> Result<(), Error> {
-        match self.endpoint().dialect {
-            Dialect::Anthropic => anthropic::cancel(&self.calls, id).await,
-            Dialect::Gemini => gemini::cancel(&self.calls, id).await,
-            _ => openai::cancel(&self.calls, id).await,
-        }
+        let url = self.api.cancel_url(&self.calls, id)?;
+        let asked = self.calls.post(url, &json!({}), Again::Harmless).await;
+        asked.map(drop)
     }
 }
 

@@ -1,12 +1,12 @@
 //! OpenAI's batches: a file of lines, a batch over it, and files of results.
 
+use reqwest::Url;
 use serde_json::{Value, json};
 
-use super::super::dialect::Dialect;
 use super::super::error::Error;
-use super::call::{Again, Calls};
-use super::pages::Pages;
-use super::{Found, Mark, Outcome, SLACK, State, Status, read};
+use super::api::{BatchApi, Match, Results, Submission};
+use super::call::Calls;
+use super::{Mark, Outcome, SLACK, State, Status, read};
 
 /// What the address of questions ends in.
 const METHODS: [&str; 2] = ["/chat/completions", "/responses"];
@@ -14,126 +14,121 @@ const METHODS: [&str; 2] = ["/chat/completions", "/responses"];
 /// The name under which a batch carries its tag.
 const TAG: &str = "nearmiss";
 
-/// Uploads the questions.
-pub async fn prepare<'a>(
-    calls: &Calls,
-    tag: &str,
-    bodies: impl Iterator<Item = (&'a str, Value)>,
-) -> Result<Value, Error> {
-    let method = match calls.endpoint().dialect {
-        Dialect::OpenAiResponses => "/v1/responses",
-        _ => "/v1/chat/completions",
-    };
-    let line = |(id, body): (&str, Value)| {
-        json!({"custom_id": id, "method": "POST", "url": method, "body": body}).to_string() + "\n"
-    };
-    let lines: String = bodies.map(line).collect();
-    // Nothing in JSON on one line begins a line with two dashes.
-    let form = format!(
-        "--{tag}\r\nContent-Disposition: form-data; name=\"purpose\"\r\n\r\nbatch\r\n\
-         --{tag}\r\nContent-Disposition: form-data; name=\"file\"; filename=\"{tag}.jsonl\"\r\n\
-         Content-Type: application/jsonl\r\n\r\n{lines}\r\n--{tag}--\r\n"
-    );
-    let kind = format!("multipart/form-data; boundary={tag}");
-    let url = calls.url(&METHODS, &["files"])?;
-    let file = calls.upload(url, kind, form.into_bytes()).await?;
-    let file = calls.id(&file, "id")?;
-    Ok(json!({
-        "input_file_id": file, "endpoint": method, "completion_window": "24h", "metadata": {TAG: tag},
-    }))
+/// Batches of questions to one of OpenAI's two APIs.
+#[derive(Debug)]
+pub struct OpenAiBatches {
+    /// The path of the API that answers the questions.
+    pub endpoint: &'static str,
 }
 
-pub async fn create(calls: &Calls, prepared: &Value) -> Result<Value, Error> {
-    let url = calls.url(&METHODS, &["batches"])?;
-    calls.post(url, prepared, Again::Refused).await
-}
+impl BatchApi for OpenAiBatches {
+    fn submission(
+        &self,
+        calls: &Calls,
+        tag: &str,
+        questions: &mut dyn Iterator<Item = (&str, Value)>,
+    ) -> Result<Submission, Error> {
+        let endpoint = self.endpoint;
+        let line = |(id, body): (&str, Value)| {
+            json!({"custom_id": id, "method": "POST", "url": endpoint, "body": body}).to_string()
+                + "\n"
+        };
+        let lines: String = questions.map(line).collect();
+        // Nothing in JSON on one line begins a line with two dashes.
+        let form = format!(
+            "--{tag}\r\nContent-Disposition: form-data; name=\"purpose\"\r\n\r\nbatch\r\n\
+             --{tag}\r\nContent-Disposition: form-data; name=\"file\"; filename=\"{tag}.jsonl\"\r\n\
+             Content-Type: application/jsonl\r\n\r\n{lines}\r\n--{tag}--\r\n"
+        );
+        Ok(Submission::File {
+            url: calls.url(&METHODS, &["files"])?,
+            content_type: format!("multipart/form-data; boundary={tag}"),
+            body: form.into_bytes(),
+            document: json!({
+                "input_file_id": null, "endpoint": endpoint, "completion_window": "24h",
+                "metadata": {TAG: tag},
+            }),
+            field: "input_file_id",
+        })
+    }
 
-pub async fn look_up(calls: &Calls, mark: Mark<'_>) -> Result<Found, Error> {
-    let mut after: Option<String> = None;
-    let mut pages = Pages::new();
-    loop {
+    fn create_url(&self, calls: &Calls, _model: &str) -> Result<Url, Error> {
+        calls.url(&METHODS, &["batches"])
+    }
+
+    fn list_url(&self, calls: &Calls, after: Option<&str>) -> Result<Url, Error> {
         let mut url = calls.url(&METHODS, &["batches"])?;
         url.query_pairs_mut().append_pair("limit", "100");
-        if let Some(after) = &after {
+        if let Some(after) = after {
             url.query_pairs_mut().append_pair("after", after);
         }
-        let page = calls.page(url).await?;
-        let Some(batches) = page.get("data").and_then(Value::as_array) else {
-            return Err(calls.malformed(&format!("no list of batches: {page}")));
-        };
-        for batch in batches {
-            let tag = batch.pointer("/metadata/nearmiss").and_then(Value::as_str);
-            if tag == Some(mark.tag) {
-                return calls.id(batch, "id").map(Found::Batch);
-            }
-            // The newest come first.
-            let created = batch.get("created_at").and_then(Value::as_i64);
-            if created.is_some_and(|at| at.saturating_add(SLACK) < mark.since.as_second()) {
-                return Ok(Found::Nothing);
-            }
-        }
-        let more = page.get("has_more").and_then(Value::as_bool) == Some(true);
-        after = match batches.last() {
-            Some(last) if more => Some(calls.id(last, "id")?),
-            _ => None,
-        };
-        pages.turn(calls, batches.len(), after.as_deref())?;
-        if after.is_none() {
-            return Ok(Found::Nothing);
-        }
+        Ok(url)
     }
-}
 
-pub async fn status(calls: &Calls, id: &str) -> Result<Status, Error> {
-    let document = calls.get(calls.url(&METHODS, &["batches", id])?).await?;
-    let state = match document.get("status").and_then(Value::as_str) {
-        Some("validating" | "in_progress" | "finalizing") => State::Working,
-        Some("cancelling") => State::Cancelling,
-        Some("completed") => State::Ended,
-        Some("cancelled") => State::Cancelled,
-        Some("expired") => State::Expired,
-        Some("failed") => State::Failed,
-        _ => return Err(calls.malformed(&format!("no known status of a batch: {document}"))),
-    };
-    let count = |name: &str| {
-        let count = document.pointer(&format!("/request_counts/{name}"));
-        count.and_then(Value::as_u64).unwrap_or(0)
-    };
-    let errors = document.pointer("/errors/data").and_then(Value::as_array);
-    let errors = errors.into_iter().flatten().take(3);
-    let words: Vec<_> = errors.filter_map(|e| e.get("message")?.as_str()).collect();
-    let problem = (!words.is_empty()).then(|| read::line(calls, &words.join("; ")));
-    Ok(Status {
-        state,
-        answered: count("completed"),
-        failed: count("failed"),
-        problem,
-        document,
-    })
-}
-
-pub async fn results<E: From<Error>>(
-    calls: &Calls,
-    batch: &Value,
-    each: &mut impl FnMut(&str, Outcome) -> Result<(), E>,
-) -> Result<bool, E> {
-    let mut certain = true;
-    for field in ["output_file_id", "error_file_id"] {
-        if batch.get(field).is_none_or(Value::is_null) {
-            continue;
+    fn recognise(&self, calls: &Calls, batch: &Value, mark: &Mark<'_>) -> Result<Match, Error> {
+        let tag = batch.pointer("/metadata/nearmiss").and_then(Value::as_str);
+        if tag == Some(mark.tag) {
+            return calls.id(batch, "id").map(Match::Yes);
         }
-        let file = calls.id(batch, field)?;
-        let url = calls.url(&METHODS, &["files", &file, "content"])?;
-        certain &= calls
-            .lines(url, |line| {
-                let Some(id) = line.get("custom_id").and_then(Value::as_str) else {
-                    return Err(calls.malformed(&format!("no custom_id: {line}")).into());
-                };
-                each(id, outcome(calls, &line))
-            })
-            .await?;
+        let created = batch.get("created_at").and_then(Value::as_i64);
+        let too_old = created.is_some_and(|at| at.saturating_add(SLACK) < mark.since.as_second());
+        Ok(if too_old { Match::TooOld } else { Match::No })
     }
-    Ok(certain)
+
+    fn status_url(&self, calls: &Calls, id: &str) -> Result<Url, Error> {
+        calls.url(&METHODS, &["batches", id])
+    }
+
+    fn status(&self, calls: &Calls, document: Value) -> Result<Status, Error> {
+        let state = match document.get("status").and_then(Value::as_str) {
+            Some("validating" | "in_progress" | "finalizing") => State::Working,
+            Some("cancelling") => State::Cancelling,
+            Some("completed") => State::Ended,
+            Some("cancelled") => State::Cancelled,
+            Some("expired") => State::Expired,
+            Some("failed") => State::Failed,
+            _ => return Err(calls.malformed(&format!("no known status of a batch: {document}"))),
+        };
+        let count = |name: &str| {
+            let count = document.pointer(&format!("/request_counts/{name}"));
+            count.and_then(Value::as_u64).unwrap_or(0)
+        };
+        let errors = document.pointer("/errors/data").and_then(Value::as_array);
+        let errors = errors.into_iter().flatten().take(3);
+        let words: Vec<_> = errors.filter_map(|e| e.get("message")?.as_str()).collect();
+        let problem = (!words.is_empty()).then(|| read::line(calls, &words.join("; ")));
+        Ok(Status {
+            state,
+            answered: count("completed"),
+            failed: count("failed"),
+            problem,
+            document,
+        })
+    }
+
+    fn results<'a>(
+        &self,
+        calls: &Calls,
+        _id: &str,
+        document: &'a Value,
+    ) -> Vec<Result<Results<'a>, Error>> {
+        let fields = ["output_file_id", "error_file_id"].into_iter();
+        let there = fields.filter(|field| document.get(field).is_some_and(|id| !id.is_null()));
+        let place = |field| {
+            let file = calls.id(document, field)?;
+            let url = calls.url(&METHODS, &["files", &file, "content"])?;
+            Ok(Results::Lines(url))
+        };
+        there.map(place).collect()
+    }
+
+    fn result<'a>(&self, calls: &Calls, entry: &'a Value) -> Result<(&'a str, Outcome), Error> {
+        Ok((read::custom_id(calls, entry)?, outcome(calls, entry)))
+    }
+
+    fn cancel_url(&self, calls: &Calls, id: &str) -> Result<Url, Error> {
+        calls.url(&METHODS, &["batches", id, "cancel"])
+    }
 }
 
 fn outcome(calls: &Calls, line: &Value) -> Outcome {
@@ -152,10 +147,4 @@ fn outcome(calls: &Calls, line: &Value) -> Outcome {
         }
         _ => read::failed(calls, line, None),
     }
-}
-
-pub async fn cancel(calls: &Calls, id: &str) -> Result<(), Error> {
-    let url = calls.url(&METHODS, &["batches", id, "cancel"])?;
-    let asked = calls.post(url, &json!({}), Again::Harmless).await;
-    asked.map(drop)
 }

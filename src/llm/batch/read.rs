@@ -4,7 +4,8 @@ use serde_json::Value;
 
 use super::super::chunk::{Chunk, Finish};
 use super::super::decoder::Decoder;
-use super::super::problem::{LONGEST_QUOTE, Problem, tidy};
+use super::super::error::Error;
+use super::super::error_body::{ErrorBody, LONGEST_QUOTE, tidy};
 use super::call::Calls;
 use super::{Answered, Outcome};
 
@@ -48,12 +49,18 @@ pub fn answer(calls: &Calls, document: &Value) -> Outcome {
 
 /// A failure in the provider's words: one line without secrets.
 pub fn failed(calls: &Calls, document: &Value, status: Option<u64>) -> Outcome {
-    let problem = Problem::in_body(&calls.secrets().redact(&document.to_string()));
+    let body = ErrorBody::in_body(&calls.secrets().redact(&document.to_string()));
     let status = status.map(|s| format!("{s}: ")).unwrap_or_default();
-    let code = problem.code.or(problem.kind);
+    let code = body.code.or(body.kind);
     let code = code.map(|c| format!(" ({c})")).unwrap_or_default();
-    let words = format!("{status}{}{code}", problem.message);
+    let words = format!("{status}{}{code}", body.message);
     Outcome::Failed(line(calls, &words))
+}
+
+/// The id of a question that an entry of results names.
+pub fn custom_id<'a>(calls: &Calls, entry: &'a Value) -> Result<&'a str, Error> {
+    let id = entry.get("custom_id").and_then(Value::as_str);
+    id.ok_or_else(|| calls.malformed(&format!("no custom_id: {entry}")))
 }
 
 /// Words of the provider's on one line, without secrets.

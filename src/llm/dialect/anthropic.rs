@@ -2,16 +2,18 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Body, DecodeError, Protocol, count, string};
+use super::{AnswerReader, Auth, Body, WireProtocol, count, is_anthropic_model, names_in, string};
 use crate::llm::accumulator::ResponseAccumulator;
+use crate::llm::batch::{AnthropicBatches, BatchApi};
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
+use crate::llm::error::Error;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Effort, Request, Role};
 use crate::llm::schema::portable;
 
 /// The version of the API that is spoken, sent as a header.
-pub(super) const VERSION: &str = "2023-06-01";
+const VERSION: &str = "2023-06-01";
 
 /// Sent where nobody set a limit, because this API demands one.
 const MOST_TOKENS: u32 = 8192;
@@ -19,51 +21,79 @@ const MOST_TOKENS: u32 = 8192;
 /// The smallest thinking budget that the API accepts, in tokens.
 const LEAST_BUDGET: u32 = 1024;
 
-/// Writes the body of a request.
-pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
-    let parameters = &request.parameters;
-    out.put("model", json!(request.model));
-    let limit = endpoint.answer_limit(parameters).unwrap_or_else(|| {
-        out.note(&format!(
-            "max_tokens: this API demands a limit, so {MOST_TOKENS} is sent"
-        ));
-        MOST_TOKENS
-    });
-    out.put("max_tokens", json!(limit));
-    out.put("stream", json!(true));
-    let system = request.messages.iter().filter(|m| m.role == Role::System);
-    let system: Vec<_> = system.map(|m| m.content.as_str()).collect();
-    if !system.is_empty() {
-        out.put("system", json!(system.join("\n\n")));
-    }
-    let turns = request.messages.iter().filter(|m| m.role != Role::System);
-    out.put("messages", turns.map(|m| json!(m)).collect());
+/// Anthropic's messages.
+pub(super) struct Protocol;
 
-    let mut output = Map::new();
-    let thinks = thinking(endpoint, parameters.effort, limit, &mut output, out);
-    if thinks && parameters.temperature.is_some_and(|t| t != 1.0) {
-        out.untaken("temperature", "with thinking on, this API takes none but 1");
-    } else {
-        out.temperature(endpoint, request, 1.0, |out, t| out.put("temperature", t));
+impl WireProtocol for Protocol {
+    fn auth(&self) -> Auth {
+        Auth::ApiKey
     }
-    if parameters.seed.is_some() {
-        out.untaken("seed", "this API takes none");
+
+    fn headers(&self) -> &'static [(&'static str, &'static str)] {
+        &[("anthropic-version", VERSION)]
     }
-    if let Some(schema) = &request.schema {
-        match endpoint.response_format {
-            ResponseFormat::Off => {}
-            ResponseFormat::JsonSchema => {
-                let format = json!({"type": "json_schema", "schema": portable(&schema.schema)});
-                output.insert("format".into(), format);
+
+    fn method(&self) -> &'static str {
+        "/messages"
+    }
+
+    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
+        let parameters = &request.parameters;
+        out.put("model", json!(request.model));
+        let limit = endpoint.answer_limit(parameters).unwrap_or_else(|| {
+            out.note(&format!(
+                "max_tokens: this API demands a limit, so {MOST_TOKENS} is sent"
+            ));
+            MOST_TOKENS
+        });
+        out.put("max_tokens", json!(limit));
+        out.put("stream", json!(true));
+        let system = request.messages.iter().filter(|m| m.role == Role::System);
+        let system: Vec<_> = system.map(|m| m.content.as_str()).collect();
+        if !system.is_empty() {
+            out.put("system", json!(system.join("\n\n")));
+        }
+        let turns = request.messages.iter().filter(|m| m.role != Role::System);
+        out.put("messages", turns.map(|m| json!(m)).collect());
+
+        let mut output = Map::new();
+        let thinks = thinking(endpoint, parameters.effort, limit, &mut output, out);
+        if thinks && parameters.temperature.is_some_and(|t| t != 1.0) {
+            out.untaken("temperature", "with thinking on, this API takes none but 1");
+        } else {
+            out.temperature(endpoint, request, 1.0, |out, t| out.put("temperature", t));
+        }
+        if parameters.seed.is_some() {
+            out.untaken("seed", "this API takes none");
+        }
+        if let Some(schema) = &request.schema {
+            match endpoint.response_format {
+                ResponseFormat::Off => {}
+                ResponseFormat::JsonSchema => {
+                    let format = json!({"type": "json_schema", "schema": portable(&schema.schema)});
+                    output.insert("format".into(), format);
+                }
+                ResponseFormat::JsonObject => out.untaken(
+                    "response_format json_object",
+                    "this API knows json_schema only",
+                ),
             }
-            ResponseFormat::JsonObject => out.untaken(
-                "response_format json_object",
-                "this API knows json_schema only",
-            ),
+        }
+        if !output.is_empty() {
+            out.put("output_config", Value::Object(output));
         }
     }
-    if !output.is_empty() {
-        out.put("output_config", Value::Object(output));
+
+    fn reader(&self) -> Box<dyn AnswerReader> {
+        Box::new(MessagesReader::default())
+    }
+
+    fn models<'a>(&self, list: &'a Value) -> Option<Vec<&'a str>> {
+        names_in(list.get("data")?, "id", is_anthropic_model)
+    }
+
+    fn batches(&self) -> Option<&'static dyn BatchApi> {
+        Some(&AnthropicBatches)
     }
 }
 
@@ -129,19 +159,15 @@ const COUNTS: [&str; 5] = [
     "output_tokens_details",
 ];
 
-/// The reader of this dialect.
+/// The reader of its answers.
 #[derive(Debug, Default)]
-pub(super) struct Messages {
+struct MessagesReader {
     /// The counts so far: the first event has some, a later one others, and what is repeated holds from then on.
     counts: Map<String, Value>,
 }
 
-impl Protocol for Messages {
-    fn event(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+impl AnswerReader for MessagesReader {
+    fn event(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         match string(value, "type") {
             Some("message_start") => {
                 if let Some(message) = value.get("message") {
@@ -165,13 +191,9 @@ impl Protocol for Messages {
         Ok(())
     }
 
-    fn document(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+    fn document(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         let Some(blocks) = value.get("content").and_then(Value::as_array) else {
-            return Err(DecodeError::no_answer(value));
+            return Err(answer.no_answer(value));
         };
         answer.model(string(value, "model"));
         self.usage(value, answer);
@@ -181,7 +203,7 @@ impl Protocol for Messages {
     }
 }
 
-impl Messages {
+impl MessagesReader {
     fn usage(&mut self, holder: &Value, answer: &mut ResponseAccumulator) {
         let Some(Value::Object(counts)) = holder.get("usage") else {
             return;

@@ -1,50 +1,90 @@
 //! Google's Gemini: `streamGenerateContent`, where thoughts are parts like any other and the stream just ends.
 
+use reqwest::Url;
 use serde_json::{Map, Value, json};
 
-use super::{Body, DecodeError, Protocol, count, string};
+use super::{AnswerReader, Auth, Body, WireProtocol, count, names_in, string};
 use crate::llm::accumulator::ResponseAccumulator;
+use crate::llm::batch::{BatchApi, GeminiBatches};
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
+use crate::llm::error::Error;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Effort, Request, Role};
 use crate::llm::schema::portable;
 
-/// Writes the body of a request; the model is in its address.
-pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
-    let quirks = &endpoint.quirks;
-    let part = |text: &String| json!({"text": text});
-    let of = |role| request.messages.iter().filter(move |m| m.role == role);
-    let system: Vec<_> = of(Role::System).map(|m| part(&m.content)).collect();
-    if !system.is_empty() {
-        out.put("systemInstruction", json!({"parts": system}));
-    }
-    let turns = request.messages.iter().filter(|m| m.role != Role::System);
-    let turns = turns.map(|m| {
-        let role = match m.role {
-            Role::Assistant => "model",
-            Role::System | Role::User => "user",
-        };
-        json!({"role": role, "parts": [part(&m.content)]})
-    });
-    out.put("contents", turns.collect());
+/// Google's Gemini.
+pub(super) struct Protocol;
 
-    let mut config = Body::default();
-    config.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
-    if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
-        config.put("maxOutputTokens", json!(limit));
+impl WireProtocol for Protocol {
+    fn auth(&self) -> Auth {
+        Auth::GoogleApiKey
     }
-    config.seed(endpoint, request, |out, seed| out.put("seed", seed));
-    thinking(endpoint, request.parameters.effort, &mut config);
-    if let Some(schema) = &request.schema {
-        if endpoint.response_format != ResponseFormat::Off {
-            config.put("responseMimeType", json!("application/json"));
-        }
-        if endpoint.response_format == ResponseFormat::JsonSchema {
-            config.put("responseJsonSchema", portable(&schema.schema));
-        }
+
+    fn method(&self) -> &'static str {
+        "/models"
     }
-    out.put_inner("generationConfig", config);
+
+    fn version(&self, _root: &str) -> &'static str {
+        "/v1beta"
+    }
+
+    fn with_model(&self, mut url: Url, model: &str) -> Url {
+        let model = model.strip_prefix("models/").unwrap_or(model);
+        if let Ok(mut segments) = url.path_segments_mut() {
+            segments.push(&format!("{model}:streamGenerateContent"));
+        }
+        url.query_pairs_mut().append_pair("alt", "sse");
+        url
+    }
+
+    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
+        let quirks = &endpoint.quirks;
+        let part = |text: &String| json!({"text": text});
+        let of = |role| request.messages.iter().filter(move |m| m.role == role);
+        let system: Vec<_> = of(Role::System).map(|m| part(&m.content)).collect();
+        if !system.is_empty() {
+            out.put("systemInstruction", json!({"parts": system}));
+        }
+        let turns = request.messages.iter().filter(|m| m.role != Role::System);
+        let turns = turns.map(|m| {
+            let role = match m.role {
+                Role::Assistant => "model",
+                Role::System | Role::User => "user",
+            };
+            json!({"role": role, "parts": [part(&m.content)]})
+        });
+        out.put("contents", turns.collect());
+
+        let mut config = Body::default();
+        config.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
+        if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
+            config.put("maxOutputTokens", json!(limit));
+        }
+        config.seed(endpoint, request, |out, seed| out.put("seed", seed));
+        thinking(endpoint, request.parameters.effort, &mut config);
+        if let Some(schema) = &request.schema {
+            if endpoint.response_format != ResponseFormat::Off {
+                config.put("responseMimeType", json!("application/json"));
+            }
+            if endpoint.response_format == ResponseFormat::JsonSchema {
+                config.put("responseJsonSchema", portable(&schema.schema));
+            }
+        }
+        out.put_inner("generationConfig", config);
+    }
+
+    fn reader(&self) -> Box<dyn AnswerReader> {
+        Box::new(GeminiReader)
+    }
+
+    fn models<'a>(&self, list: &'a Value) -> Option<Vec<&'a str>> {
+        names_in(list.get("models")?, "name", |_| true)
+    }
+
+    fn batches(&self) -> Option<&'static dyn BatchApi> {
+        Some(&GeminiBatches)
+    }
 }
 
 fn thinking(endpoint: &Endpoint, effort: Option<Effort>, config: &mut Body) {
@@ -83,16 +123,12 @@ fn thinking(endpoint: &Endpoint, effort: Option<Effort>, config: &mut Body) {
     }
 }
 
-/// The reader of this dialect.
+/// The reader of its answers.
 #[derive(Debug, Default)]
-pub(super) struct Gemini;
+struct GeminiReader;
 
-impl Protocol for Gemini {
-    fn event(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+impl AnswerReader for GeminiReader {
+    fn event(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         answer.model(string(value, "modelVersion"));
         if let Some(usage) = value.get("usageMetadata").filter(|u| u.is_object()) {
             answer.usage(usage_of(usage));
@@ -126,17 +162,13 @@ impl Protocol for Gemini {
         Ok(())
     }
 
-    fn document(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+    fn document(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         // Without `alt=sse` the events come as one list.
         let one = std::slice::from_ref(value);
         let events = value.as_array().map_or(one, Vec::as_slice);
         let known = |v: &Value| v.get("candidates").is_some() || v.get("promptFeedback").is_some();
         if !events.iter().any(known) {
-            return Err(DecodeError::no_answer(value));
+            return Err(answer.no_answer(value));
         }
         events
             .iter()

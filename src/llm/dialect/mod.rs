@@ -1,4 +1,4 @@
-//! The wire protocols: one file each writes the requests and reads the answers of one API.
+//! The wire protocols: each is a file with its [`WireProtocol`] and a row of the table of [`Dialect`].
 
 mod anthropic;
 mod body;
@@ -14,28 +14,153 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::accumulator::ResponseAccumulator;
+use super::batch::BatchApi;
 use super::endpoint::Endpoint;
-use super::problem::Problem;
+use super::error::Error;
 use super::request::Request;
 pub(super) use body::Body;
 
-/// An API that models are served over.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Dialect {
+/// Makes [`Dialect`] of a table: variant, name in configuration files, implementation.
+macro_rules! dialects {
+    ($($(#[$meta:meta])* $variant:ident = $name:literal: $protocol:path;)*) => {
+        /// An API that models are served over.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
+        pub enum Dialect {
+            $($(#[$meta])* #[serde(rename = $name)] $variant,)*
+        }
+
+        impl Dialect {
+            /// Every dialect.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// The word for it in configuration files.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+
+            pub(super) fn protocol(self) -> &'static dyn WireProtocol {
+                match self {
+                    $(Self::$variant => &$protocol,)*
+                }
+            }
+        }
+    };
+}
+
+dialects! {
     /// OpenAI's chat completions, which most servers speak.
     #[default]
-    #[serde(rename = "openai_chat")]
-    OpenAiChat,
+    OpenAiChat = "openai_chat": openai_chat::Protocol;
     /// OpenAI's Responses API.
-    #[serde(rename = "openai_responses")]
-    OpenAiResponses,
+    OpenAiResponses = "openai_responses": openai_responses::Protocol;
     /// Google's `generateContent`.
-    Gemini,
+    Gemini = "gemini": gemini::Protocol;
     /// Anthropic's messages.
-    Anthropic,
+    Anthropic = "anthropic": anthropic::Protocol;
     /// Ollama's own `/api/chat`.
-    Ollama,
+    Ollama = "ollama": ollama::Protocol;
+}
+
+impl Dialect {
+    /// How its official clients send the key.
+    #[must_use]
+    pub fn auth(self) -> Auth {
+        self.protocol().auth()
+    }
+}
+
+/// One API on the wire: addresses, headers, bodies and how answers are read. Implementations do no I/O.
+pub(super) trait WireProtocol: Sync {
+    /// How its official clients send the key.
+    fn auth(&self) -> Auth {
+        Auth::Bearer
+    }
+
+    /// Headers that every request carries.
+    fn headers(&self) -> &'static [(&'static str, &'static str)] {
+        &[]
+    }
+
+    /// How the events of a streamed answer are marked off.
+    fn framing(&self) -> Framing {
+        Framing::Events
+    }
+
+    /// The base URL that an address in the configuration or the environment means.
+    fn base_url(&self, address: &str) -> String {
+        address.to_owned()
+    }
+
+    /// The path of questions below the API's root, without the model.
+    fn method(&self) -> &'static str;
+
+    /// The version that a root path without one lacks.
+    fn version(&self, _root: &str) -> &'static str {
+        "/v1"
+    }
+
+    /// The path of requests below a base path, which may be written with or without version and method.
+    fn path(&self, base: &str) -> String {
+        let (base, method) = (base.trim_end_matches('/'), self.method());
+        let root = base.strip_suffix(method).unwrap_or(base);
+        let last = root.rsplit('/').next().unwrap_or_default();
+        let versioned = last
+            .strip_prefix('v')
+            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
+        let version = match root.len() < base.len() || versioned {
+            true => "",
+            false => self.version(root),
+        };
+        format!("{root}{version}{method}")
+    }
+
+    /// The address of a question; APIs that name the model there add it.
+    fn with_model(&self, url: Url, _model: &str) -> Url {
+        url
+    }
+
+    /// Writes the body of a request.
+    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body);
+
+    /// The body of a request, with notes on what could not go in.
+    fn body(&self, endpoint: &Endpoint, request: &Request) -> Body {
+        let mut body = Body::default();
+        self.write(endpoint, request, &mut body);
+        body
+    }
+
+    /// A reader for one answer.
+    fn reader(&self) -> Box<dyn AnswerReader>;
+
+    /// The path of the list of models, in the place of [`WireProtocol::method`].
+    fn models_path(&self) -> &'static str {
+        "/models"
+    }
+
+    /// The names in a list of models; `None` if the document is no such list.
+    fn models<'a>(&self, list: &'a Value) -> Option<Vec<&'a str>>;
+
+    /// Its batches; `None` if it has none.
+    fn batches(&self) -> Option<&'static dyn BatchApi> {
+        None
+    }
+}
+
+/// Reads the events of one answer, or a whole one.
+pub(super) trait AnswerReader: Debug + Send {
+    /// Whether the word `[DONE]` ends an answer.
+    fn ends_with_word(&self) -> bool {
+        false
+    }
+
+    /// Reads one event, a JSON object that reports no error.
+    fn event(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error>;
+
+    /// Reads a whole answer that was not streamed.
+    fn document(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error>;
 }
 
 /// How an API marks off the events of a stream.
@@ -72,164 +197,46 @@ impl Auth {
     }
 }
 
-impl Dialect {
-    /// Every dialect.
-    pub const ALL: [Self; 5] = [
-        Self::OpenAiChat,
-        Self::OpenAiResponses,
-        Self::Gemini,
-        Self::Anthropic,
-        Self::Ollama,
-    ];
-
-    /// The word for it in configuration files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::OpenAiChat => "openai_chat",
-            Self::OpenAiResponses => "openai_responses",
-            Self::Gemini => "gemini",
-            Self::Anthropic => "anthropic",
-            Self::Ollama => "ollama",
-        }
-    }
-
-    /// How its official clients send the key.
-    #[must_use]
-    pub fn auth(self) -> Auth {
-        match self {
-            Self::OpenAiChat | Self::OpenAiResponses | Self::Ollama => Auth::Bearer,
-            Self::Gemini => Auth::GoogleApiKey,
-            Self::Anthropic => Auth::ApiKey,
-        }
-    }
-
-    /// Headers that every request carries.
-    pub(super) fn headers(self) -> &'static [(&'static str, &'static str)] {
-        match self {
-            Self::Anthropic => &[("anthropic-version", anthropic::VERSION)],
-            _ => &[],
-        }
-    }
-
-    pub(super) fn framing(self) -> Framing {
-        match self {
-            Self::Ollama => Framing::Lines,
-            _ => Framing::Events,
-        }
-    }
-
-    /// The path of requests below a base path, which people write with and without version and method. Gemini's lacks the
-    /// model, see [`Dialect::with_model`].
-    pub(super) fn path(self, base: &str) -> String {
-        let base = base.trim_end_matches('/');
-        let method = match self {
-            Self::OpenAiChat => "/chat/completions",
-            Self::OpenAiResponses => "/responses",
-            Self::Gemini => "/models",
-            Self::Anthropic => "/messages",
-            Self::Ollama => {
-                let root = ["/api/chat", "/api", "/v1"]
-                    .iter()
-                    .find_map(|end| base.strip_suffix(end));
-                return format!("{}/api/chat", root.unwrap_or(base));
-            }
-        };
-        let root = base.strip_suffix(method).unwrap_or(base);
-        let last = root.rsplit('/').next().unwrap_or_default();
-        let versioned = last
-            .strip_prefix('v')
-            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
-        let whole = root.len() < base.len();
-        let version = match self {
-            _ if whole || versioned => "",
-            // OpenAI's address ends in the version, so what has any path is taken to be whole.
-            Self::OpenAiChat | Self::OpenAiResponses if !root.is_empty() => "",
-            Self::Gemini => "/v1beta",
-            _ => "/v1",
-        };
-        format!("{root}{version}{method}")
-    }
-
-    /// The address with the model, for the API that has it there.
-    pub(super) fn with_model(self, mut url: Url, model: &str) -> Url {
-        if self == Self::Gemini {
-            let model = model.strip_prefix("models/").unwrap_or(model);
-            if let Ok(mut segments) = url.path_segments_mut() {
-                segments.push(&format!("{model}:streamGenerateContent"));
-            }
-            url.query_pairs_mut().append_pair("alt", "sse");
-        }
-        url
-    }
-
-    pub(super) fn body(self, endpoint: &Endpoint, request: &Request) -> Body {
-        let mut body = Body::default();
-        match self {
-            Self::OpenAiChat => openai_chat::write(endpoint, request, &mut body),
-            Self::OpenAiResponses => openai_responses::write(endpoint, request, &mut body),
-            Self::Gemini => gemini::write(endpoint, request, &mut body),
-            Self::Anthropic => anthropic::write(endpoint, request, &mut body),
-            Self::Ollama => ollama::write(endpoint, request, &mut body),
-        }
-        body
-    }
-
-    pub(super) fn protocol(self) -> Box<dyn Protocol> {
-        match self {
-            Self::OpenAiChat => Box::new(openai_chat::Chat::default()),
-            Self::OpenAiResponses => Box::new(openai_responses::Responses::default()),
-            Self::Gemini => Box::new(gemini::Gemini),
-            Self::Anthropic => Box::new(anthropic::Messages::default()),
-            Self::Ollama => Box::new(ollama::Ollama),
-        }
-    }
-}
-
 /// The JSON body of a request, exactly as [`super::stream()`] sends it.
 #[must_use]
 pub fn body(endpoint: &Endpoint, request: &Request) -> Value {
-    Value::Object(endpoint.dialect.body(endpoint, request).fields)
+    Value::Object(endpoint.dialect.protocol().body(endpoint, request).fields)
 }
 
 /// What of a request the endpoint's model does not take, and what is sent that nobody asked for; a sentence each.
 #[must_use]
 pub fn notes(endpoint: &Endpoint, request: &Request) -> Vec<String> {
-    endpoint.dialect.body(endpoint, request).notes
+    endpoint.dialect.protocol().body(endpoint, request).notes
 }
 
-/// The reading side of a dialect; one per answer.
-pub(super) trait Protocol: Debug + Send {
-    /// Whether the word `[DONE]` ends an answer.
-    fn ends_with_word(&self) -> bool {
-        false
-    }
-
-    /// Reads one event, a JSON object that reports no error.
-    fn event(&mut self, value: &Value, answer: &mut ResponseAccumulator)
-    -> Result<(), DecodeError>;
-
-    /// Reads a whole answer that was not streamed.
-    fn document(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError>;
+/// The texts under `key` of the entries of a list, of those entries that are meant.
+fn names_in<'a>(
+    list: &'a Value,
+    key: &str,
+    is_meant: impl Fn(&Value) -> bool,
+) -> Option<Vec<&'a str>> {
+    let entries = list.as_array()?.iter().filter(|entry| is_meant(entry));
+    Some(
+        entries
+            .filter_map(|entry| entry.get(key)?.as_str())
+            .collect(),
+    )
 }
 
-/// An event that is no part of an answer.
-#[derive(Debug)]
-pub(super) enum DecodeError {
-    /// It is not of this dialect.
-    Malformed(String),
-    /// It reports an error.
-    Provider(Problem),
+/// Whether an entry of a list of models is in Anthropic's form: several protocols list their models at the same path.
+fn is_anthropic_model(entry: &Value) -> bool {
+    entry.get("type").and_then(Value::as_str) == Some("model")
 }
 
-impl DecodeError {
-    fn no_answer(value: &Value) -> Self {
-        Self::Malformed(format!("a document without an answer: `{value}`"))
-    }
+/// The version that OpenAI's address lacks: it ends in the version, so a base with any path is taken to be whole.
+fn openai_version(root: &str) -> &'static str {
+    if root.is_empty() { "/v1" } else { "" }
+}
+
+/// The names in a list of models as OpenAI has it.
+fn openai_models(list: &Value) -> Option<Vec<&str>> {
+    let is_meant = |entry: &Value| !is_anthropic_model(entry) || entry.get("object").is_some();
+    names_in(list.get("data")?, "id", is_meant)
 }
 
 fn string<'a>(value: &'a Value, key: &str) -> Option<&'a str> {

@@ -2,10 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::{Body, DecodeError, Protocol, count, string};
+use super::{AnswerReader, Body, Framing, WireProtocol, count, names_in, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
+use crate::llm::error::Error;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Effort, Request};
 use crate::llm::schema::portable;
@@ -16,51 +17,100 @@ const ROOM: u32 = 4096;
 /// Context windows are asked for in steps of this, so that the model is not loaded anew for every question.
 const STEP: u32 = 8192;
 
-/// Writes the body of a request.
-pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
-    let quirks = &endpoint.quirks;
-    out.put("model", json!(request.model));
-    out.put("messages", json!(request.messages));
-    out.put("stream", json!(true));
-    let style = quirks.efforts.unwrap_or(Efforts::Levels);
-    match request.parameters.effort {
-        None => {}
-        Some(_) if style == Efforts::Untaken => out.untaken("effort", "this model takes none"),
-        Some(Effort::Off) => out.put("think", json!(false)),
-        Some(_) if style == Efforts::Template => out.put("think", json!(true)),
-        Some(effort) => out.put("think", json!(effort.name())),
+/// Ollama's own chat.
+pub(super) struct Protocol;
+
+impl WireProtocol for Protocol {
+    fn framing(&self) -> Framing {
+        Framing::Lines
     }
-    if let Some(schema) = &request.schema {
-        match endpoint.response_format {
-            ResponseFormat::Off => {}
-            ResponseFormat::JsonObject => out.put("format", json!("json")),
-            ResponseFormat::JsonSchema => out.put("format", portable(&schema.schema)),
+
+    /// An address as `OLLAMA_HOST` has it: perhaps without scheme or port, and perhaps the one the server listens on.
+    fn base_url(&self, address: &str) -> String {
+        let address = address.trim();
+        let (scheme, rest) = address.split_once("://").unwrap_or(("http", address));
+        // A query stays as it is.
+        let end = rest.find(['/', '?', '#']).unwrap_or(rest.len());
+        let (host, path) = rest.split_at(end);
+        let bracketed = host.rfind(']').unwrap_or(0);
+        let has_port = host.rfind(':').is_some_and(|colon| colon > bracketed);
+        let port = if has_port || address.contains("://") {
+            ""
+        } else {
+            ":11434"
+        };
+        let host = match host.strip_prefix("0.0.0.0") {
+            Some(rest) => format!("127.0.0.1{rest}"),
+            None => host.to_owned(),
+        };
+        format!("{scheme}://{host}{port}{path}")
+    }
+
+    fn method(&self) -> &'static str {
+        "/api/chat"
+    }
+
+    fn path(&self, base: &str) -> String {
+        let base = base.trim_end_matches('/');
+        let root = [self.method(), "/api", "/v1"]
+            .iter()
+            .find_map(|end| base.strip_suffix(end));
+        format!("{}{}", root.unwrap_or(base), self.method())
+    }
+
+    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
+        let quirks = &endpoint.quirks;
+        out.put("model", json!(request.model));
+        out.put("messages", json!(request.messages));
+        out.put("stream", json!(true));
+        let style = quirks.efforts.unwrap_or(Efforts::Levels);
+        match request.parameters.effort {
+            None => {}
+            Some(_) if style == Efforts::Untaken => out.untaken("effort", "this model takes none"),
+            Some(Effort::Off) => out.put("think", json!(false)),
+            Some(_) if style == Efforts::Template => out.put("think", json!(true)),
+            Some(effort) => out.put("think", json!(effort.name())),
         }
+        if let Some(schema) = &request.schema {
+            match endpoint.response_format {
+                ResponseFormat::Off => {}
+                ResponseFormat::JsonObject => out.put("format", json!("json")),
+                ResponseFormat::JsonSchema => out.put("format", portable(&schema.schema)),
+            }
+        }
+        let mut options = Body::default();
+        options.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
+        options.seed(endpoint, request, |out, seed| out.put("seed", seed));
+        let limit = endpoint.answer_limit(&request.parameters);
+        if let Some(limit) = limit {
+            options.put("num_predict", json!(limit));
+        }
+        // A question longer than the window is cut without a word, so the window is made to fit.
+        let needed = request.tokens().saturating_add(limit.unwrap_or(ROOM));
+        let window = needed.div_ceil(STEP).saturating_mul(STEP);
+        options.put("num_ctx", json!(quirks.context.unwrap_or(window)));
+        out.put_inner("options", options);
     }
-    let mut options = Body::default();
-    options.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
-    options.seed(endpoint, request, |out, seed| out.put("seed", seed));
-    let limit = endpoint.answer_limit(&request.parameters);
-    if let Some(limit) = limit {
-        options.put("num_predict", json!(limit));
+
+    fn reader(&self) -> Box<dyn AnswerReader> {
+        Box::new(OllamaReader)
     }
-    // A question longer than the window is cut without a word, so the window is made to fit.
-    let needed = request.tokens().saturating_add(limit.unwrap_or(ROOM));
-    let window = needed.div_ceil(STEP).saturating_mul(STEP);
-    options.put("num_ctx", json!(quirks.context.unwrap_or(window)));
-    out.put_inner("options", options);
+
+    fn models_path(&self) -> &'static str {
+        "/api/tags"
+    }
+
+    fn models<'a>(&self, list: &'a Value) -> Option<Vec<&'a str>> {
+        names_in(list.get("models")?, "name", |_| true)
+    }
 }
 
-/// The reader of this dialect.
+/// The reader of its answers.
 #[derive(Debug, Default)]
-pub(super) struct Ollama;
+struct OllamaReader;
 
-impl Protocol for Ollama {
-    fn event(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+impl AnswerReader for OllamaReader {
+    fn event(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         answer.model(string(value, "model"));
         if let Some(message) = value.get("message") {
             answer.reason(string(message, "thinking").unwrap_or_default());
@@ -82,13 +132,9 @@ impl Protocol for Ollama {
         Ok(())
     }
 
-    fn document(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+    fn document(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         if value.get("message").is_none() {
-            return Err(DecodeError::no_answer(value));
+            return Err(answer.no_answer(value));
         }
         self.event(value, answer)
     }

@@ -2,37 +2,65 @@
 
 use serde_json::{Value, json};
 
-use super::{Body, DecodeError, Protocol, count, string};
+use super::{AnswerReader, Body, WireProtocol, count, openai_models, openai_version, string};
 use crate::llm::accumulator::ResponseAccumulator;
+use crate::llm::batch::{BatchApi, OpenAiBatches};
 use crate::llm::chunk::{Cost, CostSource, Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
-use crate::llm::problem::Problem;
+use crate::llm::error::Error;
+use crate::llm::error_body::ErrorBody;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Effort, Request, Schema};
 use crate::llm::schema::{name, portable};
 
-/// Writes the body of a request.
-pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
-    let quirks = &endpoint.quirks;
-    out.put("model", json!(request.model));
-    out.put("messages", json!(request.messages));
-    out.put("stream", json!(true));
-    out.put("stream_options", json!({"include_usage": true}));
-    out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
-    if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
-        // OpenAI's reasoning models refuse the old name; most other servers know no other.
-        let name = match quirks.max_completion_tokens {
-            true => "max_completion_tokens",
-            false => "max_tokens",
-        };
-        out.put(name, json!(limit));
+/// OpenAI's chat completions.
+pub(super) struct Protocol;
+
+impl WireProtocol for Protocol {
+    fn method(&self) -> &'static str {
+        "/chat/completions"
     }
-    out.seed(endpoint, request, |out, seed| out.put("seed", seed));
-    if let Some(effort) = request.parameters.effort {
-        self::effort(quirks.efforts.unwrap_or(Efforts::Levels), effort, out);
+
+    fn version(&self, root: &str) -> &'static str {
+        openai_version(root)
     }
-    if let Some(schema) = &request.schema {
-        response_format(endpoint, request, schema, out);
+
+    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
+        let quirks = &endpoint.quirks;
+        out.put("model", json!(request.model));
+        out.put("messages", json!(request.messages));
+        out.put("stream", json!(true));
+        out.put("stream_options", json!({"include_usage": true}));
+        out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
+        if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
+            // OpenAI's reasoning models refuse the old name; most other servers know no other.
+            let name = match quirks.max_completion_tokens {
+                true => "max_completion_tokens",
+                false => "max_tokens",
+            };
+            out.put(name, json!(limit));
+        }
+        out.seed(endpoint, request, |out, seed| out.put("seed", seed));
+        if let Some(effort) = request.parameters.effort {
+            self::effort(quirks.efforts.unwrap_or(Efforts::Levels), effort, out);
+        }
+        if let Some(schema) = &request.schema {
+            response_format(endpoint, request, schema, out);
+        }
+    }
+
+    fn reader(&self) -> Box<dyn AnswerReader> {
+        Box::new(ChatReader::default())
+    }
+
+    fn models<'a>(&self, list: &'a Value) -> Option<Vec<&'a str>> {
+        openai_models(list)
+    }
+
+    fn batches(&self) -> Option<&'static dyn BatchApi> {
+        Some(&OpenAiBatches {
+            endpoint: "/v1/chat/completions",
+        })
     }
 }
 
@@ -99,23 +127,19 @@ fn response_format(endpoint: &Endpoint, request: &Request, schema: &Schema, out:
     }
 }
 
-/// The reader of this dialect.
+/// The reader of its answers.
 #[derive(Debug, Default)]
-pub(super) struct Chat {
+struct ChatReader {
     /// The one field reasoning is read from: some servers send the same text in two.
     reasoning_field: Option<&'static str>,
 }
 
-impl Protocol for Chat {
+impl AnswerReader for ChatReader {
     fn ends_with_word(&self) -> bool {
         true
     }
 
-    fn event(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+    fn event(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         answer.model(string(value, "model"));
         if let Some(usage) = value.get("usage").filter(|u| u.is_object()) {
             answer.usage(usage_of(usage));
@@ -126,24 +150,16 @@ impl Protocol for Chat {
         }
     }
 
-    fn document(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+    fn document(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         if choice(value).is_none() {
-            return Err(DecodeError::no_answer(value));
+            return Err(answer.no_answer(value));
         }
         self.event(value, answer)
     }
 }
 
-impl Chat {
-    fn choice(
-        &mut self,
-        choice: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+impl ChatReader {
+    fn choice(&mut self, choice: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         let message = || choice.get("message").filter(|_| answer.received() == 0);
         if let Some(delta) = choice
             .get("delta")
@@ -165,10 +181,10 @@ impl Chat {
             Some("content_filter") => answer.finish(Finish::ContentFilter),
             // DeepSeek broke off: what came is no answer.
             Some(word @ "insufficient_system_resource") => {
-                return Err(DecodeError::Provider(Problem {
+                return Err(answer.reported(ErrorBody {
                     message: "it ran out of resources".into(),
                     code: Some(word.into()),
-                    ..Problem::default()
+                    ..ErrorBody::default()
                 }));
             }
             Some(other) => answer.finish(Finish::Other(other.to_owned())),

@@ -2,65 +2,93 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Body, DecodeError, Protocol, count, string};
+use super::{AnswerReader, Body, WireProtocol, count, openai_models, openai_version, string};
 use crate::llm::accumulator::ResponseAccumulator;
+use crate::llm::batch::{BatchApi, OpenAiBatches};
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
-use crate::llm::problem::Problem;
+use crate::llm::error::Error;
+use crate::llm::error_body::ErrorBody;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Effort, Request};
 use crate::llm::schema::{name, portable};
 
-/// Writes the body of a request.
-pub(super) fn write(endpoint: &Endpoint, request: &Request, out: &mut Body) {
-    let quirks = &endpoint.quirks;
-    out.put("model", json!(request.model));
-    out.put("input", json!(request.messages));
-    out.put("stream", json!(true));
-    // Nothing is left on the server that the store here keeps anyway.
-    out.put("store", json!(false));
-    out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
-    if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
-        out.put("max_output_tokens", json!(limit));
+/// OpenAI's Responses API.
+pub(super) struct Protocol;
+
+impl WireProtocol for Protocol {
+    fn method(&self) -> &'static str {
+        "/responses"
     }
-    if request.parameters.seed.is_some() {
-        out.untaken("seed", "the Responses API takes none");
+
+    fn version(&self, root: &str) -> &'static str {
+        openai_version(root)
     }
-    let mut reasoning = Map::new();
-    match (request.parameters.effort, quirks.efforts) {
-        (Some(_), Some(Efforts::Untaken)) => out.untaken("effort", "this model takes none"),
-        (Some(Effort::Off), _) => drop(reasoning.insert("effort".into(), json!("none"))),
-        (Some(effort), _) => drop(reasoning.insert("effort".into(), json!(effort.name()))),
-        (None, _) => {}
-    }
-    // A model that does not reason refuses the question for a summary.
-    let off = request.parameters.effort == Some(Effort::Off);
-    if !off && (quirks.reasoning || !reasoning.is_empty()) {
-        reasoning.insert("summary".into(), json!("auto"));
-    }
-    if !reasoning.is_empty() {
-        out.put("reasoning", Value::Object(reasoning));
-    }
-    if let Some(schema) = &request.schema {
-        match endpoint.response_format {
-            ResponseFormat::Off => {}
-            ResponseFormat::JsonObject => {
-                out.put("text", json!({"format": {"type": "json_object"}}));
-            }
-            ResponseFormat::JsonSchema => out.put(
-                "text",
-                json!({"format": {
-                    "type": "json_schema", "name": name(&schema.name), "strict": true,
-                    "schema": portable(&schema.schema),
-                }}),
-            ),
+
+    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
+        let quirks = &endpoint.quirks;
+        out.put("model", json!(request.model));
+        out.put("input", json!(request.messages));
+        out.put("stream", json!(true));
+        // Nothing is left on the server that the store here keeps anyway.
+        out.put("store", json!(false));
+        out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
+        if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
+            out.put("max_output_tokens", json!(limit));
         }
+        if request.parameters.seed.is_some() {
+            out.untaken("seed", "the Responses API takes none");
+        }
+        let mut reasoning = Map::new();
+        match (request.parameters.effort, quirks.efforts) {
+            (Some(_), Some(Efforts::Untaken)) => out.untaken("effort", "this model takes none"),
+            (Some(Effort::Off), _) => drop(reasoning.insert("effort".into(), json!("none"))),
+            (Some(effort), _) => drop(reasoning.insert("effort".into(), json!(effort.name()))),
+            (None, _) => {}
+        }
+        // A model that does not reason refuses the question for a summary.
+        let off = request.parameters.effort == Some(Effort::Off);
+        if !off && (quirks.reasoning || !reasoning.is_empty()) {
+            reasoning.insert("summary".into(), json!("auto"));
+        }
+        if !reasoning.is_empty() {
+            out.put("reasoning", Value::Object(reasoning));
+        }
+        if let Some(schema) = &request.schema {
+            match endpoint.response_format {
+                ResponseFormat::Off => {}
+                ResponseFormat::JsonObject => {
+                    out.put("text", json!({"format": {"type": "json_object"}}));
+                }
+                ResponseFormat::JsonSchema => out.put(
+                    "text",
+                    json!({"format": {
+                        "type": "json_schema", "name": name(&schema.name), "strict": true,
+                        "schema": portable(&schema.schema),
+                    }}),
+                ),
+            }
+        }
+    }
+
+    fn reader(&self) -> Box<dyn AnswerReader> {
+        Box::new(ResponsesReader::default())
+    }
+
+    fn models<'a>(&self, list: &'a Value) -> Option<Vec<&'a str>> {
+        openai_models(list)
+    }
+
+    fn batches(&self) -> Option<&'static dyn BatchApi> {
+        Some(&OpenAiBatches {
+            endpoint: "/v1/responses",
+        })
     }
 }
 
-/// The reader of this dialect.
+/// The reader of its answers.
 #[derive(Debug, Default)]
-pub(super) struct Responses {
+struct ResponsesReader {
     /// The one kind of event reasoning is read from: some servers send the text and its summary.
     reasoning_from: Option<&'static str>,
 }
@@ -68,12 +96,8 @@ pub(super) struct Responses {
 const SUMMARY: &str = "response.reasoning_summary_text.delta";
 const RAW: &str = "response.reasoning_text.delta";
 
-impl Protocol for Responses {
-    fn event(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+impl AnswerReader for ResponsesReader {
+    fn event(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         let delta = string(value, "delta").unwrap_or_default();
         match string(value, "type") {
             Some("response.output_text.delta") => answer.say(delta),
@@ -103,19 +127,15 @@ impl Protocol for Responses {
         Ok(())
     }
 
-    fn document(
-        &mut self,
-        value: &Value,
-        answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+    fn document(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error> {
         if !value.get("output").is_some_and(Value::is_array) {
-            return Err(DecodeError::no_answer(value));
+            return Err(answer.no_answer(value));
         }
         self.response(value, answer)
     }
 }
 
-impl Responses {
+impl ResponsesReader {
     fn reason(&mut self, from: &'static str, text: &str, answer: &mut ResponseAccumulator) {
         if *self.reasoning_from.get_or_insert(from) == from {
             answer.reason(text);
@@ -127,7 +147,7 @@ impl Responses {
         &mut self,
         response: &Value,
         answer: &mut ResponseAccumulator,
-    ) -> Result<(), DecodeError> {
+    ) -> Result<(), Error> {
         answer.model(string(response, "model"));
         if let Some(usage) = response.get("usage").filter(|u| u.is_object()) {
             answer.usage(usage_of(usage));
@@ -143,13 +163,11 @@ impl Responses {
                 });
             }
             Some("failed" | "cancelled") => {
-                let failed = Problem {
+                let failed = ErrorBody {
                     message: "the answer failed without a reason".into(),
-                    ..Problem::default()
+                    ..ErrorBody::default()
                 };
-                return Err(DecodeError::Provider(
-                    Problem::in_value(response).unwrap_or(failed),
-                ));
+                return Err(answer.reported(ErrorBody::in_value(response).unwrap_or(failed)));
             }
             _ => return Ok(()),
         }

@@ -4,6 +4,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::Thresholds;
+use crate::system::{Mistake, line_at, toml_mistake};
 
 /// Why a file of thresholds is not in use.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -65,12 +66,7 @@ pub(super) fn read(
 ) -> Result<Thresholds, ThresholdError> {
     let error = |(at, message): (usize, String)| ThresholdError {
         file: file.into(),
-        line: Some(
-            1 + text.as_bytes()[..at]
-                .iter()
-                .filter(|b| **b == b'\n')
-                .count(),
-        ),
+        line: Some(line_at(text, at)),
         message,
     };
     let said: File = toml::from_str(text).map_err(|wrong| syntax(text, file, &wrong))?;
@@ -86,17 +82,16 @@ pub(super) fn read(
 
 /// A mistake of TOML's, or an unknown key, with the line that it is in: messages alone do not always name the key.
 fn syntax(text: &str, file: &str, wrong: &toml::de::Error) -> ThresholdError {
-    let message = wrong.message().trim().replace('\n', " ");
-    let message = message
+    let Mistake { line, words } = toml_mistake(text, wrong);
+    let message = words
         .replace("expected f64", "expected a number")
         .replace("expected i64", "expected a whole number");
-    let before = wrong.span().and_then(|span| text.get(..span.start));
-    let line = before.map(|before| before.matches('\n').count());
-    let shown = line.and_then(|line| text.lines().nth(line)).map(str::trim);
+    let shown = line.and_then(|line| text.lines().nth(line - 1));
+    let shown = shown.map(str::trim);
     let shown: Option<String> = shown.map(|line| line.chars().take(LONGEST).collect());
     ThresholdError {
         file: file.into(),
-        line: line.map(|line| line + 1),
+        line,
         message: match shown {
             Some(shown) if !shown.is_empty() => format!("{message}, in `{shown}`"),
             _ => message,

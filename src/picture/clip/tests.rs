@@ -11,11 +11,11 @@ use super::*;
 const SIZE: (f64, f64) = (120.0, 80.0);
 
 fn color() -> Color {
-    Color::parse("#103060").expect("a colour")
+    Color::hex(0x103060)
 }
 
 fn picture(items: Vec<Item>) -> Picture {
-    let mut picture = Picture::new(SIZE, Color::parse("#ffffff").expect("a colour"));
+    let mut picture = Picture::new(SIZE, Color::hex(0xffffff));
     picture.items = items;
     picture
 }

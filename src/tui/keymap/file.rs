@@ -7,16 +7,16 @@ use toml::de::{DeTable, DeValue};
 
 use super::map::Binding;
 use super::{Chord, Keymap, Preset};
-use crate::config::TextFile;
-use crate::text::visible;
+use crate::settings::TextFile;
+use crate::system::{TomlText, nearest, shown_value};
 use crate::tui::action::{ACTIONS, Scope};
-use crate::tui::user_file::{UserFile, shown};
+use crate::tui::user_file::all_visible;
 
 const VIM: &str = include_str!("vim.toml");
 
 /// Changes the default keys to those of the preset `vim`.
 pub fn vim(map: &mut Keymap) {
-    let mut file = UserFile::new("vim.toml", VIM);
+    let mut file = TomlText::new(VIM);
     // A test reads it.
     if let Some(table) = file.table() {
         change(&mut file, map, &table);
@@ -32,7 +32,7 @@ impl Keymap {
     /// # Errors
     /// Every mistake, with file, line and key.
     pub fn load(path: &Path) -> Result<Self, Vec<String>> {
-        match TextFile::read_if_there(path).map_err(|error| vec![visible(&error).into_owned()])? {
+        match TextFile::read_if_there(path).map_err(|error| all_visible(vec![error]))? {
             None => Ok(Self::of(Preset::Default)),
             Some(said) => Self::parse(&said.file, &said.text),
         }
@@ -43,20 +43,20 @@ impl Keymap {
     /// # Errors
     /// Every mistake, with file, line and key.
     pub fn parse(name: &str, text: &str) -> Result<Self, Vec<String>> {
-        let mut file = UserFile::new(name, text);
+        let mut file = TomlText::new(text);
         let table = file.table().unwrap_or_default();
         let mut map = Self::of(preset(&mut file, &table));
         change(&mut file, &mut map, &table);
         for collision in collisions(&map) {
             let words = collision.words(&file);
-            file.mistake(&collision.said.unwrap_or_default(), &words);
+            file.mistake(&collision.said.unwrap_or_default(), words);
         }
-        file.checked()?;
+        file.checked(name).map_err(all_visible)?;
         Ok(map)
     }
 }
 
-fn preset(file: &mut UserFile<'_>, table: &DeTable<'_>) -> Preset {
+fn preset(file: &mut TomlText<'_>, table: &DeTable<'_>) -> Preset {
     let Some(value) = table.get("preset") else {
         return Preset::Default;
     };
@@ -65,15 +65,15 @@ fn preset(file: &mut UserFile<'_>, table: &DeTable<'_>) -> Preset {
         let names = Preset::ALL.map(|(name, _)| format!("{name:?}"));
         let words = format!(
             "preset = {} is not known; there are {}",
-            shown(value.get_ref()),
+            shown_value(value.get_ref()),
             names.join(" and ")
         );
-        file.mistake(&value.span(), &words);
+        file.mistake(&value.span(), words);
     }
     said.unwrap_or(Preset::Default)
 }
 
-fn change(file: &mut UserFile<'_>, map: &mut Keymap, table: &DeTable<'_>) {
+fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
     for (key, value) in table {
         let name = key.get_ref().as_ref();
         if name == "preset" {
@@ -85,11 +85,10 @@ fn change(file: &mut UserFile<'_>, map: &mut Keymap, table: &DeTable<'_>) {
                 "{name} is not known; there are preset, {}",
                 names.join(", ")
             );
-            file.mistake(&key.span(), &words);
+            file.mistake(&key.span(), words);
             continue;
         };
-        let Some(actions) = value.get_ref().as_table() else {
-            file.mistake(&value.span(), &format!("{name} must be a table: [{name}]"));
+        let Some(actions) = file.below(name, value) else {
             continue;
         };
         for (id, keys) in actions {
@@ -99,7 +98,7 @@ fn change(file: &mut UserFile<'_>, map: &mut Keymap, table: &DeTable<'_>) {
                     id.get_ref(),
                     near(*scope, id.get_ref())
                 );
-                file.mistake(&id.span(), &words);
+                file.mistake(&id.span(), words);
                 continue;
             };
             let key = format!("{name}.{}", id.get_ref());
@@ -116,7 +115,7 @@ fn place(scope: Scope, id: &str) -> Option<usize> {
 
 /// The keys of an action: a text or a list of texts, none for an empty list.
 fn bindings(
-    file: &mut UserFile<'_>,
+    file: &mut TomlText<'_>,
     place: usize,
     key: &str,
     value: &Spanned<DeValue<'_>>,
@@ -131,21 +130,21 @@ fn bindings(
         let Some(names) = value.get_ref().as_str() else {
             let words = format!(
                 "{key} = {} is no key; keys are texts such as \"x\", \"g g\" or [\"x\", \"ctrl-x\"]",
-                shown(value.get_ref())
+                shown_value(value.get_ref())
             );
-            file.mistake(&value.span(), &words);
+            file.mistake(&value.span(), words);
             continue;
         };
         match Chord::parse(names) {
             Ok(keys) if found.iter().any(|b| b.keys == keys) => {
-                file.mistake(&value.span(), &format!("{key} has `{}` twice", keys.name()));
+                file.mistake(&value.span(), format!("{key} has `{}` twice", keys.name()));
             }
             Ok(keys) => found.push(Binding {
                 place,
                 keys,
                 said: Some(value.span()),
             }),
-            Err(why) => file.mistake(&value.span(), &format!("{key}: {why}")),
+            Err(why) => file.mistake(&value.span(), format!("{key}: {why}")),
         }
     }
     found
@@ -159,10 +158,8 @@ fn near(scope: Scope, id: &str) -> String {
         return format!(" there; it is one in {}", places.join(" and "));
     }
     let here = ACTIONS.iter().filter(|entry| entry.scope == scope);
-    let like = |other: &str| strsim::jaro(id, other);
-    let best = here.max_by(|a, b| like(a.id).total_cmp(&like(b.id)));
-    match best.filter(|entry| like(entry.id) > 0.75) {
-        Some(entry) => format!("; did you mean {}?", entry.id),
+    match nearest(id, here.map(|entry| entry.id)) {
+        Some(meant) => format!("; did you mean {meant}?"),
         None => "; `nearmiss keys` lists all".into(),
     }
 }
@@ -177,7 +174,7 @@ pub struct Collision {
 }
 
 impl Collision {
-    fn words(&self, file: &UserFile<'_>) -> String {
+    fn words(&self, file: &TomlText<'_>) -> String {
         let entry = self.binding.entry();
         let other = self.other.entry();
         let (keys, theirs) = (self.binding.keys.name(), self.other.keys.name());

@@ -20,9 +20,9 @@ pub use terms::{HEADLINE, TERMS};
 
 use unicode_width::UnicodeWidthStr;
 
-use crate::config::Tags;
 use crate::metrics::Measure;
 use crate::scenario::{Entry, Found, PassedOver};
+use crate::settings::Tags;
 use crate::tui::loaded::Facts;
 use crate::tui::message::Effect;
 

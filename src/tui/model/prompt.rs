@@ -4,9 +4,9 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::editor::{Editor, Find};
 use super::prices::Prices;
-use crate::config::Keys;
 use crate::evaluation::Question;
 use crate::prompts::{Library, Template};
+use crate::settings::Keys;
 use crate::text::Frame;
 use crate::verdict::Task;
 

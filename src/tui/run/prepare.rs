@@ -11,10 +11,11 @@ use super::super::tasks::{self, thresholds};
 use super::super::theme::{AUTO, Depth, Theme};
 use super::super::update::session;
 use super::super::user_file::first;
-use crate::config::{Config, Folders};
+use crate::evaluation::default_planning;
 use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
 use crate::scenario::WantedEgo;
+use crate::settings::{Config, Folders};
 use crate::system;
 
 /// The model at the start; what is wrong with the user's files is said, and the defaults are used.
@@ -66,10 +67,7 @@ pub fn prepare(
     let mut model = Model::new(paths, config, theme.at_depth(depth), library, offers);
     model.look = look;
     model.compare.person = model.config.person();
-    match tasks::planning::settings(&model.config) {
-        Ok(settings) => model.driver.forecast = settings.forecast,
-        Err(error) => complaints.push(format!("{error}; the planner cannot drive with it")),
-    }
+    model.driver.forecast = model.config.planning(default_planning()).forecast;
     // Nobody needs to foresee the orders that answers are shown in.
     model.compare.seed = jiff::Timestamp::now().as_nanosecond() as u64;
     match thresholds(&folders.thresholds()) {

@@ -7,7 +7,7 @@ use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::{Screen, Step};
-use crate::config::Tags;
+use crate::settings::Tags;
 use crate::text::visible;
 use crate::tui::action::Action;
 use crate::tui::keymap::{Code, Key, edit_line, first_line};

@@ -33,16 +33,9 @@ impl Tasks {
         match ask {
             MakeAsk::Begin(id, wish) => {
                 self.driving.making.stop();
-                let settings = match self.driving.settings() {
-                    Ok(settings) => Settings {
-                        forecast: wish.forecast,
-                        ..settings
-                    },
-                    Err(why) => {
-                        // The receiver is gone once the loop has ended.
-                        let _ = self.sender.send(Msg::Make(MakeNews::Ended(id, Err(why))));
-                        return;
-                    }
+                let settings = Settings {
+                    forecast: wish.forecast,
+                    ..self.driving.settings()
                 };
                 let writing = match wish.writer.as_deref() {
                     Some(writer) => match self.author(writer, wish.only) {

@@ -7,9 +7,9 @@ use super::super::message::Msg;
 use super::super::message::planning::{PlanAsk, PlanId, PlanNews};
 use super::making::Making;
 use super::{Tasks, drives};
-use crate::config::Config;
-use crate::evaluation::{default_planning, set_planning};
+use crate::evaluation::default_planning;
 use crate::planner::Cancel;
+use crate::settings::Config;
 use crate::simulation::Settings;
 use crate::workflow::{OpenRequest, PlanRequest};
 
@@ -17,22 +17,9 @@ use crate::workflow::{OpenRequest, PlanRequest};
 #[derive(Debug)]
 pub struct Driving {
     under_way: HashMap<PlanId, Cancel>,
-    /// Or why nothing can be planned as it wants.
-    settings: Result<Settings, String>,
+    settings: Settings,
     /// The search for a dangerous variant.
     pub(super) making: Making,
-}
-
-/// How the section `[planner]` of the configuration wants drives to be.
-///
-/// # Errors
-/// It has a key or a value that the planner does not know: in words. Who reads the configuration checks both.
-pub fn settings(config: &Config) -> Result<Settings, String> {
-    let mut settings = default_planning();
-    for (key, value) in config.planner_values() {
-        set_planning(&mut settings, key.id, value).map_err(|e| format!("config.toml: {e}"))?;
-    }
-    Ok(settings)
 }
 
 impl Driving {
@@ -40,17 +27,14 @@ impl Driving {
     pub fn new(config: &Config) -> Self {
         Self {
             under_way: HashMap::new(),
-            settings: settings(config),
+            settings: config.planning(default_planning()),
             making: Making::default(),
         }
     }
 
     /// How drives are wanted.
-    ///
-    /// # Errors
-    /// The configuration wants something that there is not: in words.
-    pub fn settings(&self) -> Result<Settings, String> {
-        self.settings.clone()
+    pub fn settings(&self) -> Settings {
+        self.settings
     }
 
     /// All shall end.
@@ -66,17 +50,9 @@ impl Tasks {
     pub(super) fn plan(&mut self, ask: PlanAsk) {
         match ask {
             PlanAsk::Begin(id, entry, change, forecast) => {
-                let settings = match &self.driving.settings {
-                    Ok(settings) => Settings {
-                        forecast,
-                        ..*settings
-                    },
-                    Err(why) => {
-                        let ended = PlanNews::Ended(id, Err(why.clone()));
-                        // The receiver is gone once the loop has ended.
-                        let _ = self.sender.send(Msg::Plan(ended));
-                        return;
-                    }
+                let settings = Settings {
+                    forecast,
+                    ..self.driving.settings()
                 };
                 // What has ended is marked so, too.
                 self.driving

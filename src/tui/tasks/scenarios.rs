@@ -7,9 +7,9 @@ use super::super::loaded::{Facts, Verdicts, worst_of};
 use super::super::message::Msg;
 use super::super::message::session::Where;
 use super::Tasks;
-use crate::config::Tags;
 use crate::judge;
 use crate::scenario::{Entry, bundled, find_in_pieces};
+use crate::settings::Tags;
 use crate::store::Store;
 use crate::system::activity::{self, Doing, Subject, trying};
 

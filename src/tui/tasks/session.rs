@@ -6,7 +6,7 @@ use std::time::{Duration, SystemTime};
 use super::super::message::Msg;
 use super::super::message::session::{Session, Where};
 use super::Tasks;
-use crate::config::{Folders, TextFile};
+use crate::settings::{Folders, TextFile};
 use crate::system;
 
 /// How long after a change the session is kept: what a killed program loses.
@@ -91,8 +91,8 @@ pub fn read(folder: &Path, paths: &[Where]) -> Result<Option<Session>, String> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::config::Config;
     use crate::prompts::Library;
+    use crate::settings::Config;
     use crate::tui::model::Model;
     use crate::tui::theme::Theme;
 

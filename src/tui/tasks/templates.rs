@@ -3,8 +3,8 @@
 use std::io::{Error, ErrorKind, Write};
 use std::path::Path;
 
-use crate::config::Folders;
 use crate::prompts::{Library, Template, choose_template};
+use crate::settings::Folders;
 use crate::system;
 
 /// What the system says of a file, with its name.

@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, answer, no_verdict};
 use crate::evaluation::{Event, Judged, Missing};
-use crate::llm::{Dialect, Discovered};
+use crate::llm::{Chunk, Dialect, Discovered};
 use crate::tui::message::{Effect, Msg, StoredOf};
 use crate::tui::model::{Pane, Progress, Shown};
 use crate::verdict::How;
@@ -30,9 +30,12 @@ fn r_asks_the_chosen_model_and_the_answer_arrives_piece_by_piece() {
     let mut bench = asking();
     let (id, model) = bench.asked();
     assert_eq!(model, "lab/small");
-    bench.send(Msg::Asked(id, Event::Reasoning("thinking hard".into())));
+    bench.send(Msg::Asked(
+        id,
+        Event::Chunk(Chunk::Reasoning("thinking hard".into())),
+    ));
     assert!(bench.frame(120, 40).contains("thinking hard"));
-    bench.send(Msg::Asked(id, Event::Text("so: ".into())));
+    bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text("so: ".into()))));
     assert!(bench.frame(120, 40).contains("arriving"));
     bench.send(Msg::Answered(
         id,
@@ -67,7 +70,10 @@ fn models_of_this_machine_are_offered_once() {
 fn what_a_model_does_not_take_is_said() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(id, Event::Note("seed is not sent".into())));
+    bench.send(Msg::Asked(
+        id,
+        Event::Chunk(Chunk::Note("seed is not sent".into())),
+    ));
     let frame = bench.frame(120, 40);
     assert!(frame.contains("lab/small: seed is not sent"), "{frame}");
 }
@@ -107,7 +113,10 @@ fn c_asks_a_second_model_beside_the_first() {
 fn an_answer_without_a_verdict_is_a_state_of_its_own() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(id, Event::Text("I cannot tell.".into())));
+    bench.send(Msg::Asked(
+        id,
+        Event::Chunk(Chunk::Text("I cannot tell.".into())),
+    ));
     bench.send(Msg::Answered(
         id,
         Ok(Box::new(no_verdict("lab/small", "I cannot tell."))),
@@ -157,7 +166,7 @@ fn streaming_does_not_steal_the_position() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let text: String = (0..80).map(|i| format!("line {i}\n\n")).collect();
-    bench.send(Msg::Asked(id, Event::Text(text)));
+    bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text(text))));
     assert!(
         bench.frame(120, 40).contains("line 79"),
         "the end is followed"
@@ -166,7 +175,10 @@ fn streaming_does_not_steal_the_position() {
     bench.press("pageup pageup");
     bench.frame(120, 40);
     let before = bench.model.answers.scroll;
-    bench.send(Msg::Asked(id, Event::Text("new text\n".repeat(30))));
+    bench.send(Msg::Asked(
+        id,
+        Event::Chunk(Chunk::Text("new text\n".repeat(30))),
+    ));
     let frame = bench.frame(120, 40);
     assert_eq!(bench.model.answers.scroll, before);
     assert!(
@@ -181,7 +193,10 @@ fn streaming_does_not_steal_the_position() {
 fn control_characters_of_an_answer_are_shown_and_not_obeyed() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(id, Event::Text("a\u{1b}[2Jb\u{7}".into())));
+    bench.send(Msg::Asked(
+        id,
+        Event::Chunk(Chunk::Text("a\u{1b}[2Jb\u{7}".into())),
+    ));
     bench.send(Msg::Answered(id, Err("bad\u{1b}]0;title\u{7}".into())));
     let frame = bench.frame(120, 40);
     assert!(!frame.contains('\u{1b}') && !frame.contains('\u{7}'));
@@ -342,11 +357,11 @@ fn retries_are_said() {
     let wait = std::time::Duration::from_secs(7);
     bench.send(Msg::Asked(
         id,
-        Event::Retrying {
+        Event::Chunk(Chunk::Retrying {
             attempt: 2,
             wait,
             why: "429".into(),
-        },
+        }),
     ));
     let frame = bench.frame(120, 40);
     assert!(

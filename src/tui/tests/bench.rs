@@ -6,11 +6,11 @@ use std::sync::{Mutex, PoisonError};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-use crate::config::Config;
 use crate::evaluation::{Answer, Judged, Missing};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Entry, Place, WantedEgo, bundled};
+use crate::settings::Config;
 use crate::store::Consumed;
 use crate::tui::keymap::Key;
 use crate::tui::loaded::{Measured, Opened, judged, plotted};

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::bench::Bench;
-use crate::config::Keys;
 use crate::prompts::Library;
+use crate::settings::Keys;
 use crate::tui::message::{Effect, Mouse, Msg};
 use crate::tui::model::{EntryLine, Notice, PromptPane};
 

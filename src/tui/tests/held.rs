@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::bench::Bench;
 use super::editing::with;
-use crate::config::Keys;
 use crate::scenario::{bundled, find};
+use crate::settings::Keys;
 use crate::system::activity::{self, Subject};
 use crate::tui::message::Msg;
 use crate::tui::message::session::Where;

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use super::bench::Bench;
 use super::editing::{kept, said, with};
-use crate::config::Keys;
 use crate::prompts::Library;
+use crate::settings::Keys;
 use crate::tui::message::{Effect, Msg, Outside};
 use crate::tui::model::PromptView;
 use crate::tui::screens::picker::PickerScreen;

@@ -3,9 +3,9 @@
 use ratatui::layout::Position;
 
 use super::bench::Bench;
-use crate::config::Tags;
 use crate::metrics::Thresholds;
 use crate::scenario::{WantedEgo, bundled};
+use crate::settings::Tags;
 use crate::store::{Origin, StoredVerdict};
 use crate::tui::loaded::{Facts, Verdicts};
 use crate::tui::message::{Effect, Mouse, Msg};

@@ -6,7 +6,7 @@ use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier};
 
 use super::bench::Bench;
-use crate::config::Config;
+use crate::settings::Config;
 use crate::tui::action::Scope;
 use crate::tui::keymap::{Keymap, Preset};
 use crate::tui::message::{Effect, Msg, Reloaded};
@@ -265,7 +265,7 @@ fn without_colours_and_without_unicode_everything_is_there() {
 
 #[test]
 fn the_selected_line_is_reversed_in_every_theme() {
-    for name in Theme::shipped() {
+    for name in crate::settings::ThemeFile::shipped() {
         let mut bench = bench();
         bench.model.look.chosen = name.into();
         bench.model.show_theme(name).unwrap();

@@ -14,7 +14,7 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
 
 use self::world::{News, World};
-use crate::config::Keys;
+use crate::settings::Keys;
 use crate::tui::action::ACTIONS;
 use crate::tui::keymap::{Code, Key, Preset};
 

@@ -3,6 +3,7 @@
 use super::answers::asking;
 use super::bench::{Bench, answer, no_verdict};
 use crate::evaluation::{Event, Judged, Missing};
+use crate::llm::Chunk;
 use crate::store::RunId;
 use crate::tui::message::Msg;
 
@@ -25,8 +26,11 @@ fn place(lines: &[String], words: &str) -> Option<usize> {
 fn a_line_divides_the_reasoning_from_the_answer() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(id, Event::Reasoning("thinking hard".into())));
-    bench.send(Msg::Asked(id, Event::Text("so it is".into())));
+    bench.send(Msg::Asked(
+        id,
+        Event::Chunk(Chunk::Reasoning("thinking hard".into())),
+    ));
+    bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text("so it is".into()))));
     let lines = pane(&bench);
     let at = |words| place(&lines, words).unwrap_or_else(|| panic!("{words}: {lines:#?}"));
     assert_eq!(at("thinking hard"), at("── reasoning ──") + 1, "{lines:#?}");
@@ -47,7 +51,7 @@ fn a_line_divides_the_reasoning_from_the_answer() {
 fn an_answer_without_reasoning_needs_no_line() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(id, Event::Text("so it is".into())));
+    bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text("so it is".into()))));
     let lines = pane(&bench);
     assert!(place(&lines, "so it is").is_some(), "{lines:#?}");
     assert_eq!(place(&lines, DIVIDER), None, "{lines:#?}");
@@ -67,7 +71,7 @@ fn what_is_waited_for_is_said_until_something_comes() {
         "{lines:#?}"
     );
     assert_eq!(place(&lines, on_its_way), None, "{lines:#?}");
-    bench.send(Msg::Asked(id, Event::Text("so it is".into())));
+    bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text("so it is".into()))));
     let lines = pane(&bench);
     assert_eq!(place(&lines, "being asked as run 7"), None, "{lines:#?}");
 }

@@ -3,6 +3,7 @@
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer};
 use crate::evaluation::{Answer, Event};
+use crate::llm::Chunk;
 use crate::store::{Choice, NewRating, RatedAnswer, Rating, RunId};
 use crate::tui::keymap::Key;
 use crate::tui::message::{Effect, Msg};
@@ -136,7 +137,7 @@ fn what_arrives_is_followed_until_somebody_scrolls_up() {
     bench.press("shift-c");
     let place = place_of(&bench, "lab/small");
     bench.model.compare.focus = place;
-    let line = |n: usize| Msg::Asked(id, Event::Text(format!("line {n}\n")));
+    let line = |n: usize| Msg::Asked(id, Event::Chunk(Chunk::Text(format!("line {n}\n"))));
     (0..60).for_each(|n| bench.send(line(n)));
     assert!(bench.frame(120, 40).contains("line 59"));
     bench.press("up up");

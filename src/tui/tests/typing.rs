@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::editing::with;
 use super::kept::three;
 use super::side_by_side::{sized, two};
-use crate::config::Keys;
+use crate::settings::Keys;
 use crate::tui::model::EntryLine;
 use crate::tui::screens::help::HelpScreen;
 use crate::tui::screens::palette::Palette;

@@ -14,6 +14,7 @@ use crate::evaluation::generating::{
 };
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{Ground, Reason, Refusal, admit};
+use crate::llm::Chunk;
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
 use crate::scenario::{Scene, WantedEgo};
@@ -217,11 +218,11 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
         frame.lines().next().unwrap().to_string()
     };
     assert!(hear(&mut bench, Progress::Choosing).contains("model: chooses the attacker"));
-    let event = Event::Retrying {
+    let event = Event::Chunk(Chunk::Retrying {
         attempt: 2,
         wait: Duration::from_secs(7),
         why: "503 \u{1b}[31mbusy".into(),
-    };
+    });
     let sample = None;
     let line = hear(&mut bench, Progress::Heard { sample, event });
     assert!(
@@ -229,7 +230,7 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
         "{line}"
     );
     assert!(matches!(job(&bench).state, JobState::Waiting(_)));
-    let event = Event::Text("{".into());
+    let event = Event::Chunk(Chunk::Text("{".into()));
     let line = hear(&mut bench, Progress::Heard { sample, event });
     assert!(!line.contains("busy"), "{line}");
     assert_eq!(job(&bench).state, JobState::Running);

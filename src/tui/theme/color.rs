@@ -1,8 +1,9 @@
-//! Colours: read from a file, and the nearest that a terminal has.
+//! Colours: those of a theme file, and the nearest that a terminal has.
 
 use ratatui::style::Color;
 
 use super::Depth;
+use crate::settings::ThemeColor;
 
 /// The sixteen colours as xterm has them, by their ANSI numbers.
 const SIXTEEN: [(Color, [u8; 3]); 16] = [
@@ -24,9 +25,17 @@ const SIXTEEN: [(Color, [u8; 3]); 16] = [
     (Color::White, [255, 255, 255]),
 ];
 
-/// The colour that a word of a file means.
-pub fn named(word: &str) -> Option<Color> {
-    word.parse().ok()
+/// A colour of a theme file as the terminal has it.
+pub fn terminal_color(color: ThemeColor) -> Color {
+    match color {
+        ThemeColor::Rgb(red, green, blue) => Color::Rgb(red, green, blue),
+        ThemeColor::Indexed(index) => Color::Indexed(index),
+        ThemeColor::Ansi(number) => {
+            let named = SIXTEEN.get(usize::from(number));
+            named.map_or(Color::Reset, |(color, _)| *color)
+        }
+        ThemeColor::Terminal => Color::Reset,
+    }
 }
 
 /// The ANSI number of one of the sixteen.

@@ -6,8 +6,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use super::file::AUTO;
-use super::{Depth, Named, ROLES, Theme, ansi, color};
+use super::{AUTO, Depth, Named, ROLES, Theme, ansi, color};
 use crate::text::visible;
 use crate::tui::user_file::first;
 
@@ -177,7 +176,7 @@ mod tests {
                 );
                 assert!(!text.contains("\x1b[2J"), "{text:?}");
             }
-            for name in Theme::shipped() {
+            for name in crate::settings::ThemeFile::shipped() {
                 assert!(all.contains(name));
             }
             assert!(all.contains("dark must be true or false"), "{all}");

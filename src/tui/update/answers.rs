@@ -8,6 +8,7 @@ use super::super::model::{Column, Model, Pane, Progress, Shown};
 use super::{batch, making};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
+use crate::llm::Chunk;
 use crate::llm::{Discovered, Offer};
 use crate::scenario::Scene;
 use crate::verdict::Task;
@@ -139,16 +140,18 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
                 "the same is being asked as run {run}; waiting for it"
             ));
         }
-        Event::Note(note) => {
+        Event::Chunk(Chunk::Note(note)) => {
             let text = format!("{}: {note}", column.model);
             model.say(text);
         }
-        Event::Answering(_) => column.progress = Progress::Arriving(seconds(column)),
-        Event::Reasoning(text) => {
+        Event::Chunk(Chunk::Started { .. }) => {
+            column.progress = Progress::Arriving(seconds(column));
+        }
+        Event::Chunk(Chunk::Reasoning(text)) => {
             column.progress = Progress::Arriving(seconds(column));
             column.reasoning.push_str(&text);
         }
-        Event::Text(text) => {
+        Event::Chunk(Chunk::Text(text)) => {
             column.progress = Progress::Arriving(seconds(column));
             column.text.push_str(&text);
         }
@@ -156,12 +159,12 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
             let text = format!("{}: {words}", column.model);
             model.complain(text);
         }
-        Event::Retrying { attempt, wait, why } => {
+        Event::Chunk(Chunk::Retrying { attempt, wait, why }) => {
             let wait = wait.as_secs_f64();
             column.progress = Progress::Retrying(format!("{why}; try {attempt} in {wait:.0} s"));
         }
         // The answer that follows says so.
-        Event::Barred(_) => {}
+        Event::Chunk(Chunk::Usage(_) | Chunk::Finished(_)) | Event::Barred(_) => {}
     }
     Vec::new()
 }

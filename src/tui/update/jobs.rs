@@ -8,6 +8,7 @@ use super::super::message::{AskId, Effect, Msg};
 use super::super::model::{Column, Job, JobKind, JobState, Model};
 use super::{answers, batch, making, planning};
 use crate::evaluation::{Answer, Event, Judged};
+use crate::llm::Chunk;
 use crate::prompts::estimate_tokens;
 
 /// Takes note of what is asked for.
@@ -140,16 +141,16 @@ pub fn note(model: &mut Model, msg: &Msg) {
 
 fn piece(job: &mut Job, event: &Event) {
     match event {
-        Event::Reasoning(text) | Event::Text(text) => {
+        Event::Chunk(Chunk::Reasoning(text) | Chunk::Text(text)) => {
             job.state = JobState::Running;
             job.tokens += estimate_tokens(text) as u64;
         }
-        Event::Answering(_) => job.state = JobState::Running,
+        Event::Chunk(Chunk::Started { .. }) => job.state = JobState::Running,
         Event::Awaiting(run) => {
             job.state = JobState::Waiting(format!("run {run} asks the same"));
         }
-        Event::Retrying { why, .. } => job.state = JobState::Waiting(why.clone()),
-        Event::Kept(_) | Event::Note(_) | Event::NotStored(_) | Event::Barred(_) => {}
+        Event::Chunk(Chunk::Retrying { why, .. }) => job.state = JobState::Waiting(why.clone()),
+        Event::Kept(_) | Event::Chunk(_) | Event::NotStored(_) | Event::Barred(_) => {}
     }
 }
 

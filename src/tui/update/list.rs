@@ -4,8 +4,8 @@ use super::super::action::Action;
 use super::super::message::{AskId, Effect};
 use super::super::model::{Line, Model, Pane};
 use super::{open, open_current, session};
-use crate::config::Tags;
 use crate::scenario::{Entry, Found, PassedOver};
+use crate::settings::Tags;
 
 /// All scenarios were found at once.
 pub fn found(model: &mut Model, found: Result<Found, String>) -> Vec<Effect> {

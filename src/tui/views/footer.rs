@@ -6,7 +6,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use crate::config::Keys;
+use crate::settings::Keys;
 use crate::tui::action::{Action, Entry, Scope};
 use crate::tui::keymap::Chord;
 use crate::tui::model::{EntryLine, Model};

@@ -14,12 +14,12 @@ use super::super::bench::{no_verdict, opened};
 use super::super::kept::{FIRST, Kept};
 use super::plausible::{batch, facts, make, plan, rating, stored};
 use super::{ESCAPES, Input, sound};
-use crate::config::Keys;
 use crate::evaluation::Event;
-use crate::llm::{Dialect, Discovered};
+use crate::llm::{Chunk, Dialect, Discovered};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::scenario::{Entry, WantedEgo, bundled};
+use crate::settings::Keys;
 use crate::store::RunId;
 use crate::tui::keymap::{Code, Key, Keymap, Preset};
 use crate::tui::loaded::{Measured, Opened, Source, judged, plotted};
@@ -352,18 +352,29 @@ impl World {
         };
         let mut msgs = vec![
             Msg::Asked(id, Event::Kept(RunId(1000 + n as i64))),
-            Msg::Asked(id, Event::Note(format!("seed is not sent {HOSTILE}"))),
-            Msg::Asked(id, Event::Answering(Some(format!("other {HOSTILE}")))),
-            Msg::Asked(id, Event::Reasoning(format!("thinking {HOSTILE}"))),
             Msg::Asked(
                 id,
-                Event::Retrying {
+                Event::Chunk(Chunk::Note(format!("seed is not sent {HOSTILE}"))),
+            ),
+            Msg::Asked(
+                id,
+                Event::Chunk(Chunk::Started {
+                    model: Some(format!("other {HOSTILE}")),
+                }),
+            ),
+            Msg::Asked(
+                id,
+                Event::Chunk(Chunk::Reasoning(format!("thinking {HOSTILE}"))),
+            ),
+            Msg::Asked(
+                id,
+                Event::Chunk(Chunk::Retrying {
                     attempt: 2,
                     wait: Duration::from_secs(2),
                     why: HOSTILE.into(),
-                },
+                }),
             ),
-            Msg::Asked(id, Event::Text(CLAIMS.into())),
+            Msg::Asked(id, Event::Chunk(Chunk::Text(CLAIMS.into()))),
         ];
         msgs.truncate(1 + n % 7);
         // Some never end.

@@ -5,7 +5,7 @@ use edtui::events::KeyInput;
 use super::super::super::action::{Action, Scope};
 use super::super::super::keymap::{Code, Key, Keymap, editor_input};
 use super::super::super::model::Editor;
-use crate::config::Keys;
+use crate::settings::Keys;
 
 /// What a key did to the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

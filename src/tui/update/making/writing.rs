@@ -13,6 +13,7 @@ use super::{begin as begin_with, cancel, ready, show};
 use crate::evaluation::generating::{Progress, RETRIES, SAMPLES};
 use crate::evaluation::{Event, Settings};
 use crate::judge;
+use crate::llm::Chunk;
 use crate::scenario::ContentHash;
 
 /// Lets the chosen model write; or stops what is under way; or shows what it made.
@@ -71,7 +72,7 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
 /// What happens while it writes.
 pub fn heard(model: &mut Model, progress: &Progress) {
     if let Progress::Heard {
-        event: Event::Note(note),
+        event: Event::Chunk(Chunk::Note(note)),
         ..
     } = progress
     {
@@ -90,9 +91,8 @@ pub fn heard(model: &mut Model, progress: &Progress) {
         Progress::Heard { event, .. } => match waiting(event) {
             Some(why) => Some(why),
             // Something arrives: the server is there again.
-            None => {
-                { search.waits.take() }.filter(|_| matches!(event, Event::Kept(_) | Event::Note(_)))
-            }
+            None => { search.waits.take() }
+                .filter(|_| matches!(event, Event::Kept(_) | Event::Chunk(Chunk::Note(_)))),
         },
         _ => search.waits.take(),
     };
@@ -101,7 +101,7 @@ pub fn heard(model: &mut Model, progress: &Progress) {
 /// Why an answer does not arrive yet.
 fn waiting(event: &Event) -> Option<String> {
     match event {
-        Event::Retrying { attempt, wait, why } => {
+        Event::Chunk(Chunk::Retrying { attempt, wait, why }) => {
             let wait = wait.as_secs_f64();
             Some(format!("{why}; try {attempt} in {wait:.0} s"))
         }
@@ -158,7 +158,7 @@ pub fn note(job: &mut Job, progress: &Progress) {
     match progress {
         Progress::Heard { event, .. } => match (waiting(event), event) {
             (Some(why), _) => job.state = JobState::Waiting(why),
-            (None, Event::Answering(_) | Event::Reasoning(_) | Event::Text(_)) => {
+            (None, Event::Chunk(Chunk::Started { .. } | Chunk::Reasoning(_) | Chunk::Text(_))) => {
                 job.state = JobState::Running;
             }
             _ => {}

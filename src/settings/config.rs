@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::Keys;
-use super::mistakes::{Mistake, mistakes};
-use super::planner::{self, PlannerKey};
 use super::text_file::text_if_there;
+use super::validation::mistakes;
+use crate::system::Mistake;
 
 /// The configuration.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -46,7 +46,7 @@ pub struct Config {
     /// Providers of language models, beside and over the built-in ones.
     #[serde(rename = "provider")]
     pub providers: toml::Table,
-    /// How motions are planned, as the file says it; see [`Config::planner_values`].
+    /// How motions are planned, as the file says it; see [`Config::planning`].
     pub planner: toml::Table,
 }
 
@@ -139,12 +139,6 @@ impl Config {
             let words = error.message().trim().replace('\n', " ");
             ConfigError::one(file, None, words)
         })
-    }
-
-    /// What the file says of the planner, every value one that its key allows.
-    pub fn planner_values(&self) -> impl Iterator<Item = (&'static PlannerKey, &toml::Value)> {
-        let keys = PlannerKey::ALL.iter();
-        keys.filter_map(|key| Some((key, planner::said(&self.planner, key)?)))
     }
 
     /// Who rates answers: as configured, else the user's name of the system, else `unknown`.

@@ -3,52 +3,9 @@
 use serde::Deserialize;
 use toml::{Table, Value};
 
-use super::{Config, Lines, planner};
-
-/// Something in the file that is not known or cannot be meant.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mistake {
-    /// Line from 1, where it has one.
-    pub line: Option<usize>,
-    /// What is wrong; begins with the key.
-    pub words: String,
-}
-
-/// Every key, and what is needed behind it.
-const NEEDED: [(&str, &str); 17] = [
-    (
-        "theme",
-        "a text is needed, the name of a theme such as \"dark\"",
-    ),
-    ("glyphs", "\"auto\", \"unicode\" or \"ascii\" is needed"),
-    ("mouse", "true or false is needed"),
-    ("session", "true or false is needed"),
-    ("editor", "\"plain\", \"vim\" or \"emacs\" is needed"),
-    (
-        "model",
-        "a text is needed, provider/model, such as \"openai/gpt-4o\"",
-    ),
-    ("history", "a whole number of at least 1 is needed"),
-    ("radius", "a number is needed, metres, more than 0"),
-    ("temperature", "a number from 0 to 2 is needed"),
-    (
-        "max_tokens",
-        "a whole number of at least 1 (and less than 4294967296) is needed",
-    ),
-    (
-        "effort",
-        "\"off\", \"low\", \"medium\" or \"high\" is needed",
-    ),
-    (
-        "concurrency",
-        "a whole number of at least 1 (and less than 4294967296) is needed",
-    ),
-    ("budget", "a number is needed, US dollars, more than 0"),
-    ("person", "a text is needed, a name"),
-    ("pictures", "a text is needed, a folder"),
-    ("provider", "a table for each is needed: [provider.NAME]"),
-    ("planner", "a table is needed: [planner]"),
-];
+use super::values::KEYS;
+use super::{Config, planner};
+use crate::system::{KeyLines, Mistake, nearest, toml_mistake};
 
 /// Everything that is wrong with a text, in its order; of a text that is no TOML, where it stops being one.
 pub fn mistakes(text: &str) -> Vec<Mistake> {
@@ -56,7 +13,7 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
         Ok(table) => table,
         Err(error) => return vec![no_toml(text, &error)],
     };
-    let lines = Lines::of(text);
+    let lines = KeyLines::new(text);
     let section = table.get("planner").and_then(Value::as_table);
     let inner = section.map_or_else(Vec::new, planner::wrong).into_iter();
     let inner = inner.map(|(path, words)| {
@@ -76,15 +33,15 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
 
 /// What is wrong with a key and its value, if anything is.
 fn wrong(key: &str, value: Value) -> Option<String> {
-    let Some((_, needed)) = NEEDED.iter().find(|(known, _)| *known == key) else {
-        let all = NEEDED.map(|(known, _)| known);
+    let Some(known) = KEYS.iter().find(|known| known.name == key) else {
+        let all: Vec<&str> = KEYS.iter().map(|known| known.name).collect();
         return Some(format!("{key} is not known{}", near(key, &all)));
     };
     let shown = shown(&value);
     let alone = Table::from_iter([(key.to_string(), value)]);
     match Config::deserialize(alone) {
         Ok(config) if can_be_meant(&config) => None,
-        _ => Some(format!("{key} = {shown}: {needed}")),
+        _ => Some(format!("{key} = {shown}: {}", known.needed)),
     }
 }
 
@@ -111,9 +68,7 @@ fn can_be_meant(config: &Config) -> bool {
 
 /// The one of all keys that was probably meant, or all of them.
 pub(super) fn near(key: &str, all: &[&str]) -> String {
-    let like = |other: &str| strsim::jaro(key, other);
-    let best = all.iter().max_by(|a, b| like(a).total_cmp(&like(b)));
-    match best.filter(|known| like(known) > 0.75) {
+    match nearest(key, all.iter().copied()) {
         Some(known) => format!("; did you mean {known}?"),
         None => format!("; there are {}", all.join(", ")),
     }
@@ -128,13 +83,11 @@ pub(super) fn shown(value: &Value) -> String {
     }
 }
 
-/// Where a text stops being TOML; of its line only the key is said: the value may be a secret in the wrong place.
+/// Where a text stops being TOML; of its line only the key is told: the value may be a secret in the wrong place.
 fn no_toml(text: &str, error: &toml::de::Error) -> Mistake {
-    let words = error.message().trim().replace('\n', " ");
-    let before = error.span().and_then(|span| text.get(..span.start));
-    let line = before.map(|before| 1 + before.matches('\n').count());
-    let said = line.and_then(|line| text.lines().nth(line - 1));
-    let key = said.and_then(|said| Some(said.split_once('=')?.0.trim()));
+    let Mistake { line, words } = toml_mistake(text, error);
+    let written = line.and_then(|line| text.lines().nth(line - 1));
+    let key = written.and_then(|written| Some(written.split_once('=')?.0.trim()));
     let words = match key.filter(|key| !key.is_empty()) {
         Some(key) => format!("{key}: this is not TOML: {words}"),
         None => format!("this is not TOML: {words}"),
@@ -185,16 +138,5 @@ mod tests {
         );
         assert!(!found[0].contains("secret"), "{found:?}");
         assert!(said("mouse = true\nmouse = true\n")[0].starts_with("2: mouse: "));
-    }
-
-    #[test]
-    fn every_setting_has_its_words() {
-        let mut known: Vec<&str> = NEEDED.iter().map(|(key, _)| *key).collect();
-        let settings = Config::default().settings();
-        let mut keys: Vec<&str> = settings.iter().map(|s| s.key).collect();
-        keys.extend(["provider", "planner"]);
-        known.sort_unstable();
-        keys.sort_unstable();
-        assert_eq!(known, keys);
     }
 }

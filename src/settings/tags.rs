@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::{Folders, TextFile};
+use crate::system::line_at;
 
 /// Tags by the name of the scenario; scenarios of the same name share them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -21,8 +22,7 @@ impl Tags {
             return Ok(Self::default());
         };
         let of = toml::from_str(&text).map_err(|error| {
-            let before = error.span().map_or(0, |span| span.start.min(text.len()));
-            let line = 1 + text[..before].matches('\n').count();
+            let line = line_at(&text, error.span().map_or(0, |span| span.start));
             format!("{file}: line {line}: {}", error.message())
         })?;
         Ok(Self { of })

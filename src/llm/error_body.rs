@@ -1,4 +1,4 @@
-//! What a server says went wrong: its words, found in the many shapes of error bodies.
+//! What a server says went wrong, read from the many shapes of error bodies.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 /// A server's own description of an error.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Problem {
+pub(super) struct ErrorBody {
     /// Its words.
     pub message: String,
     /// `error.code`, which may be a string or a number.
@@ -19,7 +19,7 @@ pub(super) struct Problem {
     pub day_is_spent: bool,
 }
 
-impl Problem {
+impl ErrorBody {
     /// The error inside a JSON document, if there is one: `{error:{…}}`, `{error:"…"}`, the same in a list or in the first
     /// choice, or a flat object that calls itself an error.
     pub fn in_value(value: &Value) -> Option<Self> {
@@ -52,8 +52,8 @@ impl Problem {
                 ..Self::default()
             };
         };
-        if let Some(problem) = Self::in_value(&value) {
-            return problem;
+        if let Some(body) = Self::in_value(&value) {
+            return body;
         }
         let flat = ["message", "detail"]
             .iter()
@@ -197,10 +197,10 @@ mod tests {
             ("", "without explanation"),
             ("{}", "{}"),
         ] {
-            assert_eq!(Problem::in_body(body).message, expected, "{body}");
+            assert_eq!(ErrorBody::in_body(body).message, expected, "{body}");
         }
         assert_eq!(
-            Problem::in_body(&"é".repeat(400)).message.chars().count(),
+            ErrorBody::in_body(&"é".repeat(400)).message.chars().count(),
             301
         );
     }
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn codes_may_be_numbers_words_or_absent() {
         let code = |c: Value| {
-            Problem::in_value(&json!({"error": {"message": "m", "code": c}}))
+            ErrorBody::in_value(&json!({"error": {"message": "m", "code": c}}))
                 .unwrap()
                 .code
         };
@@ -221,7 +221,7 @@ mod tests {
     fn an_empty_error_field_is_no_error() {
         for error in [Value::Null, json!(false), json!(""), json!({})] {
             assert_eq!(
-                Problem::in_value(&json!({"error": error, "choices": []})),
+                ErrorBody::in_value(&json!({"error": error, "choices": []})),
                 None
             );
         }
@@ -230,15 +230,15 @@ mod tests {
     #[test]
     fn exhausted_is_not_busy() {
         let body = |code: &str| {
-            Problem::in_body(&json!({"error": {"message": "m", "code": code}}).to_string())
+            ErrorBody::in_body(&json!({"error": {"message": "m", "code": code}}).to_string())
         };
         assert!(body("insufficient_quota").is_exhausted());
         assert!(!body("rate_limit_exceeded").is_exhausted());
         let spend = r#"{"type":"error","error":{"type":"rate_limit_error","message":"m","details":{"error_code":"enforced_spend_limit_reached"}}}"#;
-        assert!(Problem::in_body(spend).is_exhausted());
+        assert!(ErrorBody::in_body(spend).is_exhausted());
         let quota = |id: &str| {
             let details = json!([{"violations": [{"quotaId": id}]}, {"retryDelay": "17s"}]);
-            Problem::in_value(&json!({"error": {"message": "m", "details": details}})).unwrap()
+            ErrorBody::in_value(&json!({"error": {"message": "m", "details": details}})).unwrap()
         };
         assert!(quota("GenerateRequestsPerDayPerProjectPerModel-FreeTier").is_exhausted());
         assert!(!quota("GenerateRequestsPerMinutePerProjectPerModel").is_exhausted());
@@ -248,7 +248,7 @@ mod tests {
     fn google_puts_the_wait_into_the_body() {
         let body = json!([{"error": {"code": 429, "message": "m", "details": [{"@type": "x"}, {"retryDelay": "17.5s"}]}}]);
         assert_eq!(
-            Problem::in_value(&body).unwrap().retry_delay,
+            ErrorBody::in_value(&body).unwrap().retry_delay,
             Some(Duration::from_millis(17_500))
         );
     }

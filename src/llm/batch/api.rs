@@ -1,0 +1,113 @@
+//! What the batch API of a wire protocol is: addresses, documents, and what they mean. Implementations do no I/O.
+
+use std::fmt::Debug;
+
+use reqwest::Url;
+use serde_json::Value;
+
+use super::super::error::Error;
+use super::call::Calls;
+use super::{Mark, Outcome, Status};
+
+/// The batches of one wire protocol.
+pub trait BatchApi: Debug + Sync {
+    /// What has to be sent for these questions, bodies by their ids.
+    fn submission(
+        &self,
+        calls: &Calls,
+        tag: &str,
+        questions: &mut dyn Iterator<Item = (&str, Value)>,
+    ) -> Result<Submission, Error>;
+
+    /// Where a batch of a model is asked for.
+    fn create_url(&self, calls: &Calls, model: &str) -> Result<Url, Error>;
+
+    /// The field that holds the id of a batch.
+    fn id_field(&self) -> &'static str {
+        "id"
+    }
+
+    /// Where a page of the list of batches is, by what the page before says of it.
+    fn list_url(&self, calls: &Calls, after: Option<&str>) -> Result<Url, Error>;
+
+    /// The batches of a page, the newest first.
+    fn batches<'a>(&self, calls: &Calls, page: &'a Value) -> Result<&'a [Value], Error> {
+        let batches = page.get("data").and_then(Value::as_array);
+        let no_list = || calls.malformed(&format!("no list of batches: {page}"));
+        batches.map(Vec::as_slice).ok_or_else(no_list)
+    }
+
+    /// What the next page is asked for by; `None` after the last.
+    fn next_page(&self, calls: &Calls, page: &Value) -> Result<Option<String>, Error> {
+        let more = page.get("has_more").and_then(Value::as_bool) == Some(true);
+        let last = page
+            .pointer("/data")
+            .and_then(|data| data.as_array()?.last());
+        let last = last.filter(|_| more);
+        last.map(|last| calls.id(last, "id")).transpose()
+    }
+
+    /// Whether a batch of a list is the one that is looked for.
+    fn recognise(&self, calls: &Calls, batch: &Value, mark: &Mark<'_>) -> Result<Match, Error>;
+
+    /// Where the document about a batch is.
+    fn status_url(&self, calls: &Calls, id: &str) -> Result<Url, Error>;
+
+    /// What the document about a batch says.
+    fn status(&self, calls: &Calls, document: Value) -> Result<Status, Error>;
+
+    /// Where the results of a batch are, in order; an error stands for a place that cannot be read.
+    fn results<'a>(
+        &self,
+        calls: &Calls,
+        id: &str,
+        document: &'a Value,
+    ) -> Vec<Result<Results<'a>, Error>>;
+
+    /// The id of a question and what came of it.
+    fn result<'a>(&self, calls: &Calls, entry: &'a Value) -> Result<(&'a str, Outcome), Error>;
+
+    /// Where a batch is cancelled.
+    fn cancel_url(&self, calls: &Calls, id: &str) -> Result<Url, Error>;
+}
+
+/// What has to be sent to ask for a batch.
+pub enum Submission {
+    /// A document with the questions in it.
+    Document(Value),
+    /// A file with the questions, and a document that names it.
+    File {
+        /// Where the file goes.
+        url: Url,
+        /// Its type on the wire.
+        content_type: String,
+        /// The body of the upload.
+        body: Vec<u8>,
+        /// The document, in which `field` becomes the id of the file.
+        document: Value,
+        /// Where in the document the id of the file belongs.
+        field: &'static str,
+    },
+}
+
+/// How a batch of a list relates to the one that is looked for.
+pub enum Match {
+    /// It is the one.
+    Yes(String),
+    /// It is another.
+    No,
+    /// It and all that follow are too old to be the one.
+    TooOld,
+    /// It may be the one, which cannot be told before it has ended.
+    Perhaps(String),
+    /// It may be the one, which the ids of its results tell.
+    ByResults(String),
+}
+
+/// A place where results are.
+pub enum Results<'a> {
+    /// In the document about the batch.
+    Inline(&'a [Value]),
+    /// At an address, a JSON document a line.
+    Lines(Url),
+}

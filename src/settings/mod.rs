@@ -1,0 +1,20 @@
+//! What the user wants: folders, the configuration file, themes, tags; built-in defaults, then file, then environment.
+
+mod config;
+mod folders;
+mod keys;
+mod planner;
+mod tags;
+mod text_file;
+mod theme;
+mod validation;
+mod values;
+
+pub use config::{Config, ConfigError};
+pub use folders::Folders;
+pub use keys::Keys;
+pub use planner::PlannerKey;
+pub use tags::Tags;
+pub use text_file::TextFile;
+pub use theme::{AUTO, NamedTheme, ROLES, Theme, ThemeColor, ThemeFile};
+pub use values::Setting;
