@@ -7,14 +7,18 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use nearmiss::evaluation::default_planning;
-use nearmiss::generation::{Consequence, Effort, Gate, Made, VariantGenerator};
+use nearmiss::generation::{Consequence, Effort, Gate, Selection, VariantGenerator};
 use nearmiss::scenario::{Entry, Scenario, commonroad, find};
 
 /// Every so many scenarios are taken, with fewer motions: the search is slow without optimisation.
 const EVERY: usize = if cfg!(debug_assertions) { 15 } else { 1 };
 const CANDIDATES: usize = if cfg!(debug_assertions) { 60 } else { 600 };
 
-fn made(scenario: &Arc<Scenario>, effort: &Effort, only: Option<i64>) -> (VariantGenerator, Made) {
+fn made(
+    scenario: &Arc<Scenario>,
+    effort: &Effort,
+    only: Option<i64>,
+) -> (VariantGenerator, Selection) {
     let problem = &scenario.planning_problems[0];
     let workshop =
         VariantGenerator::new(Arc::clone(scenario), problem, &default_planning()).unwrap();

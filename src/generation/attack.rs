@@ -61,7 +61,7 @@ impl Ground<'_> {
     /// The first reason why not.
     pub fn attack(&self, asked: Motion, change: Change) -> Result<Attack, Refusal> {
         let obstacle = self.obstacle(change.obstacle)?;
-        let rehearsal = OpenLoopScreening::of(self.stage, obstacle, &change)
+        let rehearsal = OpenLoopScreening::evaluate(self.stage, obstacle, &change)
             .ok_or_else(|| Refusal::answer("it never meets the ego"))?;
         Ok(Attack {
             asked,

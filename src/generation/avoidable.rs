@@ -78,14 +78,14 @@ pub struct Searched {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NotFound {
     /// Why.
-    pub why: Why,
+    pub why: Unavoidable,
     /// What was searched.
     pub searched: Searched,
 }
 
 /// The kinds of reasons.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Why {
+pub enum Unavoidable {
     /// The contact comes before the driver can react.
     TooEarly(Collision),
     /// The unchanged drive comes to such an end before the driver can react.
@@ -103,7 +103,7 @@ impl Avoidability {
         let mut known: Option<Arc<Avoidance>> = None;
         let mut certificates = DELAYS.map(|delay| {
             let nothing = NotFound {
-                why: Why::NothingFound,
+                why: Unavoidable::NothingFound,
                 searched: Searched::default(),
             };
             (delay, Certificate::NotFound(nothing))
@@ -189,7 +189,7 @@ impl std::fmt::Display for Searched {
     }
 }
 
-impl std::fmt::Display for Why {
+impl std::fmt::Display for Unavoidable {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::TooEarly(collision) => {

@@ -5,7 +5,7 @@ use super::{Avoidability, ClosedLoop};
 
 /// An attack with the proof that it can be survived, or that this was searched for.
 #[derive(Debug, Clone)]
-pub struct Chosen {
+pub struct SelectedAttack {
     /// The attack; the ego was driven against it.
     pub attack: Attack,
     /// Whether a good driver avoids it.
@@ -21,10 +21,10 @@ const LOOKED_AT: usize = 8;
 ///
 /// Being hit from behind proves nothing and is never preferred to a near miss.
 #[must_use]
-pub fn choose(closed: &ClosedLoop, attacks: &[Attack], delay: f64) -> Option<Chosen> {
+pub fn choose(closed: &ClosedLoop, attacks: &[Attack], delay: f64) -> Option<SelectedAttack> {
     let driven = attacks.iter().filter(|a| a.effect.is_some());
     let (effective, harmless): (Vec<&Attack>, Vec<&Attack>) = driven.partition(|a| a.has_effect());
-    let mut best: Option<(usize, Chosen)> = None;
+    let mut best: Option<(usize, SelectedAttack)> = None;
     for attack in effective.into_iter().take(LOOKED_AT) {
         let chosen = look(closed, attack)?;
         if chosen.avoidability.at(delay) == Some(true) {
@@ -42,9 +42,9 @@ pub fn choose(closed: &ClosedLoop, attacks: &[Attack], delay: f64) -> Option<Cho
 }
 
 /// Drives to the end, since searches stop when an attack seems over, and looks for ways out.
-fn look(closed: &ClosedLoop, attack: &Attack) -> Option<Chosen> {
+fn look(closed: &ClosedLoop, attack: &Attack) -> Option<SelectedAttack> {
     let effect = closed.effect(&attack.change).ok()?;
-    Some(Chosen {
+    Some(SelectedAttack {
         avoidability: Avoidability::search(closed, &effect),
         attack: Attack {
             effect: Some(effect),
@@ -53,7 +53,7 @@ fn look(closed: &ClosedLoop, attack: &Attack) -> Option<Chosen> {
     })
 }
 
-impl Chosen {
+impl SelectedAttack {
     /// How many of the reaction times are survived.
     fn survived(&self) -> usize {
         let all = self.avoidability.certificates.iter();

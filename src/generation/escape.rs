@@ -4,7 +4,7 @@ mod verify;
 
 use std::sync::Arc;
 
-use super::avoidable::{Avoidance, Certificate, Finder, NotFound, Searched, Why};
+use super::avoidable::{Avoidance, Certificate, Finder, NotFound, Searched, Unavoidable};
 use super::{ClosedLoop, Effect, Evasion};
 use crate::planner::{Forecast, VehicleState};
 use crate::scenario::{ObstacleRole, Scenario};
@@ -95,7 +95,7 @@ impl<'a> Search<'a> {
         match found {
             Some(avoidance) => Certificate::Avoided(Arc::new(avoidance)),
             None => Certificate::NotFound(NotFound {
-                why: Why::NothingFound,
+                why: Unavoidable::NothingFound,
                 searched,
             }),
         }
@@ -117,7 +117,7 @@ impl<'a> Search<'a> {
     }
 
     /// Drives unchanged until the reaction time has passed.
-    fn begin(&self, reaction: i64) -> Result<Begun<'a>, Why> {
+    fn begin(&self, reaction: i64) -> Result<Begun<'a>, Unavoidable> {
         let driver = self.closed.driver();
         let drive = self.closed.baseline().drive();
         let path = &driver.guide().path;
@@ -129,8 +129,10 @@ impl<'a> Search<'a> {
         let mut along = driver.guide().start;
         for (step, state) in drive.states.iter().take_while(|(s, _)| *s <= reaction) {
             match begun.look.at(*step, state) {
-                Some(Outcome::Collision(collision)) => return Err(Why::TooEarly(collision)),
-                Some(outcome) => return Err(Why::Ended(outcome)),
+                Some(Outcome::Collision(collision)) => {
+                    return Err(Unavoidable::TooEarly(collision));
+                }
+                Some(outcome) => return Err(Unavoidable::Ended(outcome)),
                 None => begun.states.push((*step, *state)),
             }
             if let Ok(on) = path.project_near(&state.rear.position, along, NEAR) {
@@ -140,7 +142,7 @@ impl<'a> Search<'a> {
         }
         match begun.states.last() {
             Some((step, _)) if *step == reaction => Ok(begun),
-            _ => Err(Why::Ended(drive.outcome)),
+            _ => Err(Unavoidable::Ended(drive.outcome)),
         }
     }
 

@@ -1,7 +1,7 @@
 //! From a manoeuvre with its numbers to what is wanted of the attacker at each step.
 
 use super::attack_context::FARTHEST;
-use super::{AttackContext, Wanted};
+use super::{AttackContext, TrackingTarget};
 use crate::geometry::{Point, Polyline};
 use crate::planner::Polynomial;
 use crate::scenario::{Motion, Obstacle};
@@ -13,7 +13,7 @@ pub struct Plan {
     /// The step that it departs from.
     pub from: i64,
     /// What is wanted at the steps after it.
-    pub wanted: Vec<Option<Wanted>>,
+    pub wanted: Vec<Option<TrackingTarget>>,
 }
 
 /// Why a manoeuvre cannot be done: in words.
@@ -122,12 +122,16 @@ impl Aim<'_> {
     }
 
     /// Along a way: to `speed` within `duration`, and on with it. Where the way ends nothing more is wanted.
-    fn along(&self, way: &Polyline, duration: f64, speed: f64) -> Vec<Option<Wanted>> {
+    fn along(&self, way: &Polyline, duration: f64, speed: f64) -> Vec<Option<TrackingTarget>> {
         let profile = Polynomial::quartic([0.0, self.now.velocity, 0.0], [speed, 0.0], duration);
         self.follow(way, |t| course(&profile, t, duration, speed))
     }
 
-    fn follow(&self, way: &Polyline, at: impl Fn(f64) -> (f64, f64)) -> Vec<Option<Wanted>> {
+    fn follow(
+        &self,
+        way: &Polyline,
+        at: impl Fn(f64) -> (f64, f64),
+    ) -> Vec<Option<TrackingTarget>> {
         let wanted = self.times().map(|t| {
             let (s, v) = at(t);
             (s <= way.length()).then(|| wanted(way.pose_at(s.max(0.0)).position, Some(v)))
@@ -148,7 +152,7 @@ impl Aim<'_> {
         self.stage.footprint.shape().size()
     }
 
-    fn cut_in(&self, way: &Polyline) -> Result<Vec<Option<Wanted>>, Impossible> {
+    fn cut_in(&self, way: &Polyline) -> Result<Vec<Option<TrackingTarget>>, Impossible> {
         let (ego, ego_speed) = self.ego_at_end()?;
         let lengths = f64::midpoint(self.size().0, self.ego_size().0);
         let gap = self.manoeuvre.gap.unwrap_or(1.0);
@@ -161,7 +165,7 @@ impl Aim<'_> {
         Ok(self.beside(way, Some((distance, speed)), 0.0, None))
     }
 
-    fn drift(&self, way: &Polyline) -> Result<Vec<Option<Wanted>>, Impossible> {
+    fn drift(&self, way: &Polyline) -> Result<Vec<Option<TrackingTarget>>, Impossible> {
         let to_side = match self.manoeuvre.gap {
             Some(gap) => self.side(way) * (f64::midpoint(self.size().1, self.ego_size().1) + gap),
             None => 0.0,
@@ -170,7 +174,7 @@ impl Aim<'_> {
         Ok(self.beside(way, None, to_side, Some(until)))
     }
 
-    fn door_to_door(&self, way: &Polyline) -> Result<Vec<Option<Wanted>>, Impossible> {
+    fn door_to_door(&self, way: &Polyline) -> Result<Vec<Option<TrackingTarget>>, Impossible> {
         let (ego, ego_speed) = self.ego_at_end()?;
         let here = self.stage.line.project(&self.now.pose.position).s;
         if ego < here {
@@ -197,7 +201,7 @@ impl Aim<'_> {
         end: Option<(f64, f64)>,
         to_side: f64,
         until: Option<f64>,
-    ) -> Vec<Option<Wanted>> {
+    ) -> Vec<Option<TrackingTarget>> {
         let duration = self.manoeuvre.duration;
         let now = self.now.velocity;
         let speed = end.map_or(self.manoeuvre.speed.unwrap_or(now), |(_, v)| v);
@@ -228,7 +232,11 @@ impl Aim<'_> {
     }
 
     /// Along the `nth` of `ways` that crosses the ego's, so as to be there when the ego has the gap left to it.
-    fn cross(&self, ways: &[Polyline], nth: usize) -> Result<Vec<Option<Wanted>>, Impossible> {
+    fn cross(
+        &self,
+        ways: &[Polyline],
+        nth: usize,
+    ) -> Result<Vec<Option<TrackingTarget>>, Impossible> {
         let crossing = ways
             .iter()
             .filter_map(|way| Some((way, self.crossing(way)?)));
@@ -286,8 +294,8 @@ fn smooth(x: f64) -> f64 {
     x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
 }
 
-fn wanted(position: Point, velocity: Option<f64>) -> Wanted {
-    Wanted {
+fn wanted(position: Point, velocity: Option<f64>) -> TrackingTarget {
+    TrackingTarget {
         position,
         velocity,
         heading: None,

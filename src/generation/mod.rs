@@ -34,20 +34,20 @@ mod waypoints;
 pub use attack::{Attack, Ground};
 pub use attack_context::AttackContext;
 pub use avoidable::{
-    Avoidability, Avoidance, Certificate, DELAYS, Finder, NotFound, Searched, Why,
+    Avoidability, Avoidance, Certificate, DELAYS, Finder, NotFound, Searched, Unavoidable,
 };
 pub use capability::Capability;
 pub use change::{Change, ChangeError};
-pub use choice::{Chosen, choose};
+pub use choice::{SelectedAttack, choose};
 pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};
 pub use evasion::Evasion;
 pub use gate::{Comparison, Gate, Joint, Judged, Passed};
 pub use refusal::{Reason, Refusal};
 pub use repair::{Admitted, FARTHEST, Repair, admit};
 pub use screening::OpenLoopScreening;
-pub use search::{Effort, Found, Progress, search_until};
+pub use search::{Effort, Progress, SearchResult, search_until};
 pub use summed::{Summed, summed};
-pub use tracking::{Wanted, track};
+pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Saved, Variant, VariantError};
 pub use variant_document::{asked, refusal};
-pub use variant_generator::{GeneratorError, Made, SearchEvent, VariantGenerator};
+pub use variant_generator::{GeneratorError, SearchEvent, Selection, VariantGenerator};

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::manoeuvre::{self, Plan};
-use super::{AttackContext, Capability, Change, Joint, Refusal, Wanted, track};
+use super::{AttackContext, Capability, Change, Joint, Refusal, TrackingTarget, track};
 use crate::planner::{Limits, VehicleState};
 use crate::scenario::{Motion, Obstacle};
 use crate::verdict::Manoeuvre;
@@ -85,7 +85,7 @@ fn start(
     able: &Capability,
 ) -> VehicleState {
     let limits = &able.limits;
-    let joint = Joint::of(obstacle.track(), step, able, stage.dt());
+    let joint = Joint::at(obstacle.track(), step, able, stage.dt());
     let steering = joint.as_ref().and_then(|j| j.steering.clone());
     let angle = steering.map_or(0.0, |range| middle(&range));
     let angle = angle.clamp(-limits.steering, limits.steering);
@@ -102,9 +102,9 @@ fn middle(range: &RangeInclusive<f64>) -> f64 {
 
 /// What is wanted of a motion that keeps to nothing but its own places: those of a given motion.
 #[must_use]
-pub fn as_given(motions: &[(i64, Motion)]) -> Vec<Option<Wanted>> {
+pub fn as_given(motions: &[(i64, Motion)]) -> Vec<Option<TrackingTarget>> {
     let wanted = motions.iter().skip(1).map(|(_, motion)| {
-        Some(Wanted {
+        Some(TrackingTarget {
             position: motion.pose.position,
             velocity: Some(motion.velocity),
             heading: Some(motion.pose.heading),

@@ -126,12 +126,12 @@ impl Refusal {
     /// What cannot be made into a motion, in words.
     #[must_use]
     pub fn answer(words: impl Into<String>) -> Self {
-        Self::of(Reason::Answer(words.into()))
+        Self::whole_motion(Reason::Answer(words.into()))
     }
 
     /// One that concerns no step.
     #[must_use]
-    pub fn of(reason: Reason) -> Self {
+    pub fn whole_motion(reason: Reason) -> Self {
         Self {
             reason,
             step: None,
@@ -147,7 +147,7 @@ impl Refusal {
     pub fn at(step: i64, reason: Reason) -> Self {
         Self {
             step: Some(step),
-            ..Self::of(reason)
+            ..Self::whole_motion(reason)
         }
     }
 

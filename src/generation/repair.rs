@@ -131,7 +131,7 @@ fn sensible(
         && speed > most
     {
         let reason = Reason::Kinematics(Bound::Speed);
-        return Err(Refusal::of(reason).with(speed, most));
+        return Err(Refusal::whole_motion(reason).with(speed, most));
     }
     Ok(())
 }
@@ -189,7 +189,7 @@ fn through(
 /// Whether nothing is wrong but what a repair may put right, or what comes when the attack is over.
 fn is_near(ground: &Ground<'_>, obstacle: &Obstacle, given: &Change, refused: &[Refusal]) -> bool {
     let finite = refused.iter().all(|r| r.reason != Reason::NotANumber);
-    let seen = finite.then(|| OpenLoopScreening::of(ground.stage, obstacle, given));
+    let seen = finite.then(|| OpenLoopScreening::evaluate(ground.stage, obstacle, given));
     let Some(over) = seen.flatten().map(|seen| ground.over(&seen)) else {
         return false;
     };

@@ -51,7 +51,11 @@ struct Braking<'s> {
 impl OpenLoopScreening {
     /// Looks at a change; nothing where the two are never there together.
     #[must_use]
-    pub fn of(stage: &AttackContext<'_>, obstacle: &Obstacle, change: &Change) -> Option<Self> {
+    pub fn evaluate(
+        stage: &AttackContext<'_>,
+        obstacle: &Obstacle,
+        change: &Change,
+    ) -> Option<Self> {
         let body = obstacle.footprint.as_ref()?;
         let from = change.from()?.max(*stage.steps.start());
         let first = stage.ego.at(from)?;

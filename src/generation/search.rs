@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::attack::{Attack, Ground};
 use super::attacker;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
-use super::surrogate::{self, Tried};
+use super::surrogate::{self, Trial};
 use super::{Consequence, Refusal, motion};
 use crate::verdict::{Manoeuvre, Motion};
 
@@ -59,7 +59,7 @@ impl std::fmt::Display for Effort {
 
 /// What a search has found.
 #[derive(Debug, Default)]
-pub struct Found {
+pub struct SearchResult {
     /// Everything that passed the gate and comes near to the ego.
     pub attacks: Vec<Attack>,
     /// What was refused, one reason a motion.
@@ -111,7 +111,7 @@ pub fn search_until(
     only: Option<i64>,
     watch: &mut dyn FnMut(Progress) -> bool,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Found {
+) -> SearchResult {
     let ranked = attacker::rank(ground.stage);
     let chosen = { ranked.iter() }.filter(|c| only.is_none_or(|id| c.obstacle == id));
     let arms = chosen
@@ -122,7 +122,7 @@ pub fn search_until(
         stop,
         arms: arms.collect(),
         tried: Vec::new(),
-        found: Found::default(),
+        found: SearchResult::default(),
     };
     if !search.arms.is_empty() {
         search.run(effort, watch);
@@ -133,7 +133,7 @@ pub fn search_until(
     found
 }
 
-impl Found {
+impl SearchResult {
     /// How far the search is that has found this.
     #[must_use]
     pub fn progress(&self) -> Progress {
@@ -158,8 +158,8 @@ struct Search<'a> {
     ground: &'a Ground<'a>,
     stop: &'a (dyn Fn() -> bool + Sync),
     arms: Vec<ManoeuvreSpace>,
-    tried: Vec<Tried>,
-    found: Found,
+    tried: Vec<Trial>,
+    found: SearchResult,
 }
 
 impl Search<'_> {
@@ -207,7 +207,7 @@ impl Search<'_> {
         self.found.candidates += made.len();
         for (arm, numbers, made) in made {
             match made {
-                Ok(attack) => self.tried.push(Tried {
+                Ok(attack) => self.tried.push(Trial {
                     arm,
                     numbers,
                     attack,
@@ -267,7 +267,7 @@ impl Search<'_> {
 /// What is to be tried: in the first round of all arms alike, later mostly around what did well, within a share of its spread.
 fn draw(
     arms: &[ManoeuvreSpace],
-    elite: &[(f64, &Tried)],
+    elite: &[(f64, &Trial)],
     (count, first, spread): (usize, bool, f64),
     random: &mut fastrand::Rng,
 ) -> Vec<(usize, Numbers)> {

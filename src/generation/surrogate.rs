@@ -9,7 +9,7 @@ use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
 
 /// What was tried.
 #[derive(Debug)]
-pub(super) struct Tried {
+pub(super) struct Trial {
     /// Which arm.
     pub arm: usize,
     /// Its numbers.
@@ -18,7 +18,7 @@ pub(super) struct Tried {
     pub attack: Attack,
 }
 
-impl Tried {
+impl Trial {
     /// Whether it is another one of the same arm, nearer than `apart` spreads of that.
     fn is_within(&self, apart: f64, other: &Self, arms: &[ManoeuvreSpace]) -> bool {
         self.arm == other.arm && arms[self.arm].apart(&self.numbers, &other.numbers) < apart
@@ -29,18 +29,18 @@ impl Tried {
 const REACH: f64 = 0.5;
 
 /// The costs of all of `tried`, in their order: of those that were driven what the drive showed, of others what is to be expected.
-fn expected(arms: &[ManoeuvreSpace], tried: &[Tried]) -> Vec<f64> {
+fn expected(arms: &[ManoeuvreSpace], tried: &[Trial]) -> Vec<f64> {
     let driven = tried.iter().filter(|t| t.attack.effect.is_some());
     // How much worse each drive was than its rehearsal hoped.
-    let lessons: Vec<(&Tried, f64)> = driven
+    let lessons: Vec<(&Trial, f64)> = driven
         .map(|t| (t, t.attack.cost() - t.attack.hoped()))
         .collect();
-    let expect = |t: &Tried| {
+    let expect = |t: &Trial| {
         if t.attack.effect.is_some() {
             return t.attack.cost();
         }
         let same = lessons.iter().filter(|(l, _)| l.arm == t.arm);
-        let apart = |l: &Tried| arms[t.arm].apart(&l.numbers, &t.numbers);
+        let apart = |l: &Trial| arms[t.arm].apart(&l.numbers, &t.numbers);
         t.attack.hoped() + correction(same.map(|&(l, worse)| (apart(l), worse)))
     };
     tried.iter().map(expect).collect()
@@ -72,15 +72,15 @@ const ENOUGH: usize = 2;
 /// `apart` spreads from each other.
 pub(super) fn promising(
     arms: &[ManoeuvreSpace],
-    tried: &[Tried],
+    tried: &[Trial],
     count: usize,
     apart: f64,
 ) -> Vec<usize> {
     let costs = expected(arms, tried);
     let mut order: Vec<usize> = (0..tried.len()).collect();
-    let futile = |t: &&Tried| t.attack.effect.is_some() && t.attack.cost() > 0.0;
-    let futile: Vec<&Tried> = tried.iter().filter(futile).collect();
-    let hopeless = |t: &Tried| {
+    let futile = |t: &&Trial| t.attack.effect.is_some() && t.attack.cost() > 0.0;
+    let futile: Vec<&Trial> = tried.iter().filter(futile).collect();
+    let hopeless = |t: &Trial| {
         let alike = futile.iter().filter(|f| f.is_within(ALIKE, t, arms));
         alike.count() >= ENOUGH
     };
@@ -102,10 +102,10 @@ pub(super) fn promising(
 const ELITE: usize = 9;
 
 /// The most promising of `tried` and those that did best, in order, each with its expected cost.
-pub(super) fn elite<'t>(arms: &[ManoeuvreSpace], tried: &'t [Tried]) -> Vec<(f64, &'t Tried)> {
-    let mut order: Vec<(f64, &Tried)> = expected(arms, tried).into_iter().zip(tried).collect();
+pub(super) fn elite<'t>(arms: &[ManoeuvreSpace], tried: &'t [Trial]) -> Vec<(f64, &'t Trial)> {
+    let mut order: Vec<(f64, &Trial)> = expected(arms, tried).into_iter().zip(tried).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut elite: Vec<(f64, &Tried)> = Vec::new();
+    let mut elite: Vec<(f64, &Trial)> = Vec::new();
     for (cost, tried) in order {
         let same = elite.iter().filter(|(_, t)| t.arm == tried.arm).count();
         let alike = elite.iter().any(|(_, t)| t.is_within(ALIKE, tried, arms));

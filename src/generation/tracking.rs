@@ -16,7 +16,7 @@ use model::Car;
 
 /// What is wanted at a step; nothing of what is not said.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
+pub struct TrackingTarget {
     /// Where the centre of the body is to be, metres.
     pub position: Point,
     /// How fast, m/s.
@@ -40,7 +40,7 @@ const ENOUGH: f64 = 1e-3;
 #[must_use]
 pub fn track(
     start: &VehicleState,
-    wanted: &[Option<Wanted>],
+    wanted: &[Option<TrackingTarget>],
     able: &Capability,
     dt: f64,
 ) -> Vec<VehicleState> {
@@ -105,12 +105,15 @@ mod tests {
     }
 
     /// Wanted relative to the start: metres ahead and to the left.
-    fn wanted(start: &VehicleState, place: impl Fn(f64) -> (f64, f64)) -> Vec<Option<Wanted>> {
+    fn wanted(
+        start: &VehicleState,
+        place: impl Fn(f64) -> (f64, f64),
+    ) -> Vec<Option<TrackingTarget>> {
         let centre = start.centre(&able().limits).pose;
         (1..=60)
             .map(|k| {
                 let (x, y) = place(f64::from(k) * 0.1);
-                Some(Wanted {
+                Some(TrackingTarget {
                     position: centre.to_world(&Point::new(x, y)),
                     velocity: None,
                     heading: None,
@@ -120,7 +123,7 @@ mod tests {
             .collect()
     }
 
-    fn worst(states: &[VehicleState], wanted: &[Option<Wanted>]) -> f64 {
+    fn worst(states: &[VehicleState], wanted: &[Option<TrackingTarget>]) -> f64 {
         let centres = states.iter().skip(1).map(|s| s.centre(&able().limits));
         let off = centres
             .zip(wanted)

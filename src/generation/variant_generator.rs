@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::attack::Ground;
 use super::closed_loop::NEAR_MISS;
 use super::{
-    AttackContext, Chosen, ClosedLoop, Effort, Found, Gate, Progress, choose, search_until,
+    AttackContext, ClosedLoop, Effort, Gate, Progress, SearchResult, SelectedAttack, choose,
+    search_until,
 };
 use crate::scenario::{Ego, PlanningProblem, Scenario};
 use crate::simulation::{Collision, DriveError, Outcome, Settings};
@@ -21,11 +22,11 @@ pub struct VariantGenerator {
 
 /// What was made.
 #[derive(Debug, Default)]
-pub struct Made {
+pub struct Selection {
     /// Everything that was tried.
-    pub found: Found,
+    pub found: SearchResult,
     /// What was taken.
-    pub chosen: Option<Chosen>,
+    pub chosen: Option<SelectedAttack>,
 }
 
 /// How far a search is.
@@ -58,14 +59,14 @@ impl VariantGenerator {
         problem: &PlanningProblem,
         settings: &Settings,
     ) -> Result<Self, GeneratorError> {
-        Self::of(ClosedLoop::new(scenario, problem, settings)?)
+        Self::new(ClosedLoop::new(scenario, problem, settings)?)
     }
 
     /// The same, where the ego was driven already.
     ///
     /// # Errors
     /// [`GeneratorError::Stands`].
-    pub fn of(closed: ClosedLoop) -> Result<Self, GeneratorError> {
+    pub fn new(closed: ClosedLoop) -> Result<Self, GeneratorError> {
         let driver = closed.driver();
         let baseline = closed.baseline().drive();
         let ego = baseline.ego(driver.problem(), driver.settings());
@@ -126,9 +127,9 @@ impl VariantGenerator {
         effort: &Effort,
         only: Option<i64>,
         watch: &mut dyn FnMut(SearchEvent) -> bool,
-    ) -> Result<Made, GeneratorError> {
+    ) -> Result<Selection, GeneratorError> {
         if self.unsafe_already().is_some() {
-            return Ok(Made::default());
+            return Ok(Selection::default());
         }
         self.on(|ground| {
             let stop = || self.closed.driver().is_cancelled();
@@ -138,7 +139,7 @@ impl VariantGenerator {
                 true => choose(&self.closed, &found.attacks, effort.delay),
                 false => None,
             };
-            Made { found, chosen }
+            Selection { found, chosen }
         })
     }
 }

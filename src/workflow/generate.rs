@@ -9,7 +9,7 @@ use tokio::sync::mpsc::unbounded_channel;
 use super::{PlanError, PlanEvent, PreparedPlan};
 use crate::evaluation::generating::{self, Author, AuthorError, Authored};
 use crate::generation::{
-    Capability, ClosedLoop, Effort, GeneratorError, Ground, Made, Progress, SearchEvent,
+    Capability, ClosedLoop, Effort, GeneratorError, Ground, Progress, SearchEvent, Selection,
     VariantGenerator,
 };
 use crate::planner::Cancel;
@@ -82,7 +82,7 @@ pub struct Generation {
     /// The original with the ego's drive in it.
     pub workshop: VariantGenerator,
     /// Everything that was tried, and what was taken.
-    pub made: Made,
+    pub made: Selection,
     /// What a model wrote, where one was asked.
     pub authored: Option<Authored>,
 }
@@ -126,9 +126,9 @@ pub fn generate(
     if cancel.is_asked() {
         return Ok(None);
     }
-    let workshop = VariantGenerator::of(closed).map_err(|error| prepared.nothing(&error))?;
+    let workshop = VariantGenerator::new(closed).map_err(|error| prepared.nothing(&error))?;
     let found = if workshop.unsafe_already().is_some() {
-        Ok(Some((Made::default(), None)))
+        Ok(Some((Selection::default(), None)))
     } else {
         attack(request, &workshop, cancel, on_event)
     };
@@ -163,7 +163,7 @@ enum AttackError {
 }
 
 /// Everything that was tried, and what a model wrote; nothing where it was cancelled.
-type Attacked = Option<(Made, Option<Authored>)>;
+type Attacked = Option<(Selection, Option<Authored>)>;
 
 fn attack(
     request: &GenerateRequest<'_>,

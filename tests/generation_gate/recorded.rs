@@ -60,14 +60,14 @@ fn the_joint_knows_what_the_recording_knows() {
     let scenario = alone("Merge", 304);
     let car = scenario.obstacle(304).unwrap();
     let can = Capability::of(car).unwrap();
-    let joint = Joint::of(car.track(), 70, &can, 0.1).unwrap();
+    let joint = Joint::at(car.track(), 70, &can, 0.1).unwrap();
     let steering = joint.steering.unwrap();
     assert!(steering.start().abs() < 1e-3 && steering.end().abs() < 1e-3);
     assert!(joint.acceleration.contains(&0.0));
-    assert!(Joint::of(car.track(), 100_000, &can, 0.1).is_none());
+    assert!(Joint::at(car.track(), 100_000, &can, 0.1).is_none());
     // In a bend of the road the wheels are turned.
     let bend = alone("CutIn", 307);
     let car = bend.obstacle(307).unwrap();
-    let joint = Joint::of(car.track(), 60, &Capability::of(car).unwrap(), 0.1).unwrap();
+    let joint = Joint::at(car.track(), 60, &Capability::of(car).unwrap(), 0.1).unwrap();
     assert!(*joint.steering.unwrap().end() > 1e-3);
 }

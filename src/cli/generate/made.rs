@@ -10,7 +10,7 @@ use super::model::Writer;
 use super::resume::Past;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
-use crate::generation::{Effort, Made, Refusal, VariantGenerator};
+use crate::generation::{Effort, Refusal, Selection, VariantGenerator};
 use crate::planner::Cancel;
 use crate::scenario::{Entry, WantedEgo};
 use crate::settings::PlannerKey;
@@ -69,7 +69,7 @@ pub struct Generated {
     pub name: String,
     pub file: String,
     pub workshop: VariantGenerator,
-    pub made: Made,
+    pub made: Selection,
     /// What a model wrote, and what it took.
     pub authored: Option<Authored>,
     pub took: Duration,

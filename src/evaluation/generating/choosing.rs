@@ -161,10 +161,12 @@ impl AuthorSession<'_> {
             )));
         }
         if obstacle.role != ObstacleRole::Dynamic {
-            return Err(Refusal::of(Reason::Obstacle(ChangeError::DoesNotMove(id))));
+            return Err(Refusal::whole_motion(Reason::Obstacle(
+                ChangeError::DoesNotMove(id),
+            )));
         }
         if Capability::of(obstacle).is_none() {
-            return Err(Refusal::of(Reason::Unable(id)));
+            return Err(Refusal::whole_motion(Reason::Unable(id)));
         }
         if ranked.iter().all(|candidate| candidate.obstacle != id) {
             return Err(Refusal::answer(format!(

@@ -1,7 +1,7 @@
 //! What an author has written: attacks that pass the gate, and what was refused.
 
 use super::{Choice, Spent};
-use crate::generation::{Admitted, Attack, Found, Ground, Made, Refusal, choose};
+use crate::generation::{Admitted, Attack, Ground, Refusal, SearchResult, Selection, choose};
 use crate::store::RunId;
 use crate::verdict::NewMotion;
 
@@ -99,17 +99,17 @@ impl Authored {
     /// Of attacks that were driven against, the most dangerous one that a good driver survives: what a search gives, too.
     /// Of each refused answer it has the first reason; [`Authored::refusals`] are all.
     #[must_use]
-    pub fn taken(&self, ground: &Ground<'_>, delay: f64) -> Made {
+    pub fn taken(&self, ground: &Ground<'_>, delay: f64) -> Selection {
         let all = self.attacks.iter();
         let attacks: Vec<Attack> = all.map(|a| a.admitted.attack.clone()).collect();
         let chosen = choose(ground.closed_loop, &attacks, delay);
         let first = |declined: &Declined| declined.refusals.first().cloned();
-        let found = Found {
+        let found = SearchResult {
             attacks,
             refused: self.declined.iter().filter_map(first).collect(),
             candidates: self.candidates(),
         };
-        Made { found, chosen }
+        Selection { found, chosen }
     }
 
     /// Where an attack of [`Authored::taken`] comes from.

@@ -46,7 +46,7 @@ impl Gate<'_> {
         let mut refusals = Vec::new();
         let mut differs = |is: bool, what| {
             if is {
-                refusals.push(Refusal::of(Reason::Differs(what)));
+                refusals.push(Refusal::whole_motion(Reason::Differs(what)));
             }
         };
         differs(original.dt() != variant.dt(), "the time step");
@@ -66,17 +66,17 @@ impl Gate<'_> {
         if theirs.len() < variant.obstacles.len() {
             let twice = variant.obstacles.iter();
             let twice = twice.filter(|o| !theirs.get(&o.id).is_some_and(|t| std::ptr::eq(*t, *o)));
-            refusals.extend(twice.map(|o| Refusal::of(Reason::Reshaped(o.id))));
+            refusals.extend(twice.map(|o| Refusal::whole_motion(Reason::Reshaped(o.id))));
         }
         let (mut changed, mut reshaped) = (Vec::new(), false);
         for ours in &original.obstacles {
             let Some(theirs) = theirs.remove(&ours.id) else {
-                refusals.push(Refusal::of(Reason::Missing(ours.id)));
+                refusals.push(Refusal::whole_motion(Reason::Missing(ours.id)));
                 continue;
             };
             if is_reshaped(ours, theirs) {
                 reshaped = true;
-                refusals.push(Refusal::of(Reason::Reshaped(ours.id)));
+                refusals.push(Refusal::whole_motion(Reason::Reshaped(ours.id)));
             } else if let Some((from, change)) = change(ours, theirs) {
                 changed.push(Judged {
                     from,
@@ -87,13 +87,13 @@ impl Gate<'_> {
         }
         let added = variant.obstacles.iter();
         let added = added.filter(|o| theirs.contains_key(&o.id));
-        refusals.extend(added.map(|o| Refusal::of(Reason::Added(o.id))));
+        refusals.extend(added.map(|o| Refusal::whole_motion(Reason::Added(o.id))));
         match changed.len() {
             // The motion of another obstacle's body is held against nothing.
             0 if reshaped => {}
-            0 => refusals.push(Refusal::of(Reason::Unchanged)),
+            0 => refusals.push(Refusal::whole_motion(Reason::Unchanged)),
             1 => {}
-            n => refusals.push(Refusal::of(Reason::Several).with(n as f64, 1.0)),
+            n => refusals.push(Refusal::whole_motion(Reason::Several).with(n as f64, 1.0)),
         }
         Comparison { refusals, changed }
     }

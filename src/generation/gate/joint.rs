@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::run::{Flow, Found, Run, SHARE};
+use super::run::{Findings, Flow, Run, SHARE};
 use crate::generation::{Capability, Reason, Refusal};
 use crate::geometry::{Vector, angle_between};
 use crate::planner::{Bound, Limits};
@@ -31,7 +31,7 @@ const STANDING: f64 = 0.01;
 impl Joint {
     /// The joint at a recorded step of a track with `dt` seconds between two steps; nothing where none is recorded.
     #[must_use]
-    pub fn of(track: &Track, step: i64, can: &Capability, dt: f64) -> Option<Self> {
+    pub fn at(track: &Track, step: i64, can: &Capability, dt: f64) -> Option<Self> {
         let here = track.at(step)?;
         let next = |from: i64| {
             let to = from.checked_add(1)?;
@@ -87,11 +87,11 @@ pub(super) fn beyond(range: &RangeInclusive<f64>, value: f64) -> f64 {
 impl Run<'_> {
     pub fn joint(&self) -> Option<Joint> {
         let track = self.obstacle.track();
-        Joint::of(track, self.motions[0].0, &self.can, self.dt())
+        Joint::at(track, self.motions[0].0, &self.can, self.dt())
     }
 
     /// The wheels can be turned from where they stood to where the first changed step needs them.
-    pub fn joint_steering(&self, found: &mut Found) -> Flow {
+    pub fn joint_steering(&self, found: &mut Findings) -> Flow {
         let joint = self.joint().and_then(|joint| joint.steering);
         let (Some(range), Some(way)) = (joint, self.ways().next()) else {
             return Flow::Continue(());

@@ -1,6 +1,6 @@
 //! The single-track check, and whose fault what it finds is.
 
-use super::run::{Flow, Found, Run};
+use super::run::{Findings, Flow, Run};
 use crate::planner::{Bound, Feasibility, Tolerance};
 use crate::scenario::{Sample, Track};
 
@@ -9,7 +9,7 @@ impl Run<'_> {
     ///
     /// Steering angles are estimated from the changed motion alone: the steering rate of its first step is asked at
     /// the joint.
-    pub fn kinematics(&self, found: &mut Found) -> Flow {
+    pub fn kinematics(&self, found: &mut Findings) -> Flow {
         let dt = self.dt();
         let samples = self.motions.iter().map(|(step, motion)| Sample {
             step: *step,

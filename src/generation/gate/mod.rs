@@ -28,7 +28,7 @@ pub use compare::{Comparison, Judged};
 pub use joint::Joint;
 
 use self::others::Regions;
-use self::run::{Found, Run};
+use self::run::{Findings, Run};
 use super::{Change, Refusal};
 use crate::scenario::{DrivableArea, Ego, Scenario};
 
@@ -67,7 +67,7 @@ impl<'a> Gate<'a> {
         Self {
             scenario,
             road: scenario.network.drivable_area(None),
-            regions: Regions::of(scenario),
+            regions: Regions::new(scenario),
             ego: None,
             rounding: EXACT,
         }
@@ -114,7 +114,7 @@ impl<'a> Gate<'a> {
         contact: Option<i64>,
         stop: bool,
     ) -> Result<Passed, Vec<Refusal>> {
-        let mut found = Found::new(stop);
+        let mut found = Findings::new(stop);
         let mut passed = None;
         if let Some(run) = Run::begin(self, change, contact, &mut found) {
             let _ = run.all(&mut found);

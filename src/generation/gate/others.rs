@@ -19,7 +19,7 @@ pub(super) struct Regions(Vec<Region>);
 
 impl Regions {
     /// Those of a scenario; regions that enclose nothing are left out.
-    pub fn of(scenario: &Scenario) -> Self {
+    pub fn new(scenario: &Scenario) -> Self {
         let mut regions = Vec::new();
         for obstacle in &scenario.obstacles {
             let Prediction::Occupancies(occupancies) = &obstacle.prediction else {

@@ -5,7 +5,7 @@
 //! `b · 2 sin(t/2)` across the mean heading. Recordings move it along the heading. Both are allowed, and all between.
 
 use super::joint::beyond;
-use super::run::{Flow, Found, Run, SHARE, Way};
+use super::run::{Findings, Flow, Run, SHARE, Transition};
 use crate::generation::{Reason, Refusal};
 use crate::geometry::angle_between;
 
@@ -20,9 +20,9 @@ const STANDING: f64 = 0.01;
 
 impl Run<'_> {
     /// No jumps, heading along motion, speed equal to displacement, jerk, and the said accelerations.
-    pub fn rolling(&self, found: &mut Found) -> Flow {
+    pub fn rolling(&self, found: &mut Findings) -> Flow {
         let dt = self.dt();
-        let mut before: Option<Way<'_>> = None;
+        let mut before: Option<Transition<'_>> = None;
         for way in self.ways() {
             self.jump(&way, found)?;
             self.direction(&way, found)?;
@@ -56,7 +56,7 @@ impl Run<'_> {
     }
 
     /// The displacement is none that the greater of its speeds, all of the grip and turning about the rear axle explain.
-    fn jump(&self, way: &Way<'_>, found: &mut Found) -> Flow {
+    fn jump(&self, way: &Transition<'_>, found: &mut Findings) -> Flow {
         let (dt, limits) = (self.dt(), &self.can.limits);
         let moved = (way.to.pose.position - way.from.pose.position).norm();
         let fastest = way.from.velocity.abs().max(way.to.velocity.abs());
@@ -71,7 +71,7 @@ impl Run<'_> {
     }
 
     /// The displacement points where the heading does, or where the centre of a turning body moves.
-    fn direction(&self, way: &Way<'_>, found: &mut Found) -> Flow {
+    fn direction(&self, way: &Transition<'_>, found: &mut Findings) -> Flow {
         let moved = way.to.pose.position - way.from.pose.position;
         let length = moved.norm();
         if length < STANDING {
@@ -95,7 +95,7 @@ impl Run<'_> {
     }
 
     /// The displacement is as long as the speeds at its ends say. The speed is the rear axle's, or that of the centre.
-    fn speed(&self, way: &Way<'_>, found: &mut Found) -> Flow {
+    fn speed(&self, way: &Transition<'_>, found: &mut Findings) -> Flow {
         let dt = self.dt();
         let moved = way.to.pose.position - way.from.pose.position;
         let turned = way.turned();
@@ -124,7 +124,12 @@ impl Run<'_> {
 
     /// The acceleration that a changed state says is that of the step to it or from it, or between them; it may be as
     /// much off as it may change in a step.
-    fn said(&self, before: Option<&Way<'_>>, way: &Way<'_>, found: &mut Found) -> Flow {
+    fn said(
+        &self,
+        before: Option<&Transition<'_>>,
+        way: &Transition<'_>,
+        found: &mut Findings,
+    ) -> Flow {
         // The first state is the recorded one.
         let Some(before) = before else {
             return Flow::Continue(());

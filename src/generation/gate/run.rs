@@ -18,7 +18,7 @@ pub(super) const SHARE: f64 = 1e-4;
 
 /// What was found so far.
 #[derive(Debug)]
-pub(super) struct Found {
+pub(super) struct Findings {
     /// What is wrong with the change.
     pub refusals: Vec<Refusal>,
     /// What is wrong with the recording.
@@ -26,7 +26,7 @@ pub(super) struct Found {
     stop: bool,
 }
 
-impl Found {
+impl Findings {
     pub fn new(stop: bool) -> Self {
         Self {
             refusals: Vec::new(),
@@ -74,7 +74,7 @@ pub(super) struct Run<'a> {
 
 /// A step from one changed state to the next: that before and that after.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Way<'a> {
+pub(super) struct Transition<'a> {
     /// Place of its first state.
     pub place: usize,
     /// Time step of its first state.
@@ -83,7 +83,7 @@ pub(super) struct Way<'a> {
     pub to: &'a Motion,
 }
 
-impl Way<'_> {
+impl Transition<'_> {
     /// m/s².
     pub fn acceleration(&self, dt: f64) -> f64 {
         (self.to.velocity - self.from.velocity) / dt
@@ -101,7 +101,7 @@ impl<'a> Run<'a> {
         gate: &'a Gate<'a>,
         change: &'a Change,
         contact: Option<i64>,
-        found: &mut Found,
+        found: &mut Findings,
     ) -> Option<Self> {
         let (obstacle, footprint, can) = match start::who(gate.scenario, change) {
             Ok(who) => who,
@@ -131,7 +131,7 @@ impl<'a> Run<'a> {
     }
 
     /// Every check, the cheap ones first.
-    pub fn all(&self, found: &mut Found) -> Flow {
+    pub fn all(&self, found: &mut Findings) -> Flow {
         self.start(found)?;
         self.gaps(found)?;
         self.rolling(found)?;
@@ -161,11 +161,11 @@ impl<'a> Run<'a> {
     }
 
     /// The steps from each state to the next, without gaps.
-    pub fn ways(&self) -> impl Iterator<Item = Way<'a>> {
+    pub fn ways(&self) -> impl Iterator<Item = Transition<'a>> {
         let pairs = self.motions.windows(2).enumerate();
         pairs.filter_map(|(place, pair)| {
             let (step, next) = (pair[0].0, pair[1].0);
-            (step.checked_add(1) == Some(next)).then_some(Way {
+            (step.checked_add(1) == Some(next)).then_some(Transition {
                 place,
                 step,
                 from: &pair[0].1,
@@ -184,7 +184,7 @@ impl<'a> Run<'a> {
     /// The largest share of the friction circle that a changed step uses.
     pub fn friction(&self) -> f64 {
         let dt = self.dt();
-        let share = |way: Way<'_>| {
+        let share = |way: Transition<'_>| {
             let across = f64::midpoint(way.from.velocity, way.to.velocity) * way.turned() / dt;
             way.acceleration(dt).hypot(across) / self.can.limits.acceleration
         };

@@ -1,7 +1,7 @@
 //! Where the body may be: on the road, and where no other obstacle is.
 
 use super::others::{overlapped, touch};
-use super::run::{Flow, Found, Run};
+use super::run::{Findings, Flow, Run};
 use crate::generation::{Reason, Refusal};
 use crate::geometry::Placed;
 
@@ -11,7 +11,7 @@ const SLACK: f64 = 1e-3;
 impl Run<'_> {
     /// No other obstacle is where the body is, until it has touched the ego; and it touches the ego only where it moves in
     /// its new way.
-    pub fn overlaps(&self, found: &mut Found) -> Flow {
+    pub fn overlaps(&self, found: &mut Findings) -> Flow {
         self.ego_before(found)?;
         for (place, (step, _)) in self.motions.iter().enumerate() {
             if self.contact.is_some_and(|contact| *step > contact) {
@@ -32,7 +32,7 @@ impl Run<'_> {
 
     /// The ego is not touched where the motion is the recorded one: up to the state that the change departs from, or
     /// further on to the first changed one.
-    fn ego_before(&self, found: &mut Found) -> Flow {
+    fn ego_before(&self, found: &mut Findings) -> Flow {
         let Some(ego) = self.gate.ego else {
             return Flow::Continue(());
         };
@@ -60,7 +60,7 @@ impl Run<'_> {
 
     /// Who has to stay on the road does: nothing of the body is off it, or while it has not been wholly on it yet, no
     /// more than at the beginning.
-    pub fn road(&self, found: &mut Found) -> Flow {
+    pub fn road(&self, found: &mut Findings) -> Flow {
         if !self.can.on_road {
             return Flow::Continue(());
         }

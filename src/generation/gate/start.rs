@@ -1,6 +1,6 @@
 //! Who may be given another motion, and how it has to begin.
 
-use super::run::{Flow, Found, MOST_DIFFERENT, Run};
+use super::run::{Findings, Flow, MOST_DIFFERENT, Run};
 use crate::generation::{Capability, Change, ChangeError, Reason, Refusal};
 use crate::geometry::{Footprint, angle_between};
 use crate::scenario::{Motion, Obstacle, ObstacleRole, Scenario};
@@ -11,16 +11,18 @@ pub(super) fn who<'a>(
     change: &Change,
 ) -> Result<(&'a Obstacle, &'a Footprint, Capability), Refusal> {
     let id = change.obstacle;
-    let no = |why| Refusal::of(Reason::Obstacle(why));
+    let no = |why| Refusal::whole_motion(Reason::Obstacle(why));
     let obstacle = scenario.obstacle(id);
     let obstacle = obstacle.ok_or_else(|| no(ChangeError::NoSuchObstacle(id)))?;
     if obstacle.role != ObstacleRole::Dynamic || obstacle.initial.is_none() {
         return Err(no(ChangeError::DoesNotMove(id)));
     }
-    let unable = || Refusal::of(Reason::Unable(id));
+    let unable = || Refusal::whole_motion(Reason::Unable(id));
     let footprint = obstacle.footprint.as_ref().ok_or_else(unable)?;
     let can = Capability::of(obstacle).ok_or_else(unable)?;
-    let from = change.from().ok_or_else(|| Refusal::of(Reason::Gap))?;
+    let from = change
+        .from()
+        .ok_or_else(|| Refusal::whole_motion(Reason::Gap))?;
     if obstacle.track().at(from).is_none() {
         return Err(Refusal {
             step: Some(from),
@@ -31,7 +33,7 @@ pub(super) fn who<'a>(
 }
 
 /// Refuses what is no motion at all: of no length, or with what is no number. Nothing else can be asked of that.
-pub(super) fn is_no_motion(motions: &[(i64, Motion)], found: &mut Found) -> Flow {
+pub(super) fn is_no_motion(motions: &[(i64, Motion)], found: &mut Findings) -> Flow {
     if let [(step, _)] = motions {
         found.say(false, Refusal::at(*step, Reason::Gap).with(0.0, 1.0))?;
     }
@@ -63,7 +65,7 @@ pub(super) fn differences(a: &Motion, b: &Motion) -> impl Iterator<Item = (&'sta
 
 impl Run<'_> {
     /// It begins at the recorded state.
-    pub fn start(&self, found: &mut Found) -> Flow {
+    pub fn start(&self, found: &mut Findings) -> Flow {
         let (step, first) = &self.motions[0];
         let Some(recorded) = self.obstacle.track().at(*step) else {
             return Flow::Continue(());
@@ -78,7 +80,7 @@ impl Run<'_> {
     }
 
     /// There is a state for each step.
-    pub fn gaps(&self, found: &mut Found) -> Flow {
+    pub fn gaps(&self, found: &mut Findings) -> Flow {
         for pair in self.motions.windows(2) {
             let (step, next) = (pair[0].0, pair[1].0);
             let steps = next.saturating_sub(step);

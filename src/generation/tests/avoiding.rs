@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{behind_a_car, braking};
-use crate::generation::{Avoidability, Avoidance, Certificate, DELAYS, Effect, Why};
+use crate::generation::{Avoidability, Avoidance, Certificate, DELAYS, Effect, Unavoidable};
 use crate::planner::{Feasibility, Forecast};
 use crate::simulation::Collision;
 
@@ -58,12 +58,12 @@ fn a_wall_right_in_front_is_not_avoided() {
         };
         let searched = nothing.searched;
         if *delay == 0.0 {
-            assert_eq!(nothing.why, Why::NothingFound);
+            assert_eq!(nothing.why, Unavoidable::NothingFound);
             assert!(searched.manoeuvres > 100 && searched.drives == 4);
             assert!(searched.cycles >= 4 && searched.candidates > searched.cycles);
         } else {
             // The unchanged drive is in the wall by then.
-            assert!(matches!(nothing.why, Why::TooEarly(c) if c.with == effect.attacker));
+            assert!(matches!(nothing.why, Unavoidable::TooEarly(c) if c.with == effect.attacker));
             assert_eq!(searched.manoeuvres, 0);
         }
     }

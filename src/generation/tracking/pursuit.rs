@@ -2,7 +2,7 @@
 //!
 //! Source: Coulter, Implementation of the pure pursuit path tracking algorithm, 1992.
 
-use super::Wanted;
+use super::TrackingTarget;
 use super::model::{ACCELERATION, Car, HEADING, Input, Moment, SPEED, STEERING, State};
 use crate::geometry::{Point, Pose};
 
@@ -15,7 +15,7 @@ const NEAREST: f64 = 2.0;
 /// How quickly differences of speed are made up for, 1/s.
 const HASTE: f64 = 1.5;
 
-pub fn pursue(car: &Car, first: State, wanted: &[Option<Wanted>]) -> Vec<Moment> {
+pub fn pursue(car: &Car, first: State, wanted: &[Option<TrackingTarget>]) -> Vec<Moment> {
     let ahead = (AHEAD / car.dt).round().max(1.0) as usize;
     let mut run = Vec::with_capacity(wanted.len() + 1);
     let mut z = first;
@@ -32,14 +32,14 @@ pub fn pursue(car: &Car, first: State, wanted: &[Option<Wanted>]) -> Vec<Moment>
     run
 }
 
-fn next(wanted: &[Option<Wanted>], from: usize) -> Option<(usize, &Wanted)> {
+fn next(wanted: &[Option<TrackingTarget>], from: usize) -> Option<(usize, &TrackingTarget)> {
     let there = wanted.iter().enumerate().skip(from);
     there
         .filter_map(|(at, w)| w.as_ref().map(|w| (at, w)))
         .next()
 }
 
-fn last(wanted: &[Option<Wanted>]) -> Option<(usize, &Wanted)> {
+fn last(wanted: &[Option<TrackingTarget>]) -> Option<(usize, &TrackingTarget)> {
     let there = wanted.iter().enumerate().rev();
     there
         .filter_map(|(at, w)| w.as_ref().map(|w| (at, w)))

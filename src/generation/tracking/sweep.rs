@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::Wanted;
+use super::TrackingTarget;
 use super::model::{ACCELERATION, Car, HEADING, Input, Moment, SPEED, STEERING, State};
 use crate::geometry::angle_between;
 
@@ -31,7 +31,7 @@ struct Worth {
     bend: SMatrix<f64, 6, 6>,
 }
 
-fn worth(car: &Car, z: &State, wanted: Option<&Wanted>) -> Worth {
+fn worth(car: &Car, z: &State, wanted: Option<&TrackingTarget>) -> Worth {
     let mut worth = Worth {
         value: 0.0,
         slope: State::zeros(),
@@ -97,7 +97,7 @@ fn input_cost(u: &Input) -> f64 {
 }
 
 /// What a motion costs; its first state is given and costs nothing.
-pub fn cost(car: &Car, run: &[Moment], wanted: &[Option<Wanted>]) -> f64 {
+pub fn cost(car: &Car, run: &[Moment], wanted: &[Option<TrackingTarget>]) -> f64 {
     let states = run.iter().skip(1).zip(wanted);
     let states: f64 = states
         .map(|(m, w)| worth(car, &m.state, w.as_ref()).value)
@@ -109,7 +109,7 @@ pub fn cost(car: &Car, run: &[Moment], wanted: &[Option<Wanted>]) -> f64 {
 pub fn backward(
     car: &Car,
     run: &[Moment],
-    wanted: &[Option<Wanted>],
+    wanted: &[Option<TrackingTarget>],
     damping: f64,
 ) -> Option<Vec<Gain>> {
     let mut gains = Vec::with_capacity(run.len());

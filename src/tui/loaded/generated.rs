@@ -8,7 +8,9 @@ use super::variant::{Generated, Made, VariantRequest, Working};
 use super::{Opened, Planned};
 use crate::evaluation::generating;
 use crate::generation::attacker::{self, Candidate};
-use crate::generation::{Attack, Chosen, ClosedLoop, Effort, Found, Passed, Progress};
+use crate::generation::{
+    Attack, ClosedLoop, Effort, Passed, Progress, SearchResult, SelectedAttack,
+};
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
 use crate::scenario::WantedEgo;
@@ -113,7 +115,7 @@ impl Opened {
                 None => "nobody moves who could come near to the ego".into(),
             });
         }
-        let effective = |c: &Chosen| c.attack.has_effect();
+        let effective = |c: &SelectedAttack| c.attack.has_effect();
         let Some(chosen) = made.chosen.filter(effective) else {
             return Ok(Some(match authorship {
                 Some(wrote) => Generated::Unwritten(wrote.nothing(), Arc::new(wrote)),
@@ -178,7 +180,7 @@ struct Shown {
 }
 
 impl Shown {
-    fn made(self, found: &Found, chosen: Chosen) -> Result<Made, String> {
+    fn made(self, found: &SearchResult, chosen: SelectedAttack) -> Result<Made, String> {
         let author = self.authorship.as_ref();
         let author = author.map(|wrote| wrote.authored.document(Some(&chosen.attack)));
         let Attack {
@@ -209,7 +211,7 @@ impl Shown {
 }
 
 /// Why there is no variant, in words.
-fn nothing(found: &Found, wish: &VariantRequest) -> String {
+fn nothing(found: &SearchResult, wish: &VariantRequest) -> String {
     let Progress {
         tried,
         refused,
