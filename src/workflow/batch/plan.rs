@@ -54,7 +54,7 @@ pub struct BatchPlan {
 /// Whether the store has the batch.
 pub(super) enum Origin {
     New { shard: Option<Shard> },
-    Stored(StoredBatch),
+    Stored(Box<StoredBatch>),
 }
 
 impl BatchRequest {

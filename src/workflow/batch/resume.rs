@@ -122,13 +122,13 @@ impl ResumeRequest {
             },
             scenarios: scenarios(&items, self.selection, extended.then_some(&spec))?,
             spec,
-            origin: Origin::Stored(StoredBatch {
+            origin: Origin::Stored(Box::new(StoredBatch {
                 batch,
                 items,
                 before,
                 first_lead,
                 extended,
-            }),
+            })),
         })
     }
 
