@@ -30,10 +30,8 @@ fn r_asks_the_chosen_model_and_the_answer_arrives_piece_by_piece() {
     let mut bench = asking();
     let (id, model) = bench.asked();
     assert_eq!(model, "lab/small");
-    bench.send(Msg::Asked(
-        id,
-        Event::Chunk(Chunk::Reasoning("thinking hard".into())),
-    ));
+    let piece = Chunk::Reasoning("thinking hard".into());
+    bench.send(Msg::Asked(id, Event::Chunk(piece)));
     assert!(bench.frame(120, 40).contains("thinking hard"));
     bench.send(Msg::Asked(id, Event::Chunk(Chunk::Text("so: ".into()))));
     assert!(bench.frame(120, 40).contains("arriving"));
@@ -70,10 +68,8 @@ fn models_of_this_machine_are_offered_once() {
 fn what_a_model_does_not_take_is_said() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(
-        id,
-        Event::Chunk(Chunk::Note("seed is not sent".into())),
-    ));
+    let piece = Chunk::Note("seed is not sent".into());
+    bench.send(Msg::Asked(id, Event::Chunk(piece)));
     let frame = bench.frame(120, 40);
     assert!(frame.contains("lab/small: seed is not sent"), "{frame}");
 }
@@ -113,10 +109,8 @@ fn c_asks_a_second_model_beside_the_first() {
 fn an_answer_without_a_verdict_is_a_state_of_its_own() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(
-        id,
-        Event::Chunk(Chunk::Text("I cannot tell.".into())),
-    ));
+    let piece = Chunk::Text("I cannot tell.".into());
+    bench.send(Msg::Asked(id, Event::Chunk(piece)));
     bench.send(Msg::Answered(
         id,
         Ok(Box::new(no_verdict("lab/small", "I cannot tell."))),
@@ -175,10 +169,8 @@ fn streaming_does_not_steal_the_position() {
     bench.press("pageup pageup");
     bench.frame(120, 40);
     let before = bench.model.answers.scroll;
-    bench.send(Msg::Asked(
-        id,
-        Event::Chunk(Chunk::Text("new text\n".repeat(30))),
-    ));
+    let piece = Chunk::Text("new text\n".repeat(30));
+    bench.send(Msg::Asked(id, Event::Chunk(piece)));
     let frame = bench.frame(120, 40);
     assert_eq!(bench.model.answers.scroll, before);
     assert!(
@@ -193,10 +185,8 @@ fn streaming_does_not_steal_the_position() {
 fn control_characters_of_an_answer_are_shown_and_not_obeyed() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(Msg::Asked(
-        id,
-        Event::Chunk(Chunk::Text("a\u{1b}[2Jb\u{7}".into())),
-    ));
+    let piece = Chunk::Text("a\u{1b}[2Jb\u{7}".into());
+    bench.send(Msg::Asked(id, Event::Chunk(piece)));
     bench.send(Msg::Answered(id, Err("bad\u{1b}]0;title\u{7}".into())));
     let frame = bench.frame(120, 40);
     assert!(!frame.contains('\u{1b}') && !frame.contains('\u{7}'));
