@@ -1,4 +1,4 @@
-//! Every view and overlay at four sizes: what it says, and that no theme hides anything of it.
+//! Every view and screen at four sizes: what it says, and that no theme hides anything of it.
 
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
