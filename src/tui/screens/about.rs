@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
-use super::{PAGE, Screen, Step};
+use super::Screen;
 use crate::scenario::{Severity, in_short};
 use crate::text::visible;
 use crate::tui::action::Action;
@@ -22,15 +22,6 @@ pub struct AboutScreen {
 }
 
 impl Screen for AboutScreen {
-    fn on_action(&mut self, _model: &mut Model, action: Action) -> Step {
-        if action != Action::Play {
-            return Step::Ignored;
-        }
-        // Nothing plays in sight: the key of it turns the page.
-        self.scroll += PAGE;
-        Step::stay()
-    }
-
     fn scroll_mut(&mut self) -> Option<&mut usize> {
         Some(&mut self.scroll)
     }

@@ -44,13 +44,6 @@ impl Screen for HelpScreen {
         Some(Step::stay())
     }
 
-    fn on_action(&mut self, _model: &mut Model, action: Action) -> Step {
-        match action {
-            Action::Cancel => Step::close(),
-            _ => Step::Ignored,
-        }
-    }
-
     fn paste(&mut self, _model: &mut Model, text: &str) -> Vec<Effect> {
         self.typed.push_str(&first_line(text));
         self.scroll = 0;

@@ -55,7 +55,9 @@ pub trait Screen: Any + Debug + Send {
     }
 
     /// An action, by a key of the keymap or by its name in the palette.
-    fn on_action(&mut self, model: &mut Model, action: Action) -> Step;
+    fn on_action(&mut self, _model: &mut Model, _action: Action) -> Step {
+        Step::Ignored
+    }
 
     /// The mouse. By default the wheel scrolls.
     fn on_mouse(&mut self, _model: &mut Model, mouse: Mouse) -> Step {
@@ -251,26 +253,31 @@ pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
 
 /// An action on a screen; windows of text scroll by themselves.
 pub fn act(screen: &mut dyn Screen, model: &mut Model, action: Action) -> Step {
-    if let Some(scroll) = screen.scroll_mut()
-        && scrolled(scroll, action, model)
-    {
-        return Step::stay();
+    let step = screen.on_action(model, action);
+    match (step, screen.scroll_mut()) {
+        (Step::Ignored, Some(scroll)) if scrolls(action) => {
+            *scroll = scrolled(*scroll, action, model);
+            Step::stay()
+        }
+        (step, _) => step,
     }
-    screen.on_action(model, action)
 }
 
-/// Scrolls a window of text; whether the action does that.
-fn scrolled(scroll: &mut usize, action: Action, model: &Model) -> bool {
+fn scrolls(action: Action) -> bool {
+    use Action::*;
+    matches!(action, Up | Down | PageUp | PageDown | Play | Top | Bottom)
+}
+
+fn scrolled(scroll: usize, action: Action, model: &Model) -> usize {
     match action {
-        Action::Up => *scroll = scroll.saturating_sub(1),
-        Action::Down => *scroll += 1,
-        Action::PageUp => *scroll = scroll.saturating_sub(PAGE),
-        Action::PageDown => *scroll += PAGE,
-        Action::Top => *scroll = 0,
-        Action::Bottom => *scroll = model.drawn.window_end(),
-        _ => return false,
+        Action::Up => scroll.saturating_sub(1),
+        Action::Down => scroll + 1,
+        Action::PageUp => scroll.saturating_sub(PAGE),
+        Action::Top => 0,
+        Action::Bottom => model.drawn.window_end(),
+        // Where nothing plays in sight, the key of it turns the page.
+        _ => scroll + PAGE,
     }
-    true
 }
 
 /// Lines of a page in a window of text.

@@ -9,7 +9,6 @@ use ratatui::widgets::{Paragraph, Wrap};
 use super::{Screen, Step};
 use crate::settings::Tags;
 use crate::text::visible;
-use crate::tui::action::Action;
 use crate::tui::keymap::{Code, Key, edit_line, first_line};
 use crate::tui::message::Effect;
 use crate::tui::model::Model;
@@ -49,13 +48,6 @@ impl Screen for TagsScreen {
                 Step::stay()
             }
         })
-    }
-
-    fn on_action(&mut self, _model: &mut Model, action: Action) -> Step {
-        match action {
-            Action::Cancel => Step::close(),
-            _ => Step::Ignored,
-        }
     }
 
     fn paste(&mut self, _model: &mut Model, text: &str) -> Vec<Effect> {

@@ -96,12 +96,8 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         UnmarkScenarios => model.marks.clear(),
         AskMarked => return batch::propose(model),
         CancelJob | CancelAllJobs => return jobs::perform(model, action),
-        // These open a screen, or are done by the one on top.
-        Help | About | Values | PlotMeasure | SortScenarios | PickTheme | Palette | ChooseModel
-        | Compare | SavePicture | EditTags | Details | Layers | PlannerCycle | VariantPanel
-        | ChooseTemplate | Source | History | TaskList | Results | CellLeft | CellRight
-        | OpenCell | ChooseCounted | ReopenRun | SearchRuns | PinRun | DeleteRun | UndoDelete
-        | NoteRun | CopyRun | ExportRuns | OtherHalf | ShowJob | Accept => {}
+        // The others open a screen, or are done by the one on top.
+        _ => {}
     }
     Vec::new()
 }

@@ -1,4 +1,4 @@
-//! Everything about the picked obstacle at the cursor: words that the overlay shows and the clipboard gets.
+//! Everything about the picked obstacle at the cursor: words that the window shows and the clipboard gets.
 
 use super::Model;
 use crate::metrics::{Encounter, Relation};

@@ -7,7 +7,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
-use super::{PAGE, Screen, Step, moves_scene};
+use super::{Screen, Step, moves_scene};
 use crate::metrics::{MEASURES, Reading, SCENE_MEASURES, Threshold, measure};
 use crate::tui::action::Action;
 use crate::tui::loaded::Measured;
@@ -35,14 +35,9 @@ pub struct ValuesScreen {
 
 impl Screen for ValuesScreen {
     fn on_action(&mut self, _model: &mut Model, action: Action) -> Step {
-        match action {
-            // Nothing plays in sight: the key of it turns the page.
-            Action::Play => {
-                self.scroll += PAGE;
-                Step::stay()
-            }
-            _ if moves_scene(action) => Step::Perform(action),
-            _ => Step::Ignored,
+        match moves_scene(action) {
+            true => Step::Perform(action),
+            false => Step::Ignored,
         }
     }
 
