@@ -25,6 +25,12 @@ macro_rules! names {
             }
         }
 
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(self.name())
+            }
+        }
+
         impl std::fmt::Display for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str(self.name())
@@ -41,6 +47,12 @@ names! {
         DashedSolid = "dashed_solid", Curb = "curb", LoweredCurb = "lowered_curb",
         BroadDashed = "broad_dashed", BroadSolid = "broad_solid",
         NoMarking = "no_marking", Unknown = "unknown",
+    }
+}
+
+impl Default for LineMarking {
+    fn default() -> Self {
+        Self::Unknown
     }
 }
 
