@@ -50,12 +50,6 @@ names! {
     }
 }
 
-impl Default for LineMarking {
-    fn default() -> Self {
-        Self::Unknown
-    }
-}
-
 names! {
     /// What kind of road a lanelet is part of.
     LaneletType {

@@ -56,7 +56,7 @@ pub struct Lanelet {
 }
 
 /// One border of a lanelet.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
     /// At least two points, in driving direction, metres.
     pub points: Vec<Point>,
@@ -64,6 +64,16 @@ pub struct Bound {
     pub heights: Vec<f64>,
     /// What is painted there.
     pub marking: LineMarking,
+}
+
+impl Default for Bound {
+    fn default() -> Self {
+        Self {
+            points: Vec::new(),
+            heights: Vec::new(),
+            marking: LineMarking::Unknown,
+        }
+    }
 }
 
 /// A neighbouring lanelet.
