@@ -92,37 +92,44 @@ pub struct Header {
 }
 
 /// Where a scenario takes place.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Location {
     /// Id in the GeoNames database.
     pub geo_name_id: Option<i64>,
     /// Degrees north.
+    #[serde(rename = "gps_latitude")]
     pub latitude: Option<f64>,
     /// Degrees east.
+    #[serde(rename = "gps_longitude")]
     pub longitude: Option<f64>,
     /// How the map's coordinates lie on the Earth.
+    #[serde(rename = "geo_transformation")]
     pub transformation: Option<GeoTransformation>,
     /// Time of day, weather, and whether it is under the ground.
     pub environment: Option<Environment>,
 }
 
 /// How a map's coordinates lie on the Earth.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct GeoTransformation {
     /// Projection, as a PROJ string or a code.
+    #[serde(rename = "geo_reference")]
     pub reference: Option<String>,
     /// Shift along x, metres.
+    #[serde(rename = "x_translation")]
     pub x: Option<f64>,
     /// Shift along y, metres.
+    #[serde(rename = "y_translation")]
     pub y: Option<f64>,
     /// Turn about z, radians.
+    #[serde(rename = "z_rotation")]
     pub rotation: Option<f64>,
     /// Scale.
     pub scaling: Option<f64>,
 }
 
 /// The surroundings of a scenario, in the words of the file.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Environment {
     /// Clock time, `hh:mm:ss`.
     pub time: Option<String>,

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use serde::Serialize;
+
 use super::road::Index;
 use super::{LaneletType, LineMarking, RoadUser, SignalColor, TrafficDirection};
 use crate::geometry::{Bounds, Point};
@@ -23,7 +25,7 @@ pub struct LaneletNetwork {
 }
 
 /// A piece of lane between two borders, driven from the first to the last points.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lanelet {
     /// Unique in the scenario.
     pub id: i64,
@@ -64,8 +66,18 @@ pub struct Bound {
     pub marking: LineMarking,
 }
 
+impl Default for Bound {
+    fn default() -> Self {
+        Self {
+            points: Vec::new(),
+            heights: Vec::new(),
+            marking: LineMarking::Unknown,
+        }
+    }
+}
+
 /// A neighbouring lanelet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Adjacent {
     /// Its id.
     pub id: i64,
@@ -100,11 +112,12 @@ pub struct Sign {
 }
 
 /// One sign on a post.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct SignElement {
     /// The country's number of the sign, e.g. `274`.
     pub id: String,
     /// Values on it, e.g. a speed in m/s.
+    #[serde(rename = "additional_values")]
     pub values: Vec<String>,
 }
 
@@ -126,7 +139,7 @@ pub struct TrafficLight {
 }
 
 /// One phase of a traffic light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct LightPhase {
     /// Time steps.
     pub duration: i64,
@@ -135,7 +148,7 @@ pub struct LightPhase {
 }
 
 /// Where roads meet.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Intersection {
     /// Unique in the scenario.
     pub id: i64,
@@ -146,17 +159,20 @@ pub struct Intersection {
 }
 
 /// A road that leads into an intersection.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Incoming {
     /// Unique in the scenario.
     pub id: i64,
     /// Its last lanelets.
     pub lanelets: Vec<i64>,
     /// Lanelets that turn right.
+    #[serde(rename = "successors_right")]
     pub right: Vec<i64>,
     /// Lanelets that go straight on.
+    #[serde(rename = "successors_straight")]
     pub straight: Vec<i64>,
     /// Lanelets that turn left.
+    #[serde(rename = "successors_left")]
     pub left: Vec<i64>,
     /// The incoming to the left of which this one is.
     pub is_left_of: Option<i64>,

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{obstacles, planning, road, surroundings, traffic};
+use super::{obstacles, planning, road, traffic};
 use crate::cli::routes;
 use crate::scenario::{Ego, EgoError, Scenario, benchmark_id};
 
@@ -15,13 +15,13 @@ pub fn document(scenario: &Scenario, of_ego: &Result<Option<Ego>, EgoError>) -> 
         "version": header.version,
         "time_step_size": header.time_step_size,
         "attributes": header.attributes,
-        "location": scenario.location.as_ref().map(surroundings::location),
+        "location": scenario.location,
         "tags": scenario.tags,
         "hash": scenario.hash.to_string(),
         "lanelets": all(&network.lanelets, road::lanelet),
         "traffic_signs": all(&network.signs, |sign| traffic::sign(sign, &references)),
         "traffic_lights": all(&network.lights, |light| traffic::light(light, &references)),
-        "intersections": all(&network.intersections, road::intersection),
+        "intersections": network.intersections,
         "obstacles": all(&scenario.obstacles, obstacles::obstacle),
         "planning_problems": all(&scenario.planning_problems, planning::problem),
         "ego": ego(of_ego),

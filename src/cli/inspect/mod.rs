@@ -8,7 +8,6 @@ mod shapes;
 mod solution;
 mod states;
 mod summary;
-mod surroundings;
 mod traffic;
 
 use std::path::PathBuf;

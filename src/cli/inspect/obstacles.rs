@@ -18,8 +18,8 @@ pub fn obstacle(obstacle: &Obstacle) -> Value {
     let states: Vec<Value> = first.chain(later).collect();
     json!({
         "id": obstacle.id,
-        "role": obstacle.role.name(),
-        "type": obstacle.kind.name(),
+        "role": obstacle.role,
+        "type": obstacle.kind,
         "shape": obstacle.footprint.as_ref().map(|f| shape(f.shape())),
         "prediction": prediction,
         "states": states,

@@ -4,9 +4,8 @@ use std::collections::HashMap;
 
 use serde_json::{Value, json};
 
-use super::document::all;
 use super::shapes::point;
-use crate::scenario::{Lanelet, LaneletNetwork, LightPhase, Sign, SignElement, TrafficLight};
+use crate::scenario::{Lanelet, LaneletNetwork, Sign, TrafficLight};
 
 /// Who refers to signs and lights: ids of lanelets, by the id referred to.
 pub struct References {
@@ -53,28 +52,24 @@ fn referring(to: &HashMap<i64, Vec<i64>>, id: i64) -> &[i64] {
 }
 
 pub fn sign(sign: &Sign, references: &References) -> Value {
-    let element =
-        |element: &SignElement| json!({ "id": element.id, "additional_values": element.values });
     json!({
         "id": sign.id,
         "position": sign.position.as_ref().map(point),
         "virtual": sign.is_virtual,
-        "elements": all(&sign.elements, element),
+        "elements": sign.elements,
         "lanelets": referring(&references.signs.lanelets, sign.id),
         "stop_lines": referring(&references.signs.stop_lines, sign.id),
     })
 }
 
 pub fn light(light: &TrafficLight, references: &References) -> Value {
-    let phase =
-        |phase: &LightPhase| json!({ "duration": phase.duration, "color": phase.color.name() });
     json!({
         "id": light.id,
         "position": light.position.as_ref().map(point),
         "active": light.active,
-        "direction": light.direction.map(|d| d.name()),
+        "direction": light.direction,
         "time_offset": light.offset,
-        "cycle": all(&light.cycle, phase),
+        "cycle": light.cycle,
         "lanelets": referring(&references.lights.lanelets, light.id),
         "stop_lines": referring(&references.lights.stop_lines, light.id),
     })

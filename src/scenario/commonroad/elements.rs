@@ -1,5 +1,6 @@
 //! Small pieces that many elements share: points, shapes, references, truth values.
 
+use super::builder;
 use super::error::ReadError;
 use super::trucks;
 use super::xml::{Element, Xml, short};
@@ -101,14 +102,7 @@ pub(super) fn shape<'a>(
 ) -> Result<Option<Shape>, ReadError> {
     let mut shapes = Vec::new();
     collect(xml, 0, &mut shapes)?;
-    if shapes.is_empty() {
-        xml.note(
-            Severity::Warning,
-            element,
-            "no shape in it; it covers nothing".into(),
-        );
-    }
-    Ok(Shape::union(shapes))
+    Ok(builder::union(&xml.at(element), shapes))
 }
 
 /// The footprint of an obstacle; one that cannot be measured is left out.
@@ -116,18 +110,8 @@ pub(super) fn footprint<'a>(
     xml: &mut Xml<'a>,
     element: Element<'a>,
 ) -> Result<Option<Footprint>, ReadError> {
-    let Some(shape) = shape(xml, element)? else {
-        return Ok(None);
-    };
-    let made = Footprint::new(shape);
-    if let Err(error) = &made {
-        xml.note(
-            Severity::Warning,
-            element,
-            format!("{error}; it was left out"),
-        );
-    }
-    Ok(made.ok())
+    let shape = shape(xml, element)?;
+    builder::footprint(&xml.at(element), shape)
 }
 
 /// Appends the shapes inside the innermost open element, those of groups one by one.
@@ -150,9 +134,7 @@ pub(super) fn push_shape<'a>(
     let shape = match child.name {
         "rectangle" => rectangle(xml, child)?,
         "circle" => circle(xml, child)?,
-        "polygon" => Shape::Polygon {
-            vertices: polygon(xml, child)?,
-        },
+        "polygon" => polygon(xml, child)?,
         "truckShape" => Shape::Truck(trucks::truck(xml, child)?),
         "semiTrailerTruckShape" => trucks::semi_trailer_truck(xml, child)?,
         // The schema wraps each member of a group in an element of its own.
@@ -162,14 +144,7 @@ pub(super) fn push_shape<'a>(
         }
         _ => return Ok(false),
     };
-    match shape.check() {
-        Ok(()) => into.push(shape),
-        Err(error) => xml.note(
-            Severity::Warning,
-            child,
-            format!("{error}; it was left out"),
-        ),
-    }
+    into.extend(builder::checked(&xml.at(child), shape)?);
     Ok(true)
 }
 
@@ -211,7 +186,7 @@ fn circle<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadErro
     Ok(Shape::Circle { radius, center })
 }
 
-fn polygon<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Vec<Point>, ReadError> {
+fn polygon<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadError> {
     let mut vertices = Vec::new();
     while let Some(child) = xml.next()? {
         match child.name {
@@ -220,9 +195,5 @@ fn polygon<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Vec<Point>, Re
         }
         xml.check_count(element, vertices.len(), "points")?;
     }
-    // Some files close the ring.
-    if vertices.len() > 3 && vertices.first() == vertices.last() {
-        vertices.pop();
-    }
-    Ok(vertices)
+    Ok(builder::polygon(vertices))
 }

@@ -1,5 +1,6 @@
 //! CommonRoad files: XML in and out, protobuf in, with the place of everything that is wrong.
 
+mod builder;
 mod conform;
 mod elements;
 mod encoding;

@@ -6,7 +6,7 @@ use super::states::{state, steps};
 use super::xml::{Element, Xml};
 use crate::geometry::Footprint;
 use crate::scenario::{
-    Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity, Signal,
+    ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity, Signal,
     SignalState, State,
 };
 
@@ -15,8 +15,7 @@ pub(super) fn obstacle<'a>(
     xml: &mut Xml<'a>,
     element: Element<'a>,
     mut role: Option<ObstacleRole>,
-    dt: f64,
-) -> Result<Obstacle, ReadError> {
+) -> Result<ObstacleParts, ReadError> {
     let id = xml.id_attribute(element, "id")?;
     let mut kind = ObstacleType::Unknown;
     let mut body: Option<Footprint> = None;
@@ -72,18 +71,7 @@ pub(super) fn obstacle<'a>(
         );
         ObstacleRole::Dynamic
     });
-    let bodily = matches!(role, ObstacleRole::Static | ObstacleRole::Dynamic);
-    if bodily && body.is_none() {
-        xml.note(
-            Severity::Warning,
-            element,
-            "no shape; it is not measured".into(),
-        );
-    }
-    if bodily && initial.is_none() {
-        xml.note(Severity::Warning, element, "no initial state".into());
-    }
-    let parts = ObstacleParts {
+    Ok(ObstacleParts {
         id,
         role,
         kind,
@@ -91,11 +79,7 @@ pub(super) fn obstacle<'a>(
         initial,
         prediction,
         signals,
-    };
-    if let Some(message) = parts.uncertainty() {
-        xml.note(Severity::Warning, element, message);
-    }
-    Ok(Obstacle::new(parts, dt))
+    })
 }
 
 fn signal_state<'a>(

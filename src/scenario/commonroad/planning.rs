@@ -18,9 +18,6 @@ pub(super) fn problem<'a>(
             _ => xml.skip_unknown(child)?,
         }
     }
-    if goals.is_empty() {
-        xml.note(Severity::Warning, element, "no goal".into());
-    }
     let initial = initial.unwrap_or_else(|| {
         xml.note(Severity::Warning, element, "no initial state".into());
         State::at(Steps::exact(0))

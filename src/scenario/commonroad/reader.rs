@@ -1,15 +1,14 @@
 //! The root of a scenario file: its attributes, and what is in it in any order.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
+use super::builder::{ScenarioBuilder, check_benchmark_id};
 use super::error::ReadError;
 use super::places::Places;
 use super::xml::{Element, Xml, short};
 use super::{conform, location, obstacles, planning, references, road, speed_limits};
 use crate::scenario::plausibility::limits::refused_time_step;
-use crate::scenario::{
-    ContentHash, Header, LaneletNetwork, ObstacleRole, Scenario, Severity, benchmark_id,
-};
+use crate::scenario::{ContentHash, Header, ObstacleRole, Scenario, Severity};
 
 pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
     let mut xml = Xml::new(bytes, file)?;
@@ -33,91 +32,77 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
         );
         return Err(xml.fail(root.at, message));
     }
-    let mut header = header(&mut xml, root)?;
+    let mut header = header(&xml, root)?;
     // Version 2018b keeps the tags in one attribute.
     let words = header.attributes.remove("tags").unwrap_or_default();
-    let header_tags: Vec<String> = words
-        .split_whitespace()
-        .filter_map(|word| tag_of(&mut xml, root, word))
-        .collect();
-    let dt = header.time_step_size;
-    let (mut place, mut tags) = (None, header_tags);
-    let (mut lanelets, mut signs, mut lights) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut intersections, mut all, mut problems) = (Vec::new(), Vec::new(), Vec::new());
-    let mut ids = HashSet::new();
+    let mut builder = ScenarioBuilder::default();
+    builder.tags.extend(
+        words
+            .split_whitespace()
+            .filter_map(|word| tag_of(&xml, root, word)),
+    );
     let mut places = Places::below(&mut xml, root);
     while let Some(child) = xml.next()? {
-        let id = match child.name {
-            "lanelet" => {
-                lanelets.push(road::lanelet(&mut xml, child)?);
-                lanelets.last().map(|l| l.id)
-            }
-            "trafficSign" => {
-                signs.push(road::sign(&mut xml, child)?);
-                signs.last().map(|s| s.id)
-            }
-            "trafficLight" => {
-                lights.push(road::light(&mut xml, child)?);
-                lights.last().map(|l| l.id)
-            }
-            "intersection" => {
-                intersections.push(road::intersection(&mut xml, child)?);
-                intersections.last().map(|i| i.id)
-            }
-            name if role_of(name).is_some() => {
-                let role = role_of(name).flatten();
-                all.push(obstacles::obstacle(&mut xml, child, role, dt)?);
-                all.last().map(|o| o.id)
-            }
-            "planningProblem" => {
-                problems.push(planning::problem(&mut xml, child)?);
-                problems.last().map(|p| p.id)
-            }
-            "location" => {
-                place = Some(location::location(&mut xml)?);
-                None
-            }
-            "scenarioTags" => {
-                while let Some(tag) = xml.next()? {
-                    xml.skip()?;
-                    tags.extend(tag_of(&mut xml, tag, tag.name));
-                }
-                None
-            }
-            _ => {
-                xml.skip_unknown(child)?;
-                None
-            }
-        };
+        read_child(&mut xml, child, &mut builder)?;
         places.add(&mut xml, child);
-        xml.check_count(root, ids.len(), "elements")?;
-        if let Some(id) = id.filter(|id| !ids.insert(*id)) {
-            let message =
-                format!("id {id} is used twice; the first one is meant where it is referred to");
-            xml.note(Severity::Warning, child, message);
-        }
+        xml.check_count(root, builder.count(), "elements")?;
     }
     if header.version == "2018b" {
         // Planning problems do not count: the reference reader knows nothing of them when it numbers signs.
-        let problems = problems.iter().map(|p| p.id).collect::<HashSet<_>>();
-        let used = ids.difference(&problems).copied().max().unwrap_or(0);
-        signs.extend(speed_limits::signs(&mut xml, &mut lanelets, used));
+        let used = builder.largest_id().unwrap_or(0);
+        let signs = speed_limits::signs(&mut xml, &mut builder.lanelets, used);
+        builder.signs.extend(signs);
     }
-    let network = LaneletNetwork::new(lanelets, signs, lights, intersections);
-    references::check(&mut xml, &network);
-    let mut scenario = Scenario {
-        header,
-        location: place,
-        tags,
-        network,
-        obstacles: all,
-        planning_problems: problems,
-        diagnostics: Vec::new(),
-        hash: ContentHash::of(bytes),
-    };
+    let mut scenario = builder.finish(header, ContentHash::of(bytes));
+    references::check(&mut xml, &scenario.network);
     places.note_doubts(&mut xml, &scenario);
     scenario.diagnostics = xml.into_diagnostics();
     Ok(scenario)
+}
+
+/// Reads an element below the root.
+fn read_child<'a>(
+    xml: &mut Xml<'a>,
+    child: Element<'a>,
+    builder: &mut ScenarioBuilder,
+) -> Result<(), ReadError> {
+    match child.name {
+        "lanelet" => {
+            let lanelet = road::lanelet(xml, child)?;
+            builder.lanelet(&xml.at(child), lanelet);
+        }
+        "trafficSign" => {
+            let sign = road::sign(xml, child)?;
+            builder.sign(&xml.at(child), sign);
+        }
+        "trafficLight" => {
+            let light = road::light(xml, child)?;
+            builder.light(&xml.at(child), light);
+        }
+        "intersection" => {
+            let intersection = road::intersection(xml, child)?;
+            builder.intersection(&xml.at(child), intersection);
+        }
+        "planningProblem" => {
+            let problem = planning::problem(xml, child)?;
+            builder.problem(&xml.at(child), problem);
+        }
+        "location" => builder.location = Some(location::location(xml)?),
+        "scenarioTags" => {
+            while let Some(tag) = xml.next()? {
+                xml.skip()?;
+                builder.tags.extend(tag_of(xml, tag, tag.name));
+            }
+        }
+        name => match role_of(name) {
+            Some(role) => {
+                let obstacle = obstacles::obstacle(xml, child, role)?;
+                builder.obstacle(&xml.at(child), obstacle);
+            }
+            None => xml.skip_unknown(child)?,
+        },
+    }
+    Ok(())
 }
 
 fn looks_like_an_ego(bytes: &[u8]) -> bool {
@@ -127,7 +112,7 @@ fn looks_like_an_ego(bytes: &[u8]) -> bool {
 }
 
 /// A tag; one that could not be the name of an element is left out.
-fn tag_of<'a>(xml: &mut Xml<'a>, element: Element<'a>, word: &str) -> Option<String> {
+fn tag_of<'a>(xml: &Xml<'a>, element: Element<'a>, word: &str) -> Option<String> {
     if !is_name(word) {
         let message = format!("`{}` cannot be a tag and was left out", short(word));
         xml.note(Severity::Warning, element, message);
@@ -159,7 +144,7 @@ fn role_of(name: &str) -> Option<Option<ObstacleRole>> {
     })
 }
 
-fn header<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<Header, ReadError> {
+fn header<'a>(xml: &Xml<'a>, root: Element<'a>) -> Result<Header, ReadError> {
     let mut attributes: BTreeMap<String, String> = xml
         .attributes(root)
         .filter(|(key, _)| is_name(key))
@@ -186,14 +171,7 @@ fn header<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<Header, ReadError>
     }
     match &id {
         None => xml.note(Severity::Warning, root, "no benchmarkID".into()),
-        Some(id) if !benchmark_id::is_valid(id) => {
-            let message = format!(
-                "benchmarkID `{}` does not follow the rule for such ids",
-                short(id)
-            );
-            xml.note(Severity::Note, root, message);
-        }
-        Some(_) => {}
+        Some(id) => check_benchmark_id(&xml.at(root), id),
     }
     Ok(Header {
         benchmark_id: id.unwrap_or_default(),

@@ -1,5 +1,6 @@
 //! The road: lanelets, signs, lights and intersections.
 
+use super::builder;
 use super::elements::{point, push_reference, truth, word};
 use super::error::ReadError;
 use super::sign_ids;
@@ -11,30 +12,15 @@ use crate::scenario::{
 };
 
 pub(super) fn lanelet<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Lanelet, ReadError> {
-    let empty = || Bound {
-        points: Vec::new(),
-        heights: Vec::new(),
-        marking: LineMarking::Unknown,
-    };
+    let (mut left, mut right) = (None, None);
     let mut lanelet = Lanelet {
         id: xml.id_attribute(element, "id")?,
-        left: empty(),
-        right: empty(),
-        predecessors: Vec::new(),
-        successors: Vec::new(),
-        adjacent_left: None,
-        adjacent_right: None,
-        stop_line: None,
-        types: Vec::new(),
-        users_one_way: Vec::new(),
-        users_bidirectional: Vec::new(),
-        signs: Vec::new(),
-        lights: Vec::new(),
+        ..Lanelet::default()
     };
     while let Some(child) = xml.next()? {
         match child.name {
-            "leftBound" => lanelet.left = bound(xml, child)?,
-            "rightBound" => lanelet.right = bound(xml, child)?,
+            "leftBound" => left = Some(bound(xml, child)?),
+            "rightBound" => right = Some(bound(xml, child)?),
             "predecessor" => push_reference(xml, child, &mut lanelet.predecessors)?,
             "successor" => push_reference(xml, child, &mut lanelet.successors)?,
             "adjacentLeft" => lanelet.adjacent_left = Some(adjacent(xml, child)?),
@@ -63,16 +49,15 @@ pub(super) fn lanelet<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Lan
             _ => xml.skip_unknown(child)?,
         }
     }
-    for (side, bound) in [("left", &lanelet.left), ("right", &lanelet.right)] {
-        if bound.points.len() < 2 {
-            let message = format!(
-                "the {side} bound has {} points, at least 2 are needed",
-                bound.points.len()
-            );
-            return Err(xml.fail_in(element, message));
-        }
-    }
-    Ok(lanelet)
+    let (Some(left), Some(right)) = (left, right) else {
+        let message = "a lanelet needs <leftBound> and <rightBound>";
+        return Err(xml.fail_in(element, message.into()));
+    };
+    Ok(Lanelet {
+        left,
+        right,
+        ..lanelet
+    })
 }
 
 fn bound<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Bound, ReadError> {
@@ -90,31 +75,20 @@ fn bound<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Bound, ReadError
         }
         xml.check_count(element, points.len(), "points")?;
     }
-    if heights.len() != points.len() {
-        heights.clear();
-    }
-    Ok(Bound {
-        points,
-        heights,
-        marking,
-    })
+    builder::bound(&xml.at(element), points, heights, marking)
 }
 
 fn adjacent<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Adjacent, ReadError> {
     let id = xml.id_attribute(element, "ref")?;
-    let direction = xml.attribute(element, "drivingDir");
-    let same_direction = match direction.as_deref() {
-        Some("same") => true,
-        Some("opposite") => false,
-        _ => {
-            let message = "drivingDir is neither same nor opposite; taken as same".into();
-            xml.note(Severity::Warning, element, message);
-            true
-        }
+    let same_direction = match xml.attribute(element, "drivingDir").as_deref() {
+        Some("same") => Some(true),
+        Some("opposite") => Some(false),
+        _ => None,
     };
+    let adjacent = builder::adjacent(&xml.at(element), id, same_direction);
     xml.skip()?;
     xml.refer(element, id);
-    Ok(Adjacent { id, same_direction })
+    Ok(adjacent)
 }
 
 fn stop_line<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<StopLine, ReadError> {
@@ -136,22 +110,7 @@ fn stop_line<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<StopLine, Re
             _ => xml.skip_unknown(child)?,
         }
     }
-    if !matches!(points.len(), 0 | 2) {
-        let message = format!(
-            "a stop line of {} points, which has none or two; {}",
-            points.len(),
-            if points.len() < 2 {
-                "taken to be at the end of its lanelet"
-            } else {
-                "the first two count"
-            }
-        );
-        xml.note(Severity::Warning, element, message);
-    }
-    line.points = match points.as_slice() {
-        [from, to, ..] => Some((*from, *to)),
-        _ => None,
-    };
+    line.points = builder::stop_line(&xml.at(element), &points);
     Ok(line)
 }
 
@@ -185,13 +144,6 @@ pub(super) fn sign<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Sign, 
             "virtual" => sign.is_virtual = truth(xml, child, false)?,
             _ => xml.skip_unknown(child)?,
         }
-    }
-    if sign.elements.is_empty() {
-        xml.note(
-            Severity::Note,
-            element,
-            "a traffic sign that says nothing".into(),
-        );
     }
     Ok(sign)
 }
@@ -280,13 +232,6 @@ pub(super) fn intersection<'a>(
             }
             _ => xml.skip_unknown(child)?,
         }
-    }
-    if intersection.incomings.is_empty() {
-        xml.note(
-            Severity::Note,
-            element,
-            "an intersection without roads".into(),
-        );
     }
     Ok(intersection)
 }

@@ -1,10 +1,10 @@
 //! States: time, position and quantities, exact or as intervals.
 
+use super::builder;
 use super::elements::{point, push_shape, reference};
 use super::error::ReadError;
 use super::xml::{Element, Xml};
 use crate::geometry::Shape;
-use crate::scenario::plausibility::limits::LATEST_STEP;
 use crate::scenario::{Position, Quantity, Severity, State, StateField, Steps};
 
 /// A state; `initial` gives the time 0 to one that says none.
@@ -20,15 +20,8 @@ pub(super) fn state<'a>(
         match child.name {
             "time" => time = Some(steps(xml, child)?),
             "position" => state.position = position(xml, child)?,
-            "orientation" => state.orientation = quantity(xml, child)?,
-            "velocity" => state.velocity = quantity(xml, child)?,
-            "acceleration" => state.acceleration = quantity(xml, child)?,
             name => match StateField::parse(name) {
-                Some(field) => {
-                    if let Some(value) = quantity(xml, child)? {
-                        state.more.push((field, value));
-                    }
-                }
+                Some(field) => builder::set_quantity(&mut state, field, quantity(xml, child)?),
                 None => xml.skip_unknown(child)?,
             },
         }
@@ -50,28 +43,8 @@ pub(super) fn state<'a>(
 
 /// A time: an exact step or an interval of steps.
 pub(super) fn steps<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Steps, ReadError> {
-    let steps = match quantity(xml, element)? {
-        Some(Quantity::Exact(value)) => Steps::exact(value.round() as i64),
-        Some(Quantity::Interval(from, to)) => Steps {
-            from: from.floor() as i64,
-            to: to.ceil() as i64,
-        },
-        None => return Err(xml.fail_in(element, "no time step in it".into())),
-    };
-    if steps.from.abs() > LATEST_STEP || steps.to.abs() > LATEST_STEP {
-        return Err(xml.fail_in(element, refused_step(steps)));
-    }
-    Ok(steps)
-}
-
-/// Why time steps are not read.
-pub(super) fn refused_step(steps: Steps) -> String {
-    let step = if steps.to.abs() > LATEST_STEP {
-        steps.to
-    } else {
-        steps.from
-    };
-    format!("time step {step} is out of all reason; steps up to {LATEST_STEP} are read")
+    let steps = quantity(xml, element)?;
+    builder::steps(&xml.at(element), steps)
 }
 
 /// `<exact>`, or `<intervalStart>` and `<intervalEnd>`.
@@ -88,26 +61,7 @@ pub(super) fn quantity<'a>(
             _ => xml.skip_unknown(child)?,
         }
     }
-    match (exact, from, to) {
-        (Some(value), ..) => Ok(Some(Quantity::Exact(value))),
-        (None, Some(from), Some(to)) if from <= to => Ok(Some(Quantity::Interval(from, to))),
-        (None, Some(from), Some(to)) => Err(xml.fail_in(
-            element,
-            format!("the interval from {from} to {to} is empty"),
-        )),
-        (None, None, None) => {
-            xml.note(
-                Severity::Warning,
-                element,
-                "it is empty and was left out".into(),
-            );
-            Ok(None)
-        }
-        _ => Err(xml.fail_in(
-            element,
-            "an interval needs both its start and its end".into(),
-        )),
-    }
+    builder::quantity(&xml.at(element), exact, from, to)
 }
 
 /// A position: a point, regions, or lanelets.

@@ -1,5 +1,6 @@
 //! Trucks and semi-trailer trucks, which version 2020a has since 2026.
 
+use super::builder;
 use super::error::ReadError;
 use super::out::{Out, number};
 use super::writer::WriteError;
@@ -12,22 +13,19 @@ pub(super) fn truck<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Truck
     let (mut dimensions, mut shift) = (None, None);
     while let Some(child) = xml.next()? {
         match child.name {
-            "truckDims" => dimensions = Some(truck_dimensions(xml, child)?),
+            "truckDims" => dimensions = Some(numbers(xml, child, TRUCK)?),
             "originXShift" => shift = Some(xml.coordinate(child)?),
             _ => xml.skip_unknown(child)?,
         }
     }
-    let Some(mut truck) = dimensions else {
+    let Some(dimensions) = dimensions else {
         return Err(xml.fail_in(element, "a truck needs <truckDims>".into()));
     };
-    match shift {
-        Some(shift) => truck.origin_x_shift = shift,
-        None => {
-            let message = "no <originXShift>; its states are taken to be at the rear axle";
-            xml.note(Severity::Warning, element, message.into());
-        }
+    if shift.is_none() {
+        let message = "no <originXShift>; its states are taken to be at the rear axle";
+        xml.note(Severity::Warning, element, message.into());
     }
-    Ok(truck)
+    Ok(builder::truck(dimensions, shift))
 }
 
 /// `<semiTrailerTruckShape>`: a truck and the dimensions of its trailer.
@@ -39,16 +37,12 @@ pub(super) fn semi_trailer_truck<'a>(
     while let Some(child) = xml.next()? {
         match child.name {
             "truckShape" => tractor = Some(truck(xml, child)?),
-            "trailerDims" => trailer = Some(trailer_dimensions(xml, child)?),
+            "trailerDims" => trailer = Some(numbers(xml, child, TRAILER)?),
             _ => xml.skip_unknown(child)?,
         }
     }
     match (tractor, trailer) {
-        (Some(tractor), Some(trailer)) => Ok(Shape::SemiTrailerTruck {
-            tractor,
-            trailer,
-            hitch_angle: 0.0,
-        }),
+        (Some(tractor), Some(trailer)) => Ok(builder::semi_trailer_truck(tractor, trailer)),
         _ => {
             let message = "a semi-trailer truck needs <truckShape> and <trailerDims>";
             Err(xml.fail_in(element, message.into()))
@@ -56,47 +50,18 @@ pub(super) fn semi_trailer_truck<'a>(
     }
 }
 
-fn truck_dimensions<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Truck, ReadError> {
-    let names = [
-        "length",
-        "width",
-        "wheelbase",
-        "distFromRearToRearAxle",
-        "cabinLength",
-        "distFromRearAxleToHitch",
-    ];
-    let [
-        length,
-        width,
-        wheelbase,
-        rear_to_rear_axle,
-        cabin_length,
-        rear_axle_to_hitch,
-    ] = numbers(xml, element, names)?;
-    Ok(Truck {
-        length,
-        width,
-        wheelbase,
-        rear_to_rear_axle,
-        cabin_length,
-        rear_axle_to_hitch,
-        origin_x_shift: rear_to_rear_axle - length / 2.0,
-    })
-}
+/// The dimensions of a truck, in the builder's order.
+const TRUCK: [&str; 6] = [
+    "length",
+    "width",
+    "wheelbase",
+    "distFromRearToRearAxle",
+    "cabinLength",
+    "distFromRearAxleToHitch",
+];
 
-fn trailer_dimensions<'a>(
-    xml: &mut Xml<'a>,
-    element: Element<'a>,
-) -> Result<SemiTrailer, ReadError> {
-    let names = ["length", "width", "wheelbase", "distFromFrontToHitch"];
-    let [length, width, wheelbase, front_to_hitch] = numbers(xml, element, names)?;
-    Ok(SemiTrailer {
-        length,
-        width,
-        wheelbase,
-        front_to_hitch,
-    })
-}
+/// The dimensions of a trailer, in the builder's order.
+const TRAILER: [&str; 4] = ["length", "width", "wheelbase", "distFromFrontToHitch"];
 
 /// The numbers in the children of these names, all of which must be there.
 fn numbers<'a, const N: usize>(

@@ -6,6 +6,7 @@ mod malformed;
 mod numbers;
 
 use std::borrow::Cow;
+use std::cell::Cell;
 
 use quick_xml::Reader;
 use quick_xml::events::Event;
@@ -13,8 +14,10 @@ use quick_xml::events::attributes::Attributes;
 
 pub(super) use later::Place;
 
+use super::builder::{self, Diagnostics};
 use super::encoding::{self, BYTE_ORDER_MARK};
 use super::error::ReadError;
+use crate::geometry::ShapeError;
 use crate::scenario::{Diagnostic, Severity};
 
 /// An opened element.
@@ -47,14 +50,11 @@ pub(super) struct Xml<'a> {
     text: &'a str,
     file: &'a str,
     path: Vec<Element<'a>>,
-    diagnostics: Vec<Diagnostic>,
-    suppressed: usize,
-    counted: (usize, usize),
+    diagnostics: Diagnostics,
+    /// A byte offset and its line, from which the next one is counted on.
+    counted: Cell<(usize, usize)>,
     later: later::Later<'a>,
 }
-
-/// More diagnostics than this say nothing new.
-pub(super) const MOST_DIAGNOSTICS: usize = 500;
 
 impl<'a> Xml<'a> {
     /// # Errors
@@ -70,9 +70,8 @@ impl<'a> Xml<'a> {
             text,
             file,
             path: Vec::new(),
-            diagnostics: encoding::doubts(bytes, text),
-            suppressed: 0,
-            counted: (0, 1),
+            diagnostics: encoding::doubts(bytes, text).into(),
+            counted: Cell::new((0, 1)),
             later: later::Later::default(),
         })
     }
@@ -105,7 +104,7 @@ impl<'a> Xml<'a> {
         }
     }
 
-    fn end_of_file(&mut self) -> Result<Option<Element<'a>>, ReadError> {
+    fn end_of_file(&self) -> Result<Option<Element<'a>>, ReadError> {
         match self.path.last().copied() {
             None => Ok(None),
             Some(open) => {
@@ -121,7 +120,7 @@ impl<'a> Xml<'a> {
         }
     }
 
-    fn malformed(&mut self, error: &quick_xml::Error) -> ReadError {
+    fn malformed(&self, error: &quick_xml::Error) -> ReadError {
         let at = self.reader.error_position() as usize;
         self.fail(at, malformed::words(error))
     }
@@ -207,7 +206,7 @@ impl<'a> Xml<'a> {
     }
 
     /// An error at a byte offset, inside the open elements.
-    pub fn fail(&mut self, at: usize, message: String) -> ReadError {
+    pub fn fail(&self, at: usize, message: String) -> ReadError {
         let before = &self.text[..self.text.floor_char_boundary(at.min(self.text.len()))];
         let line_start = before.rfind('\n').map_or(0, |i| i + 1);
         ReadError {
@@ -220,38 +219,22 @@ impl<'a> Xml<'a> {
     }
 
     /// An error about an element that was just read to its end.
-    pub fn fail_in(&mut self, element: Element<'a>, message: String) -> ReadError {
+    pub fn fail_in(&self, element: Element<'a>, message: String) -> ReadError {
         let path = self.element_path(Some(element));
         let mut error = self.fail(element.at, message);
         error.element = path;
         error
     }
 
-    /// Notes something assumed or skipped at `element`.
-    pub fn note(&mut self, severity: Severity, element: Element<'a>, message: String) {
-        let path = |xml: &Self| xml.element_path(Some(element));
-        self.push_note(severity, element.at, path, message);
+    /// The place of an element, for what the builder says about it.
+    pub fn at(&self, element: Element<'a>) -> At<'_, 'a> {
+        At { xml: self, element }
     }
 
-    fn push_note(
-        &mut self,
-        severity: Severity,
-        at: usize,
-        path: impl FnOnce(&Self) -> String,
-        message: String,
-    ) {
-        if self.diagnostics.len() >= MOST_DIAGNOSTICS {
-            self.suppressed += 1;
-            return;
-        }
-        let element = path(self);
-        let line = self.line_of(at);
-        self.diagnostics.push(Diagnostic {
-            severity,
-            line,
-            element,
-            message,
-        });
+    /// Notes something assumed or skipped at `element`.
+    pub fn note(&self, severity: Severity, element: Element<'a>, message: String) {
+        let place = || (self.line_of(element.at), self.element_path(Some(element)));
+        self.diagnostics.push(severity, place, message);
     }
 
     /// Notes that an element is not known and passes over it.
@@ -280,16 +263,8 @@ impl<'a> Xml<'a> {
     }
 
     /// What was noted, in the order of the file.
-    pub fn into_diagnostics(mut self) -> Vec<Diagnostic> {
-        if self.suppressed > 0 {
-            self.diagnostics.push(Diagnostic {
-                severity: Severity::Note,
-                line: 0,
-                element: String::new(),
-                message: format!("{} more like these are not listed", self.suppressed),
-            });
-        }
-        self.diagnostics
+    pub fn into_diagnostics(self) -> Vec<Diagnostic> {
+        self.diagnostics.into_list()
     }
 
     /// Path of the open elements, and `last` if it is closed already.
@@ -299,15 +274,43 @@ impl<'a> Xml<'a> {
     }
 
     /// The line of a byte offset, counted on from the last one asked for.
-    fn line_of(&mut self, at: usize) -> usize {
+    fn line_of(&self, at: usize) -> usize {
         let at = at.min(self.text.len());
-        if at < self.counted.0 {
-            self.counted = (0, 1);
-        }
-        let between = &self.text.as_bytes()[self.counted.0..at];
-        let line = self.counted.1 + between.iter().filter(|&&b| b == b'\n').count();
-        self.counted = (at, line);
+        let (from, line) = match self.counted.get() {
+            (from, line) if from <= at => (from, line),
+            _ => (0, 1),
+        };
+        let between = &self.text.as_bytes()[from..at];
+        let line = line + between.iter().filter(|&&b| b == b'\n').count();
+        self.counted.set((at, line));
         line
+    }
+}
+
+/// An element in the file that is being read.
+pub(super) struct At<'x, 'a> {
+    xml: &'x Xml<'a>,
+    element: Element<'a>,
+}
+
+impl builder::Place for At<'_, '_> {
+    fn fail(&self, message: impl Into<String>) -> ReadError {
+        self.xml.fail_in(self.element, message.into())
+    }
+
+    fn note(&self, severity: Severity, message: impl Into<String>) {
+        self.xml.note(severity, self.element, message.into());
+    }
+
+    fn warn_tiny(&self, value: f64) {
+        self.warn(format!(
+            "`{value:e}` is nearer to 0 than anything that is measured; taken as it is"
+        ));
+    }
+
+    fn leave_out(&self, error: &ShapeError) -> Result<(), ReadError> {
+        self.warn(format!("{error}; it was left out"));
+        Ok(())
     }
 }
 

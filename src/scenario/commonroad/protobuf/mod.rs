@@ -1,17 +1,18 @@
 //! CommonRoad files in protobuf: the single message of 2020a, and the map, dynamic and scenario files of 2024.
 
 mod beside;
-mod doubts;
+mod checks;
 mod dynamic;
+mod elements;
 mod header;
 mod kind;
 mod map;
 mod map_elements;
+#[rustfmt::skip]
 mod messages;
 mod obstacles;
 mod place;
 mod planning;
-mod references;
 mod report;
 mod road;
 mod shapes;
@@ -21,7 +22,6 @@ mod single;
 mod states;
 mod tasks;
 mod triple;
-mod trucks;
 mod values;
 mod wire;
 mod words;
@@ -36,6 +36,7 @@ use report::{At, Report};
 pub(super) use beside::{is_protobuf_name, scenario_name};
 
 use super::ReadError;
+use super::builder::Place;
 use super::encoding::{foreign, without_marks};
 use super::root::{Unrecognised, beginning_of_file};
 use crate::scenario::Scenario;
@@ -73,7 +74,7 @@ fn no_message(bytes: &[u8]) -> String {
 }
 
 fn fail(file: &str, message: &str) -> ReadError {
-    Report::about(file).fail(&At::root(""), message)
+    At::root(&Report::about(file), "").fail(message)
 }
 
 fn check_size(file: &str, size: u64) -> Result<(), ReadError> {

@@ -1,30 +1,27 @@
 //! Planning problems.
 
 use super::messages::{self, GoalState};
-use super::report::{At, Report};
+use super::report::At;
 use super::states::state;
 use super::values::ids;
+use super::words::TAGS;
 use crate::scenario::commonroad::ReadError;
-use crate::scenario::{Goal, PlanningProblem, Position, Severity};
+use crate::scenario::commonroad::builder::Place;
+use crate::scenario::{Goal, PlanningProblem, Position, Severity, StateField};
 
 pub(super) fn problem(
-    report: &mut Report,
     at: &At<'_>,
     message: &messages::PlanningProblem,
 ) -> Result<PlanningProblem, ReadError> {
-    let id = report.need(at, "planning_problem_id", message.planning_problem_id)?;
-    let initial = report.need(at, "initial_state", message.initial_state.as_ref())?;
-    let initial = state(report, &at.field("initial_state"), initial)?;
-    let mut goals = Vec::with_capacity(message.goal_states.len());
-    for (i, message) in message.goal_states.iter().enumerate() {
-        goals.push(goal(report, &at.nth("goal_states", i), message)?);
-    }
-    if goals.is_empty() {
-        report.warn(at, "no goal");
-    }
+    let id = at.need("planning_problem_id", message.planning_problem_id)?;
+    let initial = at.need("initial_state", message.initial_state.as_deref())?;
+    let initial = state(&at.field("initial_state"), initial)?;
+    let goals = message.goal_states.iter().enumerate();
+    let goals = goals.map(|(i, message)| goal(&at.nth("goal_states", i), message));
+    let goals = goals.collect::<Result<_, _>>()?;
     if let Some(ego) = message.ego_id {
         let message = format!("`ego_id` {ego} has no place here and was left out");
-        report.note(Severity::Note, at, message);
+        at.note(Severity::Note, message);
     }
     Ok(PlanningProblem {
         id: id.into(),
@@ -34,20 +31,22 @@ pub(super) fn problem(
 }
 
 /// A goal. Where it names lanelets, a shape in its state is their area, worked out by the writer: the names count.
-fn goal(report: &mut Report, at: &At<'_>, message: &GoalState) -> Result<Goal, ReadError> {
-    let inner = report.need(at, "state", message.state.as_ref())?;
+fn goal(at: &At<'_>, message: &GoalState) -> Result<Goal, ReadError> {
+    let bytes = at.need("state", message.state.as_deref())?;
     let lanelets = ids(&message.goal_position_lanelets);
     let at = at.field("state");
-    let state = state(report, &at, inner)?;
+    let state = state(&at, bytes)?;
     let positions = if lanelets.is_empty() {
         state.position.into_iter().collect()
     } else {
         vec![Position::Lanelets(lanelets)]
     };
-    let rest = state.acceleration.map(|_| "acceleration").into_iter();
-    for name in rest.chain(state.more.iter().map(|(field, _)| field.name())) {
+    let acceleration = state.acceleration.map(|_| StateField::Acceleration);
+    let rest = state.more.iter().map(|(field, _)| *field);
+    for field in acceleration.into_iter().chain(rest) {
+        let name = field.name();
         let message = format!("`{name}` of a goal has no place here and was left out");
-        report.note(Severity::Note, &at, message);
+        at.note(Severity::Note, message);
     }
     Ok(Goal {
         time: state.time,
@@ -55,4 +54,11 @@ fn goal(report: &mut Report, at: &At<'_>, message: &GoalState) -> Result<Goal, R
         orientation: state.orientation,
         velocity: state.velocity,
     })
+}
+
+/// The tags of a scenario.
+pub(super) fn tags(at: &At<'_>, message: &messages::ScenarioTags) -> Vec<String> {
+    let numbered = message.tags.iter().enumerate();
+    let words = numbered.filter_map(|(i, number)| at.nth("tags", i).word(TAGS, *number));
+    words.map(str::to_string).collect()
 }

@@ -1,147 +1,137 @@
 //! Regions and bodies.
 
-use super::messages::{self, Body, BodyShape, Region, RegionShape};
-use super::report::{At, Report};
-use super::trucks::{semi_trailer_truck, truck};
-use super::values::{finite, point, size};
-use crate::geometry::{Footprint, Point, Shape};
+use super::messages::shape::Shape as Content;
+use super::messages::{self, SemiTrailerTruckShape, ShapeGroup, TruckShape};
+use super::report::At;
+use crate::geometry::{Point, Shape, Truck};
 use crate::scenario::commonroad::ReadError;
+use crate::scenario::commonroad::builder::{self, Place, checked};
 
 /// Groups inside groups, deeper than any file needs.
 const DEEPEST_GROUP: usize = 4;
 
-/// A message that describes the body of an obstacle, in the obstacle's own frame.
-pub(super) trait BodyMessage:
-    prost::Message + Default + std::fmt::Debug + PartialEq
-{
-    /// Its shape; nothing, with a diagnostic, where there is none that can be held.
-    fn shape(&self, report: &mut Report, at: &At<'_>) -> Result<Option<Shape>, ReadError>;
-}
+/// How the message of a shape is read, which differs between the versions.
+pub(super) type Decode = fn(&At<'_>, &messages::Shape) -> Result<Option<Shape>, ReadError>;
 
-impl BodyMessage for Region {
-    fn shape(&self, report: &mut Report, at: &At<'_>) -> Result<Option<Shape>, ReadError> {
-        region(report, at, self)
-    }
-}
-
-impl BodyMessage for Body {
-    fn shape(&self, report: &mut Report, at: &At<'_>) -> Result<Option<Shape>, ReadError> {
-        let shape = match &self.shape {
-            None => return Ok(nothing(report, at)),
-            Some(BodyShape::Rectangle(r)) => rectangle(report, &at.field("rectangle"), r)?,
-            Some(BodyShape::Circle(c)) => circle(report, &at.field("circle"), c)?,
-            Some(BodyShape::Polygon(p)) => polygon(report, &at.field("polygon"), p)?,
-            Some(BodyShape::Truck(t)) => Shape::Truck(truck(report, &at.field("truck_shape"), t)?),
-            Some(BodyShape::SemiTrailerTruck(t)) => {
-                semi_trailer_truck(report, &at.field("semi_trailer_truck_shape"), t)?
-            }
-        };
-        checked(report, at, shape).map(Some)
-    }
-}
-
-/// The body of an obstacle, ready to be measured; one that encloses nothing is an error of the file.
-pub(super) fn footprint<B: BodyMessage>(
-    report: &mut Report,
-    at: &At<'_>,
-    body: &B,
-) -> Result<Option<Footprint>, ReadError> {
-    let Some(shape) = body.shape(report, at)? else {
-        return Ok(None);
+/// The body of an obstacle of 2024; nothing, with a diagnostic, where there is no shape in it.
+pub(super) fn body(at: &At<'_>, body: &messages::Shape) -> Result<Option<Shape>, ReadError> {
+    let shape = match &body.shape {
+        Some(Content::GroupOrTruck(bytes)) => {
+            let at = at.field("truck_shape");
+            Shape::Truck(truck(&at, &at.decode(bytes)?)?)
+        }
+        Some(Content::SemiTrailerTruck(bytes)) => {
+            let at = at.field("semi_trailer_truck_shape");
+            semi_trailer_truck(&at, &at.decode(bytes)?)?
+        }
+        _ => return region(at, body),
     };
-    let made = Footprint::new(shape);
-    made.map(Some).map_err(|e| report.fail(at, e.to_string()))
+    checked(at, shape)
 }
 
 /// A region of the world, or a body of 2020a; nothing, with a diagnostic, where there is no shape in it.
-pub(super) fn region(
-    report: &mut Report,
-    at: &At<'_>,
-    region: &Region,
-) -> Result<Option<Shape>, ReadError> {
-    if region.shape.is_none() {
-        return Ok(nothing(report, at));
+pub(super) fn region(at: &At<'_>, region: &messages::Shape) -> Result<Option<Shape>, ReadError> {
+    match &region.shape {
+        None | Some(Content::SemiTrailerTruck(_)) => Ok(builder::union(at, Vec::new())),
+        Some(content) => inside(at, content, 0),
     }
-    inside(report, at, region, 0).map(Some)
 }
 
-fn inside(report: &Report, at: &At<'_>, region: &Region, depth: usize) -> Result<Shape, ReadError> {
-    let shape = match &region.shape {
-        None => return Err(report.fail(at, "a member of a group without a shape")),
-        Some(RegionShape::Rectangle(r)) => rectangle(report, &at.field("rectangle"), r)?,
-        Some(RegionShape::Circle(c)) => circle(report, &at.field("circle"), c)?,
-        Some(RegionShape::Polygon(p)) => polygon(report, &at.field("polygon"), p)?,
-        Some(RegionShape::Group(_)) if depth == DEEPEST_GROUP => {
-            return Err(report.fail(
-                at,
-                format!("groups of shapes are nested deeper than {DEEPEST_GROUP}"),
-            ));
+fn inside(at: &At<'_>, content: &Content, depth: usize) -> Result<Option<Shape>, ReadError> {
+    let shape = match content {
+        Content::Rectangle(message) => rectangle(&at.field("rectangle"), message)?,
+        Content::Circle(message) => circle(&at.field("circle"), message)?,
+        Content::Polygon(message) => polygon(&at.field("polygon"), message)?,
+        Content::GroupOrTruck(_) if depth == DEEPEST_GROUP => {
+            let message = format!("groups of shapes are nested deeper than {DEEPEST_GROUP}");
+            return Err(at.fail(message));
         }
-        Some(RegionShape::Group(group)) => {
+        Content::GroupOrTruck(bytes) => {
             let at = at.field("shape_group");
-            let members = group.shapes.iter().enumerate();
-            let members = members.map(|(i, s)| inside(report, &at.nth("shapes", i), s, depth + 1));
-            let members = members.collect::<Result<Vec<_>, _>>()?;
-            let union = Shape::union(members);
-            return union.ok_or_else(|| report.fail(&at, "a group without shapes"));
+            return group(&at, &at.decode(bytes)?, depth).map(Some);
         }
+        Content::SemiTrailerTruck(_) => return Err(at.fail("a truck, which is no region")),
     };
-    checked(report, at, shape)
+    checked(at, shape)
 }
 
-fn checked(report: &Report, at: &At<'_>, shape: Shape) -> Result<Shape, ReadError> {
-    shape.check().map_err(|e| report.fail(at, e.to_string()))?;
-    Ok(shape)
+fn group(at: &At<'_>, group: &ShapeGroup, depth: usize) -> Result<Shape, ReadError> {
+    let mut members = Vec::with_capacity(group.shapes.len());
+    for (i, member) in group.shapes.iter().enumerate() {
+        let at = at.nth("shapes", i);
+        let content = member.shape.as_ref();
+        let content = content.ok_or_else(|| at.fail("a member of a group without a shape"))?;
+        members.extend(inside(&at, content, depth + 1)?);
+    }
+    Shape::union(members).ok_or_else(|| at.fail("a group without shapes"))
 }
 
-fn nothing(report: &mut Report, at: &At<'_>) -> Option<Shape> {
-    report.warn(at, "no shape in it; it covers nothing");
-    None
-}
-
-fn rectangle(
-    report: &Report,
-    at: &At<'_>,
-    message: &messages::Rectangle,
-) -> Result<Shape, ReadError> {
-    let turned = message
-        .orientation
-        .map(|o| finite(report, &at.field("orientation"), o));
+fn rectangle(at: &At<'_>, message: &messages::Rectangle) -> Result<Shape, ReadError> {
+    let orientation = message.orientation.unwrap_or(0.0);
     Ok(Shape::Rectangle {
-        length: size(report, at, "length", message.length)?,
-        width: size(report, at, "width", message.width)?,
-        center: center(report, at, message.center.as_ref())?,
-        orientation: turned.transpose()?.unwrap_or(0.0),
+        length: at.size("length", message.length)?,
+        width: at.size("width", message.width)?,
+        center: center(at, message.center.as_ref())?,
+        orientation: at.field("orientation").finite(orientation)?,
         origin_x_shift: 0.0,
     })
 }
 
-fn circle(report: &Report, at: &At<'_>, message: &messages::Circle) -> Result<Shape, ReadError> {
+fn circle(at: &At<'_>, message: &messages::Circle) -> Result<Shape, ReadError> {
     Ok(Shape::Circle {
-        radius: size(report, at, "radius", message.radius)?,
-        center: center(report, at, message.center.as_ref())?,
+        radius: at.size("radius", message.radius)?,
+        center: center(at, message.center.as_ref())?,
     })
 }
 
-fn center(
-    report: &Report,
-    at: &At<'_>,
-    center: Option<&messages::Point>,
-) -> Result<Point, ReadError> {
-    center.map_or(Ok(Point::origin()), |c| {
-        point(report, &at.field("center"), c)
-    })
+fn center(at: &At<'_>, center: Option<&messages::Point>) -> Result<Point, ReadError> {
+    Ok(at
+        .optional_point("center", center)?
+        .unwrap_or_else(Point::origin))
 }
 
-fn polygon(report: &Report, at: &At<'_>, message: &messages::Polygon) -> Result<Shape, ReadError> {
+fn polygon(at: &At<'_>, message: &messages::Polygon) -> Result<Shape, ReadError> {
     let vertices = message.vertices.iter().enumerate();
-    let vertices = vertices.map(|(i, v)| point(report, &at.nth("vertices", i), v));
-    let mut vertices = vertices.collect::<Result<Vec<_>, _>>()?;
-    // Some files close the ring.
-    if vertices.len() > 3 && vertices.first() == vertices.last() {
-        vertices.pop();
-    }
-    Ok(Shape::Polygon { vertices })
+    let vertices = vertices.map(|(i, v)| at.nth("vertices", i).point(v));
+    Ok(builder::polygon(vertices.collect::<Result<_, _>>()?))
+}
+
+/// A truck by its dimensions.
+fn truck(at: &At<'_>, message: &TruckShape) -> Result<Truck, ReadError> {
+    let dimensions = at.need("truck_dims", message.truck_dims.as_ref())?;
+    let shift = at.size("origin_x_shift", message.origin_x_shift)?;
+    let at = at.field("truck_dims");
+    let dimensions = [
+        at.size("length", dimensions.length)?,
+        at.size("width", dimensions.width)?,
+        at.size("wheelbase", dimensions.wheelbase)?,
+        at.size(
+            "dist_from_rear_to_rear_axle",
+            dimensions.dist_from_rear_to_rear_axle,
+        )?,
+        at.size("cabin_length", dimensions.cabin_length)?,
+        at.size(
+            "dist_from_rear_axle_to_hitch",
+            dimensions.dist_from_rear_axle_to_hitch,
+        )?,
+    ];
+    Ok(builder::truck(dimensions, Some(shift)))
+}
+
+/// A tractor with its trailer; the schema has no hitch angle, so that the two are in line.
+fn semi_trailer_truck(at: &At<'_>, message: &SemiTrailerTruckShape) -> Result<Shape, ReadError> {
+    let tractor = at.need("truck_shape", message.truck_shape.as_ref())?;
+    let tractor = truck(&at.field("truck_shape"), tractor)?;
+    let trailer = at.need("trailer_dims", message.trailer_dims.as_ref())?;
+    let of = at.field("trailer_dims");
+    let trailer = [
+        of.size("length", trailer.length)?,
+        of.size("width", trailer.width)?,
+        of.size("wheelbase", trailer.wheelbase)?,
+        of.size("dist_from_front_to_hitch", trailer.dist_from_front_to_hitch)?,
+    ];
+    at.warn("protobuf has no hitch angle; the trailer is taken to be in line");
+    Ok(builder::semi_trailer_truck(tractor, trailer))
 }
 
 #[cfg(test)]
@@ -149,11 +139,13 @@ fn polygon(report: &Report, at: &At<'_>, message: &messages::Polygon) -> Result<
 mod tests {
     use prost::Message;
 
+    use super::super::report::Report;
     use super::*;
 
-    fn read<B: BodyMessage>(body: &B) -> (Result<Option<Shape>, ReadError>, Vec<String>) {
-        let mut report = Report::about("x.pb");
-        let shape = body.shape(&mut report, &At::root("shape"));
+    fn read(shape: Content, decode: Decode) -> (Result<Option<Shape>, ReadError>, Vec<String>) {
+        let report = Report::about("x.pb");
+        let shape = messages::Shape { shape: Some(shape) };
+        let shape = decode(&At::root(&report, "shape"), &shape);
         let said = report.into_diagnostics();
         (shape, said.iter().map(ToString::to_string).collect())
     }
@@ -165,15 +157,12 @@ mod tests {
             width: Some(2.0),
             ..Default::default()
         };
-        let body = Body {
-            shape: Some(BodyShape::Rectangle(rectangle)),
-        };
-        let (shape, said) = read(&body);
-        assert_eq!(shape.unwrap(), Some(Shape::rectangle(4.0, 2.0)));
-        assert!(said.is_empty(), "{said:?}");
         // The same bytes are a region of 2020a.
-        let region = Region::decode(body.encode_to_vec().as_slice()).unwrap();
-        assert_eq!(read(&region).0.unwrap(), Some(Shape::rectangle(4.0, 2.0)));
+        for decode in [body, region] {
+            let (shape, said) = read(Content::Rectangle(rectangle), decode);
+            assert_eq!(shape.unwrap(), Some(Shape::rectangle(4.0, 2.0)));
+            assert!(said.is_empty(), "{said:?}");
+        }
     }
 
     #[test]
@@ -186,14 +175,12 @@ mod tests {
             cabin_length: Some(2.5),
             dist_from_rear_axle_to_hitch: Some(0.45),
         };
-        let mut truck = messages::TruckShape {
+        let mut truck = TruckShape {
             truck_dims: Some(dims),
             origin_x_shift: Some(-1.7),
         };
-        let body = |truck| Body {
-            shape: Some(BodyShape::Truck(truck)),
-        };
-        let (shape, said) = read(&body(truck));
+        let alone = |truck: TruckShape| Content::GroupOrTruck(truck.encode_to_vec());
+        let (shape, said) = read(alone(truck), body);
         assert!(matches!(shape.unwrap(), Some(Shape::Truck(t)) if t.rear_axle_to_hitch == 0.45));
         assert!(said.is_empty(), "{said:?}");
         let trailer = messages::TrailerDims {
@@ -202,13 +189,11 @@ mod tests {
             wheelbase: Some(7.8),
             dist_from_front_to_hitch: Some(0.9),
         };
-        let both = messages::SemiTrailerTruckShape {
+        let both = SemiTrailerTruckShape {
             truck_shape: Some(truck),
             trailer_dims: Some(trailer),
         };
-        let (shape, said) = read(&Body {
-            shape: Some(BodyShape::SemiTrailerTruck(both)),
-        });
+        let (shape, said) = read(Content::SemiTrailerTruck(both.encode_to_vec()), body);
         assert!(matches!(
             shape.unwrap(),
             Some(Shape::SemiTrailerTruck { .. })
@@ -218,14 +203,16 @@ mod tests {
             cabin_length: None,
             ..dims
         });
-        let error = read(&body(truck)).0.unwrap_err().to_string();
+        let error = read(alone(truck), body).0.unwrap_err().to_string();
         assert!(error.contains("cabin_length"), "{error}");
     }
 
     #[test]
     fn nothing_is_named() {
-        let (shape, said) = read(&Region::default());
-        assert_eq!((shape.unwrap(), said.len()), (None, 1));
+        let report = Report::about("x.pb");
+        let shape = region(&At::root(&report, "shape"), &messages::Shape::default());
+        assert_eq!(shape.unwrap(), None);
+        assert_eq!(report.into_diagnostics().len(), 1);
     }
 
     #[test]
@@ -241,17 +228,17 @@ mod tests {
             corner(1.0, 1.0),
             corner(0.0, 0.0),
         ];
-        let region = |corners: &[messages::Point]| Region {
-            shape: Some(RegionShape::Polygon(messages::Polygon {
+        let polygon = |corners: &[messages::Point]| {
+            Content::Polygon(messages::Polygon {
                 vertices: corners.to_vec(),
-            })),
+            })
         };
-        let (closed, _) = read(&region(&ring));
+        let (closed, _) = read(polygon(&ring), region);
         let Some(Shape::Polygon { vertices }) = closed.unwrap() else {
             panic!("not a polygon");
         };
         assert_eq!(vertices.len(), 3);
-        let (error, _) = read(&region(&ring[..2]));
+        let (error, _) = read(polygon(&ring[..2]), region);
         assert!(error.unwrap_err().message.contains("2 corners"));
     }
 }

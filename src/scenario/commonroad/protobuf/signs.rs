@@ -3,7 +3,7 @@
 //! Files in XML carry the country's number (`274`), protobuf the place in an enumeration: one a country in 2020a
 //! (commonroad-io 2024.3), one for all in 2024 (commonroad-io 2026.1), which has the German signs at the same places.
 
-use super::messages::SignNumber;
+use super::messages::traffic_sign_element::Number;
 
 /// German signs by their place in the enumerations; Zamunda, the country of made-up scenarios, has the same.
 /// Place 200 is not used.
@@ -89,20 +89,20 @@ const COUNTRIES_2024: [(&str, &[(i32, &str)]); 12] = [
 
 /// The country's number of a sign of 2020a; nothing for the enumeration's last place, which is an unknown sign, and
 /// for places that it has not.
-pub(super) fn of_2020a(number: SignNumber) -> Option<&'static str> {
+pub(super) fn of_2020a(number: Number) -> Option<&'static str> {
     let (signs, place): (&[&'static str], i32) = match number {
-        SignNumber::Germany(place) | SignNumber::Zamunda(place) => (&GERMANY, place),
-        SignNumber::Usa(place) => (&USA, place),
-        SignNumber::Spain(place) => (&SPAIN, place),
+        Number::Germany(place) | Number::Zamunda(place) => (&GERMANY, place),
+        Number::Usa(place) => (&USA, place),
+        Number::Spain(place) => (&SPAIN, place),
         // Of these there is the sign for a maximum speed only.
-        SignNumber::China(place) | SignNumber::Italy(place) => (&["274"], place),
-        SignNumber::Russia(place) => (&["3.24"], place),
-        SignNumber::Argentina(place) => (&["R15"], place),
-        SignNumber::Belgium(place) => (&["C43"], place),
-        SignNumber::France(place) => (&["B14"], place),
-        SignNumber::Greece(place) => (&["Ρ-32"], place),
-        SignNumber::Croatia(place) => (&["B31"], place),
-        SignNumber::PuertoRico(place) => (&["R2-1"], place),
+        Number::China(place) | Number::Italy(place) => (&["274"], place),
+        Number::Russia(place) => (&["3.24"], place),
+        Number::Argentina(place) => (&["R15"], place),
+        Number::Belgium(place) => (&["C43"], place),
+        Number::France(place) => (&["B14"], place),
+        Number::Greece(place) => (&["Ρ-32"], place),
+        Number::Croatia(place) => (&["B31"], place),
+        Number::PuertoRico(place) => (&["R2-1"], place),
     };
     at(signs, place)
 }
@@ -144,11 +144,11 @@ mod tests {
 
     #[test]
     fn the_sign_for_a_maximum_speed_in_every_country() {
-        assert_eq!(of_2020a(SignNumber::Germany(57)), Some("274"));
-        assert_eq!(of_2020a(SignNumber::Zamunda(57)), Some("274"));
-        assert_eq!(of_2020a(SignNumber::Usa(0)), Some("R2-1"));
-        assert_eq!(of_2020a(SignNumber::Spain(7)), Some("r301"));
-        assert_eq!(of_2020a(SignNumber::France(0)), Some("B14"));
+        assert_eq!(of_2020a(Number::Germany(57)), Some("274"));
+        assert_eq!(of_2020a(Number::Zamunda(57)), Some("274"));
+        assert_eq!(of_2020a(Number::Usa(0)), Some("R2-1"));
+        assert_eq!(of_2020a(Number::Spain(7)), Some("r301"));
+        assert_eq!(of_2020a(Number::France(0)), Some("B14"));
         for (country, sign) in [
             ("DEU", "274"),
             ("ZAM", "274"),
@@ -163,10 +163,10 @@ mod tests {
     #[test]
     fn places_without_a_sign() {
         for place in [-1, 200, 241, 1_000_000] {
-            assert_eq!(of_2020a(SignNumber::Germany(place)), None, "{place}");
+            assert_eq!(of_2020a(Number::Germany(place)), None, "{place}");
             assert_eq!(of_2024("DEU", place), Sign2024::Unknown, "{place}");
         }
-        assert_eq!(of_2020a(SignNumber::Usa(28)), None);
+        assert_eq!(of_2020a(Number::Usa(28)), None);
         assert_eq!(of_2024("USA", 241), Sign2024::Own("R1-3"));
         assert_eq!(of_2024("USA", 71), Sign2024::German("306"));
         assert_eq!(of_2024("XYZ", 57), Sign2024::German("274"));

@@ -1,82 +1,61 @@
 //! The scenario file of 2024: the planning problems, and which map and which traffic they are for.
 
+use super::elements::Elements;
 use super::header::{self, Map};
 use super::messages::PlanningProblem;
-use super::report::{At, Report};
-use super::wire::{Field, Fields};
-use super::{planning, words};
+use super::planning;
+use super::report::At;
 use crate::scenario::commonroad::ReadError;
-use crate::scenario::{self, Header, Severity};
+use crate::scenario::commonroad::builder::{Place, ScenarioBuilder};
+use crate::scenario::{Header, Severity};
 
-/// What a scenario file says.
-pub(super) struct Tasks {
-    pub header: Header,
-    /// Those of all planning problems, each once.
-    pub tags: Vec<String>,
-    pub problems: Vec<scenario::PlanningProblem>,
-}
-
-/// What was read so far.
-#[derive(Default)]
-struct Found {
-    information: Option<(Header, Map)>,
-    map: bool,
-    dynamic: bool,
-    tags: Vec<String>,
-    problems: Vec<scenario::PlanningProblem>,
-    cooperative: usize,
-}
-
-pub(super) fn read(r: &mut Report, root: &At<'_>, bytes: &[u8]) -> Result<Tasks, ReadError> {
-    let mut found = Found::default();
-    for field in Fields::of(bytes) {
-        let field = r.whole(root, field)?;
-        found.add(r, root, &field)?;
-    }
-    let (header, _) = r.need(root, "scenario_meta_information", found.information)?;
-    r.need(root, "map_id", found.map.then_some(()))?;
-    r.need(root, "dynamic_id", found.dynamic.then_some(()))?;
-    if found.cooperative > 0 {
-        let message = format!(
-            "{} cooperative planning problems have no place here; their single problems are kept",
-            found.cooperative
-        );
-        r.note(Severity::Note, root, message);
-    }
-    Ok(Tasks {
-        header,
-        tags: found.tags,
-        problems: found.problems,
-    })
-}
-
-impl Found {
-    fn add(&mut self, r: &mut Report, root: &At<'_>, field: &Field<'_>) -> Result<(), ReadError> {
+/// Adds the planning problems to a scenario, and the tags of all of them, each once; the header.
+pub(super) fn read(
+    root: &At<'_>,
+    bytes: &[u8],
+    builder: &mut ScenarioBuilder,
+) -> Result<Header, ReadError> {
+    let mut information: Option<(Header, Map)> = None;
+    let (mut map, mut dynamic, mut cooperative) = (None, None, 0);
+    let mut elements = Elements::new(root, builder);
+    root.each_field(bytes, |field| {
         match field.number {
             1 => {
                 let at = root.field("scenario_meta_information");
-                return r.part(&at, field, &mut self.information, header::of_2024);
+                at.part(field, &mut information, header::of_2024)?;
             }
             // What they say was used to find the other files.
-            3 => self.map = true,
-            4 => self.dynamic = true,
-            5 => {
-                let at = root.field("planning_problems");
-                let tags = &mut self.tags;
-                let read = |r: &mut Report, at: &At<'_>, message: &PlanningProblem| {
-                    let own = r.need(at, "scenario_tags", message.scenario_tags.as_ref())?;
-                    for tag in words::tags(r, &at.field("scenario_tags"), &own.tags) {
-                        if !tags.contains(&tag) {
-                            tags.push(tag);
-                        }
-                    }
-                    planning::problem(r, at, message)
-                };
-                return r.element(&at, field, &mut self.problems, read, |p| p.id);
-            }
-            6 => self.cooperative += 1,
-            _ => r.unknown(root, field),
+            3 => map = Some(()),
+            4 => dynamic = Some(()),
+            5 => elements.add("planning_problems", field, problem)?,
+            6 => cooperative += 1,
+            _ => root.skip_unknown(field),
         }
         Ok(())
+    })?;
+    let (header, _) = root.need("scenario_meta_information", information)?;
+    root.need("map_id", map)?;
+    root.need("dynamic_id", dynamic)?;
+    if cooperative > 0 {
+        let message = format!(
+            "{cooperative} cooperative planning problems have no place here; their single problems are kept"
+        );
+        root.note(Severity::Note, message);
     }
+    Ok(header)
+}
+
+fn problem(
+    builder: &mut ScenarioBuilder,
+    at: &At<'_>,
+    message: &PlanningProblem,
+) -> Result<(), ReadError> {
+    let own = at.need("scenario_tags", message.scenario_tags.as_ref())?;
+    for tag in planning::tags(&at.field("scenario_tags"), own) {
+        if !builder.tags.contains(&tag) {
+            builder.tags.push(tag);
+        }
+    }
+    builder.problem(at, planning::problem(at, message)?);
+    Ok(())
 }

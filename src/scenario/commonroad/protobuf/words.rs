@@ -1,9 +1,7 @@
 //! The words behind the numbers of the enumerations, in the order of the schemas (commonroad-io 2024.3 and 2026.1).
 
-use super::report::{At, Report};
-use crate::scenario::commonroad::ReadError;
 use crate::scenario::{
-    LaneletType, LineMarking, ObstacleType, RoadUser, SignalColor, StateField, TrafficDirection,
+    LaneletType, LineMarking, ObstacleType, RoadUser, SignalColor, TrafficDirection,
 };
 
 pub(super) const LINE_MARKINGS: &[LineMarking] = &[
@@ -172,116 +170,6 @@ pub(super) const ENVIRONMENT_2024: EnvironmentWords = EnvironmentWords {
 pub(super) const UNDERGROUNDS: &[&str] =
     &["wet", "clean", "dirty", "damaged", "snow", "ice", "unknown"];
 
-/// The quantity that a field of a state is; 26 and 27 (front and rear wheel speed) are in no XML and have no word here.
-pub(super) fn state_field(number: u32) -> Option<StateField> {
-    Some(match number {
-        3 => StateField::Orientation,
-        4 => StateField::Velocity,
-        5 => StateField::SteeringAngle,
-        6 => StateField::SteeringAngleSpeed,
-        7 => StateField::YawRate,
-        8 => StateField::SlipAngle,
-        9 => StateField::RollAngle,
-        10 => StateField::RollRate,
-        11 => StateField::PitchAngle,
-        12 => StateField::PitchRate,
-        13 => StateField::VelocityY,
-        14 => StateField::PositionZ,
-        15 => StateField::VelocityZ,
-        16 => StateField::RollAngleFront,
-        17 => StateField::RollRateFront,
-        18 => StateField::VelocityYFront,
-        19 => StateField::PositionZFront,
-        20 => StateField::VelocityZFront,
-        21 => StateField::RollAngleRear,
-        22 => StateField::RollRateRear,
-        23 => StateField::VelocityYRear,
-        24 => StateField::PositionZRear,
-        25 => StateField::VelocityZRear,
-        28 => StateField::LeftFrontWheelAngularSpeed,
-        29 => StateField::RightFrontWheelAngularSpeed,
-        30 => StateField::LeftRearWheelAngularSpeed,
-        31 => StateField::RightRearWheelAngularSpeed,
-        32 => StateField::DeltaYFront,
-        33 => StateField::DeltaYRear,
-        34 => StateField::Acceleration,
-        35 => StateField::AccelerationY,
-        36 => StateField::Jerk,
-        37 => StateField::Curvature,
-        38 => StateField::CurvatureChange,
-        _ => return None,
-    })
-}
-
-/// The word of a number; a number without one is noted.
-pub(super) fn word<T: Copy>(
-    report: &mut Report,
-    at: &At<'_>,
-    words: &[T],
-    number: i32,
-) -> Option<T> {
-    let found = usize::try_from(number).ok().and_then(|n| words.get(n));
-    if found.is_none() {
-        report.warn(at, format!("{number} has no meaning here and was left out"));
-    }
-    found.copied()
-}
-
-/// The word of a number; a number without one is taken as `fallback`, and noted.
-pub(super) fn word_or<T: Copy + std::fmt::Display>(
-    report: &mut Report,
-    at: &At<'_>,
-    words: &[T],
-    number: i32,
-    fallback: T,
-) -> T {
-    let found = usize::try_from(number).ok().and_then(|n| words.get(n));
-    found.copied().unwrap_or_else(|| {
-        report.warn(
-            at,
-            format!("{number} has no meaning here; taken as {fallback}"),
-        );
-        fallback
-    })
-}
-
-/// The words of numbers; those without one are taken as `fallback`, and noted.
-pub(super) fn all<T: Copy + std::fmt::Display>(
-    report: &mut Report,
-    at: &At<'_>,
-    name: &str,
-    words: &[T],
-    numbers: &[i32],
-    fallback: T,
-) -> Vec<T> {
-    let numbered = numbers.iter().enumerate();
-    numbered
-        .map(|(i, number)| word_or(report, &at.nth(name, i), words, *number, fallback))
-        .collect()
-}
-
-/// The tags of a scenario.
-pub(super) fn tags(report: &mut Report, at: &At<'_>, numbers: &[i32]) -> Vec<String> {
-    let numbered = numbers.iter().enumerate();
-    numbered
-        .filter_map(|(i, number)| word(report, &at.nth("tags", i), TAGS, *number))
-        .map(str::to_string)
-        .collect()
-}
-
-/// The word of a number that the schema requires.
-pub(super) fn needed_word<T: Copy + std::fmt::Display>(
-    report: &mut Report,
-    at: &At<'_>,
-    name: &str,
-    words: &[T],
-    number: Option<i32>,
-    fallback: T,
-) -> Result<T, ReadError> {
-    let number = report.need(at, name, number)?;
-    Ok(word_or(report, &at.field(name), words, number, fallback))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -305,34 +193,5 @@ mod tests {
         assert_eq!(ROAD_USERS.len(), RoadUser::ALL.len());
         assert_eq!(SIGNAL_COLORS.len(), SignalColor::ALL.len());
         assert_eq!(DIRECTIONS.len(), TrafficDirection::ALL.len());
-        let fields: Vec<_> = (0..100).filter_map(state_field).collect();
-        distinct(&fields);
-        assert_eq!(fields.len(), 34);
-    }
-
-    #[test]
-    fn a_number_without_a_word_is_named() {
-        let mut report = Report::about("x.pb");
-        let root = At::root("");
-        let types = all(
-            &mut report,
-            &root,
-            "types",
-            LANELET_TYPES,
-            &[0, 99, -1],
-            LaneletType::Unknown,
-        );
-        assert_eq!(
-            types,
-            [
-                LaneletType::Urban,
-                LaneletType::Unknown,
-                LaneletType::Unknown
-            ]
-        );
-        let said = report.into_diagnostics();
-        assert_eq!(said.len(), 2);
-        assert_eq!(said[0].element, "types[1]");
-        assert!(said[0].message.starts_with("99 "), "{}", said[0].message);
     }
 }

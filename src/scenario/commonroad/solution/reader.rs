@@ -6,10 +6,10 @@ use jiff::civil::{Date, DateTime};
 
 use super::id::{BenchmarkId, COST_FUNCTIONS, POINT_MASS_COSTS, legal};
 use super::{ProblemSolution, Solution, SolutionState, SolutionTrajectory, TrajectoryKind};
+use crate::scenario::commonroad::builder::refused_step;
 use crate::scenario::commonroad::error::ReadError;
-use crate::scenario::commonroad::states::refused_step;
 use crate::scenario::commonroad::xml::{Element, Xml, short};
-use crate::scenario::plausibility::limits::{LATEST_STEP, doubtful};
+use crate::scenario::plausibility::limits::doubtful;
 use crate::scenario::plausibility::missing_steps;
 use crate::scenario::{Quantity, Severity, StateField, Steps, VehicleModel, benchmark_id};
 
@@ -119,7 +119,7 @@ fn id<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<BenchmarkId, ReadError
             ),
         )
     })?;
-    let mut note = |message| xml.note(Severity::Note, root, message);
+    let note = |message| xml.note(Severity::Note, root, message);
     if !benchmark_id::is_valid(&id.scenario) {
         note(format!(
             "the scenario `{}` does not follow the rule for benchmark ids",
@@ -311,8 +311,7 @@ fn state<'a>(
     let Some(step) = time else {
         return Err(xml.fail_in(element, missing("time")));
     };
-    if step.abs() > LATEST_STEP {
-        let message = refused_step(Steps::exact(step));
+    if let Some(message) = refused_step(Steps::exact(step)) {
         return Err(xml.fail_in(element, message));
     }
     if let Some(place) = values.iter().position(Option::is_none) {

@@ -13,7 +13,7 @@ const LONGEST_ATTRIBUTES: usize = 64 << 10;
 impl<'a> Xml<'a> {
     /// # Errors
     /// An element is too deep inside others, or its attributes are too long.
-    pub(super) fn check_bounds(&mut self, element: Element<'a>) -> Result<(), ReadError> {
+    pub(super) fn check_bounds(&self, element: Element<'a>) -> Result<(), ReadError> {
         let long = element.attributes.len();
         if self.path.len() >= DEEPEST {
             let message = format!("elements are inside each other more than {DEEPEST} deep");
@@ -33,7 +33,7 @@ impl<'a> Xml<'a> {
     /// # Errors
     /// There are more than a million of something.
     pub fn check_count(
-        &mut self,
+        &self,
         element: Element<'a>,
         count: usize,
         what: &str,

@@ -49,9 +49,15 @@ impl<'a> Xml<'a> {
     }
 
     /// Notes something assumed or skipped at a place that was left long ago.
-    pub fn note_at(&mut self, severity: Severity, place: &Place<'a>, message: String) {
-        let path = |_: &Self| super::path(&place.around, Some(place.element));
-        self.push_note(severity, place.element.at, path, message);
+    pub fn note_at(&self, severity: Severity, place: &Place<'a>, message: String) {
+        let element = place.element;
+        let at = || {
+            (
+                self.line_of(element.at),
+                super::path(&place.around, Some(element)),
+            )
+        };
+        self.diagnostics.push(severity, at, message);
     }
 
     /// Remembers where a state or a goal is.

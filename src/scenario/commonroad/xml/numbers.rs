@@ -2,15 +2,13 @@
 
 use super::{Element, Xml, short};
 use crate::scenario::Severity;
+use crate::scenario::commonroad::builder;
 use crate::scenario::commonroad::encoding::BYTE_ORDER_MARK;
 use crate::scenario::commonroad::error::ReadError;
-use crate::scenario::plausibility::limits::{
-    LARGEST_NUMBER, is_tiny, refused_coordinate, refused_size,
-};
 
 impl<'a> Xml<'a> {
     /// The value of an attribute that must be a whole number.
-    pub fn id_attribute(&mut self, element: Element<'a>, name: &str) -> Result<i64, ReadError> {
+    pub fn id_attribute(&self, element: Element<'a>, name: &str) -> Result<i64, ReadError> {
         let Some(value) = self.attribute(element, name) else {
             return Err(self.fail(
                 element.at,
@@ -28,24 +26,18 @@ impl<'a> Xml<'a> {
     /// The text of the innermost open element as a finite number.
     pub fn number(&mut self, element: Element<'a>) -> Result<f64, ReadError> {
         let text = self.text()?;
-        let message = match text.parse::<f64>() {
-            Ok(value) if is_tiny(value) => {
-                let message = format!(
-                    "`{}` is nearer to 0 than anything that is measured; taken as it is",
-                    short(&text)
-                );
-                self.note(Severity::Warning, element, message);
-                return Ok(value);
-            }
-            Ok(value) if value.abs() <= LARGEST_NUMBER => return Ok(value),
-            Ok(value) if value.is_finite() => format!("`{}` is out of all reason", short(&text)),
-            Ok(_) => format!("`{}` is not a finite number", short(&text)),
-            Err(_) if text.is_empty() => "it is empty, a number is expected".into(),
-            Err(_) if text.contains(BYTE_ORDER_MARK) => format!(
+        if let Ok(value) = text.parse::<f64>() {
+            return builder::finite(&self.at(element), value, || short(&text));
+        }
+        let message = if text.is_empty() {
+            "it is empty, a number is expected".into()
+        } else if text.contains(BYTE_ORDER_MARK) {
+            format!(
                 "`{}` is not a number: there is a byte order mark in it; remove it",
                 short(&text.replace(BYTE_ORDER_MARK, "U+FEFF "))
-            ),
-            Err(_) => format!("`{}` is not a number", short(&text)),
+            )
+        } else {
+            format!("`{}` is not a number", short(&text))
         };
         Err(self.fail_in(element, message))
     }
@@ -53,19 +45,13 @@ impl<'a> Xml<'a> {
     /// The text of the innermost open element as a coordinate, metres.
     pub fn coordinate(&mut self, element: Element<'a>) -> Result<f64, ReadError> {
         let value = self.number(element)?;
-        match refused_coordinate(value) {
-            None => Ok(value),
-            Some(message) => Err(self.fail_in(element, message)),
-        }
+        builder::coordinate(&self.at(element), value)
     }
 
     /// The text of the innermost open element as a length, width or radius, metres.
     pub fn size(&mut self, element: Element<'a>) -> Result<f64, ReadError> {
         let value = self.number(element)?;
-        match refused_size(value) {
-            None => Ok(value),
-            Some(message) => Err(self.fail_in(element, message)),
-        }
+        builder::size(&self.at(element), value)
     }
 
     /// The text of the innermost open element as a whole number; `3.0` is one.

@@ -1,0 +1,206 @@
+//! Makes a scenario of what the readers of XML and protobuf translate: checks it, fills in defaults, and notes both.
+
+mod numbers;
+mod place;
+mod references;
+mod shapes;
+
+use std::collections::HashSet;
+
+pub(super) use numbers::{coordinate, finite, quantity, refused_step, size, steps};
+pub(super) use place::{Diagnostics, Place};
+pub(super) use references::{Target, Targets};
+pub(super) use shapes::{checked, footprint, polygon, semi_trailer_truck, truck, union};
+
+use super::ReadError;
+use super::xml::short;
+use crate::geometry::Point;
+use crate::scenario::{
+    Adjacent, Bound, ContentHash, Header, Intersection, Lanelet, LaneletNetwork, LineMarking,
+    Location, Obstacle, ObstacleParts, ObstacleRole, PlanningProblem, Quantity, Scenario, Severity,
+    Sign, State, StateField, TrafficLight, benchmark_id,
+};
+
+/// A scenario that is being read, element by element.
+#[derive(Default)]
+pub(super) struct ScenarioBuilder {
+    pub location: Option<Location>,
+    pub tags: Vec<String>,
+    pub lanelets: Vec<Lanelet>,
+    pub signs: Vec<Sign>,
+    lights: Vec<TrafficLight>,
+    intersections: Vec<Intersection>,
+    obstacles: Vec<ObstacleParts>,
+    problems: Vec<PlanningProblem>,
+    ids: HashSet<i64>,
+}
+
+impl ScenarioBuilder {
+    pub fn lanelet(&mut self, at: &impl Place, lanelet: Lanelet) {
+        self.take_id(at, lanelet.id);
+        self.lanelets.push(lanelet);
+    }
+
+    pub fn sign(&mut self, at: &impl Place, sign: Sign) {
+        if sign.elements.is_empty() {
+            at.note(Severity::Note, "a traffic sign that says nothing");
+        }
+        self.take_id(at, sign.id);
+        self.signs.push(sign);
+    }
+
+    pub fn light(&mut self, at: &impl Place, light: TrafficLight) {
+        self.take_id(at, light.id);
+        self.lights.push(light);
+    }
+
+    pub fn intersection(&mut self, at: &impl Place, intersection: Intersection) {
+        if intersection.incomings.is_empty() {
+            at.note(Severity::Note, "an intersection without roads");
+        }
+        self.take_id(at, intersection.id);
+        self.intersections.push(intersection);
+    }
+
+    pub fn obstacle(&mut self, at: &impl Place, parts: ObstacleParts) {
+        if matches!(parts.role, ObstacleRole::Static | ObstacleRole::Dynamic) {
+            if parts.footprint.is_none() {
+                at.warn("no shape; it is not measured");
+            }
+            if parts.initial.is_none() {
+                at.warn("no initial state");
+            }
+        }
+        if let Some(message) = parts.uncertainty() {
+            at.warn(message);
+        }
+        self.take_id(at, parts.id);
+        self.obstacles.push(parts);
+    }
+
+    pub fn problem(&mut self, at: &impl Place, problem: PlanningProblem) {
+        if problem.goals.is_empty() {
+            at.warn("no goal");
+        }
+        self.take_id(at, problem.id);
+        self.problems.push(problem);
+    }
+
+    /// How many different ids there are.
+    pub fn count(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// The largest id of road and traffic: planning problems do not count.
+    pub fn largest_id(&self) -> Option<i64> {
+        let problems: HashSet<_> = self.problems.iter().map(|p| p.id).collect();
+        self.ids.difference(&problems).copied().max()
+    }
+
+    /// The scenario, without its diagnostics; the obstacles' motion is worked out for the header's time step.
+    pub fn finish(self, header: Header, hash: ContentHash) -> Scenario {
+        let obstacles = self.obstacles.into_iter();
+        Scenario {
+            obstacles: obstacles
+                .map(|parts| Obstacle::new(parts, header.time_step_size))
+                .collect(),
+            header,
+            location: self.location,
+            tags: self.tags,
+            network: LaneletNetwork::new(
+                self.lanelets,
+                self.signs,
+                self.lights,
+                self.intersections,
+            ),
+            planning_problems: self.problems,
+            diagnostics: Vec::new(),
+            hash,
+        }
+    }
+
+    fn take_id(&mut self, at: &impl Place, id: i64) {
+        if !self.ids.insert(id) {
+            at.warn(format!(
+                "id {id} is used twice; the first one is meant where it is referred to"
+            ));
+        }
+    }
+}
+
+/// A border of a lanelet; `heights` count where every point has one.
+///
+/// # Errors
+/// It has less than two points.
+pub(super) fn bound(
+    at: &impl Place,
+    points: Vec<Point>,
+    heights: Vec<f64>,
+    marking: LineMarking,
+) -> Result<Bound, ReadError> {
+    if points.len() < 2 {
+        let message = format!("{} points, at least 2 are needed", points.len());
+        return Err(at.fail(message));
+    }
+    let heights = if heights.len() == points.len() {
+        heights
+    } else {
+        Vec::new()
+    };
+    Ok(Bound {
+        points,
+        heights,
+        marking,
+    })
+}
+
+/// The lanelet beside one; `same_direction` where the file says which.
+pub(super) fn adjacent(at: &impl Place, id: i64, same_direction: Option<bool>) -> Adjacent {
+    if same_direction.is_none() {
+        at.warn("the driving direction is neither same nor opposite; taken as same");
+    }
+    Adjacent {
+        id,
+        same_direction: same_direction.unwrap_or(true),
+    }
+}
+
+/// The ends of a stop line; nothing where it lies at the end of its lanelet.
+pub(super) fn stop_line(at: &impl Place, points: &[Point]) -> Option<(Point, Point)> {
+    if !matches!(points.len(), 0 | 2) {
+        let taken = if points.len() < 2 {
+            "taken to be at the end of its lanelet"
+        } else {
+            "the first two count"
+        };
+        let count = points.len();
+        at.warn(format!(
+            "a stop line of {count} points, which has none or two; {taken}"
+        ));
+    }
+    match points {
+        [from, to, ..] => Some((*from, *to)),
+        _ => None,
+    }
+}
+
+/// Gives a state a quantity.
+pub(super) fn set_quantity(state: &mut State, field: StateField, value: Option<Quantity>) {
+    match field {
+        StateField::Orientation => state.orientation = value,
+        StateField::Velocity => state.velocity = value,
+        StateField::Acceleration => state.acceleration = value,
+        _ => state.more.extend(value.map(|value| (field, value))),
+    }
+}
+
+/// Notes a benchmark id that does not follow the rule.
+pub(super) fn check_benchmark_id(at: &impl Place, id: &str) {
+    if !benchmark_id::is_valid(id) {
+        let message = format!(
+            "benchmark id `{}` does not follow the rule for such ids",
+            short(id)
+        );
+        at.note(Severity::Note, message);
+    }
+}

@@ -1,0 +1,38 @@
+//! What elements of a scenario can refer to.
+
+use std::collections::HashSet;
+
+use crate::scenario::LaneletNetwork;
+
+/// What kind of element a reference is to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Target {
+    Lanelet,
+    Sign,
+    Light,
+    Incoming,
+}
+
+/// The elements of a network that can be referred to.
+pub struct Targets(HashSet<(Target, i64)>);
+
+impl Targets {
+    pub fn new(network: &LaneletNetwork) -> Self {
+        let incomings = network.intersections.iter().flat_map(|i| &i.incomings);
+        let incomings = incomings.map(|i| (Target::Incoming, i.id));
+        let lanelets = network.lanelets.iter().map(|l| (Target::Lanelet, l.id));
+        let signs = network.signs.iter().map(|s| (Target::Sign, s.id));
+        let lights = network.lights.iter().map(|l| (Target::Light, l.id));
+        Self(
+            lanelets
+                .chain(signs)
+                .chain(lights)
+                .chain(incomings)
+                .collect(),
+        )
+    }
+
+    pub fn has(&self, target: Target, id: i64) -> bool {
+        self.0.contains(&(target, id))
+    }
+}
