@@ -59,14 +59,14 @@ impl VariantGenerator {
         problem: &PlanningProblem,
         settings: &Settings,
     ) -> Result<Self, GeneratorError> {
-        Self::new(ClosedLoop::new(scenario, problem, settings)?)
+        Self::from_closed_loop(ClosedLoop::new(scenario, problem, settings)?)
     }
 
     /// The same, where the ego was driven already.
     ///
     /// # Errors
     /// [`GeneratorError::Stands`].
-    pub fn new(closed: ClosedLoop) -> Result<Self, GeneratorError> {
+    pub fn from_closed_loop(closed: ClosedLoop) -> Result<Self, GeneratorError> {
         let driver = closed.driver();
         let baseline = closed.baseline().drive();
         let ego = baseline.ego(driver.problem(), driver.settings());

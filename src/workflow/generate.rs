@@ -126,7 +126,7 @@ pub fn generate(
     if cancel.is_asked() {
         return Ok(None);
     }
-    let workshop = VariantGenerator::new(closed).map_err(|error| prepared.nothing(&error))?;
+    let workshop = VariantGenerator::from_closed_loop(closed).map_err(|error| prepared.nothing(&error))?;
     let found = if workshop.unsafe_already().is_some() {
         Ok(Some((Selection::default(), None)))
     } else {

@@ -1,6 +1,5 @@
 //! `plan`: outcomes as table and JSON, what is written and never overwritten, and settings of the planner.
 
-use std::path::Path;
 
 use nearmiss::scenario::commonroad::{TrajectoryKind, read, read_solution};
 use nearmiss::scenario::{EgoSource, Entry, VehicleType, read_recording};
