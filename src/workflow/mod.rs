@@ -11,7 +11,6 @@
 //! server is a future: dropping it cancels the request.
 
 mod ask;
-/// A batch of questions.
 pub mod batch;
 mod generate;
 mod open;
