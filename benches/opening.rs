@@ -54,7 +54,7 @@ fn open(xml: &[u8], csv: &[u8]) -> usize {
         .iter()
         .filter(|m| ["distance", "ttc", "risk"].contains(&m.id));
     let series = Series::compute(&scene, shown.collect());
-    let headline = Headline::of(&series);
+    let headline = Headline::from_series(&series);
     let window = Window::ending_at(&scene, i64::MAX, 1);
     let judgement = judge(&scene, Task::Collision, &window);
     judgement.reasoning.len() + usize::from(headline.collides())

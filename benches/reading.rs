@@ -75,7 +75,10 @@ fn facts(entry: &Entry) -> Option<Headline> {
         .iter()
         .filter(|m| ["distance", "ttc", "risk"].contains(&m.id));
     let scene = Scene::new(scenario, ego);
-    Some(Headline::of(&Series::compute(&scene, shown.collect())))
+    Some(Headline::from_series(&Series::compute(
+        &scene,
+        shown.collect(),
+    )))
 }
 
 fn folder(criterion: &mut Criterion) {

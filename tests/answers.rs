@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use nearmiss::verdict::{
-    CollisionAnswer, How, ObstacleRisk, SafetyAnswer, Task, Verdict, parse, read,
+    CollisionAnswer, ObstacleRisk, ParseQuality, SafetyAnswer, Task, Verdict, parse, read,
 };
 use proptest::prelude::*;
 
@@ -147,7 +147,7 @@ proptest! {
         for text in [written(&verdict), serde_json::to_string(&verdict).unwrap()] {
             let parsed = parse(verdict.task, &text).unwrap();
             prop_assert_eq!(&parsed.verdict, &verdict);
-            prop_assert_eq!(parsed.how, How::Strict);
+            prop_assert_eq!(parsed.how, ParseQuality::Strict);
         }
     }
 
@@ -188,7 +188,7 @@ proptest! {
         match parse(verdict.task, &text[..end]) {
             Ok(parsed) => {
                 prop_assert_eq!(parsed.verdict.dangerous, verdict.dangerous);
-                prop_assert!(matches!(parsed.how, How::Repaired(notes) if notes.iter().any(|n| n.contains("breaks off"))));
+                prop_assert!(matches!(parsed.how, ParseQuality::Repaired(notes) if notes.iter().any(|n| n.contains("breaks off"))));
                 for o in &parsed.verdict.obstacles {
                     let whole = verdict.obstacles.iter().find(|v| v.id == o.id).map(|v| v.risk_score);
                     prop_assert_eq!(whole, Some(o.risk_score));

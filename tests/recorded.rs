@@ -11,7 +11,7 @@ use std::path::Path;
 
 use nearmiss::evaluation::recorded::{Recorded, find, names, truth};
 use nearmiss::evaluation::{Label, Labels};
-use nearmiss::verdict::{How, ParsedAnswer, Task};
+use nearmiss::verdict::{ParseQuality, ParsedAnswer, Task};
 use serde::Deserialize;
 
 use support::recorded::folder;
@@ -45,7 +45,7 @@ fn answers(root: &Path) -> (Vec<Recorded>, Labels) {
     }
     let (labels, problems) = truth(root);
     assert_eq!(problems, vec![]);
-    found.retain(|r| Task::VERDICTS.contains(&r.task) && labels.of(&r.scenario).is_some());
+    found.retain(|r| Task::VERDICTS.contains(&r.task) && labels.get(&r.scenario).is_some());
     (found, labels)
 }
 
@@ -63,11 +63,11 @@ fn the_counts_are_those_expected() {
         match recorded.read() {
             Err(why) => println!("{}: {why}", recorded.file.display()),
             Ok(reading) => {
-                strict += i32::from(reading.how == How::Strict);
+                strict += i32::from(reading.how == ParseQuality::Strict);
                 let verdict = reading.said.verdict().expect("a verdict");
                 cell.parsed += 1;
                 cell.flagged += i64::from(verdict.dangerous);
-                if let Some(Label::Collision(Some(who))) = labels.of(&recorded.scenario) {
+                if let Some(Label::Collision(Some(who))) = labels.get(&recorded.scenario) {
                     cell.named += i64::from(names(verdict, who));
                 }
             }

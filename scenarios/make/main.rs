@@ -29,7 +29,7 @@ fn line(made: &make::Made, recording: &str) -> Result<String, Box<dyn Error>> {
     let ego = read_recording(&made.csv, recording, &scenario)?;
     let scene = Scene::new(Arc::new(scenario), ego);
     let measures = ["distance", "ttc", "risk"].into_iter().filter_map(measure);
-    let headline = Headline::of(&Series::compute(&scene, measures.collect()));
+    let headline = Headline::from_series(&Series::compute(&scene, measures.collect()));
     let say = |nearest: Option<Nearest>, unit: &str| {
         nearest.map_or("none".into(), |n| {
             format!("{:.2} {unit} to {} at {}", n.value, n.obstacle, n.step)

@@ -18,7 +18,7 @@ use super::open::configuration;
 use super::prompt::Asked;
 use super::time;
 use super::{Failure, Outcome, output};
-use crate::evaluation::{Answer, Case, Event, Judge, Judged, Past, RunOptions};
+use crate::evaluation::{Answer, Case, Event, Judge, Judged, RunOptions, StoredOrigin};
 use crate::judge;
 use crate::llm::{Dialect, Effort, Environment, Parameters, Registry};
 use crate::settings::{Config, Folders};
@@ -306,7 +306,7 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
 }
 
 /// Whence an answer of the store.
-fn stored(past: &Past) -> String {
+fn stored(past: &StoredOrigin) -> String {
     let asked = time::local(past.created_ms);
     match past.origin {
         Origin::Asked => format!("from the store, asked {asked}; --fresh asks anew"),

@@ -79,7 +79,7 @@ fn summary(arguments: &Ratings) -> Outcome {
         Of::Model => By::Model,
         Of::Prompt => By::Prompt,
     };
-    let standings = Standings::of(&ratings, by);
+    let standings = Standings::from_ratings(&ratings, by);
     if arguments.json {
         standings.rows.iter().try_for_each(output::json)?;
     } else if !ratings.is_empty() {

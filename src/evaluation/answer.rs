@@ -5,7 +5,7 @@ use super::how::how;
 use crate::llm::Secrets;
 use crate::scenario::Scenario;
 use crate::store::{Consumed, Ending, Origin, Run, RunId, RunState};
-use crate::verdict::{How, Parsed, ParsedAnswer, Reading, Verdict};
+use crate::verdict::{ParseQuality, Parsed, ParsedAnswer, Reading, Verdict};
 
 /// The end of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,7 +13,7 @@ pub struct Answer {
     /// Its number in the store, if it is kept.
     pub run: Option<RunId>,
     /// Where it was in the store before it was asked for.
-    pub past: Option<Past>,
+    pub past: Option<StoredOrigin>,
     /// The model asked, `provider/model`.
     pub model: String,
     /// First and last time step that were described; nothing where that is not known of a recorded answer.
@@ -38,7 +38,7 @@ pub struct Answer {
 
 /// Whence an answer that was not asked for now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Past {
+pub struct StoredOrigin {
     /// When it was asked, or a recorded one read: milliseconds since 1970, UTC.
     pub created_ms: i64,
     /// Who asked.
@@ -92,7 +92,7 @@ impl Judged {
             }
             Self::Missing(Missing::Cancelled) => return self,
         };
-        if let How::Repaired(notes) = how {
+        if let ParseQuality::Repaired(notes) = how {
             notes.iter_mut().for_each(clear);
         }
         self
@@ -154,8 +154,8 @@ impl Answer {
             Judged::Missing(_) => return &[],
         };
         match how {
-            How::Strict => &[],
-            How::Repaired(notes) => notes,
+            ParseQuality::Strict => &[],
+            ParseQuality::Repaired(notes) => notes,
         }
     }
 
@@ -274,10 +274,10 @@ const STRICT: &str = "strict";
 const REPAIRED: &str = "repaired: ";
 
 /// How an answer was read, as the store keeps it.
-pub(super) fn reading(how: &How) -> String {
+pub(super) fn reading(how: &ParseQuality) -> String {
     match how {
-        How::Strict => STRICT.into(),
-        How::Repaired(notes) => format!("{REPAIRED}{}", notes.join("; ")),
+        ParseQuality::Strict => STRICT.into(),
+        ParseQuality::Repaired(notes) => format!("{REPAIRED}{}", notes.join("; ")),
     }
 }
 
@@ -292,8 +292,10 @@ impl From<Run> for Answer {
                     .as_deref()
                     .and_then(|r| r.strip_prefix(REPAIRED))
                 {
-                    Some(notes) => How::Repaired(notes.split("; ").map(str::to_string).collect()),
-                    None => How::Strict,
+                    Some(notes) => {
+                        ParseQuality::Repaired(notes.split("; ").map(str::to_string).collect())
+                    }
+                    None => ParseQuality::Strict,
                 };
                 Judged::from(Reading { said, how })
             }
@@ -317,7 +319,7 @@ impl From<Run> for Answer {
         };
         Self {
             run: Some(run.id),
-            past: Some(Past {
+            past: Some(StoredOrigin {
                 created_ms: run.created_ms,
                 origin: run.origin,
                 sample: run.question.sample,

@@ -16,7 +16,7 @@ use super::stream_recorder::StreamRecorder;
 use crate::judge;
 use crate::llm::{self, Chunk, Finish, ProviderOutage, Secrets};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
-use crate::verdict::{How, Parsed, Task};
+use crate::verdict::{ParseQuality, Parsed, Task};
 
 /// What happens while a case runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -262,7 +262,7 @@ impl Asking {
         self.piece(Chunk::Text(text));
         self.answer.judged = Judged::Verdict(Parsed {
             verdict: judgement.verdict,
-            how: How::Strict,
+            how: ParseQuality::Strict,
         });
         Ok(())
     }

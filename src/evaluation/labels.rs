@@ -233,14 +233,14 @@ impl Labels {
 
     /// The label of a scenario.
     #[must_use]
-    pub fn of(&self, scenario: &str) -> Option<Label> {
+    pub fn get(&self, scenario: &str) -> Option<Label> {
         self.0.get(scenario).map(|said| said.label)
     }
 
     /// Whether the label of a scenario says who collides, so that [`Labels::fit`] has something to look at.
     #[must_use]
     pub fn names_an_obstacle(&self, scenario: &str) -> bool {
-        matches!(self.of(scenario), Some(Label::Collision(Some(_))))
+        matches!(self.get(scenario), Some(Label::Collision(Some(_))))
     }
 
     /// Whether the obstacle that the label of a scenario names is there; `name` is what the labels call the scenario.
@@ -311,16 +311,16 @@ mod tests {
     #[test]
     fn labels_and_annotated_obstacles() {
         let labels = read("Scenario_Name,Obstacle_ID\r\nA-1,7\r\nB-1,none\r\n").unwrap();
-        assert_eq!(labels.of("A-1"), Some(Label::Collision(Some(7))));
-        assert_eq!(labels.of("B-1"), Some(Label::Safe));
-        assert_eq!(labels.of("C-1"), None);
+        assert_eq!(labels.get("A-1"), Some(Label::Collision(Some(7))));
+        assert_eq!(labels.get("B-1"), Some(Label::Safe));
+        assert_eq!(labels.get("C-1"), None);
         let labels = read("\u{feff}name,label\nA, Collision\nB,0\n").unwrap();
-        assert_eq!(labels.of("A"), Some(Label::Collision(None)));
-        assert_eq!(labels.of("B"), Some(Label::Safe));
+        assert_eq!(labels.get("A"), Some(Label::Collision(None)));
+        assert_eq!(labels.get("B"), Some(Label::Safe));
         let labels = read("name,label,obstacle\nA.xml,critical,\nB.XML,Dangerous,3\n").unwrap();
-        assert_eq!(labels.of("A"), Some(Label::Collision(None)));
-        assert_eq!(labels.of("B"), Some(Label::Collision(Some(3))));
-        assert_eq!(labels.of("A.xml"), None);
+        assert_eq!(labels.get("A"), Some(Label::Collision(None)));
+        assert_eq!(labels.get("B"), Some(Label::Collision(Some(3))));
+        assert_eq!(labels.get("A.xml"), None);
     }
 
     #[test]

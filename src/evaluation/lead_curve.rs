@@ -37,7 +37,7 @@ pub struct LeadPoint {
 
 /// How early one scenario was seen by one series of answers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
+pub struct EarliestYes {
     /// The scenario.
     pub scenario: String,
     /// Which of several answers to the same question.
@@ -55,7 +55,7 @@ pub struct LeadCurve {
     /// By lead, the longest first.
     pub points: Vec<LeadPoint>,
     /// By scenario and sample.
-    pub seen: Vec<Seen>,
+    pub seen: Vec<EarliestYes>,
 }
 
 impl LeadCurve {
@@ -141,7 +141,7 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
     points.into_values().rev().map(point).collect()
 }
 
-fn seen(mut answers: Vec<Timed<'_>>) -> Vec<Seen> {
+fn seen(mut answers: Vec<Timed<'_>>) -> Vec<EarliestYes> {
     answers.sort_by(|a, b| a.lead.total_cmp(&b.lead));
     let mut series: BTreeMap<(&str, u32), Vec<Timed<'_>>> = BTreeMap::new();
     for timed in answers {
@@ -158,7 +158,7 @@ fn seen(mut answers: Vec<Timed<'_>>) -> Vec<Seen> {
                 }
             });
         let yes = verdicts.take_while(|(_, dangerous)| *dangerous);
-        Seen {
+        EarliestYes {
             scenario: scenario.to_string(),
             sample,
             earliest: yes.last().map(|(lead, _)| lead),

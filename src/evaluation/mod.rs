@@ -45,7 +45,7 @@ mod tests_scored;
 mod validate;
 mod values;
 
-pub use answer::{Answer, Judged, Missing, Past};
+pub use answer::{Answer, Judged, Missing, StoredOrigin};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use case::{AskError, Event, RunOptions, can_ask, run};
 pub use confusion::Confusion;
@@ -56,7 +56,7 @@ pub use invariance::{Invariance, Pair, invariance, pairs};
 pub use judges::{Judge, Judges, ModelJudge};
 pub use labels::{Label, LabelError, Labels};
 pub use lead::{Alarms, Answers, Candidate, Labelled, Lead, Setting, Yes, any_yes, confusion};
-pub use lead_curve::{LeadCurve, LeadPoint, Seen, Timed, lead_curves};
+pub use lead_curve::{EarliestYes, LeadCurve, LeadPoint, Timed, lead_curves};
 pub use planning::default_planning;
 pub use question::{Case, CaseError, Question, prepare, template};
 pub use results::{Counted, GroundTruth, Outcome, Results, results, with_intervals};

@@ -109,7 +109,7 @@ pub fn prepare(
     };
     let context = Context::under(&case.scene, &case.thresholds);
     let described = text::describe_in(&context, case.frame, &case.window, &case.options)?;
-    let values = Values::of(&case, &described.text, &verdict::schema(case.task));
+    let values = Values::new(&case, &described.text, &verdict::schema(case.task));
     let prompt = prompts::render(file, &template.source, library.fragments(), values)?;
     Ok(Question {
         prompt,

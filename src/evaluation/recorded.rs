@@ -231,7 +231,7 @@ impl Search {
                 continue;
             }
             for method in self.folders(&tasks) {
-                let Some(asked) = Asked::of(task, &self::name(&method)) else {
+                let Some(asked) = FolderQuestion::from_name(task, &self::name(&method)) else {
                     let known =
                         "cart or ego, and base, ablation, cot or icl, as in ego_cot; or safety";
                     self.complain(&method, format!("is no way of asking that is known, and was passed over; there are {known}"));
@@ -245,7 +245,7 @@ impl Search {
     }
 
     /// The answers in the folder of a model: one, unless there are files of other names.
-    fn answer(&mut self, scenario: &Path, engine: &Path, asked: Asked, collision: bool) {
+    fn answer(&mut self, scenario: &Path, engine: &Path, asked: FolderQuestion, collision: bool) {
         let analysis = engine.join("analysis");
         if !analysis.is_dir() {
             return self.absent(&analysis, "is not there: no answer");
@@ -351,15 +351,15 @@ impl Search {
 
 /// What a folder's name says about the question.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Asked {
+struct FolderQuestion {
     task: Task,
     frame: &'static str,
     techniques: Techniques,
 }
 
-impl Asked {
+impl FolderQuestion {
     /// From the task and a name such as `cart_icl`: as the paper's ablation study has it, CoT includes CP, and ICL both.
-    fn of(task: Task, method: &str) -> Option<Self> {
+    fn from_name(task: Task, method: &str) -> Option<Self> {
         if method == "safety" && task == Task::Collision {
             return Some(Self {
                 task: Task::Attacker,

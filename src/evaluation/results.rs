@@ -100,7 +100,7 @@ impl Outcome {
     /// What comes of a stored outcome and the truth. In the safety task a yes about a dangerous scene has to name an obstacle
     /// that is dangerous, see [`accused`]; else it is a no, as the paper counts it.
     #[must_use]
-    pub fn of(stored: &StoredOutcome, truth: Option<&GroundTruth>) -> Self {
+    pub fn classify(stored: &StoredOutcome, truth: Option<&GroundTruth>) -> Self {
         let names = |known: &GroundTruth| {
             let named = accused(stored.dangerous == Some(true), stored.named.iter().copied());
             named.iter().any(|id| known.obstacles.contains(id))
@@ -266,7 +266,7 @@ pub fn results<'a>(
         let scenario = stored.scenario_hash.as_ref().unwrap_or(&stored.scenario);
         let about = (place, scenario, &stored.ego, stored.window, stored.sample);
         if seen.insert(about) {
-            let outcome = Outcome::of(stored, truth);
+            let outcome = Outcome::classify(stored, truth);
             answers[place].push(Counted {
                 run: Some(stored.run),
                 scenario: stored.scenario.clone(),
@@ -315,7 +315,7 @@ mod tests {
                 named: named.to_vec(),
                 ..stored(1, "a", Some(true), RunState::Answered)
             };
-            Outcome::of(&answer, Some(truth))
+            Outcome::classify(&answer, Some(truth))
         };
         use Outcome::{FalseNegative, FalsePositive, TruePositive};
         assert_eq!(of(Task::Safety, &[(8, 1)], &truth), TruePositive);

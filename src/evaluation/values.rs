@@ -75,7 +75,7 @@ struct LimitValues {
 }
 
 impl<'a> Values<'a> {
-    pub fn of(case: &'a Case, description: &'a str, schema: &serde_json::Value) -> Self {
+    pub fn new(case: &'a Case, description: &'a str, schema: &serde_json::Value) -> Self {
         let (first, last) = (case.window.first(), case.window.last());
         let steps = last - first + 1;
         let described = case.options.steps(&case.window);

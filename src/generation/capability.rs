@@ -29,7 +29,7 @@ impl Capability {
     /// vehicle 4 with axles by their length. Motorcycles, bicycles and pedestrians are single-track vehicles with
     /// numbers of our own: a pedestrian one that turns almost on the spot, and may leave the road.
     #[must_use]
-    pub fn of(obstacle: &Obstacle) -> Option<Self> {
+    pub fn for_obstacle(obstacle: &Obstacle) -> Option<Self> {
         let (length, width) = obstacle.footprint.as_ref()?.shape().size();
         let car = Limits::of(VehicleType::Bmw320i);
         let truck = Limits::of(VehicleType::Truck);

@@ -126,7 +126,7 @@ fn sensible(
             "the manoeuvre begins at {start:.2} s and takes {duration:.2} s, and the scenario ends at {whole:.2} s"
         )));
     }
-    let fastest = Capability::of(obstacle).map(|able| able.limits.speed);
+    let fastest = Capability::for_obstacle(obstacle).map(|able| able.limits.speed);
     if let (Some(speed), Some(most)) = (manoeuvre.speed, fastest)
         && speed > most
     {

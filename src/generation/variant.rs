@@ -179,7 +179,7 @@ impl Variant<'_> {
         }
         let xml = commonroad::write(&changed)?;
         files.push((&saved.scenario, xml));
-        let mut words = variant_document::of(self, &saved, &files).to_string();
+        let mut words = variant_document::variant_document(self, &saved, &files).to_string();
         words.push('\n');
         let last = files.len() - 1;
         files.insert(last, (&saved.document, words.into_bytes()));

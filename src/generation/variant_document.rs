@@ -11,7 +11,11 @@ use crate::simulation::{Collision, ContactSide, Rollout};
 use crate::verdict::{Motion, NewMotion, TrajectoryAnswer};
 
 /// The document of a variant that is saved in these files.
-pub(super) fn of(variant: &Variant<'_>, saved: &Saved, files: &[(&PathBuf, Vec<u8>)]) -> Value {
+pub(super) fn variant_document(
+    variant: &Variant<'_>,
+    saved: &Saved,
+    files: &[(&PathBuf, Vec<u8>)],
+) -> Value {
     let hash = |(path, bytes): &(&PathBuf, Vec<u8>)| {
         let hash = ContentHash::of(bytes).to_string();
         (name(path), Value::String(hash))

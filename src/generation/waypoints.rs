@@ -41,8 +41,8 @@ pub fn as_given(
     points: &[Waypoint],
 ) -> Result<Change, Vec<Refusal>> {
     let id = obstacle.id;
-    let able =
-        Capability::of(obstacle).ok_or_else(|| vec![Refusal::whole_motion(Reason::Unable(id))])?;
+    let able = Capability::for_obstacle(obstacle)
+        .ok_or_else(|| vec![Refusal::whole_motion(Reason::Unable(id))])?;
     let dt = stage.dt();
     let mut knots: Vec<Knot> = points.iter().map(|p| knot(p, dt)).collect();
     let wrong = wrong(stage, obstacle, &knots, able.limits.speed);

@@ -12,7 +12,7 @@ use crate::geometry::{Footprint, Placed};
 use crate::scenario::{Motion, Participant, RouteError, Scene, Window};
 
 /// A participant at a step: motion and body.
-pub(super) type Here<'s> = (&'s Motion, &'s Footprint);
+pub(super) type BodyAtStep<'s> = (&'s Motion, &'s Footprint);
 
 /// A scene prepared for measuring.
 ///
@@ -23,7 +23,7 @@ pub struct Context<'s> {
     pub(super) thresholds: &'s Thresholds,
     steps: Range<i64>,
     /// The ego by step; nothing in gaps of its recording.
-    pub(super) ego: Vec<Option<Here<'s>>>,
+    pub(super) ego: Vec<Option<BodyAtStep<'s>>>,
     participants: Vec<Participant<'s>>,
     pairs: Vec<Pair>,
     /// Whether nothing but `steps` may be known: then the road is the one ahead, not the one driven later.
@@ -155,7 +155,7 @@ impl<'s> Context<'s> {
         (to - from) as f64 * self.dt()
     }
 
-    pub(super) fn other(&self, participant: usize, index: usize) -> Option<Here<'s>> {
+    pub(super) fn other(&self, participant: usize, index: usize) -> Option<BodyAtStep<'s>> {
         let participant = self.participants.get(participant)?;
         let step = self.step(index);
         Some((participant.at(step)?, participant.footprint_at(step)))
@@ -180,7 +180,8 @@ impl<'s> Context<'s> {
     pub(super) fn ego_along(&self, index: usize) -> Result<LaneBody, NoValue> {
         let road = self.road().map_err(|_| NoValue::NoRoute)?;
         let all = self.ego_along.get_or_init(|| {
-            let along = |here: &Option<Here<'_>>| here.and_then(|(m, body)| road.along(m, body));
+            let along =
+                |here: &Option<BodyAtStep<'_>>| here.and_then(|(m, body)| road.along(m, body));
             self.ego.iter().map(along).collect()
         });
         all[index].ok_or(NoValue::OffRoute)

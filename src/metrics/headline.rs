@@ -27,7 +27,7 @@ pub struct Headline {
 impl Headline {
     /// The smallest values of a series with the measures `distance`, `ttc` and `risk`.
     #[must_use]
-    pub fn of(series: &Series) -> Self {
+    pub fn from_series(series: &Series) -> Self {
         Self {
             distance: nearest(series, "distance"),
             ttc: nearest(series, "ttc"),

@@ -93,7 +93,7 @@ impl Context<'_> {
 
     pub(super) fn conflict(&self, participant: usize) -> &Conflict {
         let conflict = &self.pair(participant).conflict;
-        conflict.get_or_init(|| Conflict::of(self, participant))
+        conflict.get_or_init(|| Conflict::new(self, participant))
     }
 
     /// The latest starts of manoeuvres that avoid this one.

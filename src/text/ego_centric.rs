@@ -74,7 +74,7 @@ fn prose(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
                 .words(" m/s², lateral ")
                 .number("a_rel_lat", relation.acceleration.y)
                 .words(" m/s². ")
-                .words(&motion_words::of(&relation, options.contact))
+                .words(&motion_words::describe_motion(&relation, options.contact))
                 .words("\n");
         }
     }

@@ -9,7 +9,7 @@ const NOTICEABLE: f64 = 0.05;
 ///
 /// Of bodies that touch it says so only where `contact` is to be said; else the sentence is that of all bodies between
 /// which there is no gap, as it must not tell them apart.
-pub(super) fn of(relation: &Relation, contact: bool) -> String {
+pub(super) fn describe_motion(relation: &Relation, contact: bool) -> String {
     if contact && relation.direction == Direction::Contact {
         return "It touches the ego.".into();
     }

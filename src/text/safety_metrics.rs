@@ -133,7 +133,10 @@ impl Described<'_, '_> {
                     };
                 }
                 w.words(". ")
-                    .words(&motion_words::of(&relation, self.options.contact))
+                    .words(&motion_words::describe_motion(
+                        &relation,
+                        self.options.contact,
+                    ))
                     .words("\n");
             }
         }
@@ -251,7 +254,7 @@ fn read(id: &str, encounter: &Encounter<'_>) -> Option<f64> {
 fn cell(id: &str, value: Option<f64>) -> Cell {
     match value {
         Some(value) if id == "risk" => Cell::Whole(value as i64),
-        value => Cell::of(value),
+        value => Cell::number(value),
     }
 }
 

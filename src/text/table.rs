@@ -28,7 +28,7 @@ pub(super) enum Cell {
 
 impl Cell {
     /// A number, or nothing.
-    pub fn of(value: Option<f64>) -> Self {
+    pub fn number(value: Option<f64>) -> Self {
         value.map_or(Self::Nothing, Self::Real)
     }
 

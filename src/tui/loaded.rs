@@ -120,7 +120,7 @@ impl Opened {
             Err(why) => (None, Some(why)),
         };
         let series = scene.as_deref().map(|scene| series(scene, thresholds));
-        let headline = series.as_ref().map(Headline::of);
+        let headline = series.as_ref().map(Headline::from_series);
         let collision = scene.as_deref().map(|scene| {
             let whole = Window::ending_at(scene, i64::MAX, 1);
             judge_under(scene, Task::Collision, &whole, thresholds)

@@ -42,7 +42,7 @@ const SAFETY: [&str; 7] = [
 ///
 /// # Errors
 /// Two keys of one level say different things.
-pub(super) fn of(task: Task, object: &Object) -> Result<Option<Decision>, NoVerdict> {
+pub(super) fn read_decision(task: Task, object: &Object) -> Result<Option<Decision>, NoVerdict> {
     let names = match task {
         Task::Collision => COLLISION,
         Task::Safety => SAFETY,
@@ -71,10 +71,12 @@ pub(super) fn of(task: Task, object: &Object) -> Result<Option<Decision>, NoVerd
 
 /// Whether an object answers one of the yes-or-no tasks in so many words.
 pub(super) fn is_stated(object: &Object) -> bool {
-    Task::VERDICTS.iter().any(|task| match of(*task, object) {
-        Ok(decision) => decision.is_some_and(|d| !d.from_groups),
-        Err(_) => true,
-    })
+    Task::VERDICTS
+        .iter()
+        .any(|task| match read_decision(*task, object) {
+            Ok(decision) => decision.is_some_and(|d| !d.from_groups),
+            Err(_) => true,
+        })
 }
 
 /// The paper's prompts ask for obstacles that collide or will: naming one is a yes, leaving all of them out a no.
@@ -106,7 +108,7 @@ pub(super) fn merge(
     let ((_, last), before) = objects.split_last()?;
     let says_who =
         |o: &Object| !groups::groups(o).is_empty() || values::find(o, &["obstacle"]).is_some();
-    let alone = of(task, last)
+    let alone = read_decision(task, last)
         .ok()
         .flatten()
         .is_some_and(|d| !d.from_groups)
@@ -118,13 +120,13 @@ pub(super) fn merge(
     let mut listed = Vec::new();
     for (piece, object) in before.iter().rev() {
         if groups::is_entry(object) {
-            notes.of(piece);
+            notes.note_repairs(piece);
             listed.push(serde_json::Value::Object((*object).clone()));
         } else if says_who(object) && object.keys().all(|key| !merged.contains_key(key)) {
-            notes.of(piece);
+            notes.note_repairs(piece);
             let entries = object.iter().map(|(k, v)| (k.clone(), v.clone()));
             merged.extend(entries);
-        } else if of(task, object).ok().flatten().is_some() {
+        } else if read_decision(task, object).ok().flatten().is_some() {
             // A draft of the same answer.
             break;
         }

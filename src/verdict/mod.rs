@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 pub use answer::{CollisionAnswer, SafetyAnswer, schema};
 pub use attacker::AttackerChoice;
-pub use parse::{How, NoVerdict, Parsed, Reading, parse, read};
+pub use parse::{NoVerdict, ParseQuality, Parsed, Reading, parse, read};
 pub use parsed_answer::ParsedAnswer;
 pub use trajectory::{
     Manoeuvre, ManoeuvreKind, Moment, Motion, NewMotion, TrajectoryAnswer, Waypoint, WaypointAnswer,

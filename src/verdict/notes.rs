@@ -1,6 +1,6 @@
 //! What was put right while an answer was read, in words.
 
-use super::How;
+use super::ParseQuality;
 use super::lenient::{End, Piece};
 
 /// Notes, each once; a hostile answer does not make them endless.
@@ -30,7 +30,7 @@ impl Notes {
     }
 
     /// How the text of a piece departed from JSON.
-    pub(super) fn of(&mut self, piece: &Piece) {
+    pub(super) fn note_repairs(&mut self, piece: &Piece) {
         for repair in &piece.repairs {
             self.add(repair.to_string());
         }
@@ -43,14 +43,14 @@ impl Notes {
         }
     }
 
-    pub(super) fn how(mut self) -> How {
+    pub(super) fn how(mut self) -> ParseQuality {
         if self.more > 0 {
             self.notes.push(format!("and {} more", self.more));
         }
         if self.notes.is_empty() {
-            How::Strict
+            ParseQuality::Strict
         } else {
-            How::Repaired(self.notes)
+            ParseQuality::Repaired(self.notes)
         }
     }
 }

@@ -13,7 +13,7 @@ use super::{AttackerChoice, NewMotion, ParsedAnswer, Task, Verdict, attacker, de
 
 /// How an answer was read.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum How {
+pub enum ParseQuality {
     /// It is as it was asked for.
     Strict,
     /// These things were put right.
@@ -26,7 +26,7 @@ pub struct Parsed {
     /// What the answer says.
     pub verdict: Verdict,
     /// How it was read.
-    pub how: How,
+    pub how: ParseQuality,
 }
 
 /// What an answer says to any task, and how it was read.
@@ -35,7 +35,7 @@ pub struct Reading {
     /// What it says.
     pub said: ParsedAnswer,
     /// How it was read.
-    pub how: How,
+    pub how: ParseQuality,
 }
 
 /// Why an answer holds nothing that was asked for.
@@ -84,7 +84,7 @@ pub fn read(task: Task, answer: &str) -> Result<Reading, NoVerdict> {
         return Err(NoVerdict::Empty);
     }
     let pieces = lenient::read(answer);
-    let found = Found::new(&pieces);
+    let found = AnswerObjects::new(&pieces);
     let reading = match task {
         Task::Collision | Task::Safety => found.verdict(task)?,
         Task::Attacker => found.attacker(),
@@ -99,12 +99,12 @@ pub fn read(task: Task, answer: &str) -> Result<Reading, NoVerdict> {
 }
 
 /// The objects of an answer, outermost ones and those in outermost lists, with the pieces they are from.
-struct Found<'a> {
+struct AnswerObjects<'a> {
     pieces: &'a [Piece],
     objects: Vec<(&'a Piece, &'a Object)>,
 }
 
-impl<'a> Found<'a> {
+impl<'a> AnswerObjects<'a> {
     fn new(pieces: &'a [Piece]) -> Self {
         let of = |piece: &'a Piece| {
             let items = match &piece.value {
@@ -125,7 +125,7 @@ impl<'a> Found<'a> {
     /// Notes on the texts of some pieces, on later ones that say nothing more, and on how they depart from the schema.
     fn notes(&self, piece: &Piece) -> Notes {
         let mut notes = Notes::default();
-        notes.of(piece);
+        notes.note_repairs(piece);
         let last = self.pieces.last();
         if last.is_some_and(|last| !std::ptr::eq(last, piece) && last.end == End::CutOff) {
             notes.add("the answer breaks off inside a later object");
@@ -136,7 +136,7 @@ impl<'a> Found<'a> {
     fn verdict(&self, task: Task) -> Result<Option<Reading>, NoVerdict> {
         let mut decided = None;
         for (place, (piece, object)) in self.objects.iter().enumerate().rev() {
-            if let Some(decision) = decision::of(task, object)? {
+            if let Some(decision) = decision::read_decision(task, object)? {
                 decided = Some((place, *piece, *object, decision));
                 break;
             }
@@ -146,7 +146,7 @@ impl<'a> Found<'a> {
         };
         let mut notes = self.notes(piece);
         let earlier = self.objects[..place].iter().rev();
-        let earlier = earlier.filter_map(|(_, o)| decision::of(task, o).ok().flatten());
+        let earlier = earlier.filter_map(|(_, o)| decision::read_decision(task, o).ok().flatten());
         if let Some(strict) = strict_verdict(task, object) {
             if earlier
                 .take(1)
@@ -163,7 +163,7 @@ impl<'a> Found<'a> {
         let merged = decision::merge(task, &self.objects[..=place], &mut notes);
         let object = merged.as_ref().unwrap_or(object);
         let decision = match &merged {
-            Some(merged) => decision::of(task, merged)?.unwrap_or(decision),
+            Some(merged) => decision::read_decision(task, merged)?.unwrap_or(decision),
             None => decision,
         };
         if merged.is_none()
@@ -254,7 +254,7 @@ impl<'a> Found<'a> {
             return Err(NoVerdict::Unusable(why.into()));
         };
         for piece in self.pieces {
-            notes.of(piece);
+            notes.note_repairs(piece);
         }
         notes.add("the waypoints were put together from several objects");
         let waypoints =

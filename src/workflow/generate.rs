@@ -126,7 +126,8 @@ pub fn generate(
     if cancel.is_asked() {
         return Ok(None);
     }
-    let workshop = VariantGenerator::from_closed_loop(closed).map_err(|error| prepared.nothing(&error))?;
+    let workshop =
+        VariantGenerator::from_closed_loop(closed).map_err(|error| prepared.nothing(&error))?;
     let found = if workshop.unsafe_already().is_some() {
         Ok(Some((Selection::default(), None)))
     } else {
@@ -151,7 +152,7 @@ fn can_attack(prepared: &PreparedPlan, attacker: Option<i64>) -> Result<(), Plan
     let obstacle = prepared.scenario.obstacle(id);
     let obstacle =
         obstacle.ok_or_else(|| prepared.mismatch(&format!("there is no obstacle {id} in it")))?;
-    if obstacle.role != ObstacleRole::Dynamic || Capability::of(obstacle).is_none() {
+    if obstacle.role != ObstacleRole::Dynamic || Capability::for_obstacle(obstacle).is_none() {
         return Err(prepared.mismatch(&format!("obstacle {id} does not move by itself")));
     }
     Ok(())

@@ -15,7 +15,7 @@ fn series(case: &Case) -> Series {
 fn outcomes_are_as_declared() {
     let mut complaints = Vec::new();
     for case in CASES.iter() {
-        let headline = Headline::of(&series(case));
+        let headline = Headline::from_series(&series(case));
         let (distance, ttc) = (headline.distance.unwrap(), headline.ttc);
         let ttc = ttc.map_or(f64::MAX, |t| t.value);
         let last = case.scene.last_step();

@@ -1,6 +1,5 @@
 //! `plan`: outcomes as table and JSON, what is written and never overwritten, and settings of the planner.
 
-
 use nearmiss::scenario::commonroad::{TrajectoryKind, read, read_solution};
 use nearmiss::scenario::{EgoSource, Entry, VehicleType, read_recording};
 use nearmiss::{evaluation, planner, simulation};

@@ -59,7 +59,7 @@ fn what_the_recording_breaks_is_the_recordings() {
 fn the_joint_knows_what_the_recording_knows() {
     let scenario = alone("Merge", 304);
     let car = scenario.obstacle(304).unwrap();
-    let can = Capability::of(car).unwrap();
+    let can = Capability::for_obstacle(car).unwrap();
     let joint = Joint::at(car.track(), 70, &can, 0.1).unwrap();
     let steering = joint.steering.unwrap();
     assert!(steering.start().abs() < 1e-3 && steering.end().abs() < 1e-3);
@@ -68,6 +68,12 @@ fn the_joint_knows_what_the_recording_knows() {
     // In a bend of the road the wheels are turned.
     let bend = alone("CutIn", 307);
     let car = bend.obstacle(307).unwrap();
-    let joint = Joint::at(car.track(), 60, &Capability::of(car).unwrap(), 0.1).unwrap();
+    let joint = Joint::at(
+        car.track(),
+        60,
+        &Capability::for_obstacle(car).unwrap(),
+        0.1,
+    )
+    .unwrap();
     assert!(*joint.steering.unwrap().end() > 1e-3);
 }

@@ -149,7 +149,11 @@ fn examples_answer_as_the_schema_asks_and_are_balanced() {
         let read = |answer: &&str| verdict::read(task, answer).unwrap();
         let readings: Vec<_> = answers.iter().map(read).collect();
         for reading in &readings {
-            assert_eq!(reading.how, verdict::How::Strict, "{file}: {reading:?}");
+            assert_eq!(
+                reading.how,
+                verdict::ParseQuality::Strict,
+                "{file}: {reading:?}"
+            );
         }
         let yes = readings.iter().filter(|reading| match &reading.said {
             ParsedAnswer::Verdict(verdict) => verdict.dangerous,

@@ -36,7 +36,7 @@ const FIELDS: [&str; 18] = [
 impl Rows {
     /// Counts the answers of a batch.
     pub fn of(scored: &[Scored]) -> Self {
-        let report = Report::of(scored);
+        let report = Report::from_scored(scored);
         let half = |way: &PromptConfig| {
             let mut halves = report.cells.iter().filter(|cell| cell.way == *way);
             match (halves.next(), halves.next(), halves.next()) {

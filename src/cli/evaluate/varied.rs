@@ -14,7 +14,7 @@ pub struct Varied(report::Varied);
 impl Varied {
     /// Counts the answers of a batch.
     pub fn of(answers: &Answers) -> Self {
-        Self(report::Varied::of(answers))
+        Self(report::Varied::from_answers(answers))
     }
 
     /// Adds its tables to the document of the batch.

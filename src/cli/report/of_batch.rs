@@ -59,7 +59,9 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
         notes,
     };
     Ok(Made::Report(
-        Report::of(scored).about(about).varied(Varied::of(&answers)),
+        Report::from_scored(scored)
+            .about(about)
+            .varied(Varied::from_answers(&answers)),
     ))
 }
 

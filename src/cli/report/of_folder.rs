@@ -11,14 +11,17 @@ use crate::evaluation::report::{self, About, Paper, Report};
 /// The recorded answers beside the paper's tables, and how many files could not be read.
 pub fn paper(folder: &Path) -> Result<(Made, usize), Failure> {
     let (scored, about, lost) = read(folder)?;
-    let paper = Paper::of(&scored).map_err(Failure::input)?;
+    let paper = Paper::from_scored(&scored).map_err(Failure::input)?;
     Ok((Made::Paper(paper.about(about)), lost))
 }
 
 /// The recorded answers alone, and how many files could not be read.
 pub fn made(folder: &Path) -> Result<(Made, usize), Failure> {
     let (scored, about, lost) = read(folder)?;
-    Ok((Made::Report(Report::of(&scored).about(about)), lost))
+    Ok((
+        Made::Report(Report::from_scored(&scored).about(about)),
+        lost,
+    ))
 }
 
 /// Problems that are named one by one.

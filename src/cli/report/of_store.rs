@@ -76,7 +76,9 @@ pub fn made(arguments: &ReportArguments) -> Result<Made, Failure> {
         notes,
         ..About::default()
     };
-    Ok(Made::Report(Report::of(&stored.scored).about(about)))
+    Ok(Made::Report(
+        Report::from_scored(&stored.scored).about(about),
+    ))
 }
 
 /// What is not in the report, or without a truth, in words.

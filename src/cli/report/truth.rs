@@ -119,7 +119,7 @@ fn folder(folder: &Path, truth: &mut Truth) -> Result<(), Failure> {
         for problem in &problems {
             output::say(&format!("nearmiss: {problem}"));
         }
-        others.retain(|entry| labels.of(&entry.name).is_none());
+        others.retain(|entry| labels.get(&entry.name).is_none());
         let annotations = labels.iter().map(|(name, label)| (name.to_string(), label));
         add(truth, annotations.collect());
     }

@@ -37,7 +37,7 @@ pub enum Price {
 impl Size {
     /// What a question takes.
     #[must_use]
-    pub fn of(question: &Question, judge: &Judge) -> Self {
+    pub fn estimate(question: &Question, judge: &Judge) -> Self {
         let tokens = question.tokens();
         let price = match judge {
             Judge::Reference => Price::Free,

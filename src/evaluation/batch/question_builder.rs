@@ -261,7 +261,7 @@ impl QuestionBuilder {
             let (key, size) = match &question {
                 Ok(question) => (
                     question_key(question, judge)?,
-                    Some(Size::of(question, judge)),
+                    Some(Size::estimate(question, judge)),
                 ),
                 Err(_) => (None, None),
             };

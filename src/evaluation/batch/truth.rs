@@ -132,7 +132,7 @@ impl Truth {
                         doubts.extend(problems.iter().map(ToString::to_string));
                         labels
                     });
-                    if let Some(label) = labels.of(&entry.name)
+                    if let Some(label) = labels.get(&entry.name)
                         && label.collides() != collides
                     {
                         doubts.push(format!(
@@ -178,7 +178,7 @@ impl Truth {
     pub fn of(&self, entry: &Entry, scene: Option<&Scene>) -> Option<Label> {
         match self {
             Self::Geometry => scene.map(|scene| Labelled::new(scene, None).label),
-            Self::Labels(labels) => labels.of(&entry.name),
+            Self::Labels(labels) => labels.get(&entry.name),
             Self::Known(known) => known.get(&path_of(entry)).copied().flatten(),
             Self::Layout(annotated) => {
                 let (collides, root) = half(entry)?;
@@ -187,7 +187,7 @@ impl Truth {
                 }
                 let label = annotated
                     .get(&root)
-                    .and_then(|labels| labels.of(&entry.name));
+                    .and_then(|labels| labels.get(&entry.name));
                 Some(match label {
                     Some(label @ Label::Collision(_)) => label,
                     _ => Label::Collision(None),

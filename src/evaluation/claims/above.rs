@@ -1,7 +1,7 @@
 //! What a line of a text says about those below it: whom they are about, and when.
 
 use super::mentions::{Mention, begins_with, is_label};
-use super::times::When;
+use super::times::MentionedTime;
 
 /// What a line says about those below it.
 #[derive(Default)]
@@ -16,7 +16,7 @@ pub struct Above {
     pub open: bool,
     /// Whether the line before was empty.
     pub parted: bool,
-    pub time: When,
+    pub time: MentionedTime,
     /// The list items that they stand under: indent and words.
     pub items: Vec<(usize, String)>,
     /// The titles of the table that they are in.

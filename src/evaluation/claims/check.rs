@@ -111,7 +111,7 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> Checked {
     let step = claim.step.unwrap_or_else(|| subject.present());
     let mut checked = at(&claim, subject, step);
     if checked.judgement == Judgement::Wrong
-        && let Some(why) = excuse::of(&claim, subject, step)
+        && let Some(why) = excuse::excuse(&claim, subject, step)
     {
         checked.judgement = Judgement::Unknown(why);
     }

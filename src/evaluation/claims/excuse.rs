@@ -7,7 +7,7 @@ use super::{Claim, Quantity, Stated, Subject};
 use crate::metrics::{Encounter, Relation};
 
 /// What else the claim may mean at that step, in words; nothing where it is plainly wrong.
-pub fn of(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static str> {
+pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static str> {
     let Stated::Number {
         value, decimals, ..
     } = claim.stated

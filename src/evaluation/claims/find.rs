@@ -9,7 +9,7 @@ use super::mentions::{begins_with, mentions};
 use super::number::{Unit, numbers};
 use super::place::has_word;
 use super::sentence::Sentence;
-use super::times::{When, heading_time, times};
+use super::times::{MentionedTime, heading_time, times};
 
 /// What can be meant.
 pub struct World<'a> {
@@ -148,15 +148,15 @@ fn sentence(
     };
     let own = !named.is_empty() && named.iter().all(|m| m.id == Some(obstacle));
     let (times, when) = times(&lower, &all, world);
-    let when = if when == When::Unsaid {
+    let when = if when == MentionedTime::Unsaid {
         above.time
     } else {
         when
     };
     let step = match when {
-        When::Unsaid => None,
-        When::Step(step) => Some(step),
-        When::Unclear => return,
+        MentionedTime::Unsaid => None,
+        MentionedTime::Step(step) => Some(step),
+        MentionedTime::Unclear => return,
     };
     let taken: Vec<bool> = all
         .iter()
@@ -212,9 +212,9 @@ fn row(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &m
         return;
     };
     let step = match above.time {
-        When::Unclear => return,
-        When::Step(step) => Some(step),
-        When::Unsaid => None,
+        MentionedTime::Unclear => return,
+        MentionedTime::Step(step) => Some(step),
+        MentionedTime::Unsaid => None,
     };
     for (i, (from, cell)) in cells.iter().enumerate() {
         let title = above.titles.get(i).map_or("", String::as_str);

@@ -6,7 +6,7 @@ use super::place::has_word;
 
 /// The time that a text speaks of.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum When {
+pub enum MentionedTime {
     #[default]
     Unsaid,
     Step(i64),
@@ -15,9 +15,9 @@ pub enum When {
 }
 
 /// Which numbers are times, and the step that they name.
-pub fn times(lower: &str, all: &[Number], world: &World<'_>) -> (Vec<usize>, When) {
+pub fn times(lower: &str, all: &[Number], world: &World<'_>) -> (Vec<usize>, MentionedTime) {
     let mut places = Vec::new();
-    let mut when = When::Unsaid;
+    let mut when = MentionedTime::Unsaid;
     for (place, number) in all.iter().enumerate() {
         let before =
             lower[..number.span.start].trim_end_matches(['*', ' ', '`', ':', '=', '(', '~', '"']);
@@ -42,41 +42,46 @@ pub fn times(lower: &str, all: &[Number], world: &World<'_>) -> (Vec<usize>, Whe
         };
         places.push(place);
         when = match (when, named) {
-            (When::Unsaid, Some(step)) => When::Step(step),
-            (When::Step(now), Some(step)) if now == step => when,
-            _ => When::Unclear,
+            (MentionedTime::Unsaid, Some(step)) => MentionedTime::Step(step),
+            (MentionedTime::Step(now), Some(step)) if now == step => when,
+            _ => MentionedTime::Unclear,
         };
     }
     (places, when)
 }
 
 /// The time that a heading sets for what stands under it; `now` is that of the heading before.
-pub fn heading_time(lower: &str, line: &str, world: &World<'_>, now: When) -> When {
+pub fn heading_time(
+    lower: &str,
+    line: &str,
+    world: &World<'_>,
+    now: MentionedTime,
+) -> MentionedTime {
     let all = numbers(line);
     let (_, when) = times(lower, &all, world);
     let seconds: Vec<&Number> = all.iter().filter(|n| n.unit == Unit::Second).collect();
     match when {
         // "timestep 6.5s - 7.3s", "timesteps 3 to 9"
-        _ if seconds.len() > 1 || has_word(lower, "timesteps") => When::Unclear,
-        When::Unsaid if lower.contains("step") => match seconds.as_slice() {
+        _ if seconds.len() > 1 || has_word(lower, "timesteps") => MentionedTime::Unclear,
+        MentionedTime::Unsaid if lower.contains("step") => match seconds.as_slice() {
             // "most recent timestep (0.9 seconds)"
-            [one] => step_at(one.value, world).map_or(When::Unclear, When::Step),
+            [one] => step_at(one.value, world).map_or(MentionedTime::Unclear, MentionedTime::Step),
             _ if ["summary", "conclusion"]
                 .iter()
                 .any(|word| lower.contains(word)) =>
             {
-                When::Unsaid
+                MentionedTime::Unsaid
             }
             _ => now,
         },
-        When::Unsaid
+        MentionedTime::Unsaid
             if ["summary", "conclusion", "json"]
                 .iter()
                 .any(|word| lower.contains(word)) =>
         {
-            When::Unsaid
+            MentionedTime::Unsaid
         }
-        When::Unsaid => now,
+        MentionedTime::Unsaid => now,
         said => said,
     }
 }

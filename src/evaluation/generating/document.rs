@@ -11,7 +11,7 @@ impl Authored {
     #[must_use]
     pub fn document(&self, taken: Option<&Attack>) -> Value {
         let (choice, spent) = (&self.choice, &self.spent);
-        let taken = taken.and_then(|attack| self.of(attack));
+        let taken = taken.and_then(|attack| self.source_of(attack));
         let proposal = choice.proposal.as_ref();
         let refused = proposal.and_then(|p| p.refused.as_ref());
         json!({

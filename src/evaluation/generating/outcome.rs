@@ -114,7 +114,7 @@ impl Authored {
 
     /// Where an attack of [`Authored::taken`] comes from.
     #[must_use]
-    pub fn of(&self, attack: &Attack) -> Option<&AuthoredAttack> {
+    pub fn source_of(&self, attack: &Attack) -> Option<&AuthoredAttack> {
         self.attacks.iter().find(|a| {
             a.admitted.attack.change == attack.change && a.admitted.attack.asked == attack.asked
         })

@@ -184,7 +184,7 @@ fn truth_comes_from_the_annotations() {
     );
     put(root, "Results/LLM/x/annotation_bad.csv", "a,b\n1,2\n");
     let (labels, problems) = truth(root);
-    assert_eq!(labels.of("ZAM_A-1"), Some(Label::Collision(Some(7))));
-    assert_eq!(labels.of("ZAM_B-1"), Some(Label::Safe));
+    assert_eq!(labels.get("ZAM_A-1"), Some(Label::Collision(Some(7))));
+    assert_eq!(labels.get("ZAM_B-1"), Some(Label::Safe));
     assert_eq!(problems.len(), 1);
 }

@@ -54,7 +54,7 @@ impl Half {
 
 /// How often the obstacle that collides is named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Named {
+pub struct NamingCounts {
     /// Verdicts on collisions whose obstacle is known.
     pub n: u32,
     /// Of them those that name it as the danger, see [`super::super::recorded::accused`].
@@ -91,7 +91,7 @@ pub struct Cell {
     /// Agreement with the built-in judge in yes and no; nothing where its verdict is not known, and of itself.
     pub kappa: Option<Kappa>,
     /// The obstacle that collides.
-    pub named: Named,
+    pub named: NamingCounts,
     /// Risk scores beside the truth.
     pub calibration: Calibration,
     /// Agreement of several samples.
@@ -131,7 +131,7 @@ fn taken(one: &Scored) -> Option<Consumed> {
 
 impl Cell {
     /// Counts the answers of one way.
-    pub(super) fn of(way: &PromptConfig, half: Half, scored: &[&Scored]) -> Self {
+    pub(super) fn count(way: &PromptConfig, half: Half, scored: &[&Scored]) -> Self {
         let taken: Vec<Consumed> = scored.iter().copied().filter_map(taken).collect();
         let mut cell = Self {
             way: way.clone(),
@@ -146,7 +146,7 @@ impl Cell {
             wrong_obstacle: 0,
             f1_interval: None,
             kappa: None,
-            named: Named::default(),
+            named: NamingCounts::default(),
             calibration: Calibration::default(),
             spread: Spread::default(),
             majority: Confusion::default(),
@@ -160,7 +160,7 @@ impl Cell {
             votes.truth = votes.truth.or(one.is_collision());
             cell.take(one, votes, &mut both);
         }
-        cell.kappa = Kappa::of(both);
+        cell.kappa = Kappa::from_counts(both);
         cell.scenarios = count(votes.len());
         for vote in votes.values() {
             cell.spread.count(vote.yes, vote.no);

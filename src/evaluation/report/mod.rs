@@ -21,7 +21,7 @@ mod stored;
 mod varied;
 
 pub use about::About;
-pub use cell::{Cell, Half, Named};
+pub use cell::{Cell, Half, NamingCounts};
 pub use consumption::Consumption;
 pub use document::{Align, Block, Document, Table};
 pub use names::technique;
@@ -53,7 +53,7 @@ pub struct Report {
 impl Report {
     /// Counts answers. The order of the answers does not matter.
     #[must_use]
-    pub fn of(scored: &[Scored]) -> Self {
+    pub fn from_scored(scored: &[Scored]) -> Self {
         let mut ways: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
         for one in scored {
             ways.entry(&one.way).or_default().push(one);
@@ -66,13 +66,13 @@ impl Report {
                     .copied()
                     .filter(|one| half.holds(one))
                     .collect();
-                (!part.is_empty()).then(|| Cell::of(way, half, &part))
+                (!part.is_empty()).then(|| Cell::count(way, half, &part))
             };
             Half::ALL.into_iter().filter_map(half).collect::<Vec<_>>()
         });
         Self {
             cells: cells.flatten().collect(),
-            pairs: pairs::of(&ways),
+            pairs: pairs::compare_pairs(&ways),
             about: About::default(),
             varied: Varied::default(),
         }

@@ -29,7 +29,7 @@ pub struct Pair {
 type Right<'a> = BTreeMap<&'a str, Option<bool>>;
 
 /// Every pair, in the order of the ways.
-pub(super) fn of(ways: &[(&PromptConfig, Vec<&Scored>)]) -> Vec<Pair> {
+pub(super) fn compare_pairs(ways: &[(&PromptConfig, Vec<&Scored>)]) -> Vec<Pair> {
     let right: Vec<Right<'_>> = ways.iter().map(|(_, scored)| right(scored)).collect();
     let mut pairs = Vec::new();
     for (i, (first, _)) in ways.iter().enumerate() {
@@ -108,7 +108,7 @@ fn pair(
         differs,
         n: count(said.len()),
         left_out: count(both.len() - said.len()),
-        test: McNemar::of(only((true, false)), only((false, true))),
+        test: McNemar::from_discordant(only((true, false)), only((false, true))),
         corrected: 1.0,
     })
 }

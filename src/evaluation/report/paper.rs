@@ -163,8 +163,8 @@ impl Paper {
     ///
     /// # Errors
     /// As [`published`].
-    pub fn of(scored: &[Scored]) -> Result<Self, String> {
-        let report = Report::of(scored);
+    pub fn from_scored(scored: &[Scored]) -> Result<Self, String> {
+        let report = Report::from_scored(scored);
         let find = |wanted: &dyn Fn(&PromptConfig) -> bool| {
             report.whole().find(|c| wanted(&c.way)).cloned()
         };

@@ -83,7 +83,7 @@ fn key(answer: &Recorded) -> (&str, bool) {
 /// The truth about a scenario: where only some are annotated, it is unknown for the others.
 fn label(labels: &Labels, name: &str, collision: bool) -> Option<Label> {
     match labels.iter().next() {
-        Some(_) => labels.of(name),
+        Some(_) => labels.get(name),
         None => Some(half(collision)),
     }
 }

@@ -125,7 +125,7 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
     let mut of_batches: BTreeMap<String, u32> = BTreeMap::new();
     let mut label = |outcome: &Outcome| {
         let name = outcome.scenario.as_str();
-        if let Some(label) = truth.labels.of(name) {
+        if let Some(label) = truth.labels.get(name) {
             return Some(label);
         }
         if let Some((batch, label)) = truth.of_batches.get(&outcome.run) {

@@ -73,7 +73,7 @@ fn every_question_is_in_one_place() {
     scored[3].reference = Some(verdict(Task::Safety, true, &[]));
     scored[0].consumed.cost_usd = Some(0.5);
     scored[0].consumed.duration_ms = Some(2000);
-    let report = Report::of(&scored);
+    let report = Report::from_scored(&scored);
     let names: Vec<_> = report.cells.iter().map(|c| c.half.name()).collect();
     assert_eq!(names, ["collision", "normal", "unknown", "all"]);
     let all = report.whole().next().unwrap().json();
@@ -137,7 +137,7 @@ fn samples_are_summed_up_by_scenario() {
     scored.push(tie.clone());
     tie.status = says(false, &[]);
     scored.push(tie);
-    let all = Report::of(&scored).whole().next().unwrap().json();
+    let all = Report::from_scored(&scored).whole().next().unwrap().json();
     assert_eq!(
         (&all["technique"], &all["n"], &all["scenarios"]),
         (&"all".into(), &8.into(), &3.into())
@@ -169,7 +169,7 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
         .position(|s| s.way == cp && s.scenario == "c")
         .unwrap();
     scored[at].status = says(false, &[]);
-    let report = Report::of(&scored);
+    let report = Report::from_scored(&scored);
     let pairs: Vec<_> = report
         .pairs
         .iter()
@@ -195,7 +195,7 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
 fn nothing_from_outside_is_obeyed() {
     let hostile = "lab/<script>alert(1)</script>|`a`\u{1b}[31m_&%$";
     let way = way(Task::Safety, "cp", hostile);
-    let report = Report::of(&answers(&way)).about(About {
+    let report = Report::from_scored(&answers(&way)).about(About {
         notes: vec!["<b>note</b> \\input{x}".into()],
         ..About::default()
     });
@@ -259,7 +259,7 @@ fn a_row_that_stands_in_two_tables_is_counted_once() {
         ..way(Task::Collision, "all", "recorded/gemini-1.5-pro")
     };
     let alarm = one("c", &way, Some(Label::Safe), says(true, &[]));
-    let paper = Paper::of(&[alarm]).unwrap();
+    let paper = Paper::from_scored(&[alarm]).unwrap();
     let repeats: Vec<_> = paper
         .comparisons
         .iter()
@@ -288,7 +288,7 @@ fn a_row_that_stands_in_two_tables_is_counted_once() {
 
 #[test]
 fn ends_of_intervals_have_columns_of_their_own() {
-    let csv = Report::of(&answers(&way(Task::Safety, "cp", "lab/x")))
+    let csv = Report::from_scored(&answers(&way(Task::Safety, "cp", "lab/x")))
         .csv()
         .unwrap();
     let mut reader = ::csv::Reader::from_reader(csv.as_bytes());
@@ -350,7 +350,7 @@ fn what_is_known_to_cost_nothing_is_no_unknown_cost() {
         one("d", &models, safe, AnswerStatus::Failed("cut".into())),
         one("a", &judges, safe, says(true, &[])),
     ];
-    let report = Report::of(&scored);
+    let report = Report::from_scored(&scored);
     let of = |way: &PromptConfig| report.whole().find(|c| c.way == *way).unwrap().json();
     let (model, judge) = (of(&models), of(&judges));
     assert_eq!(model["cost_unknown"], 2, "an answer and one that was cut");

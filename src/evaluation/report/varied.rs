@@ -27,7 +27,7 @@ pub const SAME_WORDS: &str =
 impl Varied {
     /// Counts the answers of a batch.
     #[must_use]
-    pub fn of(answers: &Answers) -> Self {
+    pub fn from_answers(answers: &Answers) -> Self {
         let mut paired = answers.plain.clone();
         paired.extend(answers.changed.iter().cloned());
         let mut order: Vec<Lead> = Vec::new();

@@ -25,7 +25,7 @@ impl Kappa {
     /// times the standard error of J. L. Fleiss, J. Cohen and B. S. Everitt, "Large sample standard errors of kappa
     /// and weighted kappa", Psychological Bulletin 72 (1969), within −1 and 1.
     #[must_use]
-    pub fn of(counts: [u32; 4]) -> Option<Self> {
+    pub fn from_counts(counts: [u32; 4]) -> Option<Self> {
         let n: u32 = counts.iter().sum();
         if n == 0 {
             return None;
@@ -85,7 +85,7 @@ mod tests {
             ([10, 0, 0, 10], 1.0, 1.0, 1.0),
             ([0, 5, 5, 0], -1.0, -1.0, -1.0),
         ] {
-            let found = Kappa::of(counts).unwrap();
+            let found = Kappa::from_counts(counts).unwrap();
             let interval = found.interval.unwrap();
             let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
             assert!(near(found.kappa.unwrap(), kappa), "{found:?}");
@@ -98,11 +98,11 @@ mod tests {
 
     #[test]
     fn who_always_says_the_same_has_no_kappa() {
-        let same = Kappa::of([7, 0, 0, 0]).unwrap();
+        let same = Kappa::from_counts([7, 0, 0, 0]).unwrap();
         assert_eq!(
             (same.agreement, same.kappa, same.interval),
             (1.0, None, None)
         );
-        assert_eq!(Kappa::of([0; 4]), None);
+        assert_eq!(Kappa::from_counts([0; 4]), None);
     }
 }

@@ -26,7 +26,7 @@ impl McNemar {
     /// Q. McNemar, "Note on the sampling error of the difference between correlated proportions or percentages",
     /// Psychometrika 12 (1947); the correction is of A. L. Edwards, Psychometrika 13 (1948).
     #[must_use]
-    pub fn of(only_first: u32, only_second: u32) -> Self {
+    pub fn from_discordant(only_first: u32, only_second: u32) -> Self {
         let all = only_first + only_second;
         let (chi_square, p) = if all < EXACT_BELOW {
             (None, exact(only_first.min(only_second), all))
@@ -92,7 +92,7 @@ mod tests {
                 0.000_180_950_490_437_567_56,
             ),
         ] {
-            let found = McNemar::of(b, c);
+            let found = McNemar::from_discordant(b, c);
             assert!((found.p - p).abs() < 1e-12, "{b} {c}: {found:?}");
             let near = match (found.chi_square, chi_square) {
                 (Some(a), Some(b)) => (a - b).abs() < 1e-9,
@@ -100,7 +100,7 @@ mod tests {
             };
             assert!(near, "{b} {c}: {found:?}");
         }
-        assert_eq!(McNemar::of(0, 0).p, 1.0);
+        assert_eq!(McNemar::from_discordant(0, 0).p, 1.0);
     }
 
     /// statsmodels 0.15, `multipletests(p, method="holm")`.

@@ -19,7 +19,7 @@ pub(super) fn who<'a>(
     }
     let unable = || Refusal::whole_motion(Reason::Unable(id));
     let footprint = obstacle.footprint.as_ref().ok_or_else(unable)?;
-    let can = Capability::of(obstacle).ok_or_else(unable)?;
+    let can = Capability::for_obstacle(obstacle).ok_or_else(unable)?;
     let from = change
         .from()
         .ok_or_else(|| Refusal::whole_motion(Reason::Gap))?;

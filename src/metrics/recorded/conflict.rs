@@ -9,10 +9,10 @@ use crate::metrics::{Context, NoValue};
 
 /// When the two are in their conflict area: first and last recorded step of each.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::metrics) struct Conflict(Result<Both, NoValue>);
+pub(in crate::metrics) struct Conflict(Result<Passages, NoValue>);
 
 #[derive(Debug, Clone, Copy)]
-struct Both {
+struct Passages {
     ego: Inside,
     other: Inside,
 }
@@ -29,8 +29,8 @@ struct Inside {
 
 impl Conflict {
     /// The conflict of the ego with another over both whole recordings.
-    pub fn of(context: &Context<'_>, participant: usize) -> Self {
-        Self(Both::of(context, participant))
+    pub fn new(context: &Context<'_>, participant: usize) -> Self {
+        Self(Passages::of(context, participant))
     }
 
     /// Time steps from entering to leaving of the ego.
@@ -45,7 +45,7 @@ impl Conflict {
 
     /// Time steps from the leaving of the first to the entering of the second.
     pub fn post_encroachment(&self) -> Result<i64, NoValue> {
-        let Both { ego, other } = self.0?;
+        let Passages { ego, other } = self.0?;
         let (first, second) = if ego.last < other.first {
             (ego, other)
         } else if other.last < ego.first {
@@ -61,7 +61,7 @@ impl Conflict {
     }
 }
 
-impl Both {
+impl Passages {
     fn of(context: &Context<'_>, participant: usize) -> Result<Self, NoValue> {
         if context.stands(participant) {
             return Err(NoValue::NoConflictArea);

@@ -99,7 +99,7 @@ impl Facts {
         };
         let scene = Scene::new(scenario, ego);
         facts.seconds = length(scene.steps(), &scene.scenario);
-        facts.headline = Some(Headline::of(&series(&scene, thresholds)));
+        facts.headline = Some(Headline::from_series(&series(&scene, thresholds)));
         facts.count(entry, &scene, thresholds, verdicts);
         Ok(facts)
     }

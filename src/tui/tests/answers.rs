@@ -5,7 +5,7 @@ use crate::evaluation::{Event, Judged, Missing};
 use crate::llm::{Chunk, Dialect, Discovered};
 use crate::tui::message::{Effect, Msg, StoredOf};
 use crate::tui::model::{Pane, Progress, Shown};
-use crate::verdict::How;
+use crate::verdict::ParseQuality;
 
 /// What the workbench wants earlier answers about.
 pub fn stored_of(bench: &Bench) -> StoredOf {
@@ -129,7 +129,7 @@ fn a_repaired_verdict_is_marked_wherever_it_is_shown() {
     let (id, _) = bench.asked();
     let mut said = answer("lab/small", true, 301);
     if let Judged::Verdict(parsed) = &mut said.judged {
-        parsed.how = How::Repaired(vec!["comments were skipped".into()]);
+        parsed.how = ParseQuality::Repaired(vec!["comments were skipped".into()]);
     }
     bench.send(Msg::Answered(id, Ok(Box::new(said))));
     let frame = bench.frame(140, 40);

@@ -19,7 +19,7 @@ use crate::tui::model::Model;
 use crate::tui::theme::Theme;
 use crate::tui::update::update;
 use crate::tui::views;
-use crate::verdict::{How, ObstacleRisk, Parsed, Task, Verdict};
+use crate::verdict::{ObstacleRisk, ParseQuality, Parsed, Task, Verdict};
 
 pub struct Bench {
     pub model: Model,
@@ -190,7 +190,7 @@ pub fn answer(model: &str, dangerous: bool, obstacle: i64) -> Answer {
         model_returned: None,
         judged: Judged::Verdict(Parsed {
             verdict,
-            how: How::Strict,
+            how: ParseQuality::Strict,
         }),
         text: "the answer".into(),
         reasoning: "the reasoning".into(),

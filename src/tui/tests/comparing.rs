@@ -209,7 +209,7 @@ fn what_may_have_been_sent_is_not_called_unsent() {
 #[test]
 fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
     use crate::verdict::{
-        AttackerChoice, How, Manoeuvre, ManoeuvreKind, Motion, NewMotion, ObstacleRisk,
+        AttackerChoice, Manoeuvre, ManoeuvreKind, Motion, NewMotion, ObstacleRisk, ParseQuality,
         ParsedAnswer, Reading, Task,
     };
     let mut bench = Bench::bundled();
@@ -252,7 +252,7 @@ fn the_task_goes_round_all_four_and_answers_to_each_are_shown() {
         let mut given = answer("lab/small", true, 301);
         given.judged = Judged::Other(Reading {
             said,
-            how: How::Strict,
+            how: ParseQuality::Strict,
         });
         bench.send(Msg::Answered(id, Ok(Box::new(given))));
     };

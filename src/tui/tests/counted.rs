@@ -121,7 +121,7 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     assert_eq!(counts(&kept, 0), [0, 1, 2, 0, 0, 0, 0]);
     // As the report of the batch has it.
     let scored = crate::evaluation::batch::scored(&kept.store, batch).unwrap();
-    let report = Report::of(&scored);
+    let report = Report::from_scored(&scored);
     let cell = report.cells.iter().find(|c| c.half == Half::All).unwrap();
     let row = &kept.bench.model.results.rows[0];
     assert_eq!(

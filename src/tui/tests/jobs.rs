@@ -276,7 +276,7 @@ fn surveys_and_rankings_are_listed_and_stopped() {
 fn an_answer_of_the_store_costs_nothing() {
     let (mut bench, id) = asking();
     let mut found = ended(true, true).unwrap();
-    found.answer.past = Some(crate::evaluation::Past {
+    found.answer.past = Some(crate::evaluation::StoredOrigin {
         created_ms: 0,
         origin: crate::store::Origin::Asked,
         sample: 0,

@@ -2,7 +2,7 @@
 
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
-use crate::evaluation::{Answer, Judged, Missing, Past};
+use crate::evaluation::{Answer, Judged, Missing, StoredOrigin};
 use crate::store::{Origin, RunId};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::Shown;
@@ -19,7 +19,7 @@ fn shift_r_asks_anew_and_an_answer_of_the_store_says_so() {
     bench.press("r");
     assert!(!fresh(&bench));
     let (id, _) = bench.asked();
-    let past = Past {
+    let past = StoredOrigin {
         created_ms: 0,
         origin: Origin::Asked,
         sample: 0,
@@ -56,7 +56,7 @@ fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
         })
         .unwrap();
     assert!(of.recorded && of.name.starts_with("ZAM_"));
-    let past = Past {
+    let past = StoredOrigin {
         created_ms: 0,
         origin: Origin::Recorded,
         sample: 0,

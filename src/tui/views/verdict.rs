@@ -11,7 +11,7 @@ use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
 use self::table::{LABEL, Row, Table};
-use crate::evaluation::{Judged, Past};
+use crate::evaluation::{Judged, StoredOrigin};
 use crate::judge;
 use crate::store::{Origin, RunId};
 use crate::tui::action::Action;
@@ -201,7 +201,7 @@ fn other_window(model: &Model, column: &Column) -> bool {
 }
 
 /// Whence an answer of the store.
-fn stored(past: &Past, run: Option<RunId>) -> String {
+fn stored(past: &StoredOrigin, run: Option<RunId>) -> String {
     let run = run.map_or("of the store".into(), |run| {
         format!("run {run} of the store")
     });

@@ -55,7 +55,7 @@ fn attackers() {
             "{answer}"
         );
         assert_eq!(
-            reading.how == How::Strict,
+            reading.how == ParseQuality::Strict,
             *as_asked,
             "{answer}: {:?}",
             reading.how
@@ -133,7 +133,7 @@ fn trajectories() {
             "{answer}"
         );
         assert_eq!(
-            reading.how == How::Strict,
+            reading.how == ParseQuality::Strict,
             answer == strict,
             "{:?}",
             reading.how
@@ -154,7 +154,11 @@ fn trajectories() {
                 r#"{{"obstacle": 4, "waypoints": null, "manoeuvre": {{"kind": "{word}", "start": 1.0, "duration": 2.5, "gap": 3.0, "speed": null}}, "justification": "j"}}"#
             );
             let reading = read(Task::Trajectory, &answer).unwrap();
-            assert_eq!(reading.how == How::Strict, word == kind.name(), "{answer}");
+            assert_eq!(
+                reading.how == ParseQuality::Strict,
+                word == kind.name(),
+                "{answer}"
+            );
             let ParsedAnswer::Trajectory(new) = reading.said else {
                 panic!()
             };

@@ -6,7 +6,7 @@ use super::*;
 fn as_asked_for() {
     let answer = "Thinking {a}.\n```json\n{\"collision\": true, \"obstacles\": [{\"id\": 7, \"risk_score\": 0, \"reason\": \"hit\"}], \"justification\": \"x\"}\n```";
     let parsed = parse(Task::Collision, answer).unwrap();
-    assert_eq!(parsed.how, How::Strict);
+    assert_eq!(parsed.how, ParseQuality::Strict);
     assert!(parsed.verdict.dangerous);
     assert_eq!(parsed.verdict.worst().unwrap().id, 7);
 }
@@ -16,7 +16,7 @@ fn the_words_of_the_paper() {
     let answer = r#"{"CollisionObstacles": null, "ExtremeRiskObstacle": {"ObstacleID": "30674.0", "OverallRiskScore": "1"},
         "ScenarioAnalysis": {"IsCollisionScenario": false, "Justification": "none"}}"#;
     let parsed = parse(Task::Collision, answer).unwrap();
-    assert!(matches!(parsed.how, How::Repaired(_)));
+    assert!(matches!(parsed.how, ParseQuality::Repaired(_)));
     assert!(!parsed.verdict.dangerous);
     assert_eq!(parsed.verdict.obstacles[0].id, 30674);
     assert_eq!(parsed.verdict.obstacles[0].risk_score, 1);
@@ -35,7 +35,7 @@ fn the_last_decision_counts() {
 fn out_of_range_scores_are_not_believed() {
     let answer = r#"{"collision": false, "obstacles": [{"id": 1, "risk_score": 9, "reason": ""}], "justification": ""}"#;
     let parsed = parse(Task::Collision, answer).unwrap();
-    assert!(parsed.verdict.obstacles.is_empty() && matches!(parsed.how, How::Repaired(_)));
+    assert!(parsed.verdict.obstacles.is_empty() && matches!(parsed.how, ParseQuality::Repaired(_)));
 }
 
 #[test]
@@ -73,8 +73,8 @@ fn expect(task: Task, answer: &str, (dangerous, obstacles): Wanted<'_>) -> Vec<S
         "{answer}"
     );
     match parsed.how {
-        How::Strict => Vec::new(),
-        How::Repaired(notes) => notes,
+        ParseQuality::Strict => Vec::new(),
+        ParseQuality::Repaired(notes) => notes,
     }
 }
 
@@ -312,7 +312,7 @@ fn large_answers_take_no_long_time_and_give_no_long_notes() {
             let read = read(task, &answer);
             assert!(begun.elapsed().as_secs() < 10, "{task:?} {}", &answer[..40]);
             if let Ok(Reading {
-                how: How::Repaired(notes),
+                how: ParseQuality::Repaired(notes),
                 ..
             }) = read
             {

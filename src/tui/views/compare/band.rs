@@ -157,7 +157,7 @@ pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
         if ratings.is_empty() {
             continue;
         }
-        let standings = Standings::of(ratings, by);
+        let standings = Standings::from_ratings(ratings, by);
         let head = format!(
             "{} games won tied lost wrong  strength (95 %)",
             pad(name, 30)
