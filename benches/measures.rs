@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use nearmiss::formats::{Entry, bundled, find};
 use nearmiss::metrics::{Context, MEASURES, Measure, Series, measure};
-use nearmiss::scenario::{Entry, Scene, bundled, find};
+use nearmiss::scenario::Scene;
 
 fn scenes(entries: &[Entry]) -> Vec<Scene> {
     let scene = |entry: &Entry| {

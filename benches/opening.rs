@@ -7,9 +7,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use nearmiss::formats::{commonroad, read_recording};
 use nearmiss::judge::judge;
 use nearmiss::metrics::{Headline, MEASURES, Series};
-use nearmiss::scenario::{Scene, Window, commonroad, read_recording};
+use nearmiss::scenario::{Scene, Window};
 use nearmiss::verdict::Task;
 use quick_xml::Reader;
 use quick_xml::events::Event;

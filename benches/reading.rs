@@ -8,8 +8,9 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use nearmiss::formats::{Entry, Place, commonroad, find};
 use nearmiss::metrics::{Headline, MEASURES, Series};
-use nearmiss::scenario::{Entry, Place, Scene, commonroad, find};
+use nearmiss::scenario::Scene;
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use rayon::prelude::*;

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nearmiss::evaluation::batch::{Matrix, RequestSettings, Spec, TruthSource};
+use nearmiss::formats::{WantedEgo, bundled};
 use nearmiss::prompts::Techniques;
-use nearmiss::scenario::{WantedEgo, bundled};
 use nearmiss::store::{Ending, NewItem, NewRun, Origin, Run, RunId, RunState, Store};
 use nearmiss::text::Frame;
 use nearmiss::tui::stage::Stage;

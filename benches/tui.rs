@@ -7,7 +7,8 @@
 use std::path::{Path, PathBuf};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use nearmiss::scenario::{Entry, Scenario, bundled};
+use nearmiss::formats::{Entry, bundled};
+use nearmiss::scenario::Scenario;
 use nearmiss::tui::stage::Stage;
 
 const SIZE: (u16, u16) = (200, 60);

@@ -6,7 +6,7 @@
 //! # How data flows
 //!
 //! ```text
-//!  files ──► scenario ──► metrics ──► text ──► prompts ──► llm ──► verdict ──┐
+//! formats ─► scenario ──► metrics ──► text ──► prompts ──► llm ──► verdict ──┐
 //!               │            │                                              ▼
 //!               │            ├──► judge: the right answer ────────────► evaluation ──► store
 //!               │            ├──► picture: figures                          ▲          reports
@@ -17,7 +17,7 @@
 //!  the user wants; geometry and system lie beneath
 //! ```
 //!
-//! A file becomes a [`scenario::Scenario`], and with an ego a [`scenario::Scene`], on which everything else works.
+//! [`formats`] reads a file; it becomes a [`scenario::Scenario`], and with an ego a [`scenario::Scene`], on which everything else works.
 //! [`metrics`] reads numbers off it and [`text`] puts a window of it into words; [`prompts`] wraps the words into
 //! messages, [`llm`] sends them, and [`verdict`] reads the answer. [`judge`] answers the same questions from
 //! geometry. [`evaluation`] joins these parts: it runs a case from end to end and keeps it in the [`store`].
@@ -29,7 +29,8 @@
 //! | module | the question it answers |
 //! |---|---|
 //! | [`geometry`] | Do two bodies touch, how far apart are they, when do they meet? |
-//! | [`scenario`] | What does this file say, where is its ego, what is doubtful in it? |
+//! | [`formats`] | Which files are there, what do they say, and where is the ego? |
+//! | [`scenario`] | What is on the road, who is where at a step, what is doubtful? |
 //! | [`metrics`] | How dangerous is an obstacle at a step, and by which definition? |
 //! | [`text`] | How is a window of a scene put into words, and where does each number in them come from? |
 //! | [`prompts`] | Which template is used, what does it become, what bounds it? |
@@ -69,6 +70,8 @@ pub mod cli;
 pub mod docs;
 /// One case from end to end.
 pub mod evaluation;
+/// Files: CommonRoad scenarios, solutions and egos, found, read and written.
+pub mod formats;
 /// Making a safe scenario dangerous: attackers, the gate, avoidability.
 pub mod generation;
 /// Poses, footprints, polylines, polygons, with exact distances.
@@ -85,7 +88,7 @@ pub mod picture;
 pub mod planner;
 /// Prompt templates and how they are filled.
 pub mod prompts;
-/// Scenarios and scenes, and the files they come from.
+/// Scenarios and scenes.
 pub mod scenario;
 /// What the user wants: folders, configuration, themes, tags.
 pub mod settings;

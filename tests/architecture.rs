@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// Files over 400 lines, each with the reason why it is not cut.
 const LONG: &[(&str, &str)] = &[(
-    "scenario/commonroad/protobuf/messages.rs",
+    "formats/commonroad/protobuf/messages.rs",
     "generated from messages.proto",
 )];
 

@@ -13,7 +13,8 @@ mod outcome;
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
-use nearmiss::scenario::{Scene, commonroad, read_recording};
+use nearmiss::formats::{commonroad, read_recording};
+use nearmiss::scenario::Scene;
 
 /// A bundled scenario as it is declared, and as it is read back from its files.
 struct Case {

@@ -11,7 +11,8 @@ use std::path::Path;
 
 use nearmiss::evaluation::claims::{Basis, Judgement, Subject, checked};
 use nearmiss::evaluation::published;
-use nearmiss::scenario::{Scene, find};
+use nearmiss::formats::find;
+use nearmiss::scenario::Scene;
 use nearmiss::verdict::Task;
 
 use support::recorded::folder;
@@ -19,7 +20,7 @@ use support::recorded::folder;
 /// Every scene below the folder, by name and half of the data.
 fn scenes(root: &Path) -> BTreeMap<(String, String), Scene> {
     let found = find(&[root.to_path_buf()]).unwrap();
-    let scene = |entry: &nearmiss::scenario::Entry| {
+    let scene = |entry: &nearmiss::formats::Entry| {
         let scenario = entry.read().ok()?;
         let ego = entry.recorded_ego(&scenario).ok()??;
         let hash = scenario.hash.to_string();

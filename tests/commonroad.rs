@@ -6,7 +6,7 @@ mod random;
 
 use std::path::{Path, PathBuf};
 
-use nearmiss::scenario::commonroad::{conform, read, write};
+use nearmiss::formats::commonroad::{conform, read, write};
 use nearmiss::scenario::{ContentHash, Scenario};
 
 /// What is compared: everything but the hash of the bytes and what was said about them.

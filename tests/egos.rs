@@ -4,11 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use nearmiss::scenario::commonroad::{ProblemSolution, Solution, read_file, write_solution};
-use nearmiss::scenario::{
-    Ego, EgoError, EgoSource, Scenario, Severity, Track, VehicleModel, VehicleType, bundled,
-    find_recording, read_ego, write_recording,
-};
+use nearmiss::formats::commonroad::{ProblemSolution, Solution, read_file, write_solution};
+use nearmiss::formats::{EgoError, bundled, find_recording, read_ego, write_recording};
+use nearmiss::scenario::{Ego, EgoSource, Scenario, Severity, Track, VehicleModel, VehicleType};
 
 #[path = "egos/log.rs"]
 mod log;

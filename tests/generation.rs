@@ -7,8 +7,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use nearmiss::evaluation::default_planning;
+use nearmiss::formats::{Entry, commonroad, find};
 use nearmiss::generation::{Consequence, Effort, Gate, Selection, VariantGenerator};
-use nearmiss::scenario::{Entry, Scenario, commonroad, find};
+use nearmiss::scenario::Scenario;
 
 /// Every so many scenarios are taken, with fewer motions: the search is slow without optimisation.
 const EVERY: usize = if cfg!(debug_assertions) { 15 } else { 1 };

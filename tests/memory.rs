@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use nearmiss::scenario::commonroad::read;
+use nearmiss::formats::commonroad::read;
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]

@@ -41,7 +41,7 @@ fn number(name: &str) -> Option<u64> {
 #[test]
 fn the_scenario_itself_is_sound() {
     let scenario =
-        nearmiss::scenario::commonroad::read(small::scenario().as_bytes(), "small").unwrap();
+        nearmiss::formats::commonroad::read(small::scenario().as_bytes(), "small").unwrap();
     assert_eq!(scenario.obstacles.len(), 5);
     assert_eq!(scenario.network.lanelets.len(), 3);
     assert_eq!(scenario.planning_problems.len(), 1);

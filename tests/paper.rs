@@ -9,8 +9,9 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use nearmiss::formats::{Entry, commonroad, find, read_ego_file, read_recording};
 use nearmiss::metrics::paper::{RADIUS, Row, rows};
-use nearmiss::scenario::{Entry, Scene, commonroad, find, read_ego_file, read_recording};
+use nearmiss::scenario::Scene;
 
 use support::program::skipped;
 

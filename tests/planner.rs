@@ -7,8 +7,8 @@
 mod support;
 
 use nearmiss::evaluation::default_planning;
+use nearmiss::formats::{Entry, find};
 use nearmiss::planner::Forecast;
-use nearmiss::scenario::{Entry, find};
 use nearmiss::simulation::{Outcome, Settings, drive};
 use rayon::prelude::*;
 

@@ -11,8 +11,9 @@ mod rich;
 use std::path::{Path, PathBuf};
 
 use encode::{single, triple};
-use nearmiss::scenario::commonroad::{read, read_file};
-use nearmiss::scenario::{ContentHash, Diagnostic, Entry, Place, Scenario, Severity, find};
+use nearmiss::formats::commonroad::{read, read_file};
+use nearmiss::formats::{Entry, Place, find};
+use nearmiss::scenario::{ContentHash, Diagnostic, Scenario, Severity};
 use tempfile::tempdir;
 
 /// What is compared: everything but the hash of the bytes and what was said about them.

@@ -10,7 +10,7 @@ const FIRST_LINE: &str = "//! CommonRoad's protobuf messages, generated from mes
 
 #[test]
 fn the_messages_are_those_of_the_proto_file() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scenario/commonroad/protobuf");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/formats/commonroad/protobuf");
     let schema = protox::compile([folder.join("messages.proto")], [&folder]).unwrap();
     let out = tempdir().unwrap();
     let mut config = prost_build::Config::new();

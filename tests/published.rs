@@ -10,8 +10,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
+use nearmiss::formats::{Entry, find};
 use nearmiss::judge::judge;
-use nearmiss::scenario::{Entry, Scene, Window, find};
+use nearmiss::scenario::{Scene, Window};
 use nearmiss::verdict::{Task, Verdict};
 
 use support::program::skipped;

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use nearmiss::scenario::{Found, LibraryError, Why, find};
+use nearmiss::formats::{Found, LibraryError, Why, find};
 use tempfile::{TempDir, tempdir};
 
 #[path = "support/program.rs"]

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use nearmiss::scenario::commonroad::{
+use nearmiss::formats::commonroad::{
     ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory, TrajectoryKind,
     read_solution, write_solution,
 };

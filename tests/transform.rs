@@ -13,8 +13,9 @@ mod scenes;
 #[path = "transform/verdicts.rs"]
 mod verdicts;
 
+use nearmiss::formats::bundled;
 use nearmiss::metrics::{MEASURES, Mirrored, Series};
-use nearmiss::scenario::{Scene, Transform, bundled};
+use nearmiss::scenario::{Scene, Transform};
 use proptest::prelude::*;
 use scenes::{none, opened, recorded, same, some, thorough};
 

@@ -14,8 +14,8 @@ mod rows;
 #[path = "untrue/valid.rs"]
 mod valid;
 
+use nearmiss::formats::commonroad::{ReadError, read};
 use nearmiss::scenario::Scenario;
-use nearmiss::scenario::commonroad::{ReadError, read};
 
 /// One untruth.
 pub struct Row {

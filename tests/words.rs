@@ -15,7 +15,8 @@ mod whole;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use nearmiss::scenario::{Scene, bundled};
+use nearmiss::formats::bundled;
+use nearmiss::scenario::Scene;
 use nearmiss::text::{Description, Value};
 
 /// The bundled scenario with this name and its recorded ego.

@@ -10,8 +10,9 @@ use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 
+use nearmiss::formats::{commonroad, read_recording};
 use nearmiss::metrics::{Headline, Nearest, Series, measure};
-use nearmiss::scenario::{Scene, commonroad, read_recording};
+use nearmiss::scenario::Scene;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 
+use nearmiss::formats::{commonroad, write_recording};
 use nearmiss::geometry::{Footprint, Shape};
 use nearmiss::scenario::{
     ContentHash, Goal, Header, LaneletNetwork, Location, Obstacle, ObstacleRole, PlanningProblem,
-    Position, Quantity, Sample, Scenario, StateField, Steps, Track, commonroad, write_recording,
+    Position, Quantity, Sample, Scenario, StateField, Steps, Track,
 };
 
 use super::cast::state;

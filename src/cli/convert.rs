@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::open::found;
 use super::{Failure, Outcome, output};
-use crate::scenario::commonroad::{conform, save, write};
-use crate::scenario::{Entry, alike, in_short};
+use crate::formats::Entry;
+use crate::formats::commonroad::{conform, save, write};
+use crate::scenario::{alike, in_short};
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]

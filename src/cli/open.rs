@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Arguments, Failure, output};
+use crate::formats::{
+    EgoError, Entry, LibraryError, Place, WantedEgo, bundled, find, not_standard_input,
+};
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
-use crate::scenario::{
-    EgoError, Entry, LibraryError, Obstacle, ObstacleRole, Place, Scenario, Scene, Severity,
-    WantedEgo, bundled, find, not_standard_input,
-};
+use crate::scenario::{Obstacle, ObstacleRole, Scenario, Scene, Severity};
 use crate::settings::{Config, ConfigError, Folders, TextFile};
 use crate::text::Frame;
 use crate::verdict::Task;

@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use super::open::{found, scene_with};
 use super::{Failure, Outcome, output};
+use crate::formats::{Entry, WantedEgo, bundled};
 use crate::judge::{self, judge};
-use crate::scenario::{Entry, Scene, WantedEgo, Window, bundled};
+use crate::scenario::{Scene, Window};
 use crate::verdict::Task;
 
 /// Whether a user is there to look at a screen and press keys.

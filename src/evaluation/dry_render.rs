@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::question::{Case, CaseError, prepare};
 use super::settings::Settings;
+use crate::formats::bundled;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, RenderError, Techniques};
-use crate::scenario::{Scene, Window, bundled};
+use crate::scenario::{Scene, Window};
 use crate::text::Frame;
 use crate::verdict::Task;
 

@@ -10,7 +10,8 @@ use super::answer::reading;
 use super::labels::Label;
 use super::lead::{Labelled, Lead};
 use super::recorded::{Loss, Problem, Recorded, find};
-use crate::scenario::{self, Entry, Scene, Window};
+use crate::formats::Entry;
+use crate::scenario::{Scene, Window};
 use crate::store::{Ending, Key, NewRun, Origin, Run, RunId, RunState};
 use crate::verdict::Task;
 
@@ -71,7 +72,7 @@ fn of(answer: &Recorded) -> (&str, bool) {
 /// The scenarios below a folder by name; none where there is none, which is said answer by answer.
 pub(super) fn scenarios(root: &Path) -> BTreeMap<String, Vec<Entry>> {
     let mut files: BTreeMap<String, Vec<Entry>> = BTreeMap::new();
-    let found = scenario::find(&[root.to_path_buf()]);
+    let found = crate::formats::find(&[root.to_path_buf()]);
     for entry in found.map(|found| found.entries).unwrap_or_default() {
         files.entry(entry.name.clone()).or_default().push(entry);
     }

@@ -7,11 +7,12 @@ use serde_json::Value;
 
 use super::variant_document;
 use super::{Avoidability, Avoidance, Change, ClosedLoop, Consequence, Effect, Refusal};
-use crate::scenario::benchmark_id::other_traffic;
-use crate::scenario::commonroad::{
+use crate::formats::commonroad::{
     self, NewFile, SaveError, SolutionError, WriteError, write_solution,
 };
-use crate::scenario::{Scenario, VehicleModel, write_recording};
+use crate::formats::write_recording;
+use crate::scenario::benchmark_id::other_traffic;
+use crate::scenario::{Scenario, VehicleModel};
 use crate::verdict::Motion;
 
 /// A change with everything that is known about it.

@@ -4,9 +4,10 @@
 use std::sync::atomic::AtomicBool;
 
 use super::*;
+use crate::formats::{WantedEgo, bundled};
 use crate::geometry::Point;
 use crate::metrics::{MEASURES, Thresholds};
-use crate::scenario::{Scene, WantedEgo, bundled};
+use crate::scenario::Scene;
 
 fn scene(name: &str) -> Scene {
     let entry = bundled()

@@ -1,38 +1,31 @@
-//! Scenarios: the road, who is on it, and what is planned, as read from files and never changed afterwards.
+//! Scenarios: the road, its users and what is planned; immutable once read.
 
 pub mod benchmark_id;
-pub mod commonroad;
-mod ego;
+mod ego_source;
 mod identity;
 mod jump;
-mod library;
 mod names;
 mod network;
 mod obstacle;
 mod planning;
-mod plausibility;
+pub(crate) mod plausibility;
 pub mod prediction;
 mod presence;
 mod quantity;
 mod road;
 mod scene;
-mod search;
 mod signs;
 mod summary;
-mod track;
+pub(crate) mod track;
 mod transform;
 mod vehicle;
 mod window;
 
 use std::collections::BTreeMap;
 
-pub use ego::{
-    EgoError, EgoSource, WantedEgo, ego_of_solution, find_recording, read_ego, read_ego_file,
-    read_recording, write_recording,
-};
+pub use ego_source::EgoSource;
 pub use identity::ContentHash;
 pub use jump::Jump;
-pub use library::{Entry, Place, bundled};
 pub use names::{
     LaneletType, LineMarking, ObstacleRole, ObstacleType, RoadUser, Signal, SignalColor,
     StateField, TrafficDirection,
@@ -49,7 +42,6 @@ pub use road::{
     Route, RouteError, Side,
 };
 pub use scene::{Ego, Participant, Scene, SceneError};
-pub use search::{Found, LibraryError, PassedOver, Why, find, find_in_pieces, not_standard_input};
 pub use signs::SignMeaning;
 pub use summary::{alike, in_short};
 pub use track::{Derived, LONGEST_TRACK, Motion, Sample, Track};

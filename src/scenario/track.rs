@@ -203,7 +203,7 @@ fn velocities(samples: &[Sample], headings: &[f64], dt: f64, derived: &mut Deriv
 /// Forgets headings that a recorder could not know: those at steps that hardly moved.
 ///
 /// Recorders write the direction of the last displacement, which is 0 or noise at standstill.
-pub(super) fn forget_headings_at_standstill(samples: &mut [Sample]) {
+pub(crate) fn forget_headings_at_standstill(samples: &mut [Sample]) {
     for i in (1..samples.len()).rev() {
         let moved = (samples[i].position - samples[i - 1].position).norm();
         if moved < STANDSTILL {

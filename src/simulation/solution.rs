@@ -1,7 +1,7 @@
 //! A drive as a CommonRoad solution.
 
 use super::Rollout;
-use crate::scenario::commonroad::{ProblemSolution, Solution, SolutionError};
+use crate::formats::commonroad::{ProblemSolution, Solution, SolutionError};
 use crate::scenario::{Header, VehicleModel, VehicleType};
 
 impl Rollout {

@@ -5,8 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::*;
+use crate::formats::{bundled, commonroad};
 use crate::planner::{self, Cancel, Forecast, MOST_STEPS};
-use crate::scenario::{Scenario, bundled, commonroad};
+use crate::scenario::Scenario;
 
 fn usual() -> Settings {
     Settings {

@@ -22,11 +22,12 @@ pub use planned::Planned;
 pub use source::Source;
 pub use variant::{Generated, Made, VariantRequest, VariantShown, Working};
 
+use crate::formats::{Entry, WantedEgo};
 use crate::judge::{Judgement, judge_under};
 use crate::metrics::{
     Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
 };
-use crate::scenario::{Entry, Scenario, Scene, Severity, Transform, WantedEgo, Window};
+use crate::scenario::{Scenario, Scene, Severity, Transform, Window};
 use crate::verdict::{Task, Verdict};
 use crate::workflow::{MissingEgo, OpenRequest, OpenedScene, open};
 

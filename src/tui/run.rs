@@ -23,7 +23,7 @@ use super::tasks::{Remaining, Tasks, session};
 use super::terminal::{self, Events, Screen, give_back_on_panic};
 use super::update::{start, update};
 use super::{screen, views, widgets};
-use crate::scenario::{Entry, Place, WantedEgo, not_standard_input};
+use crate::formats::{Entry, Place, WantedEgo, not_standard_input};
 use crate::settings::Folders;
 use crate::store::{Filter, Store};
 use crate::system;

@@ -77,7 +77,7 @@ pub fn screen(wanted: &ScreenWanted) -> Result<(Screen, i64), String> {
 }
 
 fn read(
-    entry: &crate::scenario::Entry,
+    entry: &crate::formats::Entry,
     wanted: &ScreenWanted,
     thresholds: &Thresholds,
 ) -> Result<Opened, String> {
@@ -180,7 +180,7 @@ fn indexed(index: u8) -> Color {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::scenario::{WantedEgo, bundled};
+    use crate::formats::{WantedEgo, bundled};
 
     #[test]
     fn the_workbench_is_a_picture_of_its_cells() {

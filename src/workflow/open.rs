@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::scenario::commonroad::ReadError;
-use crate::scenario::{EgoError, Entry, Scenario, Scene, Transform, WantedEgo};
+use crate::formats::commonroad::ReadError;
+use crate::formats::{EgoError, Entry, WantedEgo};
+use crate::scenario::{Scenario, Scene, Transform};
 
 /// Which scenario is opened, and how.
 #[derive(Debug, Clone, Copy)]

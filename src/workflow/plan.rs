@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::{OpenError, OpenRequest, open};
+use crate::formats::Entry;
 use crate::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
-use crate::scenario::{Entry, PlanningProblem, Scenario, Scene};
+use crate::scenario::{PlanningProblem, Scenario, Scene};
 use crate::simulation::{Cycle, DriveError, Driver, Rollout, Settings};
 
 /// Whose ego is planned, and how.

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::*;
+use crate::formats::{Entry, WantedEgo, bundled};
 use crate::planner::{Cancel, Forecast};
-use crate::scenario::{Entry, WantedEgo, bundled};
 use crate::simulation::Settings;
 
 fn settings() -> Settings {

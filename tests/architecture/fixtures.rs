@@ -139,7 +139,7 @@ fn outside_crates_stay_at_home() {
         ("tui/keymap.rs", "use crossterm::event::KeyEvent;"),
         ("tui/terminal.rs", "use ratatui::crossterm::execute;"),
         ("llm/client.rs", "use reqwest::Url;"),
-        ("scenario/commonroad/xml.rs", "use quick_xml::Reader;"),
+        ("formats/commonroad/xml.rs", "use quick_xml::Reader;"),
         ("geometry/convert.rs", "use parry2d_f64::math::Pose;"),
     ] {
         accepted(path, text);

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use super::source::{self, Source, Target};
 
 /// The modules of the domain; evaluation, the command line and the terminal may use them all.
-const DOMAIN: [&str; 13] = [
+const DOMAIN: [&str; 14] = [
     "geometry",
     "scenario",
+    "formats",
     "metrics",
     "text",
     "prompts",
@@ -28,22 +29,25 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         // A key of the section for the planner is a field of its settings.
         "settings" => &["simulation", "planner", "scenario"],
         "scenario" => &["geometry"],
+        "formats" => &["scenario", "geometry"],
         "metrics" | "planner" => &["scenario", "geometry"],
         "text" => &["metrics", "scenario", "geometry"],
         "judge" => &["metrics", "scenario", "geometry", "verdict"],
-        "simulation" => &["planner", "metrics", "scenario", "geometry"],
+        // Drives are written as solutions, variants as scenarios.
+        "simulation" => &["planner", "metrics", "formats", "scenario", "geometry"],
         "generation" => &[
             "simulation",
             "planner",
             "text",
             "metrics",
             "verdict",
+            "formats",
             "scenario",
             "geometry",
         ],
         "store" => &["verdict"],
         // Figures show scenes and their measures; the screen of the terminal comes to them as cells. Themes give both their colours.
-        "picture" => &["metrics", "scenario", "geometry", "settings"],
+        "picture" => &["metrics", "formats", "scenario", "geometry", "settings"],
         "evaluation" => &DOMAIN,
         "workflow" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
         // The manual is printed by a command.
@@ -65,8 +69,8 @@ const HOMES: [(&str, &[&str]); 17] = [
     ("ratatui", &["tui/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["llm/"]),
-    ("quick_xml", &["scenario/commonroad/"]),
-    ("prost", &["scenario/commonroad/protobuf/"]),
+    ("quick_xml", &["formats/commonroad/"]),
+    ("prost", &["formats/commonroad/protobuf/"]),
     ("rusqlite", &["store/"]),
     ("minijinja", &["prompts/"]),
     ("parry", &["geometry/"]),

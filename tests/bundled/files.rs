@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use nearmiss::scenario::{Quantity, bundled, commonroad};
+use nearmiss::formats::{bundled, commonroad};
+use nearmiss::scenario::Quantity;
 
 use crate::{CASES, folder, make};
 

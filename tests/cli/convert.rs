@@ -1,6 +1,6 @@
 //! `convert`: what is written, what is mended, what is never overwritten.
 
-use nearmiss::scenario::commonroad::read;
+use nearmiss::formats::commonroad::read;
 
 use super::support::program::Home;
 use super::{BUNDLED, CUT_IN, bundled_xml};

@@ -1,7 +1,8 @@
 //! `--ego` with every kind of file, solutions under `inspect`, and the files that are no ego.
 
-use nearmiss::scenario::commonroad::{ProblemSolution, Solution, write_solution};
-use nearmiss::scenario::{VehicleModel, VehicleType, bundled};
+use nearmiss::formats::bundled;
+use nearmiss::formats::commonroad::{ProblemSolution, Solution, write_solution};
+use nearmiss::scenario::{VehicleModel, VehicleType};
 
 use super::support::program::Home;
 use super::{CUT_IN, bundled_ego, bundled_xml};

@@ -345,7 +345,8 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn new_numbers_are_told_back() {
-    use nearmiss::scenario::{Transform, bundled};
+    use nearmiss::formats::bundled;
+    use nearmiss::scenario::Transform;
     let entry = bundled()
         .into_iter()
         .find(|entry| entry.name == CUT_IN)

@@ -1,7 +1,7 @@
 //! `generate`: what is written passes the gate and opens again; what is refused and told.
 
+use nearmiss::formats::commonroad;
 use nearmiss::generation::Gate;
-use nearmiss::scenario::commonroad;
 use serde_json::json;
 
 use super::plan::{NO_PROBLEM, lines};

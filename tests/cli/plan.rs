@@ -1,7 +1,8 @@
 //! `plan`: outcomes as table and JSON, what is written and never overwritten, and settings of the planner.
 
-use nearmiss::scenario::commonroad::{TrajectoryKind, read, read_solution};
-use nearmiss::scenario::{EgoSource, Entry, VehicleType, read_recording};
+use nearmiss::formats::commonroad::{TrajectoryKind, read, read_solution};
+use nearmiss::formats::{Entry, read_recording};
+use nearmiss::scenario::{EgoSource, VehicleType};
 use nearmiss::{evaluation, planner, simulation};
 use serde_json::Value;
 

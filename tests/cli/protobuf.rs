@@ -1,7 +1,7 @@
 //! The commands on protobuf files: 2020a in one file, 2024 in three.
 
+use nearmiss::formats::commonroad::read;
 use nearmiss::scenario::Scenario;
-use nearmiss::scenario::commonroad::read;
 
 use super::encode::{single, triple};
 use super::support::program::Home;

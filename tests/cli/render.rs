@@ -146,7 +146,7 @@ fn several_pictures_make_the_folder_that_is_named() {
 fn a_variant_is_drawn_with_the_motion_before_the_change() {
     let home = Home::new();
     let name = "ZAM_RedLight-1_1_T-1";
-    let all = nearmiss::scenario::bundled();
+    let all = nearmiss::formats::bundled();
     let entry = all.iter().find(|entry| entry.name == name).unwrap();
     let original = entry.read().unwrap();
     let attacker = original.obstacles[0].id;
@@ -188,7 +188,7 @@ fn the_original_of_a_variant_is_found_where_it_was_or_where_it_is_said_to_be() {
     let name = "ZAM_RedLight-1_1_T-1";
     // Not byte for byte the bundled one: that would be found in any case.
     let text = format!("{}\n", super::bundled_xml(name));
-    let original = nearmiss::scenario::commonroad::read(text.as_bytes(), name).unwrap();
+    let original = nearmiss::formats::commonroad::read(text.as_bytes(), name).unwrap();
     let attacker = original.obstacles[0].id;
     std::fs::create_dir(home.files().join("elsewhere")).unwrap();
     home.write("in/own.xml", &text);

@@ -1,7 +1,7 @@
 //! Egos of solutions, and solutions of egos.
 
 use super::*;
-use nearmiss::scenario::commonroad::{read_solution, write};
+use nearmiss::formats::commonroad::{read_solution, write};
 
 fn solution(scenario: &Scenario, problems: Vec<ProblemSolution>) -> Solution {
     Solution {

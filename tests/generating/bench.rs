@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use nearmiss::evaluation::generating::{Author, AuthorError, Authored, Progress, write};
 use nearmiss::evaluation::{Judge, ModelJudge, Settings, default_planning};
+use nearmiss::formats::bundled;
 use nearmiss::generation::{AttackContext, ClosedLoop, Gate, Ground, admit};
 use nearmiss::geometry::{Footprint, Point, Shape};
 use nearmiss::llm::{Client, Endpoint, Parameters, Price, PriceEntry, Prices};
@@ -11,7 +12,7 @@ use nearmiss::metrics::Thresholds;
 use nearmiss::prompts::Library;
 use nearmiss::scenario::{
     Motion as State, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Position, Prediction,
-    Quantity, Scenario, Scene, Steps, bundled,
+    Quantity, Scenario, Scene, Steps,
 };
 use nearmiss::store::Store;
 use nearmiss::verdict::{Manoeuvre, ManoeuvreKind, Motion};

@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use nearmiss::formats::bundled;
 use nearmiss::generation::{Capability, Change, Refusal};
 use nearmiss::geometry::{Pose, Vector};
-use nearmiss::scenario::{Motion, Scenario, bundled};
+use nearmiss::scenario::{Motion, Scenario};
 
 pub fn scenario(name: &str) -> Arc<Scenario> {
     let entries = bundled();

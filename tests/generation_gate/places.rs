@@ -1,10 +1,10 @@
 //! Who may be changed, where a change begins, and where the body may be.
 
+use nearmiss::formats::bundled;
 use nearmiss::generation::{Change, ChangeError, Gate, Reason, Refusal};
 use nearmiss::geometry::{Shape, Vector};
 use nearmiss::scenario::{
     Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Scenario, Steps,
-    bundled,
 };
 
 use super::built::{alone, assert_near, driven, first, names, scenario, untouched};

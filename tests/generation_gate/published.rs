@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use nearmiss::formats::commonroad;
 use nearmiss::generation::{Gate, Reason, Refusal};
-use nearmiss::scenario::commonroad;
 
 use super::built::names;
 use super::support::program::skipped;

@@ -4,8 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use nearmiss::formats::commonroad;
 use nearmiss::generation::{Change, Gate};
-use nearmiss::scenario::{Scenario, commonroad};
+use nearmiss::scenario::Scenario;
 use serde_json::Value;
 
 use super::built::{drifting, driven, scenario, untouched};

@@ -1,7 +1,8 @@
 //! What is left as recorded is exempt, and reported.
 
+use nearmiss::formats::bundled;
 use nearmiss::generation::{Capability, Gate, Joint};
-use nearmiss::scenario::{ObstacleRole, bundled};
+use nearmiss::scenario::ObstacleRole;
 
 use super::built::{alone, driven, names, untouched};
 

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use nearmiss::formats::Entry;
 use nearmiss::metrics::{Context, NoValue, Reading, measure, scene_measure};
-use nearmiss::scenario::{Entry, Scenario, Scene};
+use nearmiss::scenario::{Scenario, Scene};
 
 /// A scenario of commonroad-crime with one of its obstacles as the ego; nothing, said aloud, where it is not there.
 fn scene(file: &str, ego: i64, change: impl Fn(&mut Scenario)) -> Option<Scene> {

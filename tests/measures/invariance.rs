@@ -2,8 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use nearmiss::formats::bundled;
 use nearmiss::metrics::{Context, MEASURES, Mirrored, Reading, SCENE_MEASURES, Series};
-use nearmiss::scenario::{Scene, bundled};
+use nearmiss::scenario::Scene;
 use proptest::prelude::*;
 
 use super::random;

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use nearmiss::formats::{Entry, find};
 use nearmiss::metrics::Reading;
-use nearmiss::scenario::{Entry, Scene, find};
+use nearmiss::scenario::Scene;
 
 /// Whether two readings are the same; `sign` turns the first one.
 pub fn same(a: Reading, b: Reading, sign: f64) -> bool {

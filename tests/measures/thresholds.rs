@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use nearmiss::formats::{Entry, bundled};
 use nearmiss::judge::{judge, judge_under};
 use nearmiss::metrics::{Context, LIMITS, Limit, MEASURES, SCENE_MEASURES, Series, Thresholds};
-use nearmiss::scenario::{Entry, Scene, Window, bundled};
+use nearmiss::scenario::{Scene, Window};
 use nearmiss::verdict::Task;
 
 fn scene(name: &str) -> Scene {

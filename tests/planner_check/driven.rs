@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
+use nearmiss::formats::{Entry, bundled, find};
 use nearmiss::planner::{Broken, Feasibility, Forecast, Settings};
-use nearmiss::scenario::{Entry, bundled, find};
 use nearmiss::simulation::{self, Rollout, drive};
 use rayon::prelude::*;
 

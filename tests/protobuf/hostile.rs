@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use nearmiss::scenario::commonroad::{ReadError, read, read_file};
+use nearmiss::formats::commonroad::{ReadError, read, read_file};
 use tempfile::tempdir;
 
 use super::encode::wire::{Bytes, message, point};

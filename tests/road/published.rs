@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use nearmiss::formats::{Entry, find};
 use nearmiss::geometry::{Footprint, FrenetError, Point, Pose, Shape, Vector, contains};
-use nearmiss::scenario::{Entry, Lane, RoadUser, Scenario, find};
+use nearmiss::scenario::{Lane, RoadUser, Scenario};
 
 use crate::support::program::skipped;
 

@@ -6,10 +6,11 @@ use std::sync::{Arc, OnceLock};
 use nearmiss::evaluation::{
     Answers, Candidate, Confusion, Label, Labelled, Lead, Setting, any_yes, confusion,
 };
+use nearmiss::formats::find;
 use nearmiss::judge::Criterion;
 use nearmiss::metrics::Thresholds;
+use nearmiss::scenario::Scene;
 use nearmiss::scenario::prediction::ObservedHistory;
-use nearmiss::scenario::{Scene, find};
 
 use crate::support::program::skipped;
 
@@ -30,7 +31,7 @@ fn published() -> Option<&'static [Scene]> {
         return None;
     }
     let read = || {
-        let open = |entry: nearmiss::scenario::Entry| {
+        let open = |entry: nearmiss::formats::Entry| {
             let scenario = entry.read().unwrap();
             let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
             Scene::new(Arc::clone(&scenario), ego)

@@ -1,10 +1,10 @@
 //! A planning cycle of a chosen size: a bundled road, candidates and bodies as many as asked for.
 
+use nearmiss::formats::bundled;
 use nearmiss::geometry::{Footprint, Pose, Shape, Vector};
 use nearmiss::planner::{
     Body, Limits, ReferenceTrack, Road, Sampling, Settings, Traffic, VehicleState,
 };
-use nearmiss::scenario::bundled;
 
 /// Where a cycle is planned.
 pub struct Place {

@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
+use nearmiss::formats::bundled;
 use nearmiss::geometry::{Footprint, Point, Shape};
 use nearmiss::scenario::*;
 

@@ -1,7 +1,8 @@
 //! Egos that cannot be true, beside a true scenario: told with their lines, or refused.
 
-use nearmiss::scenario::commonroad::read_solution;
-use nearmiss::scenario::{Ego, EgoError, read_ego};
+use nearmiss::formats::commonroad::read_solution;
+use nearmiss::formats::{EgoError, read_ego};
+use nearmiss::scenario::Ego;
 
 use crate::{valid, xml};
 

@@ -1,7 +1,8 @@
 //! Encodings and byte order marks: read as what they are, or refused in words; structure out of proportion.
 
-use nearmiss::scenario::commonroad::{Root, read, read_solution, root_of};
-use nearmiss::scenario::{Scenario, read_ego};
+use nearmiss::formats::commonroad::{Root, read, read_solution, root_of};
+use nearmiss::formats::read_ego;
+use nearmiss::scenario::Scenario;
 
 use crate::{valid, xml};
 

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use nearmiss::formats::bundled;
 use nearmiss::geometry::Point;
 use nearmiss::scenario::{
     Motion, Obstacle, ObstacleParts, Position, Prediction, Sample, Scenario, Scene, State, Track,
-    Window, bundled,
+    Window,
 };
 use nearmiss::text::{Form, Frame, Options, describe};
 

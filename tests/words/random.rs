@@ -2,7 +2,8 @@
 
 use std::sync::LazyLock;
 
-use nearmiss::scenario::{Scene, Window, bundled};
+use nearmiss::formats::bundled;
+use nearmiss::scenario::{Scene, Window};
 use nearmiss::text::{Form, Frame, Options, TextError, Value, describe};
 use proptest::prelude::*;
 

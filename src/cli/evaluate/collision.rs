@@ -5,8 +5,9 @@ use serde_json::json;
 use super::{Batch, Evaluate, Format, Truth, batch, csv, number, share};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::{Confusion, Label};
+use crate::formats::Entry;
 use crate::judge::{self, judge};
-use crate::scenario::{Entry, Window};
+use crate::scenario::Window;
 use crate::verdict::Task;
 
 /// What the judge says: who the ego collides with, first.

@@ -22,8 +22,8 @@ use super::progress::Progress;
 use super::span::history;
 use super::{Failure, Outcome, output};
 use crate::evaluation::{Candidate, Label, LabelError, Labelled, Lead};
+use crate::formats::Entry;
 use crate::judge;
-use crate::scenario::Entry;
 use crate::verdict::Task;
 use truth::{Truth, truth};
 

@@ -10,7 +10,7 @@ use crate::cli::{Outcome, output};
 use crate::evaluation::{
     Alarms, Answers, Candidate, Confusion, Lead, Setting, Yes, any_yes, confusion,
 };
-use crate::scenario::Entry;
+use crate::formats::Entry;
 
 pub(super) fn run(
     arguments: &Evaluate,

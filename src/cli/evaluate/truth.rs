@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::cli::{Failure, output};
 use crate::evaluation::batch::{self, TruthSource};
 use crate::evaluation::{Label, LabelError};
-use crate::scenario::{Entry, Scene};
+use crate::formats::Entry;
+use crate::scenario::Scene;
 
 /// What is true about the scenarios, and where that is from.
 pub struct Truth {

@@ -5,8 +5,9 @@ use std::path::Path;
 use serde_json::json;
 
 use crate::cli::{Failure, Outcome, output};
+use crate::formats::{Entry, commonroad};
 use crate::generation::{Gate, Judged, Refusal, refusal};
-use crate::scenario::{Entry, Scenario, commonroad};
+use crate::scenario::Scenario;
 
 /// Files round to four digits, mostly: half of the last one.
 const ROUNDING: f64 = 5e-5;

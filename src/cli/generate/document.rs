@@ -8,8 +8,8 @@ use serde_json::{Map, Value, json};
 use super::made::Generated;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
+use crate::formats::Entry;
 use crate::generation::{Avoidability, Refusal, Saved, asked, attacker, refusal};
-use crate::scenario::Entry;
 use crate::workflow::PlanError;
 
 /// What was made of a scenario.

@@ -5,8 +5,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::cli::{Failure, output};
+use crate::formats::{Entry, Place};
 use crate::generation::MARK;
-use crate::scenario::{Entry, Place};
 use crate::system;
 
 /// The attributes of the root element, and with them its `source`, lie within so many bytes.
@@ -73,7 +73,7 @@ fn is_variant(path: &Path) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::scenario::find;
+    use crate::formats::find;
 
     #[test]
     fn variants_in_a_folder_are_left_out_unless_they_are_named() {

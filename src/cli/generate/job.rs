@@ -11,8 +11,8 @@ use super::made::{Generated, Product};
 use super::summary::Summary;
 use super::table::Table;
 use crate::cli::{Failure, output};
+use crate::formats::Entry;
 use crate::generation::{Saved, Variant};
-use crate::scenario::Entry;
 use crate::workflow::PlanError;
 
 /// The work so far.

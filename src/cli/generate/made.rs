@@ -10,9 +10,9 @@ use super::model::Writer;
 use super::resume::Past;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
+use crate::formats::{Entry, WantedEgo};
 use crate::generation::{Effort, Refusal, Selection, VariantGenerator};
 use crate::planner::Cancel;
-use crate::scenario::{Entry, WantedEgo};
 use crate::settings::PlannerKey;
 use crate::simulation::Settings;
 use crate::workflow::{

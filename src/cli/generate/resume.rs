@@ -8,7 +8,8 @@ use serde_json::Value;
 use super::document;
 use super::line::{Line, Named};
 use crate::cli::{Failure, output};
-use crate::scenario::{ContentHash, Entry};
+use crate::formats::Entry;
+use crate::scenario::ContentHash;
 use crate::system;
 
 /// What an earlier run has left, by the hash of the original.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::line::{Figures, Named};
 use crate::cli::{Failure, Outcome, output};
-use crate::scenario::commonroad::NewFile;
+use crate::formats::commonroad::NewFile;
 use crate::workflow::PlanError;
 
 /// What is counted.

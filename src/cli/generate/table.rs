@@ -2,7 +2,7 @@
 
 use super::line::Figures;
 use crate::cli::output;
-use crate::scenario::Entry;
+use crate::formats::Entry;
 
 /// Longer names push the columns behind them.
 const WIDEST: usize = 48;

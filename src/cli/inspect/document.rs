@@ -4,7 +4,8 @@ use serde_json::{Value, json};
 
 use super::{obstacles, planning, road, traffic};
 use crate::cli::routes;
-use crate::scenario::{Ego, EgoError, Scenario, benchmark_id};
+use crate::formats::EgoError;
+use crate::scenario::{Ego, Scenario, benchmark_id};
 
 pub fn document(scenario: &Scenario, of_ego: &Result<Option<Ego>, EgoError>) -> Value {
     let (header, network) = (&scenario.header, &scenario.network);

@@ -14,8 +14,8 @@ use std::path::PathBuf;
 
 use super::open::{self, EgoChoice};
 use super::{Failure, Outcome, output};
-use crate::scenario::commonroad::{Root, root_of_file};
-use crate::scenario::{Place, WantedEgo};
+use crate::formats::commonroad::{Root, root_of_file};
+use crate::formats::{Place, WantedEgo};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]

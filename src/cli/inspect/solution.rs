@@ -5,8 +5,8 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use crate::cli::{Failure, Outcome, output};
+use crate::formats::commonroad::{self, ProblemSolution, Solution, SolutionState};
 use crate::scenario::benchmark_id;
-use crate::scenario::commonroad::{self, ProblemSolution, Solution, SolutionState};
 use crate::system;
 
 /// Prints the solution in the file at `path`.

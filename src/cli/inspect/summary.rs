@@ -1,7 +1,8 @@
 //! What is in a scenario, in a few lines for people.
 
 use crate::cli::{output, routes};
-use crate::scenario::{Ego, EgoError, Entry, Scenario, in_short};
+use crate::formats::{EgoError, Entry};
+use crate::scenario::{Ego, Scenario, in_short};
 
 pub fn summary(entry: &Entry, scenario: &Scenario, ego: &Result<Option<Ego>, EgoError>) -> String {
     let id = match scenario.header.benchmark_id.as_str() {

@@ -8,7 +8,7 @@ use super::table::{Sheet, Table};
 use super::text;
 use crate::cli::Failure;
 use crate::cli::output::Lines;
-use crate::scenario::commonroad::{NewFile, SaveError};
+use crate::formats::commonroad::{NewFile, SaveError};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Format {

@@ -4,8 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::driven::Driven;
 use crate::cli::output;
+use crate::formats::Entry;
 use crate::planner::{Emergency, VehicleState};
-use crate::scenario::Entry;
 use crate::simulation::{ContactSide, Cycle, Outcome};
 use crate::workflow::PlanError;
 

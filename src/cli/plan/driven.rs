@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use crate::cli::output;
+use crate::formats::{Entry, WantedEgo};
 use crate::planner::{Cancel, Emergency};
-use crate::scenario::{Entry, Scenario, WantedEgo};
+use crate::scenario::Scenario;
 use crate::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
 use crate::workflow::{OpenRequest, PlanError, PlanOutcome, PlanRequest, prepare};
 

@@ -9,8 +9,9 @@ use super::driven::Driven;
 use super::places::{named_rightly, no_second_copies, refused, writable};
 use crate::cli::metrics::{Target, file_of};
 use crate::cli::{Failure, output};
-use crate::scenario::commonroad::{self, SaveError, save};
-use crate::scenario::{Entry, Place, VehicleModel, write_recording};
+use crate::formats::commonroad::{self, SaveError, save};
+use crate::formats::{Entry, Place, write_recording};
+use crate::scenario::VehicleModel;
 
 /// What to write.
 #[derive(Debug, clap::Args)]

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::Failure;
-use crate::scenario::commonroad::{NewFile, SaveError};
-use crate::scenario::{Entry, Place};
+use crate::formats::commonroad::{NewFile, SaveError};
+use crate::formats::{Entry, Place};
 
 /// Refuses a place that is named as a folder and is none.
 pub fn named_rightly(flag: &str, path: &Path) -> Result<(), Failure> {

@@ -16,12 +16,12 @@ use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{Opened, configuration, found, scene_and_doubts, scene_beside, user_thresholds};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
+use crate::formats::{Entry, WantedEgo};
 use crate::metrics::Thresholds;
 use crate::picture::{
     Figure, FigureError, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenWanted,
     Subject, animate,
 };
-use crate::scenario::{Entry, WantedEgo};
 
 /// Everything that holds for all scenarios of a call.
 struct Job<'a> {

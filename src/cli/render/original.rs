@@ -7,8 +7,9 @@ use serde_json::Value;
 
 use crate::cli::open::entry;
 use crate::cli::{Failure, output};
+use crate::formats::{Entry, Place, bundled, commonroad};
 use crate::picture::Variation;
-use crate::scenario::{Entry, Place, Scenario, bundled, commonroad};
+use crate::scenario::Scenario;
 use crate::system;
 
 /// What a variant was made of, and how it differs.

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::Render;
 use crate::cli::Failure;
+use crate::formats::Entry;
+use crate::formats::commonroad::{NewFile, SaveError};
 use crate::picture::Format;
-use crate::scenario::Entry;
-use crate::scenario::commonroad::{NewFile, SaveError};
 
 /// Where pictures go, and how they are written.
 pub struct Target {

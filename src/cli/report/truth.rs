@@ -9,7 +9,7 @@ use crate::cli::{Failure, output};
 use crate::evaluation::batch::Spec;
 use crate::evaluation::report::{Stored, Truth};
 use crate::evaluation::{Label, Labelled, recorded};
-use crate::scenario::{Entry, bundled, find};
+use crate::formats::{Entry, bundled, find};
 use crate::store::Store;
 use crate::system;
 

@@ -9,7 +9,7 @@ use super::question_builder::QuestionBuilder;
 use super::scored::{Answers, label_of, way_of};
 use super::variant::Variant;
 use crate::evaluation::PromptConfig;
-use crate::scenario::Entry;
+use crate::formats::Entry;
 use crate::store::{Item, NewItem};
 use crate::verdict::{Task, Verdict};
 

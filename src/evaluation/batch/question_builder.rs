@@ -12,10 +12,11 @@ use crate::evaluation::{
     Case, Decided, Judge, Judges, Label, LabelError, Labelled, Lead, PromptConfig, Question,
     RunOptions, default_frame, prepare, template,
 };
+use crate::formats::{Entry, Place, WantedEgo};
 use crate::judge;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
-use crate::scenario::{Entry, Place, Scene, Severity, WantedEgo, Window};
+use crate::scenario::{Scene, Severity, Window};
 use crate::store::{Key, NewItem, Store, StoreError};
 use crate::verdict::{Task, Verdict};
 

@@ -10,10 +10,10 @@ use super::matrix::{Matrix, RequestSettings};
 use super::question_builder::QuestionBuilder;
 use super::truth::TruthSource;
 use crate::evaluation::{Lead, default_frame, template};
+use crate::formats::WantedEgo;
 use crate::llm::Effort;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
-use crate::scenario::WantedEgo;
 use crate::text::Frame;
 use crate::verdict::Task;
 

@@ -7,10 +7,11 @@ use std::sync::Arc;
 
 use super::*;
 use crate::evaluation::{Label, Lead, PromptConfig};
+use crate::formats::{Entry, WantedEgo};
 use crate::judge;
 use crate::llm::Effort;
 use crate::prompts::Techniques;
-use crate::scenario::{Entry, Transform, WantedEgo};
+use crate::scenario::Transform;
 use crate::text::Frame;
 use crate::verdict::Task;
 
@@ -247,7 +248,7 @@ fn a_draft_is_part_of_its_batch() {
     let builder = spec
         .builder(&library, Arc::new(thresholds.clone()))
         .unwrap();
-    let (entry, way) = (&crate::scenario::bundled()[0], &spec.matrix.ways()[0]);
+    let (entry, way) = (&crate::formats::bundled()[0], &spec.matrix.ways()[0]);
     let question = builder.question(entry, way, &Variant::default(), None);
     let question = question.unwrap();
     assert!(question.prompt.user.starts_with("Be brief."));

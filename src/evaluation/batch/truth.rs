@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::evaluation::recorded;
 use crate::evaluation::{Label, LabelError, Labelled, Labels};
-use crate::scenario::{Entry, Place, Scene};
+use crate::formats::{Entry, Place};
+use crate::scenario::Scene;
 use crate::store::Item;
 use crate::system;
 

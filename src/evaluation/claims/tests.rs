@@ -4,8 +4,8 @@
 mod mentions;
 
 use super::*;
+use crate::formats::bundled;
 use crate::metrics::Encounter;
-use crate::scenario::bundled;
 
 fn scene() -> Scene {
     let all = bundled();

@@ -1,10 +1,11 @@
 //! The ego against a change.
 
 use super::{CAR, behind_a_car, braking, car, settings, state};
+use crate::formats::bundled;
 use crate::generation::{Change, ChangeError, Consequence};
 use crate::geometry::{Footprint, Pose, Shape};
 use crate::planner::Forecast;
-use crate::scenario::{Motion, Scenario, bundled};
+use crate::scenario::{Motion, Scenario};
 use crate::simulation::{Collision, ContactSide, Driver, Outcome, Stretch};
 
 #[test]

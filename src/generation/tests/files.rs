@@ -5,11 +5,11 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::{CAR, behind_a_car, braking};
+use crate::formats::commonroad::{SaveError, read_file, read_solution};
+use crate::formats::{find_recording, read_ego_file};
 use crate::generation::{Avoidability, Reason, Refusal, Variant, VariantError};
 use crate::planner::Forecast;
 use crate::scenario::benchmark_id::is_valid;
-use crate::scenario::commonroad::{SaveError, read_file, read_solution};
-use crate::scenario::{find_recording, read_ego_file};
 use crate::verdict::{Manoeuvre, ManoeuvreKind, Motion};
 
 fn names(folder: &Path) -> Vec<String> {

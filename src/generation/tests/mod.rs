@@ -9,11 +9,12 @@ mod files;
 use std::sync::Arc;
 
 use super::{Change, ClosedLoop};
+use crate::formats::bundled;
 use crate::geometry::{Footprint, Shape};
 use crate::planner::{Forecast, Settings as Planning};
 use crate::scenario::{
     Motion, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Position, Prediction, Quantity,
-    Scenario, State, Steps, bundled,
+    Scenario, State, Steps,
 };
 use crate::simulation::{Driver, Settings};
 

@@ -4,8 +4,8 @@ mod shapes;
 
 use super::Color;
 use super::display::{Area, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
+use crate::formats::{Entry, WantedEgo};
 use crate::metrics::Measure;
-use crate::scenario::{Entry, WantedEgo};
 
 /// A cell of the screen.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,8 +1,8 @@
 //! Where to arrive, and the speed that is wanted on the way.
 
 use super::guide;
+use crate::formats::bundled;
 use crate::planner::{Arrival, ReferenceTrack, VehicleState};
-use crate::scenario::bundled;
 
 #[test]
 fn arrivals_of_bundled_scenarios_lie_in_their_goals() {

@@ -8,7 +8,7 @@ mod stops;
 mod traffic;
 
 use super::ReferenceTrack;
-use crate::scenario::bundled;
+use crate::formats::bundled;
 
 /// The guide and the steps' length of a bundled scenario.
 fn guide(name: &str) -> (ReferenceTrack, f64) {

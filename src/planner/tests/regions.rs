@@ -1,7 +1,8 @@
 //! Obstacles that are given as regions are not avoided, and that is said.
 
+use crate::formats::bundled;
 use crate::planner::{Forecast, Forecaster, unavoided};
-use crate::scenario::{Obstacle, ObstacleParts, Occupancy, Prediction, Scenario, Steps, bundled};
+use crate::scenario::{Obstacle, ObstacleParts, Occupancy, Prediction, Scenario, Steps};
 
 /// A bundled scenario; the motion of its first moving obstacles is replaced by a region.
 fn with_regions(count: usize) -> (Scenario, Vec<i64>) {

@@ -7,7 +7,7 @@
 mod bodies;
 mod header;
 mod lanelets;
-pub(super) mod limits;
+pub(crate) mod limits;
 mod lines;
 mod links;
 mod motion;
@@ -17,15 +17,15 @@ mod problems;
 mod times;
 mod traffic;
 
-pub(super) use motion::{Row, doubts};
-pub(super) use times::missing as missing_steps;
+pub(crate) use motion::{Row, doubts};
+pub(crate) use times::missing as missing_steps;
 
 use super::{Scenario, Severity};
 use crate::geometry::{Bounds, Point};
 
 /// Which element of a scenario; numbers are places in the scenario's lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum About {
+pub(crate) enum About {
     /// The root and its attributes.
     Scenario,
     /// Where on Earth it is.
@@ -50,7 +50,7 @@ pub(super) enum About {
 
 /// Something that cannot be true, or hardly.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Finding {
+pub(crate) struct Finding {
     pub severity: Severity,
     pub about: About,
     /// What is wrong, and what is assumed.
@@ -81,7 +81,7 @@ impl Findings {
 }
 
 /// Everything in a scenario that cannot be true, or hardly.
-pub(super) fn check(scenario: &Scenario) -> Vec<Finding> {
+pub(crate) fn check(scenario: &Scenario) -> Vec<Finding> {
     let mut found = Findings::default();
     header::check(scenario, &mut found);
     lanelets::check(&scenario.network, &mut found);
@@ -94,7 +94,7 @@ pub(super) fn check(scenario: &Scenario) -> Vec<Finding> {
 }
 
 /// The first of several like things and how many follow it, as in `… (and 3 more)`.
-pub(super) fn and_more(first: String, more: usize) -> String {
+pub(crate) fn and_more(first: String, more: usize) -> String {
     match more {
         0 => first,
         more => format!("{first} (and {more} more)"),

@@ -33,7 +33,7 @@ const FACTOR: (f64, f64) = (3.0, 10.0);
 
 /// A state with its place in the file.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::scenario) struct Row {
+pub(crate) struct Row {
     pub place: usize,
     pub sample: Sample,
 }
@@ -41,7 +41,7 @@ pub(in crate::scenario) struct Row {
 /// What successive states say against each other: the place of the state at which it shows, and the words.
 ///
 /// `rows` are in order of time, one a step, `dt` seconds apart. What walks may turn and step aside as it likes.
-pub(in crate::scenario) fn doubts(rows: &[Row], dt: f64, walks: bool) -> Vec<(usize, String)> {
+pub(crate) fn doubts(rows: &[Row], dt: f64, walks: bool) -> Vec<(usize, String)> {
     let mut found = Vec::new();
     let pairs = || {
         let pairs = rows.windows(2).map(|pair| Pair::of(&pair[0], &pair[1], dt));

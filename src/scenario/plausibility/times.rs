@@ -5,7 +5,7 @@ use crate::scenario::LONGEST_TRACK;
 
 /// What is wrong with the time steps of a row of states, in the order of the file: the place of the state at which it
 /// shows, and the words.
-pub(super) fn check(steps: &[i64]) -> Vec<(usize, String)> {
+pub(crate) fn check(steps: &[i64]) -> Vec<(usize, String)> {
     let mut found = Vec::new();
     let mut order: Vec<usize> = (0..steps.len()).collect();
     order.sort_by_key(|i| steps[*i]);
@@ -56,7 +56,7 @@ pub(super) fn check(steps: &[i64]) -> Vec<(usize, String)> {
 }
 
 /// What is said of steps, in order of time, between which some are missing.
-pub(in crate::scenario) fn missing(steps: &[i64]) -> Option<(usize, String)> {
+pub(crate) fn missing(steps: &[i64]) -> Option<(usize, String)> {
     gaps(steps, (1..steps.len()).map(|i| (i - 1, i)))
 }
 

@@ -120,7 +120,7 @@ impl Lanelet {
         (left, right)
     }
 
-    pub(in crate::scenario) fn borders_disagree(&self) -> bool {
+    pub(crate) fn borders_disagree(&self) -> bool {
         let (left, right) = (&self.left.points, &self.right.points);
         let (Some(l), Some(r)) = (
             left.first().zip(left.last()),
@@ -156,7 +156,7 @@ impl Lanelet {
     }
 
     /// Distance from `p` to the lanelet, metres; 0 on it.
-    pub(in crate::scenario) fn distance(&self, p: &Point) -> f64 {
+    pub(crate) fn distance(&self, p: &Point) -> f64 {
         let ring = self.ring();
         if contains(&ring, p) {
             return 0.0;

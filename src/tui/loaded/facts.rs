@@ -3,9 +3,10 @@
 use std::collections::HashMap;
 
 use super::series;
+use crate::formats::{Entry, WantedEgo};
 use crate::judge::judge_under;
 use crate::metrics::{Headline, Thresholds};
-use crate::scenario::{EgoSource, Entry, Scenario, Scene, WantedEgo, Window};
+use crate::scenario::{EgoSource, Scenario, Scene, Window};
 use crate::store::{Origin, StoredVerdict};
 use crate::verdict::Task;
 

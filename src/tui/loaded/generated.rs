@@ -7,13 +7,13 @@ use super::planned::Recorder;
 use super::variant::{Generated, Made, VariantRequest, Working};
 use super::{Opened, Planned};
 use crate::evaluation::generating;
+use crate::formats::WantedEgo;
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{
     Attack, ClosedLoop, Effort, Passed, Progress, SearchResult, SelectedAttack,
 };
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
-use crate::scenario::WantedEgo;
 use crate::simulation::Settings;
 use crate::workflow::{
     AttackSource, GenerateEvent, GenerateRequest, Generation, OpenRequest, PlanRequest, generate,

@@ -7,14 +7,15 @@ use super::authorship::{Authorship, Writer, Writing};
 use super::generated::Heard;
 use super::planned::Recorder;
 use super::{CycleShown, Opened, Planned};
+use crate::formats::Entry;
+use crate::formats::commonroad;
 use crate::generation::attacker::Candidate;
 use crate::generation::{
     Avoidability, Change, ClosedLoop, Effect, Passed, Progress, Refusal, Variant,
 };
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
-use crate::scenario::commonroad;
-use crate::scenario::{ContentHash, Entry, Scene, Transform};
+use crate::scenario::{ContentHash, Scene, Transform};
 use crate::verdict::Motion;
 use crate::workflow::PreparedPlan;
 

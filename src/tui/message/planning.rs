@@ -1,7 +1,8 @@
 //! Messages and effects of planning the ego of a scenario.
 
+use crate::formats::Entry;
 use crate::planner::Forecast;
-use crate::scenario::{Entry, Transform};
+use crate::scenario::Transform;
 use crate::tui::loaded::{DriveFiles, DriveKey, Opened};
 
 /// Numbers the drives of the planner; a message of an old one is dropped.

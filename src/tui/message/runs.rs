@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use crate::evaluation::batch::{Counting, Estimate, Offer, RequestSettings};
 use crate::evaluation::{Answer, Results};
+use crate::formats::Entry;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
-use crate::scenario::Entry;
 use crate::store::{Edge, Filter, Page, Run, RunId};
 use crate::text::Frame;
 use crate::verdict::Task;

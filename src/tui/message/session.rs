@@ -6,7 +6,8 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::scenario::{ContentHash, Entry, Place};
+use crate::formats::{Entry, Place};
+use crate::scenario::ContentHash;
 use crate::system::activity::Subject;
 use crate::tui::model::{Layers, Sizes};
 

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::List;
-use crate::scenario::{Entry, Place};
+use crate::formats::{Entry, Place};
 use crate::tui::message::runs::{Batch, BatchId, Counts};
 
 /// The marked scenarios, by where they lie: the list may be read again.

@@ -1,7 +1,8 @@
 //! The history of runs: the part of the list that is at hand, and the selected run.
 
 use super::Model;
-use crate::scenario::{Entry, Transform, bundled};
+use crate::formats::{Entry, bundled};
+use crate::scenario::Transform;
 use crate::store::{Cursor, Edge, Filter, Page, Run, RunId, Summary};
 use crate::tui::action::Action;
 use crate::tui::message::runs::PageId;

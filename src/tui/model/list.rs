@@ -20,8 +20,8 @@ pub use terms::{HEADLINE, TERMS};
 
 use unicode_width::UnicodeWidthStr;
 
+use crate::formats::{Entry, Found, PassedOver};
 use crate::metrics::Measure;
-use crate::scenario::{Entry, Found, PassedOver};
 use crate::settings::Tags;
 use crate::tui::loaded::Facts;
 use crate::tui::message::Effect;

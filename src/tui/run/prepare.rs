@@ -12,9 +12,9 @@ use super::super::theme::{AUTO, Depth, Theme};
 use super::super::update::session;
 use super::super::user_file::first;
 use crate::evaluation::default_planning;
+use crate::formats::WantedEgo;
 use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
-use crate::scenario::WantedEgo;
 use crate::settings::{Config, Folders};
 use crate::system;
 

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::scenario::Entry;
+use crate::formats::Entry;
 use crate::system::activity::{Doing, trying};
 use crate::tui::message::Effect;
 use crate::tui::message::session::Where;

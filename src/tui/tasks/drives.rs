@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::super::loaded::DriveFiles;
 use super::pictures::file_name;
-use crate::scenario::commonroad::{ProblemSolution, Solution, save, write_solution};
-use crate::scenario::{VehicleModel, VehicleType, write_recording};
+use crate::formats::commonroad::{ProblemSolution, Solution, save, write_solution};
+use crate::formats::write_recording;
+use crate::scenario::{VehicleModel, VehicleType};
 
 /// Files of one name that are tried before another name is asked for.
 const MOST: usize = 1000;

@@ -10,9 +10,10 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::Tasks;
+use crate::formats::{Entry, WantedEgo};
 use crate::judge::{self, judge_under};
 use crate::metrics::Thresholds;
-use crate::scenario::{Entry, Scene, Transform, WantedEgo, Window};
+use crate::scenario::{Scene, Transform, Window};
 use crate::store::{Filter, Interrupter, Run, Store};
 use crate::system::{self, NewFile, SaveError};
 use crate::text::escaped_json;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::super::loaded::{PictureJob, PictureKind, VariantShown};
+use crate::formats::commonroad::{NewFile, SaveError};
 use crate::picture::{Figure, Format, Picture, Provenance, Subject, animate};
-use crate::scenario::commonroad::{NewFile, SaveError};
 
 /// Pictures that are being drawn. What is stopped leaves nothing behind.
 #[derive(Debug, Default)]

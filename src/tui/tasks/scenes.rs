@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::Tasks;
+use crate::formats::{Entry, WantedEgo};
 use crate::metrics::{Measure, Thresholds};
-use crate::scenario::{Entry, Scene, Transform, WantedEgo};
+use crate::scenario::{Scene, Transform};
 use crate::tui::loaded::{Measured, Opened, judged, plotted};
 use crate::tui::message::{MeasureId, Msg, OpenId, SeriesId};
 use crate::verdict::Task;

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use self::server::{Script, Server};
+use crate::formats::WantedEgo;
 use crate::llm::{Environment, Registry};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::WantedEgo;
 use crate::settings::{Config, Folders};
 use crate::store::{Filter, Store};
 use crate::tui::keymap::Key;

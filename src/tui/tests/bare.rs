@@ -3,8 +3,8 @@
 use super::bench::Bench;
 use super::driven::{coarse, request};
 use super::everywhere::VIEWS;
+use crate::formats::{Entry, WantedEgo, bundled};
 use crate::planner::Cancel;
-use crate::scenario::{Entry, WantedEgo, bundled};
 use crate::tui::loaded::Opened;
 use crate::tui::message::planning::{PlanAsk, PlanNews};
 use crate::tui::message::{Effect, Msg};
@@ -116,7 +116,7 @@ fn every_view_of_bare_scenarios_is_drawn() {
         let path = folder.path().join(format!("ZAM_Bare-{place}_1_T-1.xml"));
         std::fs::write(&path, xml).unwrap();
         let entry = Entry::of_argument(&path);
-        let id = crate::scenario::commonroad::read_file(&path)
+        let id = crate::formats::commonroad::read_file(&path)
             .unwrap_or_else(|error| panic!("{what}: {error}"))
             .obstacles
             .first()

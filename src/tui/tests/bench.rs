@@ -7,9 +7,9 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use crate::evaluation::{Answer, Judged, Missing};
+use crate::formats::{Entry, Place, WantedEgo, bundled};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Entry, Place, WantedEgo, bundled};
 use crate::settings::Config;
 use crate::store::Consumed;
 use crate::tui::keymap::Key;

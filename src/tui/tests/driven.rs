@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use crate::formats::{Entry, WantedEgo};
 use crate::metrics::Thresholds;
 use crate::planner::{self, Cancel, Forecast, Sampling};
-use crate::scenario::{Entry, WantedEgo};
 use crate::simulation::Settings;
 use crate::tui::loaded::Opened;
 use crate::workflow::{OpenRequest, PlanRequest};

@@ -11,7 +11,7 @@ use crate::tui::model::{EntryLine, Notice, PromptPane};
 pub fn with(keys: Keys) -> Bench {
     let mut bench = Bench::empty();
     bench.model.prompt = PromptPane::new(keys);
-    bench.send(Msg::Found(Ok(crate::scenario::bundled().into())));
+    bench.send(Msg::Found(Ok(crate::formats::bundled().into())));
     bench.press("e");
     bench
 }
@@ -236,7 +236,7 @@ fn control_characters_are_shown_and_not_obeyed() {
         "collision-ego.md".into(),
         source.replacen("You", "\u{1b}[2JYou", 1),
     );
-    bench.send(Msg::Found(Ok(crate::scenario::bundled().into())));
+    bench.send(Msg::Found(Ok(crate::formats::bundled().into())));
     bench.press("e ctrl-g 1 0 enter");
     let frame = bench.frame(120, 40);
     assert!(frame.contains("␛[2JYou") && !frame.contains('\u{1b}'));

@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::driven::coarse;
+use crate::formats::WantedEgo;
 use crate::generation::Effort;
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
-use crate::scenario::WantedEgo;
 use crate::simulation::Settings;
 use crate::tui::loaded::{Generated, How, Opened, VariantRequest};
 use crate::workflow::AttackSource;

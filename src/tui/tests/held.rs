@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::bench::Bench;
 use super::editing::with;
-use crate::scenario::{bundled, find};
+use crate::formats::{bundled, find};
 use crate::settings::Keys;
 use crate::system::activity::{self, Subject};
 use crate::tui::message::Msg;

@@ -91,7 +91,7 @@ fn marks_stay_whatever_the_filter() {
     bench.press("esc esc");
     bench.press("down");
     // The list is read again: what is gone is not counted.
-    let left = crate::scenario::bundled().split_off(1);
+    let left = crate::formats::bundled().split_off(1);
     bench.send(Msg::Found(Ok(left.into())));
     assert!(
         bench.frame(120, 40).contains("scenarios 1/7 * 1")

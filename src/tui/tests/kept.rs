@@ -1,8 +1,8 @@
 //! A workbench whose history reads a store in memory, and three runs to look at.
 
 use super::bench::Bench;
+use crate::formats::WantedEgo;
 use crate::metrics::Thresholds;
-use crate::scenario::WantedEgo;
 use crate::store::{Claim, Consumed, Ending, NewRun, Piece, RunId, RunState, Store};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::tasks::history::{Judging, Truths, answer};

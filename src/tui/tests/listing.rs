@@ -3,8 +3,8 @@
 use ratatui::layout::Position;
 
 use super::bench::Bench;
+use crate::formats::{WantedEgo, bundled};
 use crate::metrics::Thresholds;
-use crate::scenario::{WantedEgo, bundled};
 use crate::settings::Tags;
 use crate::store::{Origin, StoredVerdict};
 use crate::tui::loaded::{Facts, Verdicts};

@@ -227,7 +227,7 @@ fn a_notice_goes_with_the_next_key_and_hides_no_pane() {
     assert!(bench.frame(80, 24).contains(" no scenario is open"));
     bench.press("r");
     assert_eq!(bench.model.toasts.len(), 1, "the newest alone");
-    bench.send(Msg::Found(Ok(crate::scenario::bundled().into())));
+    bench.send(Msg::Found(Ok(crate::formats::bundled().into())));
     assert!(bench.model.toasts.is_empty(), "it is not true any longer");
     bench.press("d");
     let frame = bench.frame(80, 24);

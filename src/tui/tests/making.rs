@@ -2,8 +2,9 @@
 
 use super::bench::Bench;
 use super::generated::generated;
+use crate::formats::commonroad;
 use crate::generation::{Consequence, Progress};
-use crate::scenario::{ContentHash, ObstacleRole, Scenario, commonroad};
+use crate::scenario::{ContentHash, ObstacleRole, Scenario};
 use crate::tui::loaded::{Generated, Made, VariantRequest, VariantShown, Working};
 use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};
 use crate::tui::message::{Effect, Msg};

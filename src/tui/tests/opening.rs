@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::bench::Bench;
-use crate::scenario::{Entry, WantedEgo, write_recording};
+use crate::formats::{Entry, WantedEgo, write_recording};
 use crate::tui::message::{Effect, Msg, OpenId};
 use crate::tui::model::{Notice, Pane};
 
@@ -45,7 +45,7 @@ fn a_file_that_cannot_be_read_says_why_and_the_rest_works() {
     let path = folder.path().join("broken.xml");
     std::fs::write(&path, "<commonRoad timeStepSize=\"x\">").unwrap();
     let mut entries = vec![Entry::of_file(&path)];
-    entries.extend(crate::scenario::bundled());
+    entries.extend(crate::formats::bundled());
     let mut bench = Bench::empty();
     bench.send(Msg::Found(Ok(entries.into())));
     let error = bench.model.open_error.clone().unwrap();
@@ -67,7 +67,7 @@ fn what_the_search_passed_over_is_said_below_the_list_and_told_by_i() {
     std::fs::write(folder.path().join("b\u{1b}[31m.xml"), [0x1f, 0x8b, 8]).unwrap();
     let mut bench = Bench::bundled();
     assert!(!bench.frame(120, 40).contains("passed over"));
-    let found = crate::scenario::find(&[folder.path().to_path_buf()]).unwrap();
+    let found = crate::formats::find(&[folder.path().to_path_buf()]).unwrap();
     bench.send(Msg::Found(Ok(found)));
     let frame = bench.frame(120, 40);
     assert!(frame.contains("scenarios 1 "), "{frame}");

@@ -2,9 +2,10 @@
 
 use super::bench::Bench;
 use super::driven::planned;
+use crate::formats::bundled;
+use crate::formats::commonroad::read_solution;
 use crate::planner::Forecast;
-use crate::scenario::commonroad::read_solution;
-use crate::scenario::{Prediction, bundled};
+use crate::scenario::Prediction;
 use crate::tui::loaded::{DriveFiles, DriveKey, Opened};
 use crate::tui::message::planning::{PlanAsk, PlanNews};
 use crate::tui::message::{Effect, Msg};

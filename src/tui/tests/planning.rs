@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use super::bench::Bench;
 use super::driven::{coarse, planned, request};
+use crate::formats::{Entry, bundled};
 use crate::planner::{self, Forecast};
-use crate::scenario::{EgoSource, Entry, bundled};
+use crate::scenario::EgoSource;
 use crate::simulation::{Outcome, Settings};
 use crate::tui::loaded::CycleShown;
 use crate::tui::message::planning::{PlanAsk, PlanId, PlanNews};

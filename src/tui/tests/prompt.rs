@@ -166,7 +166,7 @@ fn a_draft_is_kept_for_the_next_start_and_taken_up() {
     assert!(matches!(bench.effects.last(), Some(Effect::Quit)));
     let mut bench = Bench::empty();
     bench.model.prompt.take_up(file, text);
-    bench.send(Msg::Found(Ok(crate::scenario::bundled().into())));
+    bench.send(Msg::Found(Ok(crate::formats::bundled().into())));
     assert!(rendered(&bench).starts_with("Kept. You are"));
 }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::bench::{Bench, answer};
-use crate::scenario::{Entry, Place, bundled};
+use crate::formats::{Entry, Place, bundled};
 use crate::tui::message::session::Session;
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::{Grouping, Pane, Sizes};

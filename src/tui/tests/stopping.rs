@@ -6,11 +6,11 @@ use super::driven::coarse;
 use super::generated::{SHORT, with};
 use super::written::Canned;
 use crate::evaluation;
+use crate::formats::{WantedEgo, bundled};
 use crate::generation::{Ground, Progress, VariantGenerator, search_until};
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
 use crate::prompts::Library;
-use crate::scenario::{WantedEgo, bundled};
 use crate::tui::loaded::{Heard, How, Opened, VariantRequest, Working, Writer};
 use crate::workflow::AttackSource;
 

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::bench::Bench;
+use crate::formats::{Entry, WantedEgo, bundled, find_in_pieces};
 use crate::metrics::Thresholds;
-use crate::scenario::{Entry, WantedEgo, bundled, find_in_pieces};
 use crate::tui::loaded::{Facts, Verdicts};
 use crate::tui::message::{Effect, Msg};
 use crate::tui::update::update;
@@ -137,7 +137,7 @@ fn folders_of_thousands_come_in_pieces_and_whole() {
     let mut all: Vec<String> = pieces.iter().flatten().map(Entry::display).collect();
     assert_eq!(all.len(), 700);
     assert!(all.is_sorted(), "folders and files come by name");
-    let found = crate::scenario::find(&paths).unwrap();
+    let found = crate::formats::find(&paths).unwrap();
     all.sort();
     let whole: Vec<String> = found.entries.iter().map(Entry::display).collect();
     assert_eq!(all, whole);

@@ -12,12 +12,13 @@ use crate::evaluation::generating::{
     AuthorError, Authored, AuthoredAttack, Choice, ChosenBy, Declined, Progress, Proposal, Source,
     Spent,
 };
+use crate::formats::WantedEgo;
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{Ground, Reason, Refusal, admit};
 use crate::llm::Chunk;
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
-use crate::scenario::{Scene, WantedEgo};
+use crate::scenario::Scene;
 use crate::store::Consumed;
 use crate::tui::loaded::{Authorship, Generated, How, Made, Opened, VariantRequest};
 use crate::tui::message::making::{MakeAsk, MakeId, MakeNews};

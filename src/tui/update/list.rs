@@ -4,7 +4,7 @@ use super::super::action::Action;
 use super::super::message::{AskId, Effect};
 use super::super::model::{Line, Model, Pane};
 use super::{open, open_current, session};
-use crate::scenario::{Entry, Found, PassedOver};
+use crate::formats::{Entry, Found, PassedOver};
 use crate::settings::Tags;
 
 /// All scenarios were found at once.

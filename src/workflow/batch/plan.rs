@@ -7,9 +7,9 @@ use std::sync::Arc;
 use super::resume::StoredBatch;
 use super::{BatchError, DryRun, Relabelling, Selection};
 use crate::evaluation::batch::{Ask, Matrix, QuestionBuilder, Shard, Spec, Truth, TruthSource};
+use crate::formats::{Entry, Place, WantedEgo};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::{Entry, Place, WantedEgo};
 use crate::store::{BatchId, Store, StoreError};
 
 /// A batch that is to be begun.

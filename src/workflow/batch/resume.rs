@@ -10,9 +10,9 @@ use crate::evaluation::batch::{
     Ask, Matrix, More, Relabelled, Spec, Truth, TruthSource, Variant, retold, way_of,
 };
 use crate::evaluation::{Lead, PromptConfig};
+use crate::formats::Entry;
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
-use crate::scenario::Entry;
 use crate::store::{Batch, BatchId, Identity, Item, NewItem, Store, StoreError};
 use crate::verdict::Task;
 

@@ -15,8 +15,8 @@ use crate::evaluation::batch::{QuestionBuilder, Variant, label_of, question_key,
 use crate::evaluation::{
     Answer, AskError, Event, Judge, Judged, Judges, Missing, Question, RunOptions,
 };
+use crate::formats::Entry;
 use crate::llm::ProviderOutage;
-use crate::scenario::Entry;
 use crate::store::{BatchId, Item, ItemState, Key, RunId, Store, StoreError};
 use crate::workflow::{AskOutcome, AskRequest, ask};
 

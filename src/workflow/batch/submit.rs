@@ -9,7 +9,7 @@ use super::BatchRun;
 use crate::evaluation::batch::{Variant, label_of, way_of};
 use crate::evaluation::remote::{RemoteError, Submitted, submit};
 use crate::evaluation::{Judge, Question, RunOptions};
-use crate::scenario::Entry;
+use crate::formats::Entry;
 use crate::store::{Item, StoreError};
 
 /// What became of the questions of a batch that were to be submitted.

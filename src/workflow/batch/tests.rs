@@ -5,10 +5,11 @@ use std::sync::Arc;
 use super::Selection;
 use crate::evaluation::batch::{QuestionBuilder, RequestSettings, Variant};
 use crate::evaluation::{Lead, PromptConfig, Question};
+use crate::formats::{Entry, WantedEgo, bundled};
 use crate::judge::judge;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
-use crate::scenario::{Entry, Transform, WantedEgo, Window, bundled};
+use crate::scenario::{Transform, Window};
 use crate::text::Frame;
 use crate::verdict::Task;
 

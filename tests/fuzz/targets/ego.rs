@@ -4,8 +4,9 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use nearmiss::scenario::commonroad::{read_solution, write_solution};
-use nearmiss::scenario::{Scenario, bundled, read_ego};
+use nearmiss::formats::commonroad::{read_solution, write_solution};
+use nearmiss::formats::{bundled, read_ego};
+use nearmiss::scenario::Scenario;
 
 static SCENARIO: LazyLock<Scenario> = LazyLock::new(|| {
     let scenario = bundled()[0].read().expect("a bundled scenario");

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use nearmiss::scenario::commonroad::{conform, read, write};
+use nearmiss::formats::commonroad::{conform, read, write};
 
 fuzz_target!(|bytes: &[u8]| {
     match read(bytes, "fuzz") {

@@ -2,8 +2,8 @@
 
 use super::group::Agreement;
 use super::terms::HEADLINE;
+use crate::formats::Entry;
 use crate::metrics::{Headline, Measure, Nearest};
-use crate::scenario::Entry;
 use crate::tui::loaded::{Facts, country_of};
 
 /// A scenario in the list.

@@ -1,0 +1,95 @@
+//! Numbers: which can be meant, and the quantities and time steps that they make.
+
+use super::Place;
+use crate::formats::commonroad::ReadError;
+use crate::scenario::plausibility::limits::{
+    LARGEST_NUMBER, LATEST_STEP, is_tiny, refused_coordinate, refused_size,
+};
+use crate::scenario::{Quantity, Steps};
+
+/// A number; `written` is how the file has it.
+///
+/// # Errors
+/// It is not finite, or larger than any quantity of a scenario.
+pub fn finite(
+    at: &impl Place,
+    value: f64,
+    written: impl FnOnce() -> String,
+) -> Result<f64, ReadError> {
+    if is_tiny(value) {
+        at.warn_tiny(value);
+    }
+    if value.abs() <= LARGEST_NUMBER {
+        Ok(value)
+    } else if value.is_finite() {
+        Err(at.fail(format!("`{}` is out of all reason", written())))
+    } else {
+        Err(at.fail(format!("`{}` is not a finite number", written())))
+    }
+}
+
+/// A coordinate, metres.
+///
+/// # Errors
+/// No map has it.
+pub fn coordinate(at: &impl Place, value: f64) -> Result<f64, ReadError> {
+    refused_coordinate(value).map_or(Ok(value), |message| Err(at.fail(message)))
+}
+
+/// A length, width or radius, metres.
+///
+/// # Errors
+/// No shape is that large.
+pub fn size(at: &impl Place, value: f64) -> Result<f64, ReadError> {
+    refused_size(value).map_or(Ok(value), |message| Err(at.fail(message)))
+}
+
+/// A quantity, exact or an interval; nothing, with a diagnostic, where it is neither.
+///
+/// # Errors
+/// The interval is empty, or one of its ends is missing.
+pub fn quantity(
+    at: &impl Place,
+    exact: Option<f64>,
+    start: Option<f64>,
+    end: Option<f64>,
+) -> Result<Option<Quantity>, ReadError> {
+    match (exact, start, end) {
+        (Some(value), ..) => Ok(Some(Quantity::Exact(value))),
+        (None, Some(from), Some(to)) if from <= to => Ok(Some(Quantity::Interval(from, to))),
+        (None, Some(from), Some(to)) => {
+            Err(at.fail(format!("the interval from {from} to {to} is empty")))
+        }
+        (None, None, None) => {
+            at.warn("it is empty and was left out");
+            Ok(None)
+        }
+        _ => Err(at.fail("an interval needs both its start and its end")),
+    }
+}
+
+/// Time steps, rounded outwards.
+///
+/// # Errors
+/// There are none, or they are out of reason.
+pub fn steps(at: &impl Place, quantity: Option<Quantity>) -> Result<Steps, ReadError> {
+    let steps = match quantity {
+        Some(Quantity::Exact(value)) => Steps::exact(value.round() as i64),
+        Some(Quantity::Interval(from, to)) => Steps {
+            from: from.floor() as i64,
+            to: to.ceil() as i64,
+        },
+        None => return Err(at.fail("no time step in it")),
+    };
+    refused_step(steps).map_or(Ok(steps), |message| Err(at.fail(message)))
+}
+
+/// Why time steps are not read; nothing for those that are.
+pub fn refused_step(steps: Steps) -> Option<String> {
+    let far = [steps.to, steps.from]
+        .into_iter()
+        .find(|step| step.abs() > LATEST_STEP)?;
+    Some(format!(
+        "time step {far} is out of all reason; steps up to {LATEST_STEP} are read"
+    ))
+}

@@ -1,0 +1,170 @@
+//! The road of 2020a: lanelets, signs, lights and intersections.
+
+use super::messages::{self, CycleElement, TrafficSignElement};
+use super::report::At;
+use super::signs;
+use super::values::ids;
+use super::words::{DIRECTIONS, LANELET_TYPES, LINE_MARKINGS, ROAD_USERS, SIGNAL_COLORS};
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::{self, Place};
+use crate::scenario::{
+    Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletType, LightPhase, LineMarking,
+    RoadUser, Sign, SignElement, SignalColor, StopLine, TrafficDirection, TrafficLight,
+};
+
+pub(super) fn lanelet(at: &At<'_>, message: &messages::Lanelet) -> Result<Lanelet, ReadError> {
+    let border = |name, border: Option<&messages::Bound>| {
+        let border = at.need(name, border)?;
+        bound(&at.field(name), &border.points, border.line_marking)
+    };
+    let adjacent = |name, id: Option<u32>, direction: Option<i32>| -> Option<Adjacent> {
+        let same = direction.filter(|d| matches!(d, 0 | 1)).map(|d| d == 0);
+        Some(builder::adjacent(&at.field(name), id?.into(), same))
+    };
+    let line = message.stop_line.as_ref();
+    let line = line.map(|line| stop_line(&at.field("stop_line"), line));
+    let (left, right) = (message.adjacent_left, message.adjacent_right);
+    Ok(Lanelet {
+        id: at.need("lanelet_id", message.lanelet_id)?.into(),
+        left: border("left_bound", message.left_bound.as_ref())?,
+        right: border("right_bound", message.right_bound.as_ref())?,
+        predecessors: ids(&message.predecessors),
+        successors: ids(&message.successors),
+        adjacent_left: adjacent("adjacent_left_dir", left, message.adjacent_left_dir),
+        adjacent_right: adjacent("adjacent_right_dir", right, message.adjacent_right_dir),
+        stop_line: line.transpose()?,
+        types: types(at, &message.lanelet_types),
+        users_one_way: users(at, "user_one_way", &message.user_one_way),
+        users_bidirectional: users(at, "user_bidirectional", &message.user_bidirectional),
+        signs: ids(&message.traffic_sign_refs),
+        lights: ids(&message.traffic_light_refs),
+    })
+}
+
+pub(super) fn types(at: &At<'_>, numbers: &[i32]) -> Vec<LaneletType> {
+    at.words(
+        "lanelet_types",
+        LANELET_TYPES,
+        numbers,
+        LaneletType::Unknown,
+    )
+}
+
+pub(super) fn users(at: &At<'_>, name: &str, numbers: &[i32]) -> Vec<RoadUser> {
+    at.words(name, ROAD_USERS, numbers, RoadUser::Vehicle)
+}
+
+/// A border of at least two points.
+pub(super) fn bound(
+    at: &At<'_>,
+    points: &[messages::Point],
+    marking: Option<i32>,
+) -> Result<Bound, ReadError> {
+    let (points, heights) = at.points(points)?;
+    let unknown = LineMarking::Unknown;
+    let marking = marking.map_or(unknown, |number| {
+        at.field("line_marking")
+            .word_or(LINE_MARKINGS, number, unknown)
+    });
+    builder::bound(at, points, heights, marking)
+}
+
+/// What is painted on the road.
+pub(super) fn marking(at: &At<'_>, number: Option<i32>) -> Result<LineMarking, ReadError> {
+    at.needed_word("line_marking", LINE_MARKINGS, number, LineMarking::Unknown)
+}
+
+fn stop_line(at: &At<'_>, message: &messages::StopLine) -> Result<StopLine, ReadError> {
+    let (points, _) = at.points(&message.points)?;
+    Ok(StopLine {
+        points: builder::stop_line(at, &points),
+        marking: marking(at, message.line_marking)?,
+        signs: ids(&message.traffic_sign_refs),
+        lights: ids(&message.traffic_light_refs),
+    })
+}
+
+pub(super) fn sign(at: &At<'_>, message: &messages::TrafficSign) -> Result<Sign, ReadError> {
+    let elements = message.traffic_sign_elements.iter().enumerate();
+    let elements =
+        elements.map(|(i, element)| sign_element(&at.nth("traffic_sign_elements", i), element));
+    if !message.first_occurrences.is_empty() {
+        at.no_place_for("first_occurrences");
+    }
+    Ok(Sign {
+        id: at.need("traffic_sign_id", message.traffic_sign_id)?.into(),
+        elements: elements.collect::<Result<_, _>>()?,
+        position: at.optional_point("position", message.position.as_ref())?,
+        is_virtual: message.is_virtual.unwrap_or(false),
+    })
+}
+
+fn sign_element(at: &At<'_>, message: &TrafficSignElement) -> Result<SignElement, ReadError> {
+    let number = message.number;
+    let number = number.ok_or_else(|| at.fail("it does not say which sign it is"))?;
+    let id = signs::of_2020a(number);
+    if id.is_none() {
+        at.warn("an unknown sign; its number was left empty");
+    }
+    Ok(SignElement {
+        id: id.unwrap_or_default().to_string(),
+        values: at.texts("additional_values", &message.additional_values),
+    })
+}
+
+pub(super) fn light(
+    at: &At<'_>,
+    message: &messages::TrafficLight,
+) -> Result<TrafficLight, ReadError> {
+    Ok(TrafficLight {
+        id: at
+            .need("traffic_light_id", message.traffic_light_id)?
+            .into(),
+        cycle: cycle(at, &message.cycle_elements)?,
+        offset: message.time_offset.unwrap_or(0).into(),
+        position: at.optional_point("position", message.position.as_ref())?,
+        direction: direction(at, message.direction),
+        active: message.active.unwrap_or(true),
+    })
+}
+
+pub(super) fn direction(at: &At<'_>, number: Option<i32>) -> Option<TrafficDirection> {
+    let at = at.field("direction");
+    number.map(|n| at.word_or(DIRECTIONS, n, TrafficDirection::All))
+}
+
+pub(super) fn cycle(at: &At<'_>, elements: &[CycleElement]) -> Result<Vec<LightPhase>, ReadError> {
+    let phase = |(i, element): (usize, &CycleElement)| {
+        let (at, inactive) = (at.nth("cycle_elements", i), SignalColor::Inactive);
+        Ok(LightPhase {
+            duration: at.need("duration", element.duration)?.into(),
+            color: at.needed_word("color", SIGNAL_COLORS, element.color, inactive)?,
+        })
+    };
+    elements.iter().enumerate().map(phase).collect()
+}
+
+pub(super) fn intersection(
+    at: &At<'_>,
+    message: &messages::Intersection,
+) -> Result<Intersection, ReadError> {
+    let incoming = |(i, road): (usize, &messages::Incoming)| {
+        let id = at
+            .nth("incomings", i)
+            .need("incoming_id", road.incoming_id)?;
+        Ok(Incoming {
+            id: id.into(),
+            lanelets: ids(&road.incoming_lanelets),
+            right: ids(&road.successors_right),
+            straight: ids(&road.successors_straight),
+            left: ids(&road.successors_left),
+            is_left_of: road.is_left_of.map(i64::from),
+        })
+    };
+    let incomings = message.incomings.iter().enumerate().map(incoming);
+    Ok(Intersection {
+        incomings: incomings.collect::<Result<_, ReadError>>()?,
+        id: at.need("intersection_id", message.intersection_id)?.into(),
+        crossings: ids(&message.crossing_lanelets),
+    })
+}

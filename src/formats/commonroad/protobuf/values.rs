@@ -1,0 +1,209 @@
+//! Texts, numbers, points and words out of messages.
+
+use std::borrow::Cow;
+
+use super::messages::{self, FloatExactOrInterval, IntegerExactOrInterval};
+use super::report::At;
+use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::{self, Place};
+use crate::formats::commonroad::out::allowed;
+use crate::geometry::Point;
+use crate::scenario::plausibility::limits::MOST_PARTS;
+use crate::scenario::{Quantity, Steps};
+
+impl At<'_> {
+    /// A text as XML gives it: trimmed, and with U+FFFD, and a diagnostic, for every character that no XML file can hold.
+    pub fn text(&self, text: &str) -> String {
+        let allowed = allowed(text.trim());
+        if let Cow::Owned(_) = allowed {
+            self.warn("control characters, which have no place in XML, were replaced by U+FFFD");
+        }
+        allowed.into_owned()
+    }
+
+    /// The texts of a repeated field; see [`At::text`].
+    pub fn texts(&self, name: &str, texts: &[String]) -> Vec<String> {
+        let numbered = texts.iter().enumerate();
+        numbered
+            .map(|(i, text)| self.nth(name, i).text(text))
+            .collect()
+    }
+
+    /// A text that the schema requires.
+    pub fn needed_text(&self, name: &str, text: Option<&String>) -> Result<String, ReadError> {
+        Ok(self.field(name).text(self.need(name, text)?))
+    }
+
+    /// A number.
+    pub fn finite(&self, value: f64) -> Result<f64, ReadError> {
+        builder::finite(self, value, || value.to_string())
+    }
+
+    /// A length, width or radius that the schema requires, metres.
+    pub fn size(&self, name: &str, value: Option<f64>) -> Result<f64, ReadError> {
+        let (at, value) = (self.field(name), self.need(name, value)?);
+        builder::size(&at, at.finite(value)?)
+    }
+
+    fn coordinate(&self, name: &str, value: Option<f64>) -> Result<f64, ReadError> {
+        let (at, value) = (self.field(name), self.need(name, value)?);
+        builder::coordinate(&at, at.finite(value)?)
+    }
+
+    /// A number that may be left out; one that is not finite is, with a diagnostic.
+    pub fn optional(&self, name: &str, value: Option<f64>) -> Option<f64> {
+        let value = value?;
+        if !value.is_finite() {
+            let message = format!("`{value}` is not a number and was left out");
+            self.field(name).warn(message);
+        }
+        Some(value).filter(|v| v.is_finite())
+    }
+
+    pub fn point(&self, point: &messages::Point) -> Result<Point, ReadError> {
+        Ok(Point::new(
+            self.coordinate("x", point.x)?,
+            self.coordinate("y", point.y)?,
+        ))
+    }
+
+    /// A point that the schema requires.
+    pub fn needed_point(
+        &self,
+        name: &str,
+        point: Option<&messages::Point>,
+    ) -> Result<Point, ReadError> {
+        self.field(name).point(self.need(name, point)?)
+    }
+
+    /// A point that may be left out.
+    pub fn optional_point(
+        &self,
+        name: &str,
+        point: Option<&messages::Point>,
+    ) -> Result<Option<Point>, ReadError> {
+        point.map(|p| self.field(name).point(p)).transpose()
+    }
+
+    /// Points, and the heights that some of them have.
+    pub fn points(&self, all: &[messages::Point]) -> Result<(Vec<Point>, Vec<f64>), ReadError> {
+        if all.len() > MOST_PARTS {
+            return Err(self.fail(format!("more than {MOST_PARTS} points in one place")));
+        }
+        let mut points = Vec::with_capacity(all.len());
+        let mut heights = Vec::new();
+        for (i, message) in all.iter().enumerate() {
+            let at = self.nth("points", i);
+            points.push(at.point(message)?);
+            if let Some(z) = message.z {
+                heights.push(at.field("z").finite(z)?);
+            }
+        }
+        Ok((points, heights))
+    }
+
+    /// A number, exact or an interval; nothing, with a diagnostic, where it is neither.
+    pub fn quantity(&self, value: &FloatExactOrInterval) -> Result<Option<Quantity>, ReadError> {
+        let exact = value.exact.map(|exact| self.finite(exact)).transpose()?;
+        let end = |name, end: Option<f64>| end.map(|v| self.field(name).finite(v)).transpose();
+        let (start, end) = match &value.interval {
+            Some(interval) if exact.is_none() => {
+                (end("start", interval.start)?, end("end", interval.end)?)
+            }
+            _ => (None, None),
+        };
+        builder::quantity(self, exact, start, end)
+    }
+
+    /// A time step or an interval of them that the schema requires.
+    pub fn steps(
+        &self,
+        name: &str,
+        value: Option<&IntegerExactOrInterval>,
+    ) -> Result<Steps, ReadError> {
+        let (at, value) = (self.field(name), self.need(name, value)?);
+        let interval = value.interval.unwrap_or_default();
+        let [exact, start, end] =
+            [value.exact, interval.start, interval.end].map(|step| step.map(f64::from));
+        builder::steps(&at, builder::quantity(&at, exact, start, end)?)
+    }
+
+    /// The word of a number; a number without one is left out, and noted.
+    pub fn word<T: Copy>(&self, words: &[T], number: i32) -> Option<T> {
+        let found = word(words, number);
+        if found.is_none() {
+            self.warn(format!("{number} has no meaning here and was left out"));
+        }
+        found
+    }
+
+    /// The word of a number; a number without one is taken as `fallback`, and noted.
+    pub fn word_or<T: Copy + std::fmt::Display>(&self, words: &[T], number: i32, fallback: T) -> T {
+        word(words, number).unwrap_or_else(|| {
+            self.warn(format!("{number} has no meaning here; taken as {fallback}"));
+            fallback
+        })
+    }
+
+    /// The words of numbers; those without one are taken as `fallback`, and noted.
+    pub fn words<T: Copy + std::fmt::Display>(
+        &self,
+        name: &str,
+        words: &[T],
+        numbers: &[i32],
+        fallback: T,
+    ) -> Vec<T> {
+        let numbered = numbers.iter().enumerate();
+        numbered
+            .map(|(i, number)| self.nth(name, i).word_or(words, *number, fallback))
+            .collect()
+    }
+
+    /// The word of a number that the schema requires.
+    pub fn needed_word<T: Copy + std::fmt::Display>(
+        &self,
+        name: &str,
+        words: &[T],
+        number: Option<i32>,
+        fallback: T,
+    ) -> Result<T, ReadError> {
+        let number = self.need(name, number)?;
+        Ok(self.field(name).word_or(words, number, fallback))
+    }
+}
+
+fn word<T: Copy>(words: &[T], number: i32) -> Option<T> {
+    let place = usize::try_from(number).ok()?;
+    words.get(place).copied()
+}
+
+pub(super) fn ids(values: &[u32]) -> Vec<i64> {
+    values.iter().map(|id| i64::from(*id)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::report::Report;
+    use super::super::words::LANELET_TYPES;
+    use super::*;
+    use crate::scenario::LaneletType;
+
+    #[test]
+    fn a_number_without_a_word_is_named() {
+        let report = Report::about("x.pb");
+        let root = At::root(&report, "");
+        let types = root.words("types", LANELET_TYPES, &[0, 99, -1], LaneletType::Unknown);
+        assert_eq!(
+            types,
+            [
+                LaneletType::Urban,
+                LaneletType::Unknown,
+                LaneletType::Unknown
+            ]
+        );
+        let said = report.into_diagnostics();
+        assert_eq!(said.len(), 2);
+        assert_eq!(said[0].element, "types[1]");
+        assert!(said[0].message.starts_with("99 "), "{}", said[0].message);
+    }
+}

@@ -1,0 +1,91 @@
+//! What can be said of an element only once the whole file is read: it is remembered with those around it.
+
+use std::rc::Rc;
+
+use super::{Element, Xml};
+use crate::scenario::Severity;
+
+/// An element and those around it, from the root.
+#[derive(Debug, Clone)]
+pub(in crate::formats::commonroad) struct Place<'a> {
+    pub element: Element<'a>,
+    around: Rc<[Element<'a>]>,
+}
+
+/// What is remembered.
+#[derive(Debug, Default)]
+pub(super) struct Later<'a> {
+    /// References met so far.
+    references: Vec<(Place<'a>, i64)>,
+    /// Speed limits of version 2018b, by lanelet.
+    speed_limits: Vec<(i64, f64, Place<'a>)>,
+    /// States and goals since the last top element, for what is found of them afterwards.
+    marks: Vec<Place<'a>>,
+    /// The elements around the last one, which are those around the next one more often than not.
+    around: Rc<[Element<'a>]>,
+}
+
+impl<'a> Xml<'a> {
+    /// Remembers a reference, to be checked at the end.
+    pub fn refer(&mut self, element: Element<'a>, id: i64) {
+        let place = self.place(element);
+        self.later.references.push((place, id));
+    }
+
+    /// The references met so far.
+    pub fn take_references(&mut self) -> Vec<(Place<'a>, i64)> {
+        std::mem::take(&mut self.later.references)
+    }
+
+    /// Remembers a speed limit of a lanelet, m/s.
+    pub fn limit_speed(&mut self, lanelet: i64, limit: f64, element: Element<'a>) {
+        let place = self.place(element);
+        self.later.speed_limits.push((lanelet, limit, place));
+    }
+
+    /// The speed limits met so far, in the file's order.
+    pub fn take_speed_limits(&mut self) -> Vec<(i64, f64, Place<'a>)> {
+        std::mem::take(&mut self.later.speed_limits)
+    }
+
+    /// Notes something assumed or skipped at a place that was left long ago.
+    pub fn note_at(&self, severity: Severity, place: &Place<'a>, message: String) {
+        let element = place.element;
+        let at = || {
+            (
+                self.line_of(element.at),
+                super::path(&place.around, Some(element)),
+            )
+        };
+        self.diagnostics.push(severity, at, message);
+    }
+
+    /// Remembers where a state or a goal is.
+    pub fn mark(&mut self, element: Element<'a>) {
+        let place = self.place(element);
+        self.later.marks.push(place);
+    }
+
+    /// What was remembered since this was last asked.
+    pub fn take_marks(&mut self) -> Vec<Place<'a>> {
+        std::mem::take(&mut self.later.marks)
+    }
+
+    /// An element and those around it.
+    pub fn place(&mut self, element: Element<'a>) -> Place<'a> {
+        let open = match self.path.split_last() {
+            Some((last, around)) if last.at == element.at => around,
+            _ => &self.path,
+        };
+        let known = &self.later.around;
+        let same =
+            known.len() == open.len() && known.last().map(|e| e.at) == open.last().map(|e| e.at);
+        if !same {
+            self.later.around = open.into();
+        }
+        Place {
+            element,
+            around: self.later.around.clone(),
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! Why an ego could not be read.
+
+use crate::formats::commonroad::ReadError;
+use crate::scenario::SceneError;
+use crate::scenario::plausibility::limits::LATEST_STEP;
+use crate::system;
+
+/// Why an ego could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum EgoError {
+    /// The file cannot be opened or read.
+    #[error("{file}: {}", system::words(source))]
+    Io {
+        /// Which file.
+        file: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It is not a file with an ego.
+    #[error(
+        "{file}: there is no ego in it that could be read: {why}; an ego is a CSV file with the columns timestep, \
+         x_position and y_position, a logs.csv of Frenetix, or a CommonRoad solution"
+    )]
+    Unknown {
+        /// Which file.
+        file: String,
+        /// What it is instead.
+        why: String,
+    },
+    /// A column that is needed is not in the header.
+    #[error(
+        "{file}: line 1 has no column `{column}`; an ego trajectory has at least timestep, x_position and y_position"
+    )]
+    Column {
+        /// Which file.
+        file: String,
+        /// Which column.
+        column: &'static str,
+    },
+    /// A column that is needed is not in the header of a log.
+    #[error(
+        "{file}: line 1 has no column `{column}`; a log has trajectory_number, and x_position_vehicle_m and \
+         y_position_vehicle_m or x_positions_m, y_positions_m and theta_orientations_rad"
+    )]
+    LogColumn {
+        /// Which file.
+        file: String,
+        /// Which column.
+        column: &'static str,
+    },
+    /// The columns are not separated by commas.
+    #[error(
+        "{file}: line 1: the columns are separated by {separator}; an ego trajectory is separated by commas"
+    )]
+    Separator {
+        /// Which file.
+        file: String,
+        /// By what instead.
+        separator: &'static str,
+    },
+    /// A value is not a number.
+    #[error("{file}: line {line}: column `{column}` is `{value}`, a finite number is needed")]
+    Value {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which column.
+        column: &'static str,
+        /// What stands there.
+        value: String,
+    },
+    /// A value is beyond anything that can be meant.
+    #[error("{file}: line {line}: column `{column}`: {why}")]
+    Absurd {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which column.
+        column: &'static str,
+        /// What stands there, and what could.
+        why: String,
+    },
+    /// A time step is not a whole number, or beyond all reason.
+    #[error(
+        "{file}: line {line}: column `{column}` is `{value}`, a whole time step is needed, of at most {LATEST_STEP}"
+    )]
+    Step {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which column.
+        column: &'static str,
+        /// What stands there.
+        value: String,
+    },
+    /// Two columns could be the same one.
+    #[error(
+        "{file}: line 1: `{first}` and `{second}` could both be `{column}`; rename or remove one of them"
+    )]
+    Ambiguous {
+        /// Which file.
+        file: String,
+        /// Which column they could be.
+        column: &'static str,
+        /// What one is called.
+        first: String,
+        /// What the other is called.
+        second: String,
+    },
+    /// A row has fewer fields than the header.
+    #[error(
+        "{file}: line {line} has {found} fields where the header has {expected} columns: `{column}` is missing; each row \
+         has a value, or nothing between separators, for every column"
+    )]
+    Short {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// How many fields the row has.
+        found: usize,
+        /// How many columns there are.
+        expected: usize,
+        /// The first column that it has no field for.
+        column: String,
+    },
+    /// A row has more fields than the header.
+    #[error(
+        "{file}: line {line} has {found} fields where the header has {expected} columns: `{value}` is too many; are \
+         there commas in numbers?"
+    )]
+    Long {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// How many fields the row has.
+        found: usize,
+        /// How many columns there are.
+        expected: usize,
+        /// The first field without a column.
+        value: String,
+    },
+    /// A field is not UTF-8.
+    #[error("{file}: line {line}: column `{column}` is not UTF-8; save the file as such")]
+    Text {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which column.
+        column: String,
+    },
+    /// A quote is never closed, and takes in the lines behind it.
+    #[error("{file}: line {line}: a quote begins in this row and does not end; close or remove it")]
+    Unclosed {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+    },
+    /// The id of an ego is not a whole number.
+    #[error("{file}: line {line}: column `ego_id` is `{value}`, a whole number is needed")]
+    Id {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// What stands there.
+        value: String,
+    },
+    /// A time step stands twice.
+    #[error("{file}: line {line}: time step {step} was there before; every step has one row")]
+    Repeated {
+        /// Which file.
+        file: String,
+        /// Line from 1.
+        line: u64,
+        /// Which step.
+        step: i64,
+    },
+    /// The file has a header and no state.
+    #[error("{file}: no rows, so there is no ego in it")]
+    Empty {
+        /// Which file.
+        file: String,
+    },
+    /// The file is a broken solution.
+    #[error(transparent)]
+    Solution(#[from] ReadError),
+    /// The solution says what the driver does, not where the vehicle is.
+    #[error(
+        "{file}: planning problem {problem} is solved by inputs (<{element}>), which have no positions; \
+         a trajectory of states is needed"
+    )]
+    Inputs {
+        /// Which file.
+        file: String,
+        /// Which planning problem.
+        problem: i64,
+        /// The element that holds the inputs.
+        element: &'static str,
+    },
+    /// The file has no ego for this planning problem.
+    #[error("{file}: no ego for planning problem {problem} in it; there is one for {known}")]
+    NoSuchProblem {
+        /// Which file.
+        file: String,
+        /// The one asked for.
+        problem: i64,
+        /// Those that are there.
+        known: String,
+    },
+    /// The solution is of another scenario: of planning problems which this one does not have.
+    #[error(
+        "{file}: this solves planning problem {problems} of {of}, and the scenario that was opened is {scenario} with \
+         planning problem {known}; {}",
+        other_scenario(of, scenario)
+    )]
+    Foreign {
+        /// Which file.
+        file: String,
+        /// The planning problems it solves.
+        problems: String,
+        /// The scenario that it is of.
+        of: String,
+        /// The scenario it was to be put into.
+        scenario: String,
+        /// The planning problems of that one.
+        known: String,
+    },
+    /// The obstacle cannot be the ego.
+    #[error("{file}: {source}")]
+    Obstacle {
+        /// The file with the scenario.
+        file: String,
+        /// What it lacks.
+        source: SceneError,
+    },
+    /// The file has egos for several planning problems, and none was chosen.
+    #[error("{file}: egos for the planning problems {known}; choose one of them")]
+    Several {
+        /// Which file.
+        file: String,
+        /// Those that are there.
+        known: String,
+    },
+}
+
+/// What to do with a solution of `of` where `scenario` was opened.
+fn other_scenario(of: &str, scenario: &str) -> String {
+    if of == scenario {
+        "open the file of that scenario for which it was made".into()
+    } else {
+        format!("open {of}, or take a solution of {scenario}")
+    }
+}

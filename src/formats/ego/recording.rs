@@ -1,0 +1,257 @@
+//! Ego trajectories as CSV: a row a step, read and written.
+
+use std::collections::HashSet;
+
+use super::checks::{self, Lines};
+use super::table::{Table, finite, shown};
+use super::{EgoError, assumed};
+use crate::geometry::Point;
+use crate::scenario::EgoSource;
+use crate::scenario::plausibility::limits::LATEST_STEP;
+use crate::scenario::track::forget_headings_at_standstill;
+use crate::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
+
+/// The vehicle whose size a recording gets that carries none: the one the paper's were made with.
+pub(super) const USUAL: VehicleType = VehicleType::Bmw320i;
+
+/// Reads a recorded ego from CSV `bytes`; `file` names it in errors.
+///
+/// The heading is held at standstill, where recorders write 0 or noise; before the first movement it is
+/// the planning problem's. The size is that of the vehicle the paper recorded with.
+///
+/// # Errors
+/// Missing columns, rows of another length, values that are not numbers, several egos, no rows: with file and line.
+pub fn read_recording(bytes: &[u8], file: &str, scenario: &Scenario) -> Result<Ego, EgoError> {
+    read_chosen(bytes, file, scenario, None).map(|(ego, _)| ego)
+}
+
+/// Reads a recorded ego, with the lines of its rows; where there are several, that of a planning problem.
+///
+/// # Errors
+/// See [`read_recording`].
+pub(super) fn read_chosen(
+    bytes: &[u8],
+    file: &str,
+    scenario: &Scenario,
+    planning_problem: Option<i64>,
+) -> Result<(Ego, Lines), EgoError> {
+    let mut diagnostics = Vec::new();
+    let rows = rows(bytes, file, &mut diagnostics)?;
+    let (id, rows) = choose(rows, file, planning_problem, &mut diagnostics)?;
+    let mut seen = HashSet::new();
+    if let Some(again) = rows.iter().find(|row| !seen.insert(row.sample.step)) {
+        return Err(EgoError::Repeated {
+            file: file.to_string(),
+            line: again.line,
+            step: again.sample.step,
+        });
+    }
+    if rows.is_empty() {
+        return Err(EgoError::Empty {
+            file: file.to_string(),
+        });
+    }
+    let steps: Vec<i64> = rows.iter().map(|row| row.sample.step).collect();
+    diagnostics.extend(checks::order(&steps, |row| rows[row].line));
+    let lines = Lines::new(rows.iter().map(|row| (row.sample.step, row.line)));
+    let mut samples: Vec<Sample> = rows.into_iter().map(|row| row.sample).collect();
+    samples.sort_by_key(|s| s.step);
+    let problem = scenario
+        .planning_problems
+        .iter()
+        .find(|p| Some(p.id) == id)
+        .or(scenario.planning_problems.first());
+    let resting = problem
+        .and_then(|p| p.initial.orientation)
+        .map(|q| q.middle());
+    let recorded = samples.clone();
+    forget_headings_at_standstill(&mut samples);
+    diagnostics.push(usual_size());
+    let ego = Ego {
+        id: id.or(problem.map(|p| p.id)).unwrap_or(0),
+        source: EgoSource::Recording(file.to_string()),
+        footprint: USUAL.footprint(),
+        track: Track::new(samples, scenario.dt(), resting),
+        recorded,
+        diagnostics,
+    };
+    Ok((ego, lines))
+}
+
+/// What is said of a size that is the usual vehicle's.
+pub(super) fn usual_size() -> Diagnostic {
+    let size = format!("no size in it: taken to be that of the usual vehicle, {USUAL}");
+    assumed(Severity::Note, size)
+}
+
+/// One row: whose state it is, if it says so, and the state.
+struct Row {
+    line: u64,
+    id: Option<i64>,
+    sample: Sample,
+}
+
+/// All rows, in the order of the file.
+fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<Vec<Row>, EgoError> {
+    let named = || file.to_string();
+    let mut table = Table::begin(bytes, file, b',')?;
+    let separators = |h: &String| h.chars().find(|c| matches!(c, ';' | '\t'));
+    if let Some(separator) = table.header().first().and_then(separators) {
+        return Err(EgoError::Separator {
+            file: named(),
+            separator: if separator == ';' { "`;`" } else { "tabs" },
+        });
+    }
+    let mut column = |name| table.column(name, diagnostics);
+    let missing = |column| EgoError::Column {
+        file: named(),
+        column,
+    };
+    let mut needed = |name| column(name)?.ok_or_else(|| missing(name));
+    let (step, x, y) = (
+        needed("timestep")?,
+        needed("x_position")?,
+        needed("y_position")?,
+    );
+    let (heading, velocity, acceleration) = (
+        column("orientation")?,
+        column("velocity")?,
+        column("acceleration")?,
+    );
+    let id_column = column("ego_id")?;
+    let mut rows = Vec::new();
+    while let Some(row) = table.next()? {
+        table.check_length(&row)?;
+        let line = row.line;
+        let number = |place: usize, column: &'static str| {
+            let value = finite(row.text(place)).ok_or_else(|| EgoError::Value {
+                file: named(),
+                line,
+                column,
+                value: shown(row.text(place)),
+            })?;
+            match column {
+                // Said of time steps in their own words.
+                "timestep" => Ok(value),
+                _ => checks::meant(value, file, line, column),
+            }
+        };
+        let given = |place: Option<usize>| place.filter(|p| !row.text(*p).is_empty());
+        let optional = |place: Option<usize>, column: &'static str| {
+            given(place).map(|p| number(p, column)).transpose()
+        };
+        let id = given(id_column).map(|place| {
+            let text = row.text(place);
+            // Tables of numbers write `7.0`.
+            let id = text.parse().ok().or_else(|| finite(text).and_then(whole));
+            id.ok_or_else(|| EgoError::Id {
+                file: named(),
+                line,
+                value: shown(text),
+            })
+        });
+        let at_step = whole(number(step, "timestep")?).ok_or_else(|| EgoError::Step {
+            file: named(),
+            line,
+            column: "timestep",
+            value: shown(row.text(step)),
+        })?;
+        rows.push(Row {
+            line,
+            id: id.transpose()?,
+            sample: Sample {
+                step: at_step,
+                position: Point::new(number(x, "x_position")?, number(y, "y_position")?),
+                heading: optional(heading, "orientation")?,
+                velocity: optional(velocity, "velocity")?,
+                acceleration: optional(acceleration, "acceleration")?,
+            },
+        });
+    }
+    Ok(rows)
+}
+
+/// So many egos are named where one has to be chosen.
+const NAMED: usize = 12;
+
+/// The rows of one ego, and its id. Rows without an id are those of the only one.
+fn choose(
+    rows: Vec<Row>,
+    file: &str,
+    planning_problem: Option<i64>,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<(Option<i64>, Vec<Row>), EgoError> {
+    let mut seen = HashSet::new();
+    let ids = rows.iter().filter_map(|row| row.id);
+    let ids: Vec<i64> = ids.filter(|id| seen.insert(*id)).collect();
+    if ids.len() < 2 {
+        return Ok((ids.first().copied(), rows));
+    }
+    let known = || {
+        let mut known: Vec<String> = ids.iter().take(NAMED).map(i64::to_string).collect();
+        if ids.len() > NAMED {
+            known.push(format!("and {} more", ids.len() - NAMED));
+        }
+        known.join(", ")
+    };
+    let file = file.to_string();
+    let Some(problem) = planning_problem else {
+        let known = known();
+        return Err(EgoError::Several { file, known });
+    };
+    if !seen.contains(&problem) {
+        let known = known();
+        return Err(EgoError::NoSuchProblem {
+            file,
+            problem,
+            known,
+        });
+    }
+    let all = rows.len();
+    let own: Vec<Row> = rows.into_iter().filter(|r| r.id == Some(problem)).collect();
+    let message = format!(
+        "{} rows of other egos ({}) were left out",
+        all - own.len(),
+        known()
+    );
+    diagnostics.push(assumed(Severity::Note, message));
+    Ok((Some(problem), own))
+}
+
+/// A time step; nothing for fractions and for what no scenario reaches.
+pub(super) fn whole(value: f64) -> Option<i64> {
+    (value.fract() == 0.0 && value.abs() <= LATEST_STEP as f64).then_some(value as i64)
+}
+
+/// An ego's motion as CSV, a row for every recorded step; [`read_recording`] reads it back.
+///
+/// `id` is that of the planning problem. Positions are the centre of the vehicle, metres; headings radians;
+/// velocities m/s and accelerations m/s² along the heading.
+///
+/// # Errors
+/// None in practice: writing goes to memory.
+pub fn write_recording(id: i64, track: &Track) -> Result<Vec<u8>, csv::Error> {
+    let mut out = csv::Writer::from_writer(Vec::new());
+    out.write_record([
+        "ego_id",
+        "timestep",
+        "x_position",
+        "y_position",
+        "orientation",
+        "velocity",
+        "acceleration",
+    ])?;
+    for (step, motion) in track.iter() {
+        let pose = motion.pose;
+        out.write_record([
+            id.to_string(),
+            step.to_string(),
+            pose.position.x.to_string(),
+            pose.position.y.to_string(),
+            pose.heading.to_string(),
+            motion.velocity.to_string(),
+            motion.acceleration.to_string(),
+        ])?;
+    }
+    out.into_inner().map_err(|e| e.into_error().into())
+}

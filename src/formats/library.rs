@@ -1,0 +1,164 @@
+//! Scenarios that can be opened, in files or in the program itself, and opening them with their ego.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::commonroad::{self, ReadError};
+use super::ego::sized;
+use super::{EgoError, find_recording, read_ego, read_ego_file};
+use crate::scenario::{Ego, Scenario};
+use crate::system;
+
+/// Where a scenario lies.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Place {
+    /// A file.
+    File(PathBuf),
+    /// In the program itself, by its place in [`bundled`].
+    Bundled(usize),
+}
+
+/// A scenario that can be opened.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Entry {
+    /// What people call it: the file's name without its ending, and without the `-SC` of 2024 protobuf.
+    pub name: String,
+    /// The folder it is in, as far as it tells entries apart; may be empty.
+    pub group: String,
+    /// Where it lies.
+    pub place: Place,
+}
+
+/// A bundled scenario: its name, its XML, its ego trajectory.
+macro_rules! bundle {
+    ($($name:literal),+ $(,)?) => {
+        &[$((
+            $name,
+            include_bytes!(concat!("../../scenarios/", $name, ".xml")),
+            include_bytes!(concat!("../../scenarios/", $name, ".ego_trajectory.csv")),
+        )),+]
+    };
+}
+
+/// The scenarios inside the program; `cargo run --example make-scenarios` writes them.
+const BUNDLED: &[(&str, &[u8], &[u8])] = bundle![
+    "ZAM_HardBraking-1_1_T-1",
+    "ZAM_CutIn-1_1_T-1",
+    "ZAM_RedLight-1_1_T-1",
+    "ZAM_Overtaking-1_1_T-1",
+    "ZAM_Pedestrian-1_1_T-1",
+    "ZAM_Merge-1_1_T-1",
+    "ZAM_RightTurn-1_1_T-1",
+    "ZAM_JamTail-1_1_T-1",
+];
+
+/// Names, XML and ego trajectory of the scenarios inside the program.
+#[must_use]
+pub fn bundled() -> Vec<Entry> {
+    let entries = BUNDLED.iter().enumerate();
+    entries
+        .map(|(place, (name, ..))| Entry {
+            name: (*name).to_string(),
+            group: String::new(),
+            place: Place::Bundled(place),
+        })
+        .collect()
+}
+
+impl Entry {
+    /// An entry for one file, whatever it holds.
+    #[must_use]
+    pub fn of_file(path: &Path) -> Self {
+        let folder = path.parent().and_then(Path::file_name);
+        Self {
+            name: commonroad::scenario_name(path),
+            group: folder.map_or_else(String::new, |f| f.to_string_lossy().into_owned()),
+            place: Place::File(path.to_path_buf()),
+        }
+    }
+
+    /// The entry that a command-line argument means: a file, or the name of a bundled scenario.
+    #[must_use]
+    pub fn of_argument(argument: &Path) -> Self {
+        let named = bundled()
+            .into_iter()
+            .find(|e| Path::new(&e.name) == argument);
+        match named {
+            Some(entry) if !argument.exists() => entry,
+            _ => Self::of_file(argument),
+        }
+    }
+
+    /// What to call the file in messages.
+    #[must_use]
+    pub fn display(&self) -> String {
+        match &self.place {
+            Place::File(path) => path.display().to_string(),
+            Place::Bundled(_) => format!("{} (bundled)", self.name),
+        }
+    }
+
+    /// Reads the scenario.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not a scenario: with file, line and element.
+    pub fn read(&self) -> Result<Arc<Scenario>, ReadError> {
+        if let Place::File(path) = &self.place {
+            system::activity::reading(path);
+        }
+        match &self.place {
+            Place::File(path) => commonroad::read_file(path),
+            Place::Bundled(i) => commonroad::read(BUNDLED[*i].1, &self.display()),
+        }
+        .map(Arc::new)
+    }
+
+    /// The text of its file.
+    ///
+    /// # Errors
+    /// It cannot be read, or is not XML in UTF-8: with the file.
+    pub fn source(&self) -> Result<String, String> {
+        let named = |words: &str| format!("{}: {words}", self.display());
+        let bytes = match &self.place {
+            Place::Bundled(i) => BUNDLED[*i].1.to_vec(),
+            Place::File(path) if commonroad::is_protobuf_name(path) => {
+                return Err(named("this is protobuf, which has no text to show"));
+            }
+            Place::File(path) => system::read_file(path, system::LARGEST)
+                .map_err(|error| named(&system::words(&error)))?,
+        };
+        String::from_utf8(bytes).map_err(|_| named("the file is not UTF-8 text"))
+    }
+
+    /// Reads the ego that lies with the scenario, see [`find_recording`]; nothing if there is none.
+    ///
+    /// # Errors
+    /// A file with an ego is there and cannot be read.
+    pub fn recorded_ego(&self, scenario: &Scenario) -> Result<Option<Ego>, EgoError> {
+        self.recorded_ego_for(scenario, None)
+    }
+
+    /// The same, and of a file with several the one of a planning problem.
+    ///
+    /// # Errors
+    /// A file with an ego is there, and cannot be read or has none for that problem.
+    pub fn recorded_ego_for(
+        &self,
+        scenario: &Scenario,
+        planning_problem: Option<i64>,
+    ) -> Result<Option<Ego>, EgoError> {
+        match &self.place {
+            Place::Bundled(i) => {
+                let name = format!("{}.ego_trajectory.csv", self.name);
+                read_ego(BUNDLED[*i].2, &name, scenario, planning_problem).map(Some)
+            }
+            Place::File(path) => {
+                let Some(recording) = find_recording(path) else {
+                    return Ok(None);
+                };
+                let ego = read_ego_file(&recording, scenario, planning_problem)?;
+                Ok(Some(sized(ego, &recording, &self.name, scenario)))
+            }
+        }
+    }
+}

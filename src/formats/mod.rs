@@ -1,0 +1,13 @@
+//! Files: scenarios and egos are found, read and written here.
+
+pub mod commonroad;
+mod ego;
+mod library;
+mod search;
+
+pub use ego::{
+    EgoError, WantedEgo, ego_of_solution, find_recording, read_ego, read_ego_file, read_recording,
+    write_recording,
+};
+pub use library::{Entry, Place, bundled};
+pub use search::{Found, LibraryError, PassedOver, Why, find, find_in_pieces, not_standard_input};

@@ -1,0 +1,74 @@
+//! Where the motion of an ego comes from.
+
+use std::path::Path;
+
+/// Where an ego's motion comes from; shown wherever the ego is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum EgoSource {
+    /// A recording, by its file name or bundled name.
+    Recording(String),
+    /// A log of the planner Frenetix, by its file name.
+    Log(String),
+    /// A CommonRoad solution.
+    Solution {
+        /// Its file name.
+        file: String,
+        /// Model and vehicle, e.g. `KS2`.
+        vehicle: String,
+        /// The planning problem that it solves.
+        planning_problem: i64,
+    },
+    /// An obstacle of the scenario took the ego's place.
+    Obstacle(i64),
+    /// Driven by nearmiss' planner, not recorded.
+    Planned {
+        /// The vehicle, e.g. `BMW 320i`.
+        vehicle: String,
+        /// What the planner was told of the others' future, e.g. `lane`.
+        forecast: String,
+        /// The planning problem that it solves.
+        planning_problem: i64,
+    },
+}
+
+impl EgoSource {
+    /// In a few words: of a path only the file's name.
+    #[must_use]
+    pub fn short(&self) -> String {
+        let name = |path: &str| {
+            let file = Path::new(path).file_name().map(|f| f.to_string_lossy());
+            file.unwrap_or_default().into_owned()
+        };
+        let mut short = self.clone();
+        if let Self::Recording(file) | Self::Log(file) | Self::Solution { file, .. } = &mut short {
+            *file = name(file);
+        }
+        short.to_string()
+    }
+}
+
+impl std::fmt::Display for EgoSource {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Recording(name) => write!(f, "recorded in {name}"),
+            Self::Log(name) => write!(f, "driven by Frenetix in {name}"),
+            Self::Solution {
+                file,
+                vehicle,
+                planning_problem,
+            } => write!(
+                f,
+                "solution {vehicle} of planning problem {planning_problem} in {file}"
+            ),
+            Self::Obstacle(id) => write!(f, "obstacle {id} taken as ego"),
+            Self::Planned {
+                vehicle,
+                forecast,
+                planning_problem,
+            } => write!(
+                f,
+                "planned by nearmiss for problem {planning_problem} ({vehicle}, forecast {forecast})"
+            ),
+        }
+    }
+}
