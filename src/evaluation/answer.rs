@@ -1,7 +1,7 @@
 //! What comes of asking: a verdict, or the reason why there is none, with the text in any case.
 
 use super::ended::too_long;
-use super::how::how;
+use super::prompt_summary::how;
 use crate::llm::Secrets;
 use crate::scenario::Scenario;
 use crate::store::{Consumed, Ending, Origin, Run, RunId, RunState};

@@ -1,6 +1,6 @@
 //! From a case to the messages that are sent: the same for the workbench, the command line and batches.
 
-use super::how::how;
+use super::prompt_summary::how;
 use std::sync::Arc;
 
 use super::values::Values;

@@ -1,6 +1,6 @@
 //! Errors that say more of the server than of the question: the next question would most likely fare the same.
 
-use super::error::{Error, Which};
+use super::error::{Error, TimeoutKind};
 
 /// What stands between a server and every question to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,9 +24,9 @@ impl Error {
                 Some(ProviderOutage::Silence)
             }
             Self::Timeout { which, .. } => match which {
-                Which::Connect | Which::Idle => Some(ProviderOutage::Silence),
+                TimeoutKind::Connect | TimeoutKind::Idle => Some(ProviderOutage::Silence),
                 // A model may need longer for one question than for another.
-                Which::Total => None,
+                TimeoutKind::Total => None,
             },
             Self::Truncated { received: 0, .. } => Some(ProviderOutage::Silence),
             Self::Unauthorized { status: 403, .. } => Some(ProviderOutage::Forbidden),

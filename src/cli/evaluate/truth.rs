@@ -26,7 +26,7 @@ pub fn truth(paths: &[PathBuf], entries: &[Entry]) -> Result<Truth, Failure> {
 impl Truth {
     /// What is said to be true about a scenario; nothing where it is unknown.
     pub fn of(&self, entry: &Entry) -> Option<Label> {
-        self.known.of(entry, None)
+        self.known.label(entry, None)
     }
 
     /// Whether the label of an entry can be of its scene.

@@ -10,7 +10,7 @@ use crate::scenario::{Ego, Scenario, Scene};
 /// Who shall be the ego of a scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum WantedEgo {
+pub enum EgoSelection {
     /// The one whose file lies with the scenario; see [`super::find_recording`].
     #[default]
     Beside,
@@ -30,7 +30,7 @@ pub enum WantedEgo {
     },
 }
 
-impl WantedEgo {
+impl EgoSelection {
     /// This ego of the scenario of an entry; nothing where it was to lie beside it and does not.
     ///
     /// # Errors
