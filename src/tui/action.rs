@@ -1,6 +1,6 @@
-//! The one table of actions: what can be done, what it is called, where it holds.
+//! The table of actions: names, descriptions and the contexts they work in.
 //!
-//! Keys, footer, help and palette are all made from it.
+//! Key bindings, footer, help and palette are generated from it.
 
 mod table;
 

@@ -1,4 +1,4 @@
-//! Whether the terminal's background is dark: asked of the terminal, else of its environment.
+//! Detects a dark or light terminal background: by a terminal query, else from the environment.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! The one clock: which time step is shown, and whether it runs.
+//! The playback clock: the time step shown, and whether it plays.
 
 use std::ops::Range;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Where the panes are, for every size of the terminal.
+//! Pane layout for every terminal size.
 
 use ratatui::layout::{Constraint, Layout, Rect};
 

@@ -1,4 +1,4 @@
-//! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
+//! What tasks load and compute from scenario files: facts for the list, and complete opened scenarios.
 
 mod authorship;
 mod cycle;

@@ -1,4 +1,4 @@
-//! What reaches `update`, and what it asks for in return: both are data.
+//! Messages that `update` receives and effects that it returns, both plain data.
 
 pub mod making;
 pub mod planning;

@@ -1,4 +1,4 @@
-//! Everything that the workbench knows; changed by `update` alone, read by the views.
+//! The complete state of the workbench: changed by `update` alone, read by the views.
 
 mod answers;
 mod batch;

@@ -1,7 +1,7 @@
-//! The files that say how the workbench looks, read again when they change.
+//! Reloads theme and keymap files when they change.
 //!
-//! Once a second their times and sizes are looked at: three or four system calls, which is less than what a watching
-//! thread costs, and works on every file system, also on those of the network.
+//! Polls their times and sizes once a second: three or four system calls, cheaper than a watcher thread, and reliable
+//! on network file systems too.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};

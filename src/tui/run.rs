@@ -1,4 +1,4 @@
-//! The loop: drain all messages, draw once if something changed, at most sixty times a second but for keys, else sleep.
+//! The main loop: drain all messages, draw once if something changed, sleep; at most 60 frames a second, keys excepted.
 
 mod ending;
 mod pace;

@@ -1,4 +1,4 @@
-//! The workbench as a picture, with or without a terminal.
+//! Renders the workbench to a picture, with or without a terminal.
 
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;

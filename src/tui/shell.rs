@@ -1,4 +1,4 @@
-//! What the workbench tells the shell about itself: its themes and its keys, as text.
+//! Text about the workbench for the shell: themes and keys.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The workbench without a terminal and without tasks, for benches: keys and chunks in, frames out.
+//! The workbench without terminal and tasks, for benches: keys and chunks in, frames out.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

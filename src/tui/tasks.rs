@@ -1,4 +1,4 @@
-//! Work outside the model: effects become tasks, and tasks send messages back.
+//! Background work: runs effects as tasks, which send messages back.
 
 mod batch;
 pub mod drives;

@@ -1,4 +1,4 @@
-//! The terminal: one guard owns raw mode, the alternate screen, mouse, paste and cursor, and gives them all back.
+//! The terminal: a guard owns raw mode, alternate screen, mouse, paste and cursor, and restores them all.
 
 mod base64;
 

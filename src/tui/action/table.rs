@@ -1,4 +1,4 @@
-//! The lines of the table of actions.
+//! The rows of the action table.
 
 use super::{Action, Entry, Scope};
 

@@ -1,4 +1,4 @@
-//! Keys that are pressed one after another; most often it is one.
+//! Chords: sequences of keys, most often of one.
 
 use std::fmt::{Display, Formatter};
 

@@ -1,4 +1,4 @@
-//! The live keymap: which keys do what, and where. Footer, help, palette and the box after a prefix are made from it.
+//! The live keymap: which keys trigger which action in which context. Footer, help, palette and which-key read it.
 
 use super::{Chord, Key, file};
 use crate::tui::action::{ACTIONS, Action, Entry, Scope};

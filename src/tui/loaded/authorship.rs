@@ -1,4 +1,4 @@
-//! A scenario that a language model makes dangerous: what is wanted of it, how far it is, and all that it wrote.
+//! A generation in which a language model writes the attacks: its settings, progress and complete output.
 
 use crate::evaluation::Settings as Asked;
 use crate::evaluation::generating::{Authored, Progress, SAMPLES, Source};

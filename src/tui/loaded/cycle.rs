@@ -1,4 +1,4 @@
-//! One cycle of the planner, thinned to what a screen can show: some twenty kilobytes.
+//! One planning cycle, reduced to what a screen can show: about 20 kB.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! A drive of the planner by what it is of, and as files that somebody wants.
+//! Planner drives: the key that identifies one, and requests to export it.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! What is known of a scenario in the list: a few numbers, its tags, and how stored answers fare.
+//! Facts about a scenario in the list: a few numbers, its tags, and how stored answers fare.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Making a scenario dangerous for the workbench: the shared workflow, and what is shown of its outcome.
+//! Generating a dangerous variant: runs the shared workflow and prepares its outcome for display.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A picture that somebody wants to be saved.
+//! A request to save a picture.
 
 use std::path::PathBuf;
 use std::sync::Arc;

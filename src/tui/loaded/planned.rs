@@ -1,4 +1,4 @@
-//! An opened scenario whose ego was planned, with what the planner saw and chose at every cycle.
+//! An opened scenario with a planned ego, and what the planner saw and chose in every cycle.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A scenario that was made dangerous, with all that is known about it, and the original to compare it with.
+//! A generated variant: its attack, its evidence, and the original to compare it with.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

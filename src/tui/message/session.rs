@@ -1,6 +1,6 @@
-//! What is remembered of the workbench from one start to the next, and its file.
+//! The session: workbench state kept from one start to the next, and its file.
 //!
-//! Every set of paths has a file of its own, so that nothing of one reaches another.
+//! Every set of paths has its own file, so sessions do not mix.
 
 use std::path::{Component, Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! The answers that are compared, one column each, beside the built-in judge.
+//! The compared answers, one column each, beside the built-in judge.
 
 use crate::evaluation::{Answer, Judged, Missing};
 use crate::judge::Judgement;

@@ -1,4 +1,4 @@
-//! Scenarios that are marked, and the batch of questions about them that waits for a yes.
+//! Marked scenarios, and the batch over them that awaits confirmation.
 
 use std::collections::HashSet;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! How the map is seen: where, how much of it, which way up.
+//! The map camera: centre, zoom and rotation.
 
 use crate::geometry::{Bounds, Point, Pose, Vector};
 

@@ -1,4 +1,4 @@
-//! Where things were drawn last. Drawing writes it, the mouse and the page keys read it.
+//! Areas of the last frame: written by drawing, read by mouse and page keys.
 
 use std::cell::{Cell, RefCell};
 

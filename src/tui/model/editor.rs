@@ -1,4 +1,4 @@
-//! The text in the editor: its lines, cursor and selection, what was changed, and how keys are understood.
+//! The text editor: lines, cursor, selection, undo history and key style.
 
 mod find;
 mod history;

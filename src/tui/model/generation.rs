@@ -1,4 +1,4 @@
-//! Making scenarios dangerous: the search that is under way, and the variants that were made.
+//! Scenario generation: the running search and the finished variants.
 
 use std::sync::Arc;
 

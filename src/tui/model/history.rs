@@ -1,4 +1,4 @@
-//! The history of runs: the part of the list that is at hand, and the selected run.
+//! The run history: the loaded part of the list, and the selected run.
 
 use super::Model;
 use crate::formats::{Entry, bundled};

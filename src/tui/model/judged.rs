@@ -1,5 +1,4 @@
-//! What the built-in judge said about the steps that were looked at: whoever goes back and forth does not wait for
-//! the same prediction again.
+//! Cached verdicts of the built-in judge for visited steps, so stepping back and forth does not repeat a prediction.
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Drives of the planner, kept while the workbench runs: who comes back to a scenario finds its planned ego again.
+//! Planner drives kept while the workbench runs, so a reopened scenario has its planned ego again.
 
 use crate::scenario::{ContentHash, Transform};
 use crate::tui::loaded::{CycleShown, DriveKey, Opened};

@@ -1,4 +1,4 @@
-//! How the workbench looks and which keys it takes: what can be changed while it runs.
+//! Appearance and keys of the workbench, changeable while it runs.
 
 use ratatui::layout::Position;
 

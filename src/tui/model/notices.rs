@@ -1,4 +1,4 @@
-//! What the workbench says in passing.
+//! Transient notices.
 
 use super::Model;
 

@@ -1,4 +1,4 @@
-//! A line to type into, and what of a list matches it.
+//! A fuzzy picker: an input line and the matching items.
 
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};

@@ -1,4 +1,4 @@
-//! The planner in the workbench: what it is told, and the drive that is under way.
+//! The planner in the workbench: its settings, and the drive in progress.
 
 use super::Model;
 use super::kept::Kept;

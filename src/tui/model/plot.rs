@@ -1,4 +1,4 @@
-//! What is plotted over time: a measure, for everyone together and for the chosen obstacles.
+//! The plot over time: a measure for all obstacles together and for the selected ones.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The prompt pane: which template is in use, its draft in the editor, and what comes of it.
+//! The prompt pane: the template in use, its draft in the editor, and the rendered messages.
 
 use std::collections::{BTreeSet, HashMap};
 

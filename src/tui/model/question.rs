@@ -1,4 +1,4 @@
-//! The question as it would be asked now: worked out anew whenever something that it depends on changes.
+//! The current question, rendered again whenever one of its inputs changes.
 
 use super::{Model, PromptView};
 use crate::evaluation::{Case, CaseError, prepare};

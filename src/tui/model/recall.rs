@@ -1,4 +1,4 @@
-//! The session: what of the last one has yet to come back, and what was kept of this one.
+//! Session state: what of the last session is yet to be restored, and what has been saved of this one.
 
 use std::collections::HashSet;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! What stored answers come to: a matrix, the answers behind one of its cells, and a list of what can be counted.
+//! Results of stored answers: a matrix, the answers behind a cell, and the list of sources to count.
 
 use ratatui::layout::{Position, Rect};
 

@@ -1,4 +1,4 @@
-//! How big the panes are: parts of the screen that borders between panes were moved to.
+//! Pane sizes: fractions of the screen, set by moving the borders between panes.
 
 use ratatui::layout::{Position, Rect};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What the timeline shows beside the clock: the measure of its strips, and where answers differ from the judge.
+//! The timeline beside the clock: the measure of its strips, and disagreements between answers and judge.
 
 use super::{Model, Shown};
 use crate::metrics::{Danger, Measure, Series, measure};

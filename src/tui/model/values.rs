@@ -1,4 +1,4 @@
-//! Every measure of the picked obstacle and of the scene, worked out while somebody looks at them.
+//! All measures of the picked obstacle and of the scene, computed while they are displayed.
 
 use crate::tui::loaded::Measured;
 use crate::tui::message::MeasureId;

@@ -1,4 +1,4 @@
-//! When a frame is drawn: at once where that is long enough after the last one, and never without a change.
+//! Frame pacing: draws at once if the last frame is long enough ago, and never without a change.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! What the workbench begins with: the user's files, and what is wrong with them.
+//! Start-up: loads the user's files and reports their errors.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! The scenario that is open, for the report of a crash, and for the next start if it ends the program.
+//! Marks the open scenario on disk, for crash reports and for the next start if it ends the program.
 
 use std::path::Path;
 use std::sync::Arc;

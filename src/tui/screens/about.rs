@@ -1,4 +1,4 @@
-//! What is in the opened scenario, and what reading it had to assume or skip.
+//! Contents of the opened scenario, and what reading it assumed or skipped.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

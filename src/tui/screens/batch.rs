@@ -1,4 +1,4 @@
-//! The card before a batch: what it would ask, what of it is there already, and what it would cost.
+//! Confirmation of a batch: its questions, those already answered, and its cost.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

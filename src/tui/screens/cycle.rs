@@ -1,4 +1,4 @@
-//! What the planner saw and chose at the cursor, at the right, so that the map stays in sight.
+//! The planning cycle at the cursor, in a panel at the right that keeps the map in view.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

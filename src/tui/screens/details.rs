@@ -1,4 +1,4 @@
-//! Everything about the picked obstacle at the cursor, at the right, so that the map stays in sight.
+//! Details of the picked obstacle at the cursor, in a panel at the right that keeps the map in view.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

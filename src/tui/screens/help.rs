@@ -1,4 +1,4 @@
-//! All keys, from the live keymap; what is typed filters them.
+//! Help: all keys of the live keymap, with a filter.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! Lists that are narrowed down by typing: what all of them have in common.
+//! Shared behaviour of fuzzy pickers.
 
 use std::fmt::Debug;
 

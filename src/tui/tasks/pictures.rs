@@ -1,4 +1,4 @@
-//! Drawing and saving pictures, beside what goes on on the screen.
+//! Draws and saves pictures in the background.
 
 use std::io::Write;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Scenarios that wait to be worked on, on all cores; what is on the screen comes first.
+//! A queue of scenarios processed on all cores, visible ones first.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

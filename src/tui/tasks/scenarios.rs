@@ -1,4 +1,4 @@
-//! Finding scenarios in pieces, working out what the list shows of them, and the user's tags.
+//! Searches for scenarios in chunks, computes the facts of the list, and keeps the user's tags.
 
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};

@@ -1,4 +1,4 @@
-//! Writing templates of the user's, and which one is used.
+//! Saves the user's templates, and which of them is in use.
 
 use std::io::{Error, ErrorKind, Write};
 use std::path::Path;

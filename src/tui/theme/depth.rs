@@ -1,4 +1,4 @@
-//! How many colours the terminal has, as its environment says.
+//! Detects the terminal's colour depth from the environment.
 
 /// How many colours a terminal shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,5 +1,5 @@
-//! Tests of what can be read and told apart in the shipped themes: contrast after WCAG 2.2, differences of colours in
-//! CIELAB, and colours as people see them who lack the red or the green receptors.
+//! Legibility tests of the shipped themes: WCAG 2.2 contrast, colour differences in CIELAB, and simulated red and
+//! green colour blindness.
 #![allow(clippy::unwrap_used)]
 
 use ratatui::style::Color;

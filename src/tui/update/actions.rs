@@ -1,4 +1,4 @@
-//! What each action does.
+//! Handlers of the actions.
 
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};

@@ -1,4 +1,4 @@
-//! Asking, and what arrives.
+//! Sends questions and receives answers.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Marking scenarios, and asking one question about many of them.
+//! Marks scenarios, and asks one question about many.
 
 use super::super::action::Action;
 use std::sync::Arc;

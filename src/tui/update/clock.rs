@@ -1,4 +1,4 @@
-//! Playing, and going to another time step.
+//! Playback and stepping.
 
 use super::super::action::Action;
 use super::super::model::Model;

@@ -1,4 +1,4 @@
-//! Editing the template: keys go to the editor, the prompt follows every change, drafts are kept.
+//! Template editing: forwards keys to the editor, updates the prompt on every change, keeps drafts.
 
 mod entry;
 mod keys;

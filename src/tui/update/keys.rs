@@ -1,4 +1,4 @@
-//! What keys mean: single ones, and those of a chord one after another.
+//! Key handling: single keys and chords.
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::{Code, Key, Meaning, latin};

@@ -1,4 +1,4 @@
-//! The list of scenarios: what is found, in what order and groups it stands, and the user's tags.
+//! The list of scenarios: arriving rows, order and groups, and the user's tags.
 
 use super::super::action::Action;
 use super::super::message::{AskId, Effect};

@@ -1,4 +1,4 @@
-//! Making the open scenario dangerous, and showing the variant beside its original.
+//! Generates a dangerous variant of the open scenario, and shows it beside the original.
 
 mod noted;
 mod writing;

@@ -1,4 +1,4 @@
-//! The map's tools: layers, paths into the future, the tape, details of the picked obstacle.
+//! Map tools: layers, predicted paths, measuring tape, obstacle details.
 
 use ratatui::layout::Position;
 

@@ -1,4 +1,4 @@
-//! `update`: what a message changes, and what has to be done because of it. No input, no output, no clock.
+//! `update`: applies a message to the model and returns effects. No input, no output, no clock.
 
 mod actions;
 mod answers;

@@ -1,4 +1,4 @@
-//! Letting the planner drive the ego, and showing what it saw and chose.
+//! Runs the planner for the ego, and shows its cycles.
 
 mod kept;
 

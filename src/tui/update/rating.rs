@@ -1,4 +1,4 @@
-//! What a person makes of answers side by side: blind mode, marks, ratings.
+//! Ratings of answers side by side: blind mode, marks, ratings.
 
 use super::super::keymap::{Code, Key, edit_line};
 use super::super::message::Effect;

@@ -1,4 +1,4 @@
-//! The session: what the workbench looks like is written down, and comes back at the next start.
+//! The session: saves the state of the workbench, and restores it at the next start.
 
 use super::super::action::Action;
 use super::super::message::session::{Instead, Opened, Session, View, Where};

@@ -1,4 +1,4 @@
-//! Answers side by side on the whole screen: fields, texts with their claims, the map of the picked claim.
+//! Full-screen comparison: fields, texts with their claims, and the map of the picked claim.
 
 mod band;
 mod fields;

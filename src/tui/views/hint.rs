@@ -1,4 +1,4 @@
-//! The way to a first verdict, for who is here for the first time: three keys, over the reasoning.
+//! First-run hint: three keys to a first verdict, over the reasoning pane.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! The prompt: the messages as they would be sent, the template, the description, or what was changed.
+//! The prompt: rendered messages, template, description, or differences from the shipped template.
 
 mod diff;
 mod editing;

@@ -1,4 +1,4 @@
-//! The reasoning and the answer of one judge, as they arrive.
+//! Reasoning and answer of one judge, streamed.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

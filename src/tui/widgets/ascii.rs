@@ -1,4 +1,4 @@
-//! A frame in ASCII, for terminals that show nothing else: every sign becomes one of the same width that is like it.
+//! Converts a frame to ASCII: every symbol becomes a similar one of the same width.
 
 use ratatui::buffer::Buffer;
 use unicode_width::UnicodeWidthStr;

@@ -1,4 +1,4 @@
-//! Keys with a word or two on what they do, for the footer.
+//! Key hints for the footer: keys with a word or two on what they do.
 
 use crate::tui::action::{ACTIONS, Action, Entry, Scope};
 use crate::tui::model::Model;

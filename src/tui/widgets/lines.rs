@@ -1,4 +1,4 @@
-//! Lines of a window at the right: names with what is said about them, under titles.
+//! Lines of a side window: names with values, under titles.
 
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};

@@ -1,4 +1,4 @@
-//! A long text that is read and may grow: wrapped once, highlighted as far as it was seen, claims marked where seen.
+//! A long, growing text: wrapped once; highlighting and claims only as far as it was displayed.
 
 use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};

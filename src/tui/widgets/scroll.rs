@@ -1,4 +1,4 @@
-//! A wrapped text with a position, and what is above and below it.
+//! A wrapped, scrollable text, and how much of it is above and below.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! Windows over the main screen: in the middle or at the right, with text that scrolls.
+//! Windows over the main screen: centred or at the right, with scrollable text.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! What was changed in a text, to undo and redo it: typed words at a time, everything else change by change.
+//! Undo and redo: typed words are grouped, every other change is its own step.
 
 use edtui::Index2;
 

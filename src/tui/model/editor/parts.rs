@@ -1,4 +1,4 @@
-//! Parts of the editor: where it was drawn, its styles, its clipboard.
+//! Parts of the editor: its area on the screen, styles and clipboard.
 
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -1,4 +1,4 @@
-//! What is typed above the list: words that match fuzzily, and terms such as `tag:cut_in` or `risk<3`.
+//! The list filter: fuzzy words, and terms such as `tag:cut_in` or `risk<3`.
 
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};

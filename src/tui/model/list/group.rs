@@ -1,4 +1,4 @@
-//! Groups of the list: by country, folder, tag or what stored answers say.
+//! Grouping of the list: by country, folder, tag or verdicts of stored answers.
 
 use super::Row;
 

@@ -1,4 +1,4 @@
-//! By what the list is sorted.
+//! Sort orders of the list.
 
 use std::cmp::Ordering;
 

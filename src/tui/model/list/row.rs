@@ -1,4 +1,4 @@
-//! A scenario in the list, and what is known of it.
+//! One scenario of the list, with its facts.
 
 use super::group::Agreement;
 use super::terms::HEADLINE;

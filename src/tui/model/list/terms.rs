@@ -1,4 +1,4 @@
-//! Terms of the filter: what they are called, what they ask of a scenario, and what is wrong with one.
+//! Filter terms: names, conditions on a scenario, and errors.
 
 use super::Row;
 use super::group::Agreement;

@@ -1,4 +1,4 @@
-//! Everything about the picked obstacle at the cursor: words that the window shows and the clipboard gets.
+//! Details of the picked obstacle at the cursor, as lines for the window and the clipboard.
 
 use super::Model;
 use crate::metrics::{Encounter, Relation};

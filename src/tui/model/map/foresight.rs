@@ -1,4 +1,4 @@
-//! Where somebody may be going: what the built-in judge predicts, and the way straight on.
+//! Predicted paths of an obstacle: those of the built-in judge, and constant velocity.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What the map shows: layers that are switched on and off, in one struct that can be saved.
+//! Map layers that can be switched on and off, in one struct that can be saved.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! The measuring tape: two ends in the world, each free or on a body that it moves with.
+//! The measuring tape: two ends in world coordinates, each free or attached to a moving body.
 
 use super::Model;
 use crate::geometry::{Gap, Placed, Point, Tip};

@@ -1,4 +1,4 @@
-//! Draws the matrix of all ways of asking, with what techniques make of the selected one below it.
+//! Draws the matrix of prompt configurations, and bars by technique for the selected one.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};

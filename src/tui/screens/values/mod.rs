@@ -1,4 +1,4 @@
-//! Every measure of the scene and of the picked obstacle at the current step, and the thresholds.
+//! All measures of the scene and of the picked obstacle at the current step, with thresholds.
 
 mod thresholds;
 

@@ -1,4 +1,4 @@
-//! Who could attack; and what a model chose and wrote, what became of each answer, what it took, and its reasons.
+//! Possible attackers, and what a model chose and wrote: the outcome, cost and reasons of each answer.
 
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};

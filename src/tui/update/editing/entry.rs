@@ -1,4 +1,4 @@
-//! The line below the editor: a word to find, the number of a line, the name of a new template.
+//! The input line below the editor: search words, line numbers, names of new templates.
 
 use super::super::super::keymap::{Code, Key, edit_line};
 use super::super::super::message::Effect;

@@ -1,4 +1,4 @@
-//! What keys mean in the editor: commands of the table, and everything else as its kind of keys has it.
+//! Editor keys: actions of the table, everything else by key style.
 
 use edtui::events::KeyInput;
 

@@ -1,4 +1,4 @@
-//! A model makes the open scenario dangerous: begun, heard, and counted.
+//! Generation with a model as author: start, progress and cost.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! The words and signs on top of the map: each in cells of its own, what comes first has its place first.
+//! Places labels and symbols on the map without overlap, in order of priority.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

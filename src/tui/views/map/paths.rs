@@ -1,4 +1,4 @@
-//! Where everyone was and is recorded to go, and where they may go: each with a line of its own kind.
+//! Past, recorded and predicted paths, each with its own line style.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::{Context, Points};

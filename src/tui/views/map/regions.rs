@@ -1,4 +1,4 @@
-//! Regions of the world: environment obstacles, regions that somebody may cover, goals.
+//! Regions: environment obstacles, occupancy sets, goals.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::Context;

@@ -1,4 +1,4 @@
-//! Bodies in their real sizes, filled, with the windscreen left out where there is room for it.
+//! Bodies to scale, filled, the windscreen left out where it fits.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::Context;

@@ -1,4 +1,4 @@
-//! Two axes with round numbers, and the area between them.
+//! Plot axes with round numbers, and the area between them.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

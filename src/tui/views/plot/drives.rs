@@ -1,5 +1,5 @@
-//! The planned and the recorded ego over time: their speeds, or the distance between them; of a variant the attacker's
-//! risk scores before and after.
+//! Planned and recorded ego over time: speeds, or the distance between them; for a variant also the attacker's risk
+//! before and after.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! The editor in its full size: the template, its state, and what comes of it beside it.
+//! The full-size editor: the template, its status, and the rendered result beside it.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};

@@ -1,4 +1,4 @@
-//! The columns of the list behind the names: which of them fit, and what stands in them.
+//! Columns of the list after the names: which of them fit, and their contents.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Span;

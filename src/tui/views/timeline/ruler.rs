@@ -1,4 +1,4 @@
-//! The ruler below the strips: seconds, the cursor, and marks for what is to be found where.
+//! The ruler below the strips: seconds, cursor, and marks for events.
 
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
