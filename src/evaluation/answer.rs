@@ -1,4 +1,4 @@
-//! What comes of asking: a verdict, or the reason why there is none, with the text in any case.
+//! The outcome of a question: a verdict or the reason there is none, and the text in either case.
 
 use super::ended::too_long;
 use super::how::how;

@@ -1,4 +1,4 @@
-//! Running one case: ask, keep every piece before it is shown, read the verdict, keep the end.
+//! Runs one case: ask, store every chunk before it is shown, parse the verdict, store the end.
 
 use std::sync::Arc;
 use std::time::Duration;

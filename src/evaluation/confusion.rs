@@ -1,4 +1,4 @@
-//! How often a yes-or-no judge is right: counts, precision, recall, F1.
+//! Confusion matrices of yes-or-no answers: counts, precision, recall, F1.
 
 /// Answers by what was said and what is true.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

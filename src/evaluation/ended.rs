@@ -1,4 +1,4 @@
-//! The end of an answer: what it says, or why it says nothing.
+//! The end of an answer: its verdict, or why it has none.
 
 use super::answer::{Answer, Judged, Missing, TOO_LONG};
 use crate::llm::{Finish, LONGEST_ANSWER};

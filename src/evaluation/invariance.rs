@@ -1,4 +1,4 @@
-//! Whether answers stay the same when a scene is turned, mirrored, moved or renumbered, which changes nothing about it.
+//! Invariance: whether answers stay the same when a scene is rotated, mirrored, moved or renumbered.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! Who can be asked: the built-in judge, or a language model behind an endpoint.
+//! Judges: the built-in one, or a language model behind an endpoint.
 
 use std::collections::BTreeMap;
 

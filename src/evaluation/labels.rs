@@ -1,4 +1,4 @@
-//! What people say is true: labels by scenario, from CSV.
+//! Ground-truth labels by scenario, from CSV.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

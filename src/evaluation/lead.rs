@@ -1,4 +1,4 @@
-//! How long before a collision the built-in judge sees it, and how often it cries wolf.
+//! How long before a collision the built-in judge detects it, and how often it raises false alarms.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The verdict as a function of time before the collision: how early a way of asking sees it, and whether it stays with that.
+//! Verdicts by lead time before a collision: how early a prompt configuration detects it, and whether that lasts.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Where the cost of an answer comes from.
+//! Names for the source of an answer's cost.
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;

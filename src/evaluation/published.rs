@@ -1,4 +1,4 @@
-//! Recorded answers as runs for the store, tied to the scenarios that lie in the same folder.
+//! Recorded answers as runs for the store, matched to scenarios in the same folder.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! From a case to the messages that are sent: the same for the workbench, the command line and batches.
+//! Builds the messages of a case: the same for workbench, command line and batches.
 
 use super::how::how;
 use std::sync::Arc;

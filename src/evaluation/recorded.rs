@@ -1,4 +1,4 @@
-//! Answers that were recorded by others: a folder laid out as the repository of "From Words to Collisions".
+//! Answers recorded by others: a folder laid out as the repository of "From Words to Collisions".
 //!
 //! `Results/output_validation/NAME/scenario/ego_cot/gemini/analysis/ego_analysis_all_timesteps.txt` is the answer of
 //! one model about one scenario; `output_validation_normal` holds the safe ones, `agent` the safety inference,

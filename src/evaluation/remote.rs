@@ -1,7 +1,7 @@
-//! Questions that are handed to a provider as a batch, and collected when it has answered, at half the price.
+//! Questions submitted to a provider as a batch and collected once answered, at half the price.
 //!
-//! The store knows of a batch before the provider does, and gets the provider's id before anything else is done. Where
-//! the program ended between the two, the batch is looked for at the provider; it is not sent again.
+//! The store records a batch before the provider receives it, and stores the provider's id before anything else
+//! happens. If the program ended between the two, the batch is looked up at the provider; it is not submitted again.
 
 mod collect;
 mod give_up;

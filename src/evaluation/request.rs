@@ -1,4 +1,4 @@
-//! From a question and a judge to the request that is sent, and to what the store keeps of it.
+//! Builds the request and the store's record from a question and a judge.
 
 use super::case::RunOptions;
 use super::judges::{Judge, ModelJudge};

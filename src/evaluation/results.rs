@@ -1,4 +1,4 @@
-//! Stored answers counted by the way they were asked: a matrix whose cells lead back to the answers.
+//! Stored answers by prompt configuration: a matrix whose cells link to the answers.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 

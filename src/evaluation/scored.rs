@@ -1,4 +1,4 @@
-//! Answers beside what is true: what every figure of a report is counted from.
+//! Answers with their ground truth: the input of every figure in a report.
 
 use super::Label;
 use crate::prompts::Techniques;

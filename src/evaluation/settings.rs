@@ -1,4 +1,4 @@
-//! How a case is asked: what the user says, else what the template says, else what the program does.
+//! Settings of a case: from the user, else the template, else the defaults.
 
 use crate::prompts::{Defaults, Techniques, Wording};
 use crate::text::{Form, Options};

@@ -1,4 +1,4 @@
-//! A share of some answers, with the interval that a small number of scenarios leaves it.
+//! A proportion of answers, with its interval for a small number of scenarios.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! What ratings add up to: games, wins, ties, losses and strengths of models, or of ways of asking.
+//! Standings from ratings: games, wins, ties, losses and strengths of models or prompt configurations.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! A run on its way into the store: pieces in small batches, the claim renewed, the end in any case.
+//! Records a run in the store as it streams: chunks in small batches, the claim renewed, the end in any case.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! An answer being put together: what every dialect's decoder hands its findings to.
+//! Assembles an answer from what a dialect's decoder passes on.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! Why one try brought no answer, and whether another may help.
+//! A failed attempt: why it brought no answer, and whether a retry may help.
 
 use std::borrow::Cow;
 use std::io;

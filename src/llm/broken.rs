@@ -1,4 +1,4 @@
-//! A provider's entry that is not right: which line of the file, and the registry without it.
+//! An invalid provider entry: its line in the file, and the registry without it.
 
 use std::path::Path;
 

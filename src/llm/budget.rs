@@ -1,4 +1,4 @@
-//! Money that requests share: reserved before one is sent, settled when its cost is known.
+//! A budget shared by requests: reserved before sending, settled once the cost is known.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};

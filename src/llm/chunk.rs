@@ -1,4 +1,4 @@
-//! The pieces in which an answer arrives.
+//! Chunks: the pieces in which an answer arrives.
 
 use std::time::Duration;
 

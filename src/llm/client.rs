@@ -1,4 +1,4 @@
-//! The HTTP client all requests share, and what its failures mean.
+//! The HTTP client shared by all requests, and the meaning of its errors.
 
 use std::collections::BTreeMap;
 use std::error::Error as StdError;

@@ -1,4 +1,4 @@
-//! The two clocks of an exchange: one restarts with every byte, one never.
+//! The two deadlines of an exchange: one restarts with every byte, one never does.
 
 use std::time::Duration;
 

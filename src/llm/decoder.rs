@@ -1,4 +1,4 @@
-//! From the events of an answer to its chunks, in any dialect. Knows nothing of the network.
+//! Decodes the events of an answer to chunks, in any dialect and without a network.
 
 use serde_json::Value;
 

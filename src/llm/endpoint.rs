@@ -1,4 +1,4 @@
-//! Where a model is served: address, key, patience.
+//! An endpoint that serves a model: address, key, timeouts.
 
 use std::fmt;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Where keys are looked for: the variables of the process, then `.env` files.
+//! Key lookup: environment variables of the process, then `.env` files.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! What can go wrong between a question and its answer, said so that people know what to do.
+//! Errors between a question and its answer, worded so that users know what to do.
 
 use std::fmt;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! The events of a stream, however the API marks them off, and how each step of reading them ends.
+//! The events of a stream, in any framing, and the outcome of each read.
 
 use std::pin::Pin;
 

@@ -1,4 +1,4 @@
-//! A key that a command prints, such as a password manager's.
+//! A key printed by a command, such as a password manager's.
 
 use std::fmt;
 use std::process::Stdio;

@@ -1,4 +1,4 @@
-//! How much may be asked of a provider at a time: requests and tokens per minute, and requests at once.
+//! Rate limits of a provider: requests and tokens per minute, and concurrent requests.
 
 use std::collections::VecDeque;
 use std::num::NonZeroU32;

@@ -1,4 +1,4 @@
-//! What the registry knows of its models, for lists: keys, prices, and which of them are about to go.
+//! Lists the registry's models: keys, prices and retirement dates.
 
 use jiff::civil::Date;
 

@@ -1,4 +1,4 @@
-//! Errors that say more of the server than of the question: the next question would most likely fare the same.
+//! Provider outages: errors that the next question would most likely meet too.
 
 use super::error::{Error, Which};
 

@@ -1,4 +1,4 @@
-//! What tokens cost.
+//! Token prices.
 
 use jiff::Timestamp;
 use jiff::civil::{Date, Time, Weekday};

@@ -1,4 +1,4 @@
-//! Which model servers run on this machine, and what they serve.
+//! Detects model servers on this machine and the models they serve.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! A provider's entry in the registry or in the user's configuration, and how the two are laid over each other.
+//! A provider's entry in the registry or the user's configuration, and how the two are merged.
 
 use std::collections::BTreeMap;
 use std::fmt;

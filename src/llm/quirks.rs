@@ -1,4 +1,4 @@
-//! In what servers and models of one dialect differ: data of the registry, so that no model's name stands in code.
+//! Differences between servers and models of one dialect, as registry data: no model name appears in code.
 
 use serde::Deserialize;
 

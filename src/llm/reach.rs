@@ -1,4 +1,4 @@
-//! Which providers can be reached, and whether they take the key: a list of models is asked for, nothing else.
+//! Checks which providers are reachable and accept the key, by requesting a model list and nothing else.
 
 use std::time::Duration;
 

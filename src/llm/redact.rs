@@ -1,4 +1,4 @@
-//! Takes secrets out of the two texts of an answer, which come in pieces.
+//! Redacts secrets in the two streamed texts of an answer.
 
 use super::chunk::Chunk;
 use super::secrets::{Redactor, Secrets};

@@ -1,4 +1,4 @@
-//! Providers and models by name: `provider/model` becomes an endpoint and the server's model name.
+//! Providers and models by name: resolves `provider/model` to an endpoint and the server's model name.
 
 use std::collections::BTreeMap;
 use std::time::Duration;

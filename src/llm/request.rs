@@ -1,4 +1,4 @@
-//! What is asked of a language model: messages, parameters, the wanted shape of the answer.
+//! A request to a language model: messages, parameters, and the schema of the answer.
 
 use serde::{Deserialize, Serialize};
 

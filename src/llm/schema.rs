@@ -1,4 +1,4 @@
-//! JSON schemas as every provider takes them: the subset that all understand, with the rest put into words.
+//! JSON schemas reduced to the subset every provider supports, the rest moved to descriptions.
 
 use serde_json::{Map, Value, json};
 

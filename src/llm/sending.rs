@@ -1,4 +1,4 @@
-//! A request made ready: address, headers, body, its turn, and the money for it.
+//! A request ready to send: address, headers, body, rate-limit permit and reserved budget.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! One question and its answer on the network: tries, waits, and the reading of the stream.
+//! One question over the network: attempts, waits, and reading the stream.
 
 use std::collections::VecDeque;
 use std::mem;

@@ -1,4 +1,4 @@
-//! Splits a leading `<think>…</think>` off a text that arrives in pieces cut anywhere.
+//! Splits a leading `<think>…</think>` from a text that arrives in arbitrary pieces.
 
 const OPEN: &str = "<think>";
 const CLOSE: &str = "</think>";

@@ -1,4 +1,4 @@
-//! What a batch comes to by its own truth, counted piece by piece; and which batches there are to choose from.
+//! Counts a batch by its own ground truth, piece by piece, and lists the batches to choose from.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,4 @@
-//! What a batch takes before it is asked: requests, tokens, and the most that they can cost.
+//! Estimates of a batch before it is asked: requests, tokens, and an upper bound on cost.
 
 use jiff::Zoned;
 

@@ -1,4 +1,4 @@
-//! Making the questions of a batch: from an entry and a way of asking to what is sent, and to what the store keeps of it.
+//! Builds a batch's questions: from an entry and its settings to the request and the store's record.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The answers of a batch beside what is true: read anew from their texts, with those that failed.
+//! A batch's answers with their ground truth: parsed again from their texts, failed ones included.
 
 use rayon::prelude::*;
 

@@ -1,4 +1,4 @@
-//! What a batch is, as the store keeps it: enough to go on with it, or to know that it is no longer the same.
+//! The stored specification of a batch: enough to resume it, or to detect that it has changed.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! What is true about the scenarios of a batch: exact geometry, labels of files, or the folders that they lie in.
+//! Ground truth of a batch: exact geometry, label files, or the scenarios' folders.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! The same question about a changed scene, or about a window that ends some other time before the collision.
+//! Variants of a question: a changed scene, or a window that ends at another lead before the collision.
 
 use crate::evaluation::Lead;
 use crate::scenario::Transform;

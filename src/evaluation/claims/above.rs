@@ -1,4 +1,4 @@
-//! What a line of a text says about those below it: whom they are about, and when.
+//! Context a line of text gives to the lines below it: its obstacles, and its time.
 
 use super::mentions::{Mention, begins_with, is_label};
 use super::times::MentionedTime;

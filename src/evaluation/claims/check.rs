@@ -1,4 +1,4 @@
-//! Claims held against the geometry.
+//! Checks claims against the geometry.
 
 use super::{Claim, Quantity, Side, Stated, Subject, excuse};
 use crate::geometry::Point;

@@ -1,4 +1,4 @@
-//! Walking through a text: which obstacle and which time each sentence is about.
+//! Walks through a text and resolves which obstacle and time each sentence is about.
 
 use std::collections::BTreeSet;
 use std::ops::Range;

@@ -1,7 +1,7 @@
-//! Claims about obstacles in the free text of an answer, found and held against the geometry.
+//! Claims about obstacles in the free text of an answer, extracted and checked against the geometry.
 //!
-//! Found is only what is unambiguous: an obstacle, a measure that is named or plain from the unit, a value with its
-//! unit, and no bound, range, supposition or step of a calculation. What is not found is not said to be right.
+//! Only unambiguous claims are extracted: an obstacle, a measure that is named or clear from the unit, and a value with
+//! its unit; no bounds, ranges, suppositions or steps of a calculation. What is not extracted is not called right.
 
 mod above;
 mod check;

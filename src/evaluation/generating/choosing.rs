@@ -1,4 +1,4 @@
-//! Who attacks: the model's choice beside the reference's ranking, and which of them is taken.
+//! Attacker selection: the model's choice beside the reference ranking, and which of them is used.
 
 use super::super::answer::{Answer, Judged};
 use super::super::defaults::default_frame;

@@ -1,8 +1,8 @@
-//! A model as the author of attacks: it chooses the attacker, writes motions for it, and is told what the gate refuses.
+//! A model as the author of attacks: it chooses the attacker, writes motions, and receives the gate's refusals.
 //!
-//! Every request goes the way of all others, see [`crate::evaluation::run`]: an answer is in the store before it is used, and one
-//! that is there is not paid for again. What a model answers becomes an attack only through
-//! [`crate::generation::admit`]; nothing else gets past the gate.
+//! Every request takes the path of all others, see [`crate::evaluation::run`]: an answer is stored before it is used,
+//! and a stored one is not paid for again. A model's answer becomes an attack only through
+//! [`crate::generation::admit`]; nothing else passes the gate.
 
 mod choosing;
 mod document;

@@ -1,4 +1,4 @@
-//! What an author has written: attacks that pass the gate, and what was refused.
+//! An author's output: attacks that passed the gate, and refused answers.
 
 use super::{Choice, Spent};
 use crate::generation::{Admitted, Attack, Ground, Refusal, SearchResult, Selection, choose};

@@ -1,4 +1,4 @@
-//! What a model is told about an answer that was refused.
+//! Feedback to a model on a refused answer.
 
 use crate::generation::{Refusal, summed};
 use crate::scenario::Motion;

@@ -1,4 +1,4 @@
-//! Taking the results of a batch from its provider into the store, each once.
+//! Collects a batch's results from its provider into the store, each once.
 
 use std::collections::HashMap;
 use std::sync::Arc;

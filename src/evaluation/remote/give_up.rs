@@ -1,4 +1,4 @@
-//! Gives up a batch whose results can no longer be fetched: its questions are free to be asked again.
+//! Abandons a batch whose results can no longer be fetched, so that its questions can be asked again.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

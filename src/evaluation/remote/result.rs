@@ -1,4 +1,4 @@
-//! From one result of a batch to the end of its run: the same reading as of an answer that arrived alone.
+//! Turns one batch result into the end of its run, parsed like an answer that arrived alone.
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;

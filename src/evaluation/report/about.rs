@@ -1,4 +1,4 @@
-//! What a report is of: which answers, how they were asked, and beside which truth.
+//! The subject of a report: which answers, how they were asked, and against which ground truth.
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,4 @@
-//! One cell of a report: a way of asking, on a half of the data or on all of it.
+//! One cell of a report: a prompt configuration on half of the data or all of it.
 
 use std::collections::BTreeMap;
 

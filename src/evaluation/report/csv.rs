@@ -1,4 +1,4 @@
-//! A report as CSV: one line a cell, or a pair of ways; flat, nothing rounded.
+//! Reports as CSV: one line for each cell or pair of configurations; flat, unrounded.
 
 use serde_json::Value;
 

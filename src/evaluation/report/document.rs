@@ -1,4 +1,4 @@
-//! What a report says, before it is Markdown, LaTeX or HTML: headings, paragraphs, tables and figures.
+//! A report independent of its format: headings, paragraphs, tables and figures.
 
 use crate::text::visible;
 

@@ -1,4 +1,4 @@
-//! A report as one HTML file: nothing is loaded, colours follow the reader's choice of light or dark.
+//! Reports as one self-contained HTML file, light or dark by the reader's preference.
 
 use super::document::{Align, Block, Document, Figure, Table, clean};
 

@@ -1,4 +1,4 @@
-//! A report as JSON: every number of it, and nothing rounded.
+//! Reports as JSON: every number, unrounded.
 
 use serde_json::{Map, Value, json};
 

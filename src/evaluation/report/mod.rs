@@ -1,4 +1,4 @@
-//! Reports: what is counted from answers beside the truth, and how it is written for people, papers and programs.
+//! Reports: figures from answers and ground truth, written for people, papers and programs.
 
 mod about;
 mod cell;

@@ -1,4 +1,4 @@
-//! Ways of asking that differ in one thing, on the same scenarios.
+//! Pairs of prompt configurations that differ in one thing, on the same scenarios.
 
 use std::collections::BTreeMap;
 

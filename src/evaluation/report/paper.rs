@@ -1,4 +1,4 @@
-//! The recorded answers beside the numbers that the paper prints, and beside the built-in judge.
+//! Recorded answers compared with the paper's printed numbers and the built-in judge.
 
 use serde::Deserialize;
 

@@ -1,4 +1,4 @@
-//! Runs of the store beside the truth.
+//! Stored runs compared with the ground truth.
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashMap};

@@ -1,4 +1,4 @@
-//! What a batch tells beside its cells: whether changed scenes change the answers, and what is said at each lead.
+//! Batch results beyond its cells: invariance to changed scenes, and verdicts by lead.
 
 use serde_json::{Value, json};
 

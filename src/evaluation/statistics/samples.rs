@@ -1,4 +1,4 @@
-//! Several answers to the same question: how far they agree, and what most of them say.
+//! Several answers to one question: their agreement and majority.
 
 use serde::Serialize;
 

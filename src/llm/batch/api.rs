@@ -1,4 +1,4 @@
-//! What the batch API of a wire protocol is: addresses, documents, and what they mean. Implementations do no I/O.
+//! The batch API of a wire protocol: addresses, documents and their meaning. Implementations do no I/O.
 
 use std::fmt::Debug;
 

@@ -1,4 +1,4 @@
-//! Requests about batches: the same keys, limits, patience and repetitions as for questions, without redirects.
+//! Requests to batch APIs: keys, limits, timeouts and retries as for questions, but no redirects.
 
 use std::sync::Arc;
 use std::time::Duration;

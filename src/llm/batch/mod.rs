@@ -1,8 +1,7 @@
-//! Batches: many questions handed over at once, answered within a day, at half the price.
+//! Batches: many questions submitted at once, answered within a day, at half the price.
 //!
-//! The steps of a submission are apart, so that whoever keeps a record of it can write between them: `Batches::prepare`
-//! hands over what can be handed over without anything being asked, `Batches::create` asks. Where nobody knows whether
-//! a creation arrived, `Batches::look_up` finds out.
+//! A submission has separate steps, so that a caller can record each of them: `Batches::prepare` uploads without asking
+//! anything, `Batches::create` asks. If it is unknown whether a creation arrived, `Batches::look_up` finds out.
 
 mod anthropic;
 mod api;

@@ -1,4 +1,4 @@
-//! Lists that come in pages: never more of them than there can be, and none twice.
+//! Paginated lists, bounded in length and free of duplicate pages.
 
 use std::collections::HashSet;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! Anthropic's messages: blocks that open, grow and close, and usage in two places.
+//! Anthropic's Messages API: content blocks that start, grow and stop; usage in two places.
 
 use serde_json::{Map, Value, json};
 

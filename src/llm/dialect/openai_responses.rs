@@ -1,4 +1,4 @@
-//! OpenAI's Responses API: items instead of choices, named events, and reasoning as a summary.
+//! OpenAI's Responses API: items instead of choices, named events, and reasoning summaries.
 
 use serde_json::{Map, Value, json};
 

@@ -1,4 +1,4 @@
-//! The forms of a secret: what is searched for so that none of them gets through.
+//! The encoded forms of a secret to search for.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD_NO_PAD;
