@@ -1,4 +1,4 @@
-//! `nearmiss help`: the help of a command, or a topic of the manual.
+//! `nearmiss help`: help for a command, or a topic of the manual.
 
 use std::io;
 

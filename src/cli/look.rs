@@ -1,4 +1,4 @@
-//! `nearmiss themes` and `nearmiss keys`: how the workbench looks and which keys it takes, without opening it.
+//! `nearmiss themes` and `nearmiss keys`: prints the workbench's themes and keys without opening it.
 
 use std::path::Path;
 

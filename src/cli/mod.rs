@@ -1,4 +1,4 @@
-//! The command line: one file a subcommand. Data goes to standard output, words to standard error.
+//! The command line, one file for each subcommand. Data goes to standard output, messages to standard error.
 
 mod ask;
 mod batches;

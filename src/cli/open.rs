@@ -1,4 +1,4 @@
-//! What the commands share: opening a scenario with its ego, and the words for frames, tasks and techniques.
+//! Shared by commands: opening a scenario with its ego, and names of frames, tasks and techniques.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};

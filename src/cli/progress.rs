@@ -1,4 +1,4 @@
-//! How far a long job is: a bar on standard error where a person sees it, nothing in a pipe.
+//! Progress of long jobs: a bar on standard error in a terminal, nothing in a pipe.
 
 use std::io::IsTerminal;
 

@@ -1,4 +1,4 @@
-//! `nearmiss runs`: what was asked and answered.
+//! `nearmiss runs`: lists stored questions and answers.
 
 mod list;
 

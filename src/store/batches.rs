@@ -1,4 +1,4 @@
-//! Batches: what shall be asked in bulk, written down before anything is sent, so that it can be gone on with.
+//! Batches: their questions, stored before anything is sent, so that a batch can be resumed.
 
 use rusqlite::{OptionalExtension, Row, params};
 

@@ -1,4 +1,4 @@
-//! Claims: the first run to ask a question asks it alone; the next one gets its answer.
+//! Claims: the first run to ask a question asks it alone; concurrent ones receive its answer.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! What became of every question that asks for yes or no, in one query: for figures over all of them.
+//! Outcomes of all yes-or-no questions in one query, for overall figures.
 
 use super::{RunId, RunState, Store, StoreError, rows};
 use crate::verdict::Task;

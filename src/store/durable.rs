@@ -1,4 +1,4 @@
-//! Getting what was committed onto the disk: many that wait for it at once share one sync.
+//! Durable commits: concurrent waiters share one sync to disk.
 
 use std::fs::File;
 use std::io;

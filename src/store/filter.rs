@@ -1,4 +1,4 @@
-//! Which runs are meant: filters, and the words that people write them with.
+//! Run filters and their query syntax.
 
 use jiff::Timestamp;
 use jiff::civil::Date;

@@ -1,4 +1,4 @@
-//! Whether the store's file is in order, looked at without changing it.
+//! Checks the store's file without changing it.
 
 use std::path::Path;
 use std::time::Duration;

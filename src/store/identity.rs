@@ -1,4 +1,4 @@
-//! What makes a question of a batch that one and no other.
+//! The identity of a batch question: what distinguishes it from all others.
 
 use super::NewItem;
 

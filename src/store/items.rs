@@ -1,4 +1,4 @@
-//! The questions of a batch: what was to be asked, where each stands, and the newest whole answers to them.
+//! Batch items: each question's state, and its newest complete answers.
 
 use rusqlite::{Connection, Row, params};
 

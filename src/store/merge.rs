@@ -1,4 +1,4 @@
-//! Another store's runs and batches into this one: parts of a batch that were asked on several machines become one.
+//! Merges another store's runs and batches: shards asked on several machines become one batch.
 
 use std::collections::{BTreeMap, HashMap};
 

@@ -1,4 +1,4 @@
-//! What became of many runs, without their texts: what reports are counted from.
+//! Outcomes of many runs, without their texts: the input of reports.
 
 use rusqlite::params_from_iter;
 

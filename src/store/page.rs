@@ -1,4 +1,4 @@
-//! Lists of runs a page at a time, however many there are: opened at once, and never more in memory than is looked at.
+//! Paginated run lists: opened at once at any length, with only the visible pages in memory.
 
 use rusqlite::types::Value;
 use rusqlite::{InterruptHandle, params_from_iter};

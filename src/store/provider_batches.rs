@@ -1,4 +1,4 @@
-//! Batches that are with a provider: which questions, under which id, and which results have been taken.
+//! Batches submitted to providers: their questions, provider ids and collected results.
 
 use rusqlite::{OptionalExtension, Row, Transaction, params};
 

@@ -1,4 +1,4 @@
-//! Ratings: what a person made of answers side by side.
+//! Ratings: people's judgements of answers side by side.
 
 use rusqlite::{Row, params};
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! Runs as JSON, one object each: complete, and the same run again when it is read.
+//! Runs as JSON, one object each: complete, and identical when read back.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

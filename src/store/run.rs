@@ -1,4 +1,4 @@
-//! What is kept of a run.
+//! The stored data of a run.
 
 use serde_json::json;
 

@@ -1,4 +1,4 @@
-//! What the batches hold true about the runs that were made for them.
+//! Ground truths that batches store for their runs.
 
 use super::{BatchId, RunId, Store, StoreError};
 

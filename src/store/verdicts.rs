@@ -1,4 +1,4 @@
-//! What all stored answers say, yes or no, in one query: for lists of many scenarios.
+//! Verdicts of all stored answers in one query, for lists of many scenarios.
 
 use rusqlite::params;
 

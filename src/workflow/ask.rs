@@ -1,4 +1,4 @@
-//! Asking: which models there are, and one question to one of them.
+//! Asks one question of one model, and lists the models available.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Making a scenario dangerous: its ego is planned, attacks are found, and the best one that can be survived is taken.
+//! Generates a dangerous variant: plans the ego, searches attacks, and takes the best one that is avoidable.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Opening a scenario with its ego, after a change of its scene if one is asked for.
+//! Opens a scenario with its ego, optionally with a changed scene.
 
 use std::sync::Arc;
 

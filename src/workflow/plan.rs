@@ -1,4 +1,4 @@
-//! Planning the ego of a scenario: which problem, whether it can be planned, and the drive.
+//! Plans the ego of a scenario: selects the planning problem, checks that it can be planned, and drives.
 
 use std::sync::Arc;
 

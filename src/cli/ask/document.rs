@@ -1,4 +1,4 @@
-//! The answer of `ask` as one line of JSON.
+//! The answer of `ask` as one JSON line.
 
 use serde_json::{Value, json};
 

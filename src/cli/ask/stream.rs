@@ -1,4 +1,4 @@
-//! An answer as it arrives, on standard error.
+//! Streams an answer to standard error.
 
 use std::io::{IsTerminal, Write};
 

@@ -1,4 +1,4 @@
-//! A batch on its way: progress, interruption, and the table at its end.
+//! A running batch: progress, interruption, and the final table.
 
 use std::sync::Arc;
 use std::time::Instant;

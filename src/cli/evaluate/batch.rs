@@ -1,4 +1,4 @@
-//! `nearmiss evaluate` with language models: a matrix of ways of asking over many scenarios, as a batch in the store.
+//! `nearmiss evaluate` with language models: a matrix of prompt configurations over many scenarios, as a stored batch.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;

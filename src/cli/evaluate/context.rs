@@ -1,4 +1,4 @@
-//! What every batch is made with: configuration, templates, thresholds, the store, and who is asked.
+//! The context shared by all batches: configuration, templates, thresholds, store and models.
 
 use std::num::NonZeroU32;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What a batch would ask, in words: its questions, and what they take, before anything is sent.
+//! Prints a dry run: a batch's questions and their estimated consumption, before anything is sent.
 
 use serde_json::json;
 

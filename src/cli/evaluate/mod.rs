@@ -1,4 +1,4 @@
-//! `nearmiss evaluate`: how good the built-in judge and language models are on many scenarios.
+//! `nearmiss evaluate`: measures how good the built-in judge and language models are on many scenarios.
 
 mod asked;
 mod batch;

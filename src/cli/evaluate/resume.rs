@@ -1,4 +1,4 @@
-//! `--resume`: going on with a batch, and what it says about another truth.
+//! `--resume`: resumes a batch, and warns if its ground truth differs.
 
 use super::batch::{Resumed, carry_out};
 use super::context::BatchContext;

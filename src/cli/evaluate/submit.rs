@@ -1,4 +1,4 @@
-//! A batch that is submitted to providers: what they took, and how it goes on.
+//! A batch submitted to providers: what they accepted, and how to continue.
 
 use tokio::runtime::Runtime;
 

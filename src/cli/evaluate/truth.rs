@@ -1,4 +1,4 @@
-//! What is true about the scenarios that the built-in judge is evaluated on.
+//! Ground truth of the scenarios on which the built-in judge is evaluated.
 
 use std::path::{Path, PathBuf};
 

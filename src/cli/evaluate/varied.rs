@@ -1,4 +1,4 @@
-//! The tables beneath that of a batch: whether changed scenes change the answers, and how early a collision is seen.
+//! Tables below that of a batch: invariance to changed scenes, and how early a collision is detected.
 
 use serde_json::Value;
 

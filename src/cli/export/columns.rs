@@ -1,4 +1,4 @@
-//! The columns of exported tables: those of the store's records, JSON in them as text.
+//! Columns of exported tables: those of the store's records, nested JSON as text.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! Runs as Apache Parquet: typed columns, a row group of some hundred runs at a time.
+//! Runs as Apache Parquet: typed columns, row groups of a few hundred runs.
 
 use std::io;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! A variant as one line of JSON.
+//! A variant as one JSON line.
 
 use std::collections::BTreeMap;
 use std::path::Path;

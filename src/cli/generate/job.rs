@@ -1,4 +1,4 @@
-//! What is done with each scenario: saved, counted, told.
+//! Processes one scenario: saves, counts and reports its variant.
 
 use std::ops::ControlFlow;
 use std::path::Path;

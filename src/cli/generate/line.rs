@@ -1,6 +1,6 @@
-//! What is known of one scenario's variant: the line of JSON, and the figures in it that table and report are made of.
+//! The JSON line of one scenario's variant, and the figures in it that table and report use.
 //!
-//! Both read the line and nothing else, so that one that was taken over from an earlier run counts like a new one.
+//! Both read only the line, so one taken over from an earlier run counts like a new one.
 
 use std::collections::BTreeMap;
 

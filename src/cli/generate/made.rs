@@ -1,4 +1,4 @@
-//! One scenario's variant: made, or taken over from an earlier run.
+//! One scenario's variant: newly generated, or taken over from an earlier run.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! `nearmiss generate`: safe scenarios are made dangerous, and whatever is written has passed the gate.
+//! `nearmiss generate`: turns safe scenarios into dangerous variants, all of which have passed the gate.
 
 mod check;
 mod document;

@@ -1,4 +1,4 @@
-//! Attacks that a language model writes: who is asked, and what it took.
+//! Attacks written by a language model: which model, and what it consumed.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Going on where an earlier run ended: variants that it has made are taken over with all that their papers say.
+//! Resumes an earlier run: finished variants are taken over with everything their manifests record.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! The figures of all scenarios together.
+//! Summary figures over all scenarios.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! The table of variants: a line a scenario, as soon as it is made.
+//! The table of variants: one line a scenario, printed as it finishes.
 
 use super::line::Figures;
 use crate::cli::output;

@@ -1,4 +1,4 @@
-//! `nearmiss import`: runs of another store, or answers recorded by others, into this one.
+//! `nearmiss import`: imports runs of another store, or answers recorded by others.
 
 mod lines;
 mod recorded;

@@ -1,4 +1,4 @@
-//! A table of measures, whatever it is written as: its columns, and the values of one scenario.
+//! A table of measures independent of its format: columns, and the values of one scenario.
 
 use crate::metrics::Thresholds;
 

@@ -1,4 +1,4 @@
-//! Where a table goes: standard output, or a file that is there whole or not at all; and in which format.
+//! The output of a table: standard output or an atomically written file, and its format.
 
 use std::io::{self, BufWriter, Write};
 use std::path::Path;

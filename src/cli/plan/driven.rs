@@ -1,4 +1,4 @@
-//! One scenario, driven.
+//! Drives one scenario.
 
 use std::sync::Arc;
 

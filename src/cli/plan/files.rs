@@ -1,4 +1,4 @@
-//! What planning writes: the ego's motion, a CommonRoad solution, the scenario beside them, the log of all cycles.
+//! Output files of planning: the ego's motion, a CommonRoad solution, the scenario, and a log of all cycles.
 
 use std::collections::{HashMap, HashSet};
 use std::io::Write;

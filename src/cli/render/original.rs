@@ -1,4 +1,4 @@
-//! The original of a variant: the papers beside it say which that is, and it is looked for where it may lie.
+//! Finds a variant's original, which the manifest beside the variant names.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! The report of a batch of `evaluate`.
+//! The report of a batch from `evaluate`.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The report of runs of the store.
+//! The report of stored runs.
 
 use std::path::PathBuf;
 

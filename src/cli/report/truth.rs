@@ -1,4 +1,4 @@
-//! What is true about the scenarios of a report: labels, folders, or the exact geometry.
+//! Ground truth for a report: labels, folders, or exact geometry.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Stopping a batch on its way, and how much of all batches is on its way at once.
+//! Cancels a running batch, and limits how many requests of all batches run at once.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -1,4 +1,4 @@
-//! What a batch would ask: its questions, and what they take, before anything is sent.
+//! A dry run: a batch's questions and their estimated consumption, before anything is sent.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Why a batch cannot be begun or gone on with.
+//! Why a batch cannot be started or resumed.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Models that are asked nothing more for now: their server does not answer, or takes no question of theirs.
+//! Paused models: those whose server does not answer, or accepts none of their questions.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What a batch asks about which scenarios, and writing it into the store.
+//! Plans a batch: what it asks about which scenarios, and its record in the store.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Going on with a batch: what is not answered yet, what failed, more models, techniques and samples, another truth.
+//! Resumes a batch: unanswered and failed questions, added models, techniques and samples, another ground truth.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Asking the questions of a batch: several at once of every provider, each outcome written down as it comes.
+//! Runs a batch: asks several questions at once of every provider, and stores each outcome as it arrives.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;

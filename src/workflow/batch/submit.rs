@@ -1,4 +1,4 @@
-//! Questions of a batch submitted to their providers at half the price, instead of being asked one by one.
+//! Submits a batch's questions to their providers' batch APIs at half the price, instead of asking one by one.
 
 use std::collections::BTreeMap;
 use std::path::Path;
