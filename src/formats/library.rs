@@ -1,4 +1,4 @@
-//! Scenarios that can be opened, in files or in the program itself, and opening them with their ego.
+//! Scenarios in files or bundled with the program, and opening them with their ego.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Searching folders for scenarios: what is one, and what only looks like one from outside.
+//! Searches folders for scenarios, and tells them from files that only look alike.
 
 use std::collections::HashSet;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! One attack: a changed motion that has passed the gate, and what the ego makes of it.
+//! An attack: a changed motion that passed the gate, and the ego's response to it.
 
 use super::{
     AttackContext, Avoidability, Change, ClosedLoop, Consequence, Effect, Gate, OpenLoopScreening,

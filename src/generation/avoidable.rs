@@ -1,8 +1,9 @@
-//! Whether a good driver could have got out of it: for some reaction times a trajectory that does, or what was searched.
+//! Whether a good driver could have avoided the collision: for several reaction times an escape, or what was searched.
 //!
 //! The ego drives as if nothing had changed until the reaction time has passed since the last recorded state of the
 //! attacker; from there on it may do whatever its vehicle can do, and knows everyone's future. The others drive as
-//! recorded and do not react: who gets out of the attacker's way and is then hit from behind has not avoided it.
+//! recorded and do not react: an ego that dodges the attacker and is then hit from behind has not avoided the
+//! collision.
 
 use std::sync::Arc;
 

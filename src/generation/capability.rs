@@ -1,4 +1,4 @@
-//! What road users of each kind can do.
+//! Physical limits of road users, by kind.
 
 use crate::planner::Limits;
 use crate::scenario::{Obstacle, ObstacleType, VehicleType};

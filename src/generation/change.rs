@@ -1,4 +1,4 @@
-//! Another motion for one obstacle, and the scenario with it.
+//! A changed motion for one obstacle, and the scenario with it.
 
 use crate::scenario::{
     Motion, Obstacle, ObstacleParts, ObstacleRole, Prediction, Quantity, Scenario, State, Steps,

@@ -1,4 +1,4 @@
-//! The ego's answer to a changed motion: it drives anew, under the same settings, against the changed traffic.
+//! The closed loop: the ego plans anew, under the same settings, against the changed traffic.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! One way to get out of it: brake or accelerate, and steer to an offset from the path, as hard as tyres and wheels let.
+//! An evasive manoeuvre: brake or accelerate, and steer to a lateral offset, up to the limits of tyres and steering.
 
 use crate::geometry::{Pose, normalize_angle};
 use crate::planner::{Limits, ReferenceTrack, VehicleState};

@@ -1,4 +1,4 @@
-//! From a manoeuvre with its numbers to what is wanted of the attacker at each step.
+//! Turns a manoeuvre with parameters into a target for the attacker at each step.
 
 use super::attack_context::FARTHEST;
 use super::{AttackContext, TrackingTarget};

@@ -1,4 +1,4 @@
-//! What the search may try: an obstacle doing some manoeuvre, with the numbers that seem to work.
+//! The search space: an obstacle, a manoeuvre, and promising parameters.
 
 use super::attacker::Candidate;
 use super::{AttackContext, manoeuvre};

@@ -1,4 +1,4 @@
-//! Why a changed motion is refused.
+//! Why the gate refuses a changed motion.
 
 use super::ChangeError;
 use crate::planner::{Bound, Broken};

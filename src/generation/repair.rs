@@ -1,7 +1,7 @@
-//! From what is asked of an attacker, waypoints or a manoeuvre, to an attack that passes the gate.
+//! Turns requested waypoints or a manoeuvre into an attack that passes the gate.
 //!
-//! Waypoints that are written down are rounded, and no curve through them is quite the motion of a vehicle. Where the
-//! gate refuses nothing but that, the nearest motion that a vehicle drives takes its place, if it is near enough.
+//! Written waypoints are rounded, and no curve through them is quite the motion of a vehicle. If the gate refuses only
+//! for that reason, the nearest drivable motion takes their place, if it is near enough.
 
 use super::manoeuvre::Plan;
 use super::motion::{self, follow};

@@ -1,12 +1,12 @@
-//! Attacks without any model: a cross-entropy search over the numbers of manoeuvres.
+//! Model-free attacks: a cross-entropy search over manoeuvre parameters.
 //!
-//! The density that is drawn from is a mixture: normal distributions around what did best, and those that each
-//! manoeuvre begins with.
+//! Samples come from a mixture: normal distributions around the best results so far, and each manoeuvre's initial
+//! distribution.
 //!
 //! Source: Rubinstein and Kroese, The Cross-Entropy Method (2004), as O'Kelly et al. 2018 use it for rare events. Each
-//! round draws manoeuvres, makes motions of them, leaves out what the gate refuses, looks at the rest beside an ego
-//! that only brakes, and drives the ego against the most promising ones. What worked is drawn more often. The
-//! same seed gives the same attacks.
+//! round samples manoeuvres, turns them into motions, drops those the gate refuses, screens the rest against an ego
+//! that only brakes, and drives the ego against the most promising ones. What worked is sampled more often. The same
+//! seed gives the same attacks.
 
 use rayon::prelude::*;
 

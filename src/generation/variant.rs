@@ -1,4 +1,4 @@
-//! What is exported: the changed scenario under a name of its own, the ego's drive in it, and the proofs beside it.
+//! The exported variant: the changed scenario under its own name, the ego's drive in it, and its certificates.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! All that is known about a variant, as JSON.
+//! A variant's complete record, as JSON.
 
 use std::path::{Path, PathBuf};
 

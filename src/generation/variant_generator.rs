@@ -1,4 +1,4 @@
-//! From a scenario to its dangerous variant, without any model.
+//! Generates a scenario's dangerous variant without a language model.
 
 use std::sync::Arc;
 

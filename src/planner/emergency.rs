@@ -1,4 +1,4 @@
-//! What is done when no candidate can be driven: the latest contact, or braking.
+//! The fallback without a feasible candidate: the latest contact, or braking.
 
 use super::brake::brake;
 use super::candidate::{Candidate, Rejection};

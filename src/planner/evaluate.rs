@@ -1,4 +1,4 @@
-//! Following one candidate step by step: can it be driven, whom would it touch, what does it cost.
+//! Evaluates one candidate step by step: feasibility, collisions, cost.
 
 use super::candidate::{Candidate, Cost, Rejection};
 use super::lateral::Lateral;

@@ -1,9 +1,9 @@
-//! Whether a vehicle could have driven a finished trajectory: step by step, however it was made.
+//! Checks whether a vehicle could have driven a finished trajectory, whatever its source.
 //!
-//! From each state to the next a kinematic single-track vehicle must get with one steering rate and one acceleration,
-//! constant over the step, that keep its limits. The tolerances are those of `commonroad-drivability-checker` 2025.4.0
-//! (`position_orientation_feasibility_criteria`). It differs in one thing: there an optimiser looks for inputs that
-//! reach the next place, here the inputs are those that reach the next speed and steering angle too.
+//! Between consecutive states a kinematic single-track vehicle must get by with one steering rate and one acceleration,
+//! constant over the step and within its limits. Tolerances are those of `commonroad-drivability-checker` 2025.4.0
+//! (`position_orientation_feasibility_criteria`). One difference: there an optimiser searches inputs that reach the
+//! next place; here the inputs are those that also reach the next speed and steering angle.
 
 mod steering;
 mod step;

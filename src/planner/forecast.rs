@@ -1,4 +1,4 @@
-//! What the planner is told of the others' future: recorded, straight on, or along their lanes.
+//! The forecast given to the planner: recorded motions, constant velocity, or along the lanes.
 
 use super::traffic::{Body, Extent, Traffic};
 use crate::scenario::prediction::{Model, ObservedHistory, Predictor};

@@ -1,4 +1,4 @@
-//! One cycle of planning: sample, follow, choose; and what is done when nothing is left.
+//! One planning cycle: sample, evaluate, select; and the fallback when no candidate is left.
 
 use super::cancel::Cancel;
 use super::candidate::{Candidate, Cost, Rejection};

@@ -1,4 +1,4 @@
-//! Motion along the path: one polynomial of time, and the path at each of its steps.
+//! Longitudinal motion: a polynomial of time, and the path at each of its steps.
 
 use super::Polynomial;
 use super::motion::Station;

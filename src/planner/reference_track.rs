@@ -1,4 +1,4 @@
-//! What a planner follows: a route's smooth path, and the speed that is wanted on it.
+//! The planner's reference: a route's smooth path, and the desired speed on it.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What is sampled: durations, final speeds and places along the path, offsets across it.
+//! Sampling: durations, final speeds and positions along the path, offsets across it.
 
 use super::lateral::Start;
 use super::profile::Profile;

@@ -1,4 +1,4 @@
-//! What a planner is told: horizon, samples, weights of the costs.
+//! Planner settings: horizon, samples, cost weights.
 
 use super::Limits;
 use crate::scenario::VehicleType;

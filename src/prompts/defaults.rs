@@ -1,4 +1,4 @@
-//! What a template would have where the user does not say otherwise.
+//! Defaults of a template, used unless the user overrides them.
 
 use std::num::NonZeroUsize;
 

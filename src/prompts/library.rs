@@ -1,4 +1,4 @@
-//! All templates: shipped with the program, and the user's, which override them by file name.
+//! The template library: shipped templates, and the user's, which override them by file name.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

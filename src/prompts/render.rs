@@ -1,4 +1,4 @@
-//! Filling a template: its `system` and `user` blocks become the two messages.
+//! Renders a template: its `system` and `user` blocks become the two messages.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! The three prompting techniques of the paper, switched on and off separately.
+//! The paper's three prompting techniques, switched on and off separately.
 
 use serde::{Deserialize, Serialize};
 

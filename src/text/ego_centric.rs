@@ -1,4 +1,4 @@
-//! The ego-centric description: where everyone is and how they move, seen from the ego.
+//! The ego-centric description: positions and motions of all participants relative to the ego.
 
 use super::motion_words;
 use super::options::{Form, Options};

@@ -1,4 +1,4 @@
-//! Scenes in words: what a language model is given to read, and what each number in it stands for.
+//! Text descriptions of scenes for language models, with the meaning of each number.
 
 mod cartesian;
 mod ego_centric;

@@ -1,4 +1,4 @@
-//! How an obstacle moves relative to the ego, in a sentence without numbers.
+//! Describes an obstacle's motion relative to the ego in a sentence without numbers.
 
 use crate::metrics::{Direction, Relation};
 

@@ -1,4 +1,4 @@
-//! What a description takes in, and how it is written.
+//! Options of a description: contents and style.
 
 use crate::scenario::{Motion, Participant, Scene, Window};
 

@@ -1,4 +1,4 @@
-//! Phrases and tables that several descriptions share.
+//! Phrases and tables shared by several descriptions.
 
 use super::writer::{Subject, Writer};
 use crate::scenario::{Motion, Participant, Scene};

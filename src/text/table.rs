@@ -1,4 +1,4 @@
-//! The compact form: a line of titles with units, then one row a step and participant.
+//! The compact form: a header line with units, then one row a step and participant.
 
 use super::parts::{lanelet_ids, name, subject};
 use super::writer::{Subject, Writer};

@@ -1,4 +1,4 @@
-//! Yes or no in an object: from the key asked for, from keys that mean it, or from the obstacles named.
+//! Reads yes or no from an object: by the requested key, by synonyms, or by the obstacles named.
 
 use super::groups::{self, Group};
 use super::lenient::Piece;

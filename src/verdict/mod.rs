@@ -1,4 +1,4 @@
-//! Verdicts: what a judge says about a scene, as structured data, and how it is read from an answer.
+//! Verdicts: a judge's statement about a scene as structured data, and parsing it from an answer.
 
 mod answer;
 mod attacker;

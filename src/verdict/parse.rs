@@ -1,4 +1,4 @@
-//! Reading what a model wrote: JSON somewhere in text, as it was asked for or in other words.
+//! Parses a model's answer: JSON anywhere in the text, in the requested schema or another.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! The answer to a question as data, whatever the task.
+//! A parsed answer of any task.
 
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

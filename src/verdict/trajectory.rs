@@ -1,4 +1,4 @@
-//! How an attacker is to move instead: waypoints in time, or a manoeuvre with its numbers.
+//! An attacker's new motion: timed waypoints, or a manoeuvre with parameters.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What models mean by a value: ids, scores, yes and no, nothing; and keys in any spelling.
+//! Parses values as models write them: ids, scores, yes and no, nothing; and keys in any spelling.
 
 use serde_json::{Map, Value};
 

@@ -1,4 +1,4 @@
-//! Small pieces that many elements share: points, shapes, references, truth values.
+//! Small shared elements: points, shapes, references, booleans.
 
 use super::builder;
 use super::error::ReadError;

@@ -1,4 +1,4 @@
-//! Bytes as text: what is not UTF-8 is named, with where and what it is instead.
+//! Decodes bytes to text: reports where a file is not UTF-8 and what it is instead.
 
 use super::error::ReadError;
 use super::xml::{Xml, short};

@@ -1,4 +1,4 @@
-//! What is wrong with a file that is not a scenario, and where.
+//! Errors of files that are not valid scenarios, with their place.
 
 use crate::system;
 

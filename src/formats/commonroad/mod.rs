@@ -1,4 +1,4 @@
-//! CommonRoad files: XML in and out, protobuf in, with the place of everything that is wrong.
+//! CommonRoad files: reads XML and protobuf, writes XML; every diagnostic has its place.
 
 mod builder;
 mod conform;

@@ -1,4 +1,4 @@
-//! Where in an XML file the elements of a scenario are, for what is found of them once all is read.
+//! Places of a scenario's elements in an XML file, for diagnostics made after reading it.
 
 use super::xml::{Element, Place, Xml};
 use crate::scenario::Scenario;

@@ -1,4 +1,4 @@
-//! What kind of CommonRoad file some bytes are, by their root element.
+//! Detects the kind of a CommonRoad file by its root element.
 
 use std::io::Read;
 use std::path::Path;

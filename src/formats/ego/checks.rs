@@ -1,4 +1,4 @@
-//! What is doubtful about an ego once it is held against its scenario.
+//! Warnings about an ego compared with its scenario.
 
 use super::{EgoError, assumed};
 use crate::scenario::plausibility::limits::{

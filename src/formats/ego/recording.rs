@@ -1,4 +1,4 @@
-//! Ego trajectories as CSV: a row a step, read and written.
+//! Ego trajectories as CSV, one row a step: reading and writing.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! Which ego a scenario gets: the one beside it, one from another file, or an obstacle.
+//! Ego selection: the one beside the scenario, one from another file, or an obstacle.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! A variant from another source, held against its original.
+//! Compares a variant from another source with its original.
 
 use std::collections::HashMap;
 

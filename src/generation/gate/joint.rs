@@ -1,4 +1,4 @@
-//! Where a changed motion departs from the recording: how the wheels stood there, and how the speed changed.
+//! The joint: where a changed motion departs from the recording, with the steering angle and acceleration there.
 
 use std::ops::RangeInclusive;
 

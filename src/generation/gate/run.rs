@@ -1,4 +1,4 @@
-//! One change on its way through the gate: what all checks need, and what they found.
+//! One change on its way through the gate: shared input of all checks, and their findings.
 
 use std::ops::ControlFlow;
 

@@ -1,4 +1,4 @@
-//! The two sweeps of the programme: what each step is worth, backwards; and the motion that follows, forwards.
+//! The two sweeps of the programme: the value of each step, backwards; the resulting motion, forwards.
 
 use nalgebra::{SMatrix, SVector};
 

@@ -1,4 +1,4 @@
-//! The engine's filters, tests and functions, each of which pays for what it makes before it makes it.
+//! The engine's filters, tests and functions, each charged to the budget before it allocates.
 
 use std::fmt::Write;
 use std::sync::Arc;

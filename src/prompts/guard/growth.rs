@@ -1,4 +1,4 @@
-//! How much larger than its arguments what a filter makes can be.
+//! Bounds on how much larger than its arguments a filter's result can be.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! Whether a bracket in a text opens JSON, or is prose, mathematics or code.
+//! Decides whether a bracket opens JSON, or is prose, mathematics or code.
 
 use super::text::{closing, is_bare_key, is_quote, skip_blank, window};
 

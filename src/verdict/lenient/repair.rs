@@ -1,4 +1,4 @@
-//! What is put right in JSON that is none.
+//! Repairs of malformed JSON.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! What elements of a scenario can refer to.
+//! Elements of a scenario that others can refer to.
 
 use std::collections::HashSet;
 

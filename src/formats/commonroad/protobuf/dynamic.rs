@@ -1,4 +1,4 @@
-//! The dynamic file of 2024: the traffic on a map, and what lights and signs do meanwhile.
+//! The dynamic file of 2024: the traffic on a map, and the changing states of lights and signs.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Which of CommonRoad's protobuf messages some bytes are, from how they begin.
+//! Detects which CommonRoad protobuf message a file holds, from its first bytes.
 
 use super::wire::{Fields, Value, first};
 

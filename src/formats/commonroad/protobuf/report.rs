@@ -1,4 +1,4 @@
-//! Where a message is in its file, and what is noted there.
+//! The position of a message in its file, and diagnostics at it.
 
 use std::cell::{Cell, RefCell};
 use std::fmt;

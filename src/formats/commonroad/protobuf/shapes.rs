@@ -1,4 +1,4 @@
-//! Regions and bodies.
+//! Regions and body shapes.
 
 use super::messages::shape::Shape as Content;
 use super::messages::{self, SemiTrailerTruckShape, ShapeGroup, TruckShape};

@@ -1,4 +1,4 @@
-//! The fields of a message one after the other, before it is known which message it is, and where it is cut off.
+//! Scans the fields of a message before its type is known, and finds where it is truncated.
 
 use prost::encoding::{WireType, decode_key, decode_varint};
 

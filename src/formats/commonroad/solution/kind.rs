@@ -1,4 +1,4 @@
-//! The kinds of trajectories in a solution, and what their states hold.
+//! Trajectory kinds of a solution, and the quantities of their states.
 
 use crate::scenario::VehicleModel;
 use crate::scenario::plausibility::limits::{LARGEST_COORDINATE, LARGEST_NUMBER};

@@ -1,4 +1,4 @@
-//! CommonRoad solutions: the motions with which vehicles solve the planning problems of a scenario.
+//! CommonRoad solutions: vehicle motions that solve a scenario's planning problems.
 
 mod id;
 mod kind;

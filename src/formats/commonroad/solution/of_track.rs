@@ -1,4 +1,4 @@
-//! A solution made of an ego's motion.
+//! Builds a solution from an ego's motion.
 
 use super::{
     ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory, TrajectoryKind,

@@ -1,4 +1,4 @@
-//! What can be said of an element only once the whole file is read: it is remembered with those around it.
+//! Diagnostics deferred until the whole file is read, kept with the enclosing elements.
 
 use std::rc::Rc;
 
