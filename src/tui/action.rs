@@ -192,7 +192,7 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// Every place with its name in keymap files, and in words.
+    /// Every scope with its name in keymap files and its description.
     pub const ALL: [(Self, &'static str, &'static str); 10] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
@@ -217,7 +217,7 @@ impl Scope {
         found.map_or("", |(_, name, _)| name)
     }
 
-    /// Whether it is a screen of its own, where of the keys that hold everywhere only [`EVEN_THERE`] do.
+    /// Whether it is a full screen, where of the global keys only [`EVEN_THERE`] work.
     #[must_use]
     pub fn is_own(self) -> bool {
         matches!(

@@ -39,7 +39,7 @@ pub enum Msg {
     Passed(Duration),
     /// The scenarios were found, or why not.
     Found(Result<Found, String>),
-    /// Some scenarios were found; the search goes on.
+    /// More scenarios were found; the search continues.
     Listed(Vec<Entry>),
     /// The search has ended: what was passed over, or why nothing was found.
     Searched(Result<Vec<PassedOver>, String>),
@@ -55,7 +55,7 @@ pub enum Msg {
     Ranked(&'static str, usize, Option<f64>),
     /// A scenario was opened.
     Opened(OpenId, Result<Box<Opened>, String>),
-    /// Every measure of an obstacle was worked out.
+    /// Every measure of an obstacle was computed.
     Measured(MeasureId, Box<Measured>),
     /// The values of the plotted measure over a scene.
     Plotted(SeriesId, Box<Series>),
@@ -172,7 +172,7 @@ pub struct Outside {
     pub file: String,
     /// The text.
     pub text: String,
-    /// Whether it is only looked at: a copy, whose changes are nobody's.
+    /// Whether it is a read-only copy, whose changes are discarded.
     pub copy: bool,
 }
 
@@ -227,7 +227,7 @@ pub enum Effect {
     Ask {
         /// The question's number.
         id: AskId,
-        /// What is asked.
+        /// The question.
         question: Box<Question>,
         /// Who is asked, `provider/model`.
         model: String,

@@ -123,19 +123,19 @@ pub struct Model {
     pub heat: Heat,
     /// A disagreement that is looked for in a scenario that is being opened.
     pub seek: Option<Seek>,
-    /// Every measure of the picked obstacle, while somebody looks at them.
+    /// Every measure of the picked obstacle, while displayed.
     pub values: Values,
     /// What the built-in judge said about steps looked at.
     pub judged: Judged,
     /// From where on values are dangerous, and what measures take for granted.
     pub thresholds: Arc<Thresholds>,
-    /// What is asked.
+    /// The task.
     pub task: Task,
     /// From where the scene is described.
     pub frame: Frame,
-    /// The frame that somebody chose; nothing while every task has its usual one.
+    /// The frame the user chose; `None` while every task uses its default.
     pub frame_chosen: Option<Frame>,
-    /// The step at which the usual window ends, while the cursor stands there and nobody moved it.
+    /// The last step of the default window, while the cursor is there and the user has not moved it.
     pub placed: Option<i64>,
     /// Seconds within which a second Ctrl-C ends the program.
     pub quit_within: f64,

@@ -60,7 +60,7 @@ fn stamp(path: &Path) -> Stamp {
     Some((data.modified().ok()?, data.len()))
 }
 
-/// Sends what changed, until nobody listens any more.
+/// Sends changes until the receiver is closed.
 pub async fn watch(folders: Folders, mut before: Stamps, sender: UnboundedSender<Msg>) {
     loop {
         tokio::time::sleep(PAUSE).await;

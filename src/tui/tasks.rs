@@ -381,7 +381,7 @@ fn remove(path: &Path) -> std::io::Result<()> {
 /// The shipped thresholds, changed by the user's file if it is there.
 ///
 /// # Errors
-/// It cannot be read, or says something that is not allowed: with file and line.
+/// The file cannot be read, or has an invalid entry: with file and line.
 pub fn thresholds(path: &Path) -> Result<Thresholds, String> {
     match TextFile::read_if_there(path)? {
         Some(said) => Thresholds::read(&said.text, &said.file).map_err(|e| e.to_string()),

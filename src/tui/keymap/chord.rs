@@ -29,7 +29,7 @@ impl Chord {
         names.join(" ")
     }
 
-    /// Whether `other` begins with these keys and goes on.
+    /// Whether `other` starts with these keys and is longer.
     #[must_use]
     pub fn begins(&self, other: &Self) -> bool {
         other.0.len() > self.0.len() && other.0.starts_with(&self.0)

@@ -38,7 +38,7 @@ pub struct Binding {
     pub place: usize,
     /// The keys.
     pub keys: Chord,
-    /// Where the user's file says so, bytes; nothing for a preset.
+    /// Byte range in the user's file; `None` for a binding of a preset.
     pub said: Option<std::ops::Range<usize>>,
 }
 

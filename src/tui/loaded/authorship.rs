@@ -67,7 +67,7 @@ pub struct Authorship {
 }
 
 impl Authorship {
-    /// Why there is no variant, in words.
+    /// Why there is no variant.
     pub(super) fn nothing(&self) -> String {
         let (authored, model) = (&self.authored, &self.model);
         let (passed, answers) = (authored.attacks.len(), authored.candidates());

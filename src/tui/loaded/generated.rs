@@ -169,7 +169,7 @@ fn heard(event: GenerateEvent<'_>, recorder: &mut Recorder, on_event: &mut dyn F
     on_event(heard);
 }
 
-/// What is known of a variant beside the attack.
+/// A variant's data for display, beside the attack.
 struct Shown {
     closed: ClosedLoop,
     by: String,
@@ -210,7 +210,7 @@ impl Shown {
     }
 }
 
-/// Why there is no variant, in words.
+/// Why there is no variant.
 fn nothing(found: &SearchResult, wish: &VariantRequest) -> String {
     let Progress {
         tried,

@@ -107,7 +107,7 @@ pub(super) struct Recorder {
     limits: Limits,
     /// Seconds a step.
     dt: f64,
-    /// What there is so far.
+    /// The cycles so far.
     pub cycles: Vec<CycleShown>,
 }
 

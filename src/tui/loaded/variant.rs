@@ -26,9 +26,9 @@ pub struct VariantRequest {
     pub entry: Entry,
     /// What of it is changed before.
     pub change: Option<Transform>,
-    /// What the planner is told.
+    /// The forecast given to the planner.
     pub forecast: Forecast,
-    /// The one obstacle that may attack; anybody where none is named.
+    /// The only obstacle that may attack; any if `None`.
     pub only: Option<i64>,
     /// Of the random numbers of a search.
     pub seed: u64,
@@ -60,7 +60,7 @@ pub enum Working {
 pub struct Made {
     /// The original scenario and the ego's drive in it.
     pub closed: ClosedLoop,
-    /// What was asked of the attacker.
+    /// The motion requested of the attacker.
     pub asked: Motion,
     /// What it does.
     pub change: Change,
@@ -105,7 +105,7 @@ pub enum Generated {
         /// The variant.
         variant: Box<Opened>,
     },
-    /// Nothing dangerous: in words.
+    /// Nothing dangerous was found, and why.
     Nothing(String),
     /// A model made nothing dangerous: in words, and what it wrote.
     Unwritten(String, Arc<Authorship>),

@@ -222,7 +222,7 @@ impl Session {
     /// Reads the text of the file of these paths.
     ///
     /// # Errors
-    /// It is none, is of another version, or of other paths: in words.
+    /// The text is no session, of another version, or of other paths.
     pub fn parse(text: &str, paths: &[Where]) -> Result<Self, String> {
         let value: serde_json::Value =
             serde_json::from_str(text).map_err(|error| format!("it is damaged ({error})"))?;

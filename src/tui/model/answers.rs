@@ -224,8 +224,8 @@ impl Column {
         }
     }
 
-    /// What it is held against: the truth of its own question, else what the built-in judge says about what is open;
-    /// nothing while the truth is being computed.
+    /// The reference of an answer: the ground truth of its own question, else the built-in judge's verdict on the open
+    /// scene; `None` while the ground truth is being computed.
     #[must_use]
     pub fn truth_or<'a>(&'a self, reference: Option<&'a Verdict>) -> Option<&'a Verdict> {
         let other = reference.filter(|_| !self.judging);

@@ -59,7 +59,7 @@ pub struct Card {
     pub id: BatchId,
     /// What would be asked.
     pub batch: Arc<Batch>,
-    /// What is known of it so far.
+    /// Counts so far.
     pub counts: Counts,
     /// Whether the scenarios were marked, or are all that are listed.
     pub marked: bool,

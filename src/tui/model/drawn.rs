@@ -27,7 +27,7 @@ pub struct Drawn {
     pub readings: RefCell<Readings>,
 }
 
-/// Long texts as they were drawn last. They outlive the frame: what did not change is not worked out again.
+/// Long texts as last drawn, kept across frames so that unchanged text is not laid out again.
 #[derive(Debug)]
 pub struct Readings {
     /// The system's message of the prompt.

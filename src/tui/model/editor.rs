@@ -44,7 +44,7 @@ pub struct Editor {
     pub top: Cell<usize>,
     /// What was drawn last: rows of the screen.
     pub drawn: RefCell<EditorDrawn>,
-    /// The styles of its characters, as they were worked out last.
+    /// Cached styles of its characters.
     pub styles: RefCell<Styles>,
 }
 

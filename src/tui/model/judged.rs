@@ -16,8 +16,7 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// The judgement of safety of this window. It is worked out where it was not asked for before; another scene or
-    /// other thresholds begin anew.
+    /// The safety judgement of this window, computed if not cached. Another scene or other thresholds clear the cache.
     pub fn safety(
         &mut self,
         scene: &Arc<Scene>,

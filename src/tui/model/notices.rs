@@ -25,7 +25,7 @@ pub enum Notice {
 }
 
 impl Model {
-    /// Says something in reply to a key.
+    /// Shows a reply to a key.
     pub fn say(&mut self, text: impl Into<String>) {
         self.notify(text.into(), Notice::Reply, 4.0);
     }

@@ -28,7 +28,7 @@ pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
     shown
 }
 
-/// The models that the list shows, the best match first; what is typed can be one of its own.
+/// The listed models, best match first; typed text can name an unlisted one.
 #[must_use]
 pub fn models_shown(model: &Model, picker: &Picker) -> Vec<String> {
     let mut ids = vec![judge::MODEL.to_string()];

@@ -13,15 +13,15 @@ pub struct Plot {
     pub measure: &'static Measure,
     /// Obstacles that are plotted beside the picked one, in the order in which they were marked.
     pub marked: Vec<i64>,
-    /// The measure's values over the opened scene, once they are worked out.
+    /// The measure's values over the opened scene, once computed.
     pub series: Option<Box<Series>>,
-    /// What was asked for last.
+    /// The last request.
     asked: Option<Asked>,
     /// What of the planned and the recorded ego is plotted in the measure's place, where the ego was planned.
     pub drives: Option<Drives>,
 }
 
-/// Values that are worked out, or were.
+/// Values computed or in progress.
 #[derive(Debug)]
 struct Asked {
     id: SeriesId,

@@ -114,7 +114,7 @@ impl Model {
         held
     }
 
-    /// Counts the tokens of the shipped template, while somebody compares them.
+    /// Counts the tokens of the shipped template, while the two are compared.
     pub fn compare(&mut self) {
         let compared = self.prompt.editing || self.prompt.view == PromptView::Diff;
         let Some((file, shipped)) = self.prompt.shipped().filter(|_| compared) else {

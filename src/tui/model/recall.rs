@@ -26,6 +26,6 @@ pub struct SessionState {
     pub changed: bool,
     /// Whether keeping is already asked for.
     pub asked: bool,
-    /// Whether somebody who is here for the first time is shown the way to a verdict.
+    /// Whether a first-time user sees the hint towards a verdict.
     pub hint: bool,
 }

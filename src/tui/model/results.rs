@@ -22,7 +22,7 @@ pub struct ResultsView {
     pub chosen: Option<Counting>,
     /// What is counted in the rows; nothing before anything was read.
     pub counting: Option<Counting>,
-    /// What there is to choose from.
+    /// The choices on offer.
     pub offers: Vec<Offer>,
     /// The line of that list, while it is open.
     pub choosing: Option<usize>,
@@ -62,7 +62,7 @@ impl ResultsView {
         all.iter().filter(fits).collect()
     }
 
-    /// What is counted, with its truth in words.
+    /// Describes what is counted, with its ground truth.
     #[must_use]
     pub fn offer(&self) -> Option<&Offer> {
         let counting = self.counting?;

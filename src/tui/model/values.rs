@@ -3,7 +3,7 @@
 use crate::tui::loaded::Measured;
 use crate::tui::message::MeasureId;
 
-/// What was asked for, and what came of it.
+/// The last request and its result.
 #[derive(Debug, Default)]
 pub struct Values {
     /// The last request, and about whom; nothing before the first one for a scene.

@@ -84,7 +84,7 @@ fn push_wrapped(text: &mut Text<'static>, words: &str, width: usize, color: Colo
     }
 }
 
-/// Columns before what is said about a word.
+/// Columns before a value.
 const INDENT: usize = 14;
 
 fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {

@@ -17,7 +17,7 @@ use crate::tui::widgets::words::pad;
 /// Columns of the window at most, its borders included.
 const COLUMNS: u16 = 62;
 
-/// Columns before what is said about a word.
+/// Columns before a value.
 const INDENT: usize = 17;
 /// The same in a narrow window.
 const NARROW: usize = 13;

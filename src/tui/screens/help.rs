@@ -117,7 +117,7 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
     };
     let mut parts: Vec<Part> = Vec::new();
     let mut scopes = Scope::ALL.to_vec();
-    // Asked for on a screen of its own, the keys of that come first.
+    // Opened on a full screen, help lists that screen's keys first.
     if let Some(own) = model.screens.iter().map(Screen::scope).find(|s| s.is_own()) {
         scopes.sort_by_key(|(scope, ..)| *scope != own);
     }

@@ -38,7 +38,7 @@ impl Drawing {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether nobody draws.
+    /// Whether the drawing thread has ended.
     pub fn ended(&self) -> bool {
         Arc::strong_count(&self.held) == 1
     }

@@ -66,7 +66,7 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         },
         history: decided.history,
         library: model.library.clone(),
-        // The built-in judge is not asked in words.
+        // The built-in judge gets no prompt.
         draft: model.prompt.draft().filter(|_| asked != judge::MODEL),
         thresholds: model.thresholds.clone(),
         model: asked,

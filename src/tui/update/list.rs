@@ -22,7 +22,7 @@ pub fn found(model: &mut Model, found: Result<Found, String>) -> Vec<Effect> {
     }
 }
 
-/// Some were found; the search goes on.
+/// More scenarios were found; the search continues.
 pub fn listed(model: &mut Model, entries: Vec<Entry>) -> Vec<Effect> {
     let before = model.list.rows.len();
     let new: Vec<(usize, Entry)> = (before..).zip(entries.iter().cloned()).collect();

@@ -16,7 +16,7 @@ use super::opening;
 use crate::generation::Consequence;
 use crate::scenario::{ContentHash, ObstacleRole, Transform};
 
-/// What is said while it is waited for the end of what was cancelled.
+/// Shown while waiting for cancelled work to end.
 const STOPPING: &str = "stopping …";
 
 /// Does what an action about variants says.

@@ -62,7 +62,7 @@ pub fn only(buffer: &mut Buffer) {
             continue;
         }
         let like = like(cell.symbol());
-        // The second column of a wide sign is a cell of its own, which is left out when a wide one is drawn.
+        // The second column of a wide symbol is a separate cell, left out when a wide one is drawn.
         match cell.symbol().width() {
             0 | 1 => {
                 cell.set_char(like);

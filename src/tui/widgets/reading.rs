@@ -19,7 +19,7 @@ pub struct Marks<'a> {
     pub picked: Option<usize>,
 }
 
-/// A text as it was drawn last; what is drawn next is worked out from there, so that a frame costs what changed.
+/// A text as last drawn; the next frame starts from it and costs only what changed.
 #[derive(Debug)]
 pub struct Reading {
     text: String,

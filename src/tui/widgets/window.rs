@@ -40,7 +40,7 @@ pub fn scrolled(
     scrolled_in(frame, screen, model, &title, text, (COLUMNS, scroll));
 }
 
-/// The same, with a title and a width of its own.
+/// The same, with its own title and width.
 pub fn scrolled_in(
     frame: &mut Frame<'_>,
     screen: Rect,

@@ -35,7 +35,7 @@ impl History {
         self.back.drain(..dropped);
     }
 
-    /// The cursor went elsewhere: what is typed next is a change of its own.
+    /// The cursor moved elsewhere: further typing starts a new undo step.
     pub fn rest(&mut self) {
         self.typing = None;
     }

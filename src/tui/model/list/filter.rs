@@ -40,7 +40,7 @@ impl Filter {
         !self.words.atoms.is_empty()
     }
 
-    /// Whether it asks for what is known only after a scenario was read.
+    /// Whether it needs facts known only after a scenario was read.
     #[must_use]
     pub fn needs_facts(&self) -> bool {
         self.terms.iter().any(|term| term.test.needs_facts())

@@ -52,7 +52,7 @@ impl Grouping {
         }
     }
 
-    /// Whether it asks for what is known only after a scenario was read.
+    /// Whether it needs facts known only after a scenario was read.
     #[must_use]
     pub fn needs_facts(self) -> bool {
         matches!(self, Self::Country | Self::Tag | Self::Verdict)

@@ -4,7 +4,7 @@ use super::Row;
 use super::group::Agreement;
 use crate::metrics::{MEASURES, Measure};
 
-/// What there is to ask, for help: the term and its meaning.
+/// Filter terms for help: term and meaning.
 pub const TERMS: &[(&str, &str)] = &[
     (
         "tag:cut_in",
@@ -36,7 +36,7 @@ pub struct Term {
     pub negated: bool,
 }
 
-/// What is asked of a scenario.
+/// A condition on a scenario.
 #[derive(Debug, Clone)]
 pub enum Test {
     /// Whether a tag has this part, in small letters.
@@ -201,7 +201,7 @@ fn number(
 }
 
 impl Test {
-    /// Whether it is about what is known only after a scenario was read.
+    /// Whether it needs facts known only after a scenario was read.
     pub fn needs_facts(&self) -> bool {
         !matches!(self, Self::Folder(_) | Self::Has(Thing::Tags, _))
     }

@@ -11,7 +11,7 @@ use crate::tui::widgets::words::{hundredths, number};
 pub enum Detail {
     /// What comes next is about this.
     Title(String),
-    /// A word and what there is to say about it.
+    /// A name and its value.
     Said(&'static str, String),
 }
 

@@ -23,7 +23,7 @@ pub const HEADS: [&str; 8] = ["n", "tp", "fp", "fn", "tn", "open", "unp", "fail"
 /// Columns of a way at most: the numbers stay near it on a wide screen.
 pub const NAMES: usize = 64;
 
-/// Head of the column of false negatives that say yes and name somebody else.
+/// Header of the column of false negatives that say yes but name another obstacle.
 const ANOTHER: &str = "named another";
 
 /// Columns from which on the intervals of F1 stand in the matrix too.

@@ -115,7 +115,7 @@ fn chosen(choice: &Choice) -> String {
     }
 }
 
-/// Who could attack, each answer with what became of it, and what all of them took.
+/// Possible attackers, each answer with its outcome, and the total consumption.
 pub fn written(lines: &mut Lines, model: &Model, wrote: &Authorship, attacker: Option<i64>) {
     both(lines, wrote, attacker);
     let (authored, theme) = (&wrote.authored, &model.theme);

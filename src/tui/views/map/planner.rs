@@ -89,7 +89,7 @@ pub fn seconds(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection) {
     let places = cycle.chosen.iter().step_by(cycle.second).skip(1);
     let mut last = cycle.chosen.first().copied();
     for (place, second) in places.zip(1..10) {
-        // Whoever stands would have all of them in one cell.
+        // For a standing vehicle, all would fall into one cell.
         if last.is_some_and(|last| (place - last).norm() < 2.0 * view.cell.0) {
             continue;
         }

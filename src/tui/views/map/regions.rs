@@ -115,7 +115,7 @@ fn place(opened: &Opened, goal: &Goal, view: &Projection) -> Option<Point> {
     seen.min_by(|a, b| away(a).total_cmp(&away(b)))
 }
 
-/// A goal in words.
+/// Describes a goal.
 pub fn words(goal: &Goal, dt: f64) -> String {
     let mut words = vec!["goal".to_string()];
     let lanelets = goal.lanelets();

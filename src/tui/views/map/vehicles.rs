@@ -236,7 +236,7 @@ fn draw_body(ctx: &mut Context<'_>, view: &Projection, drawn: &Drawn<'_>) {
         let base = here + forward * part(POINTED);
         let nose = here + forward * front + aside * f64::midpoint(left, right);
         fill(&[base + aside * left, nose, base + aside * right]);
-        // Somebody narrow may lie between all dots.
+        // A narrow body may fall between all dots.
         stroke(ctx, view, &[here + forward * rear, nose], color);
         return;
     } else {
