@@ -45,7 +45,7 @@ pub struct Workbench {
     pub keys: KeyPrinter,
     /// What is wrong with the theme of this name, and with all in a folder of the user's.
     pub theme_mistakes: ThemeCheck,
-    /// What is known of the terminal.
+    /// Detects the terminal's capabilities.
     pub terminal: fn() -> Terminal,
     /// Draws a screen of the workbench.
     pub screen: ScreenPainter,

@@ -145,7 +145,7 @@ const NO_NUMBER: &str = "a whole number is needed";
 /// What a command ends with.
 pub type Outcome = Result<(), Failure>;
 
-/// Why a command did not do what was asked; the message names what, where and what to do.
+/// Why a command failed; the message names what, where and what to do.
 #[derive(Debug)]
 pub struct Failure {
     /// For people.

@@ -27,7 +27,7 @@ impl Progress {
         Self { bar }
     }
 
-    /// The same with words of its own, see [`Progress::say`].
+    /// The same with its own words, see [`Progress::say`].
     pub fn with_words(count: usize, what: &str) -> Self {
         let progress = Self::new(count, what, true);
         let template = format!("{{wide_bar}} {{pos}}/{{len}} {what}, {{msg}}, {{eta}} left");
@@ -47,7 +47,7 @@ impl Progress {
         self.bar.inc(1);
     }
 
-    /// Says something without the bar in the way.
+    /// Prints a message without disturbing the bar.
     pub fn suspend(&self, say: impl FnOnce()) {
         self.bar.suspend(say);
     }

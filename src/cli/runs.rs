@@ -124,7 +124,7 @@ impl Change {
         }
     }
 
-    /// What is said of a run afterwards, and of one that was so before.
+    /// Messages for a changed run, and for one already in that state.
     fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::Delete => (

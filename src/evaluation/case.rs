@@ -25,8 +25,8 @@ pub enum Event {
     Kept(RunId),
     /// Another program, or another task of this one, is asking the same under this number; its answer is waited for.
     Awaiting(RunId),
-    /// A piece of the answer, or of what is told about it, arrived; [`Chunk::Usage`] and [`Chunk::Finished`] go into the
-    /// [`Answer`] instead.
+    /// A chunk of the answer or its metadata arrived; [`Chunk::Usage`] and [`Chunk::Finished`] go into the [`Answer`]
+    /// instead.
     Chunk(Chunk),
     /// The answer is not in the store; why, and where it is instead.
     NotStored(String),
@@ -45,11 +45,11 @@ pub struct RunOptions {
     pub batch: Option<String>,
 }
 
-/// Asks `judge` the question, unless the store has a whole answer to the same request and sample: then that is the
-/// answer, nothing is sent, and [`Answer::past`] says whence it is. `on_event` hears of everything that arrives,
-/// after the store has it.
+/// Asks `judge` the question, unless the store has a complete answer to the same request and sample: then that is the
+/// answer, nothing is sent, and [`Answer::past`] is its origin. `on_event` receives everything that arrives, after it
+/// is stored.
 ///
-/// Dropping the future cancels the request and writes that down.
+/// Dropping the future cancels the request and records that.
 ///
 /// # Errors
 /// The question is refused before anything is sent, and the store keeps no run of it. Or the store cannot be written

@@ -1,6 +1,6 @@
 //! Confusion matrices of yes-or-no answers: counts, precision, recall, F1.
 
-/// Answers by what was said and what is true.
+/// Counts of answers by verdict and ground truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Confusion {
     /// Said yes, and it is.

@@ -39,7 +39,7 @@ pub(super) fn stopped_short(finish: &Finish) -> Option<Missing> {
     Some(Missing::NotInAnswer(why))
 }
 
-/// What is said of an answer that this program cut off.
+/// The message for an answer cut off by this program.
 pub(super) fn too_long() -> String {
     let limit = LONGEST_ANSWER >> 20;
     format!(

@@ -43,8 +43,8 @@ pub struct Invariance {
 }
 
 impl Scored {
-    /// The same answer with other ids of obstacles, by a map from the ones it has to the ones it shall have; ids that are
-    /// not in the map stay. The truth is left as it is: it is told about the original.
+    /// The same answer with obstacle ids mapped from old to new; ids not in the map stay. The ground truth is
+    /// unchanged: it refers to the original.
     #[must_use]
     pub fn mapped_back(mut self, ids: &BTreeMap<i64, i64>) -> Self {
         let verdicts = self.reference.iter_mut().chain(match &mut self.status {

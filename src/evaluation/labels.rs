@@ -54,7 +54,7 @@ pub enum LabelError {
         file: String,
         /// Line, from 1.
         line: u64,
-        /// What was found.
+        /// The invalid value.
         value: String,
         /// What it should be.
         what: &'static str,
@@ -80,10 +80,10 @@ pub enum LabelError {
         scenario: String,
         /// The id that the label names.
         id: i64,
-        /// Ids that there are, in words.
+        /// The ids that exist.
         there: String,
     },
-    /// There is nothing in it.
+    /// The file has no labels.
     #[error("{file}: there is no label in it")]
     Empty {
         /// The file.

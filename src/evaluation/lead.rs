@@ -314,7 +314,7 @@ impl Lead {
         }
     }
 
-    /// Where the windows of the safety task end, in words; without a lead where none is given.
+    /// Describes where the windows of the safety task end; without a lead if none is given.
     #[must_use]
     pub fn words(lead: Option<Self>) -> String {
         match lead {

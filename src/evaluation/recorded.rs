@@ -18,7 +18,7 @@ pub struct Recorded {
     pub scenario: String,
     /// Whether its folder is that of the collisions.
     pub collision: bool,
-    /// What was asked.
+    /// The task.
     pub task: Task,
     /// From where the scene was described: the name of a frame, `cartesian`, `ego` or `metrics`.
     pub frame: &'static str,
@@ -40,7 +40,7 @@ pub struct Recorded {
 pub struct Problem {
     /// Which file or folder.
     pub path: PathBuf,
-    /// What is wrong with it, and what became of it.
+    /// The problem and its consequence.
     pub message: String,
     /// What is lost by it.
     pub loss: Loss,
@@ -49,11 +49,11 @@ pub struct Problem {
 /// What is lost by a problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loss {
-    /// Nothing: something is not as usual.
+    /// No effect: just something unexpected.
     Nothing,
-    /// Nothing that is there: an answer that could be there is absent.
+    /// An optional answer is absent.
     Absent,
-    /// Something that is there could not be read, or not all of it.
+    /// Something present could not be read, or only in part.
     Unread,
 }
 

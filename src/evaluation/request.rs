@@ -84,7 +84,7 @@ pub fn record(
     Ok(run)
 }
 
-/// As much of the wanted shape as the server is told.
+/// The part of the schema that is sent to the server.
 fn shape(format: ResponseFormat, schema: Option<&Schema>) -> Option<serde_json::Value> {
     match format {
         ResponseFormat::Off => None,

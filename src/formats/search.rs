@@ -74,7 +74,7 @@ pub enum LibraryError {
 const NAMED: usize = 3;
 
 impl Found {
-    /// How many files and folders were passed over, in words; nothing for none.
+    /// Describes how many files and folders were skipped; `None` if none.
     #[must_use]
     pub fn passed_over_count(&self) -> Option<String> {
         count(&self.passed_over)
@@ -103,7 +103,7 @@ impl From<Vec<Entry>> for Found {
     }
 }
 
-/// How many files and folders these are, in words; nothing for none.
+/// Describes how many files and folders these are; `None` if none.
 fn count(all: &[PassedOver]) -> Option<String> {
     let is_folder = |p: &&PassedOver| matches!(p.why, Why::Folder(_));
     let folders = all.iter().filter(is_folder).count();
@@ -167,11 +167,11 @@ pub fn find(paths: &[PathBuf]) -> Result<Found, LibraryError> {
     }
 }
 
-/// The same in pieces, for a caller that does not want to wait: a piece is at most 256 scenarios. In a folder come the
-/// scenarios first, by name, then its folders, by name. Gives back what was passed over.
+/// The same in chunks of at most 256 scenarios, for callers that do not want to wait. In each folder, scenarios come
+/// first, then subfolders, both by name. Returns what was skipped.
 ///
 /// # Errors
-/// As [`find`]; what was found before a path that cannot be read has been given out then.
+/// As [`find`]; scenarios found before an unreadable path have been delivered by then.
 pub fn find_in_pieces(
     paths: &[PathBuf],
     give: &mut dyn FnMut(Vec<Entry>),

@@ -19,7 +19,7 @@ pub(super) struct ResponseAccumulator {
     refusal: String,
     usage: Option<Usage>,
     content: Splitter,
-    /// Reasoning came through a channel of its own.
+    /// Reasoning came through a separate channel.
     reasoned: bool,
     /// Text other than white space has come.
     spoke: bool,
@@ -88,7 +88,7 @@ impl ResponseAccumulator {
         }
     }
 
-    /// A piece of reasoning from a channel of its own.
+    /// A piece of reasoning from a separate channel.
     pub fn reason(&mut self, text: &str) {
         if !text.is_empty() {
             self.reasoned = true;
@@ -207,7 +207,7 @@ impl ResponseAccumulator {
     fn sort(&mut self, parts: Vec<Part>) {
         for part in parts {
             match part {
-                // Already received through a channel of its own.
+                // Already received through a separate channel.
                 Part::Thought(_) if self.reasoned => {}
                 Part::Thought(text) => self.push(Chunk::Reasoning, text),
                 Part::Said(text) => {

@@ -40,7 +40,7 @@ impl Budget {
         })))
     }
 
-    /// What was spent, US dollars; of a request whose cost nobody stated, what it could have cost at most.
+    /// Amount spent, US dollars; for a request of unknown cost, the most it could have cost.
     #[must_use]
     pub fn spent(&self) -> f64 {
         self.with(|ledger| ledger.spent)

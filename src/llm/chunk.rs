@@ -46,7 +46,7 @@ const MOST_TOKENS: u64 = 1_000_000_000;
 /// More US dollars than any answer can cost.
 const MOST_USD: f64 = 10_000.0;
 
-/// Token counts and cost of one answer, counted alike for all providers. `None` means that nobody said, never zero.
+/// Token counts and cost of one answer, counted alike for all providers. `None` means not reported, never zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Usage {
@@ -93,7 +93,7 @@ impl Usage {
 pub struct Cost {
     /// US dollars.
     pub usd: f64,
-    /// Who says so.
+    /// Source of the cost.
     pub source: CostSource,
 }
 

@@ -146,7 +146,7 @@ impl Endpoint {
         Ok(self.dialect.protocol().with_model(self.url()?, model))
     }
 
-    /// Most tokens an answer may have, if anybody set a limit.
+    /// Most tokens an answer may have, if there is a limit.
     #[must_use]
     pub fn answer_limit(&self, parameters: &Parameters) -> Option<u32> {
         parameters.max_tokens.or(self.quirks.max_tokens)

@@ -45,7 +45,7 @@ pub enum Error {
         /// What is wrong and what to do.
         why: String,
     },
-    /// Nobody listens there, or the name is unknown.
+    /// Nothing listens there, or the name is unknown.
     #[error(
         "cannot reach {place}: {why}; check that the server runs and that the address is right"
     )]

@@ -48,7 +48,7 @@ pub struct Retirement {
     pub unconfirmed: bool,
 }
 
-/// A model and what is known of it.
+/// A model and its metadata.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Listed {
     /// `provider/model`; without a model where every name of one has to be typed.
@@ -159,7 +159,7 @@ impl Registry {
         self.providers.get(name)?.prices().of(model, day)
     }
 
-    /// Every model that is offered, with what is known of it on a day; a provider that offers none by name has one line.
+    /// Every offered model, with its metadata on a day; a provider that offers none by name has one line.
     #[must_use]
     pub fn models(&self, environment: &Environment, today: Date) -> Vec<Listed> {
         let mut listed = Vec::new();
@@ -184,7 +184,7 @@ impl Registry {
         listed
     }
 
-    /// A model by its name, listed or not, with what is known of it on a day.
+    /// A model by its name, listed or not, with its metadata on a day.
     #[must_use]
     pub fn known(&self, id: &str, environment: &Environment, today: Date) -> Option<Listed> {
         let (name, model) = id.split_once('/')?;

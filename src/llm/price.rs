@@ -140,7 +140,7 @@ impl Pricing {
         }
     }
 
-    /// As of when and whence, for people; nothing where neither is stated.
+    /// Date and source of the price, for display; `None` if neither is stated.
     #[must_use]
     pub fn origin(&self) -> Option<String> {
         match (self.as_of, &self.source) {
@@ -168,8 +168,8 @@ impl Pricing {
         usd.is_finite().then_some(usd)
     }
 
-    /// What an answer cost that was asked for in a batch, US dollars; `None` as for [`Pricing::cost`], or if nobody says
-    /// what batches cost.
+    /// The cost of an answer asked for in a batch, US dollars; `None` as for [`Pricing::cost`], or if the price of
+    /// batches is unknown.
     #[must_use]
     pub fn batch_cost(&self, usage: &Usage, asked: Timestamp) -> Option<f64> {
         Some(self.cost(usage, asked)? * self.batch_factor?)

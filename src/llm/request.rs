@@ -19,7 +19,7 @@ pub enum Role {
 pub struct Message {
     /// Who speaks.
     pub role: Role,
-    /// What is said, as plain text.
+    /// The message as plain text.
     pub content: String,
 }
 

@@ -203,7 +203,7 @@ impl StreamingRequest {
             return self.fail(Error::Setup { place, why });
         }
         if sending.attempt == 1 {
-            // Whoever waits for a turn has not lost patience with the server.
+            // Waiting for a turn does not count against the server's deadlines.
             sending.patience = Deadlines::starting_now(self.endpoint.timeouts);
         }
         self.asked = Timestamp::now();

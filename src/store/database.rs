@@ -74,7 +74,7 @@ pub enum StoreError {
     /// What was written may not be on the disk.
     #[error("the store of runs cannot be synced to the disk: {}", system::words(.0))]
     Sync(std::io::Error),
-    /// An answer arrived that could not be stored; what became of it.
+    /// An answer arrived but could not be stored; where it is instead.
     #[error("{0}")]
     Unstored(String),
     /// A word that another version wrote.

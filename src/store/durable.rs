@@ -39,7 +39,7 @@ impl Log {
         }
     }
 
-    /// Counts a commit. A thread that has committed says so before any other can commit.
+    /// Counts a commit. A thread calls it after its commit, before any other can commit.
     pub fn committed(&self) -> Ticket {
         let mut state = self.lock();
         state.written += 1;

@@ -17,7 +17,7 @@ pub struct Filter {
     pub model: Option<String>,
     /// A part of the scenario's name, in any case.
     pub scenario: Option<String>,
-    /// What was asked.
+    /// The task.
     pub task: Option<Task>,
     /// Where they stand.
     pub state: Option<RunState>,

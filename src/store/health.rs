@@ -11,7 +11,7 @@ use super::{StoreError, reading};
 /// How long others are waited for that write at the same time.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// What is known of the store's file.
+/// State of the store's file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Health {
     /// Its version.

@@ -30,7 +30,7 @@ pub struct Summary {
     pub state: String,
     /// Name of the scenario.
     pub scenario: String,
-    /// What was asked.
+    /// The task.
     pub task: String,
     /// From where the scene was described.
     pub frame: String,

@@ -111,7 +111,7 @@ impl Store {
         })
     }
 
-    /// Adds the questions that a batch does not have, and what became of those that it has and that wait here.
+    /// Adds the questions a batch lacks, and outcomes of those it has that are still waiting here.
     fn add_items(
         &self,
         batch: BatchId,

@@ -58,7 +58,7 @@ pub struct NewRating {
     pub person: String,
     /// Name of the scenario.
     pub scenario: String,
-    /// What was asked.
+    /// The task.
     pub task: Task,
     /// Whether the models were hidden and the order shuffled.
     pub blind: bool,
@@ -83,7 +83,7 @@ pub struct Rating {
     pub person: String,
     /// Name of the scenario.
     pub scenario: String,
-    /// What was asked.
+    /// The task.
     pub task: Task,
     /// Whether the models were hidden and the order shuffled.
     pub blind: bool,

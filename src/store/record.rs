@@ -145,8 +145,8 @@ impl Run {
         serde_json::to_value(record).unwrap_or_default()
     }
 
-    /// A run from a line that [`Run::to_record`] wrote, in this store or another. What was asked elsewhere is
-    /// replayed here. Its number is the one of the other store.
+    /// A run from a line that [`Run::to_record`] wrote, in this store or another. A run asked elsewhere counts as
+    /// replayed here, and keeps the number of the other store.
     ///
     /// # Errors
     /// The line is no run, or not as it was written.

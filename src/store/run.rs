@@ -15,7 +15,7 @@ impl std::fmt::Display for RunId {
     }
 }
 
-/// What is known before a judge is asked.
+/// Data known before a judge is asked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewRun {
     /// Which of several answers to the same request this is, from 0.
@@ -28,7 +28,7 @@ pub struct NewRun {
     pub scenario_hash: Option<String>,
     /// The ego, and where its motion comes from.
     pub ego: String,
-    /// What is asked.
+    /// The task.
     pub task: Task,
     /// From where the scene is described.
     pub frame: String,
@@ -169,7 +169,7 @@ pub struct Consumed {
     pub duration_ms: Option<u64>,
 }
 
-/// What is known when a run ends.
+/// Data known when a run ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ending {
     /// Where it stands now.
@@ -222,7 +222,7 @@ pub struct Run {
     pub origin: Origin,
     /// The file that a recorded answer was read from.
     pub source: Option<String>,
-    /// What was asked of whom.
+    /// The question and its judge.
     pub question: NewRun,
     /// The answer's text.
     pub answer: String,

@@ -16,8 +16,8 @@ pub struct RunLabel {
 }
 
 impl Store {
-    /// What is true about the runs of batches, where their batch says so: once a run. Of several batches that one counts
-    /// which the run was made for. Changed scenes are left out, whose obstacles can have other numbers.
+    /// Labels of runs from their batches, one a run. If several batches have one, the batch that the run was made for
+    /// counts. Changed scenes are left out, as their obstacles can have other ids.
     ///
     /// # Errors
     /// SQLite refused.

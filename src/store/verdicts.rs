@@ -16,7 +16,7 @@ pub struct StoredVerdict {
     pub ego: String,
     /// Where the answer comes from.
     pub origin: Origin,
-    /// What was asked.
+    /// The task.
     pub task: Task,
     /// First and last time step of the window, where known.
     pub window: Option<(i64, i64)>,

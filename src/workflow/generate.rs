@@ -56,7 +56,7 @@ pub trait AttackWriter {
 pub struct ModelWriter<'a> {
     /// The model and how it is asked.
     pub author: &'a Author,
-    /// Where requests run; the thread that calls is none of its own.
+    /// Where requests run; the calling thread is not one of its threads.
     pub runtime: &'a Handle,
 }
 

@@ -34,7 +34,7 @@ pub enum MissingEgo {
     /// No file with one lies beside the scenario.
     #[error("no recorded ego beside it")]
     NotRecorded,
-    /// The file beside it cannot be used, in words.
+    /// The file beside it cannot be used, and why.
     #[error("{0}")]
     Unusable(String),
 }

@@ -60,7 +60,7 @@ impl Words {
         }
     }
 
-    /// A line of its own.
+    /// Writes a separate line.
     fn say(&mut self, words: &str) {
         self.end();
         output::say(words);

@@ -127,7 +127,7 @@ fn changes(text: &str) -> Result<Changes, String> {
     }
 }
 
-/// Which batch is gone on with.
+/// Which batch is resumed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Resumed {
     Last,

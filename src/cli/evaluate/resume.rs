@@ -8,7 +8,7 @@ use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::TruthSource;
 use crate::workflow::batch::{Relabelling, ResumeRequest, Selection};
 
-/// Goes on with a batch.
+/// Resumes a batch.
 pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
     let options = &arguments.batch;
     let context = BatchContext::new()?;
@@ -72,7 +72,7 @@ fn say_truth(relabelling: &Relabelling, source: &TruthSource, dry_run: bool) {
     }
 }
 
-/// Refuses what would make another batch of one that is gone on with, and says what can be added instead.
+/// Rejects arguments that would change a resumed batch, and says what can be added instead.
 pub fn all_stays(arguments: &Evaluate) -> Outcome {
     let options = &arguments.batch;
     let said = [

@@ -24,7 +24,7 @@ pub fn truth(paths: &[PathBuf], entries: &[Entry]) -> Result<Truth, Failure> {
 }
 
 impl Truth {
-    /// What is said to be true about a scenario; nothing where it is unknown.
+    /// The label of a scenario; `None` if unknown.
     pub fn of(&self, entry: &Entry) -> Option<Label> {
         self.known.of(entry, None)
     }
@@ -39,7 +39,7 @@ impl Truth {
         self.source == TruthSource::Geometry
     }
 
-    /// What is true, in words for people.
+    /// Describes the ground truth for people.
     pub fn words(&self) -> String {
         match self.is_geometry() {
             true => "exact geometry of the whole recordings: real bodies that overlap at a recorded step".into(),

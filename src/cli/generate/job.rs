@@ -29,7 +29,7 @@ pub struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Saves and tells what became of a scenario.
+    /// Saves and reports the outcome of a scenario.
     pub fn take(
         &mut self,
         entry: &Entry,

@@ -84,7 +84,7 @@ impl Line {
     /// The line with this document.
     ///
     /// # Errors
-    /// Something is missing in it, or of another kind: in words.
+    /// A field is missing or of another type.
     pub fn of(document: Value) -> Result<Self, String> {
         match Figures::deserialize(&document) {
             Ok(figures) => Ok(Self { document, figures }),

@@ -20,7 +20,7 @@ use crate::workflow::{
     prepare,
 };
 
-/// What is asked for.
+/// The request.
 pub struct Wanted {
     /// The model; nothing for the search.
     pub writer: Option<Writer>,
@@ -28,7 +28,7 @@ pub struct Wanted {
     pub problem: Option<i64>,
     pub effort: Effort,
     pub only: Option<i64>,
-    /// What an earlier run has left, where that is to be gone on with.
+    /// The results of an earlier run, if it is resumed.
     pub past: Option<Past>,
 }
 
@@ -56,11 +56,11 @@ impl Wanted {
     }
 }
 
-/// What there is of one scenario.
+/// The result for one scenario.
 pub enum Product {
-    /// It was made now.
+    /// Newly generated.
     New(Box<Generated>),
-    /// It was there already.
+    /// Taken over from an earlier run.
     TakenOver(Box<Line>),
 }
 

@@ -211,8 +211,8 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     summary.outcome()
 }
 
-/// Makes the folder for variants, and finds out now, and not when all is done, whether files can be written. Gives what is
-/// gone on with.
+/// Creates the folder for variants, and checks now, not at the end, whether files can be written. Returns the earlier
+/// run to resume.
 fn prepared(arguments: &GenerateArguments) -> Result<Option<Past>, Failure> {
     let mut past = None;
     if let Some(folder) = &arguments.output {

@@ -19,7 +19,7 @@ use crate::settings::{Config, Folders};
 use crate::store::Store;
 use crate::workflow::{Models, Server};
 
-/// The model, ready to be asked.
+/// The model, ready to ask.
 pub struct Writer {
     author: Author,
     parameters: Parameters,

@@ -18,7 +18,7 @@ pub struct Past {
     papers: HashMap<String, Vec<Papers>>,
 }
 
-/// What is known of one variant.
+/// The record of one variant.
 #[derive(Debug)]
 struct Papers {
     original: String,
@@ -35,7 +35,7 @@ enum Said {
 }
 
 impl Past {
-    /// What lies in `folder`, and in words which files there are not trusted.
+    /// Contents of `folder`, with descriptions of untrusted files.
     ///
     /// # Errors
     /// The folder cannot be read.
@@ -81,7 +81,7 @@ impl Past {
     }
 }
 
-/// Reads papers, and holds them against the variant that they are of.
+/// Reads a manifest, and compares it with its variant.
 fn read(path: &Path) -> Result<Said, String> {
     let bytes = system::read_file(path, system::LARGEST).map_err(|e| system::words(&e))?;
     let papers: Value =
@@ -164,7 +164,7 @@ fn is_as_it_was(path: &Path, hash: &str) -> Result<(), String> {
 /// Whether the file at `path` is a report of an earlier run, which may be replaced.
 ///
 /// # Errors
-/// It is not, or cannot be read: in words.
+/// It is not, or cannot be read.
 pub fn is_report(path: &Path) -> Result<(), String> {
     let named = |words: String| format!("{}: {words}", path.display());
     let bytes = system::read_file(path, system::LARGEST);

@@ -108,7 +108,7 @@ impl Summary {
         }
     }
 
-    /// The figures in words.
+    /// Describes the figures.
     pub fn words(&self) -> String {
         let counts = [
             (self.collisions, "collision"),

@@ -22,7 +22,7 @@ pub struct Import {
     json: bool,
 }
 
-/// What became of the runs.
+/// Counts of imported runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Counts {
     imported: usize,

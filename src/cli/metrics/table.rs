@@ -113,7 +113,7 @@ pub struct Field {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     pub convention: &'static str,
-    /// What a file of thresholds changed, in words; nothing where thresholds are not asked.
+    /// Changes by a threshold file, described; `None` if the table needs no thresholds.
     pub thresholds: Option<Vec<String>>,
     pub columns: Vec<Column>,
     pub fields: Vec<Field>,

@@ -81,7 +81,7 @@ pub fn made(arguments: &ReportArguments) -> Result<Made, Failure> {
     ))
 }
 
-/// What is not in the report, or without a truth, in words.
+/// Describes runs left out of the report, or without a ground truth.
 fn notices(stored: &Stored) -> Vec<String> {
     let left_out = [
         (stored.unfinished, "running, cancelled or interrupted"),

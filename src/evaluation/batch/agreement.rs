@@ -18,7 +18,7 @@ use crate::verdict::{Task, Verdict};
 pub struct Unjudged {
     /// Its name.
     pub scenario: String,
-    /// Why, in words.
+    /// The reason.
     pub why: String,
 }
 

@@ -15,9 +15,9 @@ use crate::verdict::Task;
 /// Which answers are counted, and with that by which truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Counting {
-    /// All in the store, held against what the built-in judge says to the same questions.
+    /// All stored answers, compared with the built-in judge's on the same questions.
     Everything,
-    /// A part of a batch of `evaluate`, held against the truth that it was begun with.
+    /// A part of a batch of `evaluate`, compared with the ground truth it was started with.
     Batch(BatchId, Part),
 }
 
@@ -37,7 +37,7 @@ pub enum Part {
 pub struct Offer {
     /// What.
     pub counting: Counting,
-    /// What is true there, in words, or why that is not known.
+    /// Description of the ground truth, or why it is unknown.
     pub truth: String,
     /// Of a batch: when it was begun, milliseconds since 1970, UTC.
     pub created_ms: Option<i64>,
@@ -80,7 +80,7 @@ impl Part {
 }
 
 impl Offer {
-    /// Everything, held against the built-in judge: exact geometry, and in the safety task a prediction.
+    /// All answers, compared with the built-in judge: exact geometry, and in the safety task a prediction.
     #[must_use]
     pub fn everything() -> Self {
         Self {
@@ -95,7 +95,7 @@ impl Offer {
     }
 }
 
-/// What there is to choose: the batches, the newest first, each whole and then its other parts; everything at last.
+/// The choices: the batches, newest first, each whole and then its other parts; all answers last.
 ///
 /// # Errors
 /// The store cannot be read.

@@ -123,7 +123,7 @@ impl Estimate {
         }
     }
 
-    /// The price in words.
+    /// Formats the price.
     #[must_use]
     pub fn price(&self) -> String {
         let all = self.requests;

@@ -13,7 +13,7 @@ use crate::verdict::Task;
 /// Everything that is asked about every scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
-    /// What is asked.
+    /// The tasks.
     pub tasks: Vec<Task>,
     /// From where scenes are described.
     pub frames: Vec<Frame>,
@@ -108,8 +108,8 @@ impl Matrix {
         }
     }
 
-    /// What is asked of a scenario in one way: the scene as it is with the first lead, then with each other one, then
-    /// the changed scenes. Leads are a matter of the safety task.
+    /// The variants of a scenario's question: the unchanged scene with the first lead, then with each other one, then
+    /// the changed scenes. Only the safety task has leads.
     #[must_use]
     pub fn variants(&self, way: &PromptConfig) -> Vec<Variant> {
         let timed = way.task == Task::Safety && !self.more_leads.is_empty();

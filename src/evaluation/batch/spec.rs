@@ -22,13 +22,13 @@ use crate::verdict::Task;
 pub struct Spec {
     /// Files, folders, names of bundled scenarios.
     pub paths: Vec<PathBuf>,
-    /// What is asked about each.
+    /// Questions about each scenario.
     pub matrix: Matrix,
     /// Where the truth is from.
     pub truth: TruthSource,
     /// The templates by file name, each with the hash of its text and fragments.
     pub templates: BTreeMap<String, String>,
-    /// What is changed of the shipped thresholds, in words.
+    /// Descriptions of changes to the shipped thresholds.
     pub thresholds: Vec<String>,
     /// The address of the server, where it is not the provider's own.
     pub base_url: Option<String>,
@@ -181,7 +181,7 @@ impl Spec {
         found
     }
 
-    /// What is changed of the thresholds, in words.
+    /// Describes the changes to the thresholds.
     #[must_use]
     pub fn thresholds_of(thresholds: &Thresholds) -> Vec<String> {
         thresholds

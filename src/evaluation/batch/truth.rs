@@ -94,7 +94,7 @@ impl TruthSource {
 }
 
 impl Truth {
-    /// Reads the truth about these scenarios; and what is doubtful about it, in words.
+    /// Reads the ground truth of these scenarios, with warnings about it.
     ///
     /// # Errors
     /// A file cannot be read, or holds no labels.

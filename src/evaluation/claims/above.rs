@@ -93,7 +93,7 @@ impl Above {
                         stays: !firm && !beside,
                     },
                 };
-                // A participant mentioned inside an item leaves the subject of its own items open, not that of those beside it.
+                // A participant mentioned inside an item leaves the subject of sub-items open, not of sibling items.
                 if beside && next.obstacle.is_some() {
                     self.named.pop();
                 }

@@ -6,7 +6,7 @@ use super::check::{Judgement, at};
 use super::{Claim, Quantity, Stated, Subject};
 use crate::metrics::{Encounter, Relation};
 
-/// What else the claim may mean at that step, in words; nothing where it is plainly wrong.
+/// Another possible meaning of the claim at that step; `None` if it is plainly wrong.
 pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static str> {
     let Stated::Number {
         value, decimals, ..

@@ -56,7 +56,7 @@ fn take(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &
     let indent = line.len() - line.trim_start().len();
     let item =
         bare.starts_with(['-', '*', '•', '+']) && !bare.starts_with("**") || is_numbered(bare);
-    // What stands between reasoning and answer ends what was said before, too.
+    // The boundary between reasoning and answer ends the context, too.
     let heading = bare.starts_with('#')
         || bare.starts_with("──")
         || (bare.starts_with("**")

@@ -188,7 +188,7 @@ pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
     find::claims(text, &world)
 }
 
-/// The claims in a text, each held against the geometry.
+/// The claims in a text, each checked against the geometry.
 #[must_use]
 pub fn checked(text: &str, subject: &Subject<'_>) -> Vec<Checked> {
     let claims = find(text, subject);

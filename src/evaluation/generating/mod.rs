@@ -50,7 +50,7 @@ pub struct Author {
     pub settings: Settings,
     /// How the choice of the attacker is described; nothing for the usual frame, which is the metrics.
     pub frame: Option<Frame>,
-    /// How many motions are asked for, each in a conversation of its own.
+    /// Number of motions requested, each in a separate conversation.
     pub samples: u32,
     /// How often, at most, a refused motion goes back to the model with the reasons, in each conversation.
     pub retries: u32,
@@ -58,8 +58,8 @@ pub struct Author {
     pub at_once: usize,
     /// The attacker, where the user names it; the model is not asked to choose then.
     pub attacker: Option<i64>,
-    /// Whether nothing is written where the model's choice of the attacker cannot be taken. Otherwise the first of the
-    /// reference's ranking is taken in its place, and [`Choice::by`] says so.
+    /// Whether to write nothing if the model's choice of attacker cannot be used. Otherwise the first of the reference
+    /// ranking replaces it, recorded in [`Choice::by`].
     pub obey: bool,
     /// Ask in any case, even where the store has the answer.
     pub fresh: bool,
@@ -128,7 +128,7 @@ pub const SAMPLES: u32 = 5;
 /// How often a refused motion goes back to the model by default.
 pub const RETRIES: u32 = 2;
 
-/// Who hears of it.
+/// Receives progress.
 pub type Listener<'a> = &'a (dyn Fn(Progress) + Sync);
 
 /// Why nothing was written at all.

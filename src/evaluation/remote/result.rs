@@ -30,7 +30,7 @@ impl Settled {
     }
 }
 
-/// What becomes of the run of a question with this outcome.
+/// The end of a question's run with this outcome.
 pub fn settled(run: Run, outcome: Outcome, model: &ModelJudge) -> Settled {
     match outcome {
         Outcome::Answered(answered) => answer(run, *answered, model),

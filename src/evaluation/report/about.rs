@@ -9,7 +9,7 @@ pub struct About {
     pub batch: Option<String>,
     /// How the batch asks, as its [`Spec`](crate::evaluation::batch::Spec) says it.
     pub asked: Option<Value>,
-    /// What the answers are held against, in words.
+    /// Description of the ground truth.
     pub truth: String,
     /// The same as words of `--truth`: `auto`, `layout`, files.
     pub sources: Vec<String>,

@@ -44,7 +44,7 @@ pub struct Table {
     pub columns: Vec<(String, Align)>,
     /// The cells, a row each as long as the columns.
     pub rows: Vec<Vec<String>>,
-    /// What its numbers mean, where it stands alone: in papers.
+    /// Explanations of its numbers, for tables that stand alone in papers.
     pub notes: Vec<String>,
 }
 

@@ -34,7 +34,7 @@ impl Document {
     }
 }
 
-/// A figure; its caption where it has one of its own.
+/// A figure, with its caption if it has one.
 fn html_of(figure: &Figure) -> String {
     let caption = match figure.caption.is_empty() {
         true => String::new(),

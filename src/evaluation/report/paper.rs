@@ -15,7 +15,7 @@ use crate::verdict::Task;
 pub struct Published {
     /// `I` to `IV`.
     pub table: String,
-    /// The way of asking, with the model as recorded answers name it.
+    /// The prompt configuration, with the model as recorded answers name it.
     pub way: PromptConfig,
     /// The paper's word for the techniques.
     pub method: String,
@@ -138,7 +138,7 @@ pub fn published() -> Result<Vec<Published>, String> {
 }
 
 impl Published {
-    /// Where the printed precision, recall and F1 are not those of the printed counts, in words.
+    /// Describes where the printed precision, recall and F1 do not follow from the printed counts.
     #[must_use]
     pub fn contradictions(&self) -> Vec<String> {
         let c = &self.counts;

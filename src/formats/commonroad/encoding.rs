@@ -45,7 +45,7 @@ fn utf16_unit(bytes: &[u8]) -> Option<fn([u8; 2]) -> u16> {
     }
 }
 
-/// The beginning of a text, of whatever encoding: only good for seeing what it is.
+/// The beginning of a text in any encoding, only for detecting its kind.
 pub(super) fn beginning(bytes: &[u8]) -> String {
     let Some(unit) = utf16_unit(bytes) else {
         return String::from_utf8_lossy(bytes).into_owned();

@@ -14,7 +14,7 @@ pub struct ReadError {
     pub column: usize,
     /// The element, or in protobuf the field, as a path from the root; may be empty.
     pub element: String,
-    /// What was found and what is expected.
+    /// The content found, and what was expected.
     pub message: String,
 }
 

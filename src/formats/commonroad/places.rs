@@ -60,7 +60,7 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// Where an element is; the root for what is in no element of its own, as the signs that are made of speed limits.
+    /// The place of an element; the root for elements without one, such as signs made from speed limits.
     fn of(&self, about: About, scenario: &Scenario) -> &Place<'a> {
         let found = match about {
             About::Scenario => None,

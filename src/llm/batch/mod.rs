@@ -138,7 +138,7 @@ pub enum Found {
 /// What a submission is recognised by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark<'a> {
-    /// A word of its own, sent along where the API has a place for it.
+    /// A tag, sent along where the API supports one.
     pub tag: &'a str,
     /// The earliest time at which it can have arrived.
     pub since: Timestamp,
@@ -198,14 +198,14 @@ impl Batches {
         let most = endpoint.at_most(request)?;
         let worst = endpoint.worst_case(&request.model, &request.parameters);
         let (pricing, _) = worst.ok()?;
-        // Where nobody says what batches cost, they may cost as much.
+        // Without a known batch price, a batch may cost the full price.
         Some(most * pricing.batch_factor.unwrap_or(1.0))
     }
 
-    /// Sets money of the budget aside, US dollars, if there is one.
+    /// Reserves US dollars of the budget, if there is one.
     ///
     /// # Errors
-    /// [`Error::Budget`]: so much is not left, or nobody knows how much is needed.
+    /// [`Error::Budget`]: too little is left, or the amount needed is unknown.
     pub fn set_aside(&self, usd: Option<f64>) -> Result<SetAside, Error> {
         let endpoint = self.endpoint();
         let no = |why: String| Error::Budget {
@@ -268,7 +268,7 @@ impl Batches {
         self.calls.id(&document, self.api.id_field())
     }
 
-    /// Looks for a batch of which nobody knows whether its creation arrived.
+    /// Looks up a batch whose creation may or may not have arrived.
     ///
     /// # Errors
     /// As `Batches::prepare`.

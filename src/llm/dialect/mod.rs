@@ -203,7 +203,7 @@ pub fn body(endpoint: &Endpoint, request: &Request) -> Value {
     Value::Object(endpoint.dialect.protocol().body(endpoint, request).fields)
 }
 
-/// What of a request the endpoint's model does not take, and what is sent that nobody asked for; a sentence each.
+/// Parts of a request the endpoint's model does not accept, and parameters sent unrequested; one sentence each.
 #[must_use]
 pub fn notes(endpoint: &Endpoint, request: &Request) -> Vec<String> {
     endpoint.dialect.protocol().body(endpoint, request).notes

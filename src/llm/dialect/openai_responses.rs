@@ -142,7 +142,7 @@ impl ResponsesReader {
         }
     }
 
-    /// The response object, which is whole once its status says so.
+    /// The response object, complete once its status says so.
     fn response(
         &mut self,
         response: &Value,

@@ -28,7 +28,7 @@ impl BatchControl {
         self.advance(Phase::Stopped);
     }
 
-    /// Cancels what was sent, too; the store says so.
+    /// Cancels also requests already sent, and records that in the store.
     pub fn cancel(&self) {
         self.advance(Phase::Cancelled);
     }

@@ -20,7 +20,7 @@ pub struct DryRun {
     pub estimate: Estimate,
     /// Scenarios that are left out because their truth is unknown.
     pub unlabelled: Vec<String>,
-    /// What is doubtful about the scenarios, in words.
+    /// Warnings about the scenarios.
     pub doubts: Vec<String>,
     /// For each model a question that would be sent to it.
     first: BTreeMap<String, Arc<Question>>,

@@ -39,7 +39,7 @@ impl Watch {
         }
     }
 
-    /// What became of a question that was sent, or that should have been: what stood in its way, and that in words.
+    /// Records the outcome of a question: the outage it met, if any, and its description.
     pub fn hear(&mut self, model: &str, met: Option<(ProviderOutage, String)>) {
         let Some((barrier, why)) = met else {
             self.silent = 0;

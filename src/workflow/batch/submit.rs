@@ -12,7 +12,7 @@ use crate::evaluation::{Judge, Question, RunOptions};
 use crate::formats::Entry;
 use crate::store::{Item, StoreError};
 
-/// What became of the questions of a batch that were to be submitted.
+/// Outcome of submitting a batch's questions.
 #[derive(Debug, Default)]
 pub struct SubmittedItems {
     /// By model.

@@ -18,7 +18,7 @@ pub struct Conformed {
     pub scenario: Scenario,
     /// What was left out, filled in or replaced, one sentence each.
     pub changes: Vec<String>,
-    /// What the schema does not allow and nobody but the author can mend, one sentence each.
+    /// Schema violations that only the author can fix, one sentence each.
     pub violations: Vec<String>,
 }
 

@@ -22,7 +22,7 @@ pub struct Solution {
     pub scenario_id: String,
     /// The version of the scenario's format, e.g. `2020a`.
     pub version: String,
-    /// When it was made, by a clock nobody knows the zone of; whole seconds are kept.
+    /// Creation time in an unknown time zone; whole seconds are kept.
     pub date: Option<DateTime>,
     /// How long it took to compute, seconds; positive.
     pub computation_time: Option<f64>,

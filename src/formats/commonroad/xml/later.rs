@@ -19,7 +19,7 @@ pub(super) struct Later<'a> {
     references: Vec<(Place<'a>, i64)>,
     /// Speed limits of version 2018b, by lanelet.
     speed_limits: Vec<(i64, f64, Place<'a>)>,
-    /// States and goals since the last top element, for what is found of them afterwards.
+    /// States and goals since the last top-level element, for later diagnostics.
     marks: Vec<Place<'a>>,
     /// The elements around the last one, which are those around the next one more often than not.
     around: Rc<[Element<'a>]>,
