@@ -37,7 +37,7 @@ pub type KeyPrinter = fn(&Path, Option<&str>, bool) -> Result<String, Vec<String
 /// See [`Workbench::theme_mistakes`].
 pub type ThemeCheck = fn(&str, &Path) -> Vec<String>;
 
-/// What the workbench knows of itself. The program puts it in: commands and workbench do not know each other.
+/// Functions of the workbench, injected by the program so that commands and workbench stay independent.
 pub struct Workbench {
     /// Previews of the theme of this name, or of all, from a folder of the user's, in so many colours.
     pub themes: ThemePainter,

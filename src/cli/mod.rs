@@ -142,7 +142,7 @@ pub fn arguments() -> Arguments {
 /// Said of a word where a number without decimals is needed.
 const NO_NUMBER: &str = "a whole number is needed";
 
-/// What a command ends with.
+/// Result of a command.
 pub type Outcome = Result<(), Failure>;
 
 /// Why a command failed; the message names what, where and what to do.

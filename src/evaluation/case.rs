@@ -18,7 +18,7 @@ use crate::llm::{self, Chunk, Finish, ProviderOutage, Secrets};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
 use crate::verdict::{ParseQuality, Parsed, Task};
 
-/// What happens while a case runs.
+/// Events while a case runs.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// The run has a number in the store.
@@ -34,7 +34,7 @@ pub enum Event {
     Barred(ProviderOutage),
 }
 
-/// Which answer is wanted.
+/// Options that select an answer.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RunOptions {
     /// Which of several answers to the same request, from 0.
@@ -140,7 +140,7 @@ pub async fn can_ask(question: &Question, judge: &Judge) -> Result<(), AskError>
     ready(question, judge).await
 }
 
-/// Why nothing was asked, or an answer is not kept.
+/// Why nothing was asked, or why an answer is not stored.
 #[derive(Debug, thiserror::Error)]
 pub enum AskError {
     /// It can be known without asking that there will be no answer.

@@ -18,7 +18,7 @@ pub struct Pair<'a> {
     pub transform: Transform,
 }
 
-/// What a change does to the answers of one way of asking.
+/// Effect of a scene change on the answers of one prompt configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Invariance {
     /// How it was asked.

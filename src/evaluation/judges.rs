@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use crate::judge;
 use crate::llm::{Client, Endpoint, Environment, Parameters, Registry, RegistryError};
 
-/// Who is asked, by model id.
+/// Judges by model id.
 pub type Judges = BTreeMap<String, Judge>;
 
-/// Who is asked.
+/// A judge.
 #[derive(Debug, Clone)]
 pub enum Judge {
     /// The built-in reference judge.

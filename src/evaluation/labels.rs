@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::scenario::Scenario;
 
-/// What is true about one scenario.
+/// Ground-truth label of one scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Label {
     /// No obstacle collides with the ego.
@@ -26,7 +26,7 @@ struct Entry {
     line: u64,
 }
 
-/// Why there are no labels.
+/// Why labels cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LabelError {
     /// It is no CSV.

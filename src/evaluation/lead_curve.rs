@@ -35,7 +35,7 @@ pub struct LeadPoint {
     pub unasked: u32,
 }
 
-/// How early one scenario was seen by one series of answers.
+/// How early one scenario's collision was detected in one series of answers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EarliestYes {
     /// The scenario.
@@ -47,7 +47,7 @@ pub struct EarliestYes {
     pub earliest: Option<f64>,
 }
 
-/// What one way of asking says at all leads.
+/// Verdicts of one prompt configuration at all leads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeadCurve {
     /// How it was asked.

@@ -11,7 +11,7 @@ use crate::prompts::Techniques;
 use crate::system;
 use crate::verdict::{NoVerdict, Reading, Task, Verdict, read};
 
-/// One recorded answer.
+/// A recorded answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recorded {
     /// Name of the scenario.
@@ -34,7 +34,7 @@ pub struct Recorded {
     pub context: Option<String>,
 }
 
-/// Something in the folder that is no answer, or not a whole one.
+/// A file or folder that is no answer, or an incomplete one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {message}", path.display())]
 pub struct Problem {
@@ -46,7 +46,7 @@ pub struct Problem {
     pub loss: Loss,
 }
 
-/// What is lost by a problem.
+/// Severity of a problem: what data it loses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loss {
     /// No effect: just something unexpected.

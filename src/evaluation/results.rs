@@ -31,7 +31,7 @@ pub enum Outcome {
     Failed,
 }
 
-/// One answer of a way.
+/// An answer of a prompt configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counted {
     /// The run in the store; nothing where a question of a batch came to none.
@@ -59,7 +59,7 @@ pub struct Results {
     counts: [u32; Outcome::ALL.len()],
 }
 
-/// What is true about a question.
+/// Ground truth of a question.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct GroundTruth {
     /// Whether yes is right.

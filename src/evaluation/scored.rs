@@ -6,7 +6,7 @@ use crate::store::{Consumed, RunId};
 use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
-/// One way of asking: a row of a table.
+/// A prompt configuration: a row of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct PromptConfig {
     /// The task.
@@ -32,7 +32,7 @@ pub enum AnswerStatus {
     Unasked(String),
 }
 
-/// One answer, or the lack of one, about one scenario.
+/// An answer, or its absence, for one scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scored {
     /// Name of the scenario, without folders and ending.

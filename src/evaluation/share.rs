@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::statistics::wilson_of_share;
 
-/// So many of so many.
+/// A proportion: a count out of a total.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Share {
     /// Those that are meant.

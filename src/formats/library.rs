@@ -9,7 +9,7 @@ use super::{EgoError, find_recording, read_ego, read_ego_file};
 use crate::scenario::{Ego, Scenario};
 use crate::system;
 
-/// Where a scenario lies.
+/// Location of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Place {
     /// A file.

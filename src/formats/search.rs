@@ -9,7 +9,7 @@ use super::commonroad::{self, Unrecognised};
 use super::library::{Entry, Place};
 use crate::system;
 
-/// What a search came upon.
+/// Results of a search.
 #[derive(Debug, Default)]
 pub struct Found {
     /// The scenarios.
@@ -19,7 +19,7 @@ pub struct Found {
     pub passed_over: Vec<PassedOver>,
 }
 
-/// Something that was passed over in a search.
+/// A skipped file or folder.
 #[derive(Debug)]
 pub struct PassedOver {
     /// Where it is.
@@ -28,7 +28,7 @@ pub struct PassedOver {
     pub why: Why,
 }
 
-/// Why something was passed over.
+/// Why something was skipped.
 #[derive(Debug, thiserror::Error)]
 pub enum Why {
     /// A file that is not known to be a scenario.

@@ -17,11 +17,11 @@ pub const DELAYS: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
 /// For each reaction time whether the harm can be avoided, and the proof.
 #[derive(Debug, Clone)]
 pub struct Avoidability {
-    /// Reaction times (s) in the order of [`DELAYS`], and what was found.
+    /// Reaction times (s) in the order of [`DELAYS`], each with its certificate.
     pub certificates: [(f64, Certificate); 4],
 }
 
-/// What the search for one reaction time came to.
+/// Result of the search for one reaction time.
 #[derive(Debug, Clone)]
 pub enum Certificate {
     /// This trajectory avoids it. It has been verified: see [`Avoidance`].
@@ -49,7 +49,7 @@ pub struct Avoidance {
     pub searched: Searched,
 }
 
-/// What found a trajectory.
+/// The method that found a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Finder {
     /// Nothing has to be done: who drives on as if nothing had changed touches no obstacle.
@@ -60,7 +60,7 @@ pub enum Finder {
     Planner(&'static str),
 }
 
-/// How much was searched.
+/// Extent of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Searched {
     /// Manoeuvres that were driven to their end or to a contact.

@@ -14,7 +14,7 @@ pub struct Change {
     pub motions: Vec<(i64, Motion)>,
 }
 
-/// Why a scenario cannot be changed so.
+/// Why a change cannot be applied to a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ChangeError {
     /// No such obstacle.

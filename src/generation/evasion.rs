@@ -3,7 +3,7 @@
 use crate::geometry::{Pose, normalize_angle};
 use crate::planner::{Limits, ReferenceTrack, VehicleState};
 
-/// What a driver may set out to do, and go on with.
+/// An evasive manoeuvre that a driver may begin and hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evasion {
     /// Acceleration along the heading, m/s²; below 0 for braking. Steering comes first: what it leaves of the friction

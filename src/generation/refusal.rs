@@ -3,7 +3,7 @@
 use super::ChangeError;
 use crate::planner::{Bound, Broken};
 
-/// What is wrong with a changed motion, or with the answer that was to give one.
+/// Why a changed motion, or the answer meant to give one, is refused.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal {
     /// What is wrong.
@@ -63,7 +63,7 @@ pub enum Reason {
     Unchanged,
     /// What else is not that of the original.
     Differs(&'static str),
-    /// What an answer says cannot be made into a motion: in words.
+    /// An answer cannot be made into a motion, and why.
     Answer(String),
 }
 
@@ -123,7 +123,7 @@ impl Reason {
 }
 
 impl Refusal {
-    /// What cannot be made into a motion, in words.
+    /// Refuses an answer that cannot be made into a motion, and says why.
     #[must_use]
     pub fn answer(words: impl Into<String>) -> Self {
         Self::whole_motion(Reason::Answer(words.into()))
@@ -151,7 +151,7 @@ impl Refusal {
         }
     }
 
-    /// The same with what was found and the most that is allowed.
+    /// The same with a value and its limit.
     #[must_use]
     pub fn with(self, value: f64, limit: f64) -> Self {
         Self {

@@ -17,7 +17,7 @@ use super::surrogate::{self, Trial};
 use super::{Consequence, Refusal, motion};
 use crate::verdict::{Manoeuvre, Motion};
 
-/// How much is tried.
+/// Search effort.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// Motions in all.
@@ -57,7 +57,7 @@ impl std::fmt::Display for Effort {
     }
 }
 
-/// What a search has found.
+/// Result of a search.
 #[derive(Debug, Default)]
 pub struct SearchResult {
     /// Everything that passed the gate and comes near to the ego.
@@ -68,7 +68,7 @@ pub struct SearchResult {
     pub candidates: usize,
 }
 
-/// How far a search is.
+/// Progress of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Progress {
     /// Motions that were tried.
@@ -102,8 +102,9 @@ const SPREAD: f64 = 0.5;
 /// How much more often is drawn around what is better by 1.
 const SHARPNESS: f64 = 2.0;
 
-/// Searches for attacks; `only` names the one obstacle that may attack. After each round `watch` hears how far it is, and
-/// says whether to go on. `stop` is asked before every motion and every drive: once it says so, nothing more is begun.
+/// Searches for attacks; `only` names the one obstacle that may attack. `watch` receives the progress after each round
+/// and returns whether to continue. `stop` is polled before every motion and every drive: once it returns true, nothing
+/// more is started.
 #[must_use]
 pub fn search_until(
     ground: &Ground<'_>,

@@ -7,7 +7,7 @@
 use super::attack::Attack;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
 
-/// What was tried.
+/// An evaluated attack.
 #[derive(Debug)]
 pub(super) struct Trial {
     /// Which arm.

@@ -14,7 +14,7 @@ use crate::planner::VehicleState;
 
 use model::Car;
 
-/// What is wanted at a step; nothing of what is not said.
+/// Targets at a step; `None` for unconstrained quantities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackingTarget {
     /// Where the centre of the body is to be, metres.

@@ -7,7 +7,7 @@ use super::error::{Error, Place};
 use super::error_body::ErrorBody;
 use super::think::{Part, Splitter};
 
-/// What has been found of an answer, and the chunks that came of it and were not taken yet.
+/// The answer so far, and the chunks not yet taken.
 #[derive(Debug)]
 pub(super) struct ResponseAccumulator {
     place: Place,

@@ -88,7 +88,7 @@ impl Usage {
     }
 }
 
-/// What an answer cost.
+/// Cost of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// US dollars.
@@ -97,7 +97,7 @@ pub struct Cost {
     pub source: CostSource,
 }
 
-/// Who says what an answer cost.
+/// Source of a cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CostSource {

@@ -8,7 +8,7 @@ use tokio::time::{Instant, timeout};
 use super::endpoint::Timeouts;
 use super::error::Which;
 
-/// How long one exchange may still take.
+/// Remaining time of one exchange.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Deadlines {
     idle: Duration,

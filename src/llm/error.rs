@@ -7,7 +7,7 @@ use super::attempt::RetryHint;
 use super::error_body::{LONGEST_QUOTE, tidy};
 use super::secrets::Secrets;
 
-/// Where something went wrong: the provider and the address without its secrets.
+/// Place of an error: the provider and the address without its secrets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     /// The provider's name as people know it.
@@ -22,7 +22,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Which patience ran out.
+/// The deadline that passed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Which {
     /// No connection.

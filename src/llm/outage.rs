@@ -2,7 +2,7 @@
 
 use super::error::{Error, Which};
 
-/// What stands between a server and every question to it.
+/// An obstacle between a server and every question to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProviderOutage {
     /// No response: no connection, or one on which nothing ever came. It may pass.

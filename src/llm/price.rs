@@ -19,7 +19,7 @@ pub struct Price {
     pub cache_write: Option<f64>,
 }
 
-/// What the models of a provider cost.
+/// Prices of a provider's models.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Prices {
     /// Prices by model and time; the first that fits holds.
@@ -98,7 +98,7 @@ pub(super) fn fits(pattern: &str, model: &str) -> bool {
     }
 }
 
-/// What a model costs, and when.
+/// Price of a model over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pricing {
     /// The price.

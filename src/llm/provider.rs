@@ -50,7 +50,7 @@ pub(super) struct Provider {
     pub total_timeout: Option<NonZeroU32>,
 }
 
-/// One word or several.
+/// One string or several.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(untagged, expecting = "a string or a list of strings is needed")]
 pub(super) enum Words {

@@ -38,7 +38,7 @@ impl Default for Quirks {
     }
 }
 
-/// Whether a model takes a temperature.
+/// Support for a temperature.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Temperature {
@@ -51,7 +51,7 @@ pub enum Temperature {
     NotThinking,
 }
 
-/// How the effort of reasoning is said.
+/// How reasoning effort is encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Efforts {

@@ -5,7 +5,7 @@ use super::candidate::{Candidate, Rejection};
 use super::traffic::Own;
 use super::{Limits, Plan, Planner, Traffic, VehicleState};
 
-/// What is done when no candidate can be driven.
+/// Fallback when no candidate is feasible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Emergency {
     /// The candidate that touches an obstacle's prediction last.

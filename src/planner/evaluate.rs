@@ -7,7 +7,7 @@ use super::profile::Profile;
 use super::traffic::{Occupied, Own, Traffic};
 use super::{Bends, Limit, Limits, Settings};
 
-/// What all candidates of a plan are held against.
+/// Shared checks for all candidates of a plan.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Judge<'a> {
     pub settings: &'a Settings,

@@ -16,7 +16,7 @@ use super::{Limits, VehicleState};
 use crate::geometry::{Pose, angle_between};
 use crate::scenario::Track;
 
-/// What every step of a trajectory has to keep.
+/// Bounds that every step of a trajectory must keep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Bound {
     /// A state for each step; the value is the steps to the next one.
@@ -124,12 +124,12 @@ pub struct Feasible {
     pub friction: f64,
 }
 
-/// Everything that a trajectory breaks, in order of time; never empty.
+/// All bounds that a trajectory breaks, in order of time; never empty.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{} ({} broken in all)", .0[0], .0.len())]
 pub struct FeasibilityError(pub Vec<Broken>);
 
-/// How exactly a trajectory has to be met.
+/// How exactly a trajectory must be met.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
     /// Of a place along x and along y, metres.

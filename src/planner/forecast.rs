@@ -4,7 +4,7 @@ use super::traffic::{Body, Extent, Traffic};
 use crate::scenario::prediction::{Model, ObservedHistory, Predictor};
 use crate::scenario::{Obstacle, ObstacleRole, Scenario};
 
-/// Where the others' future comes from.
+/// Source of the others' future.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Forecast {
     /// The recorded future itself: an oracle, which no vehicle has.

@@ -28,7 +28,7 @@ pub struct Limits {
     pub steering_rate: f64,
 }
 
-/// Which limit is broken.
+/// Kinds of limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Limit {
     /// The speed, or driving backwards.

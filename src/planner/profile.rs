@@ -4,7 +4,7 @@ use super::Polynomial;
 use super::motion::Station;
 use crate::geometry::ReferencePath;
 
-/// How far along the path by time; what all candidates with the same profile share.
+/// Longitudinal motion over time, shared by all candidates with the same profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Profile {
     pub along: Polynomial,

@@ -66,7 +66,7 @@ impl Level {
     }
 }
 
-/// What sampling has to know.
+/// Input of sampling.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sampler<'a> {
     pub settings: &'a Settings,

@@ -32,7 +32,7 @@ pub struct Defaults {
     pub temperature: Option<f64>,
 }
 
-/// How a scene is written.
+/// Style of a description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Wording {

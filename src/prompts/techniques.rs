@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Which techniques a prompt uses.
+/// Techniques a prompt uses.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
 )]

@@ -80,7 +80,7 @@ fn prose(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
     }
 }
 
-/// Gaps and relative velocities, in words.
+/// Describes gaps and relative velocities.
 pub(super) fn relative(w: &mut Writer, relation: &Relation) {
     w.words("gap longitudinal ")
         .number("gap_long", relation.gap_long)

@@ -89,7 +89,7 @@ pub enum TextError {
     },
 }
 
-/// The scene during `window`, in words. What is described is known by the end of the window.
+/// Describes the scene during `window`, using only what is known by the end of the window.
 ///
 /// # Errors
 /// The obstacle that the options name, or that the frame needs, is not there.

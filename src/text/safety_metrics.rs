@@ -21,7 +21,7 @@ const RELATION: &[Column] = &[
     column("v rel lat [m/s]", "v_rel_lat"),
 ];
 
-/// What is said of one obstacle at one step beside its relation: column, words of the prose before and after.
+/// Values of one obstacle at one step beside its relation: column, words of the prose before and after.
 const SAID: &[(Column, &str, &str)] = &[
     (column("distance [m]", "distance"), "distance ", " m"),
     (

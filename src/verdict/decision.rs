@@ -11,11 +11,11 @@ use super::{ObstacleRisk, Task};
 #[derive(Debug, Clone)]
 pub(super) struct Decision {
     pub dangerous: bool,
-    /// Whether the very key that was asked for says so, plainly and in its place.
+    /// Whether the requested key itself answers, plainly and in its place.
     pub as_asked: bool,
     /// Whether it was read from the obstacles named.
     from_groups: bool,
-    /// Where it is from, in words.
+    /// Description of the source.
     pub note: String,
 }
 

@@ -66,7 +66,7 @@ impl Task {
         Self::ALL.into_iter().find(|t| t.name() == name)
     }
 
-    /// The key of an answer that says what was asked: yes or no, or which obstacle.
+    /// The key of an answer that holds the decision: yes or no, or which obstacle.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
@@ -95,7 +95,7 @@ pub struct ObstacleRisk {
 /// What a judge says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// What was asked: one of [`Task::VERDICTS`].
+    /// The task: one of [`Task::VERDICTS`].
     pub task: Task,
     /// Yes: a collision, or safety-critical.
     pub dangerous: bool,

@@ -50,7 +50,7 @@ pub enum NoVerdict {
     /// A JSON object begins and never ends.
     #[error("the answer breaks off inside its JSON")]
     CutOff,
-    /// There is JSON, but nothing in it says what was asked.
+    /// There is JSON, but it does not answer the question.
     #[error("the answer's JSON does not say `{0}`")]
     NoDecision(&'static str),
     /// One object says yes and no.

@@ -17,7 +17,7 @@ use crate::evaluation::batch::answers;
 use crate::store::{BatchId, Item, ItemState};
 use crate::workflow::batch::{BatchRun, DryRun, Ended, Paused, Selection};
 
-/// How the table of a batch is written.
+/// Format of a batch's table.
 #[derive(Debug, Clone, Copy)]
 pub struct Table {
     pub json: bool,

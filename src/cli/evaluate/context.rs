@@ -17,7 +17,7 @@ use crate::settings::{Config, Folders};
 use crate::store::Store;
 use crate::workflow::{Models, Server};
 
-/// What was opened.
+/// The shared context of a batch.
 pub struct BatchContext {
     pub folders: Folders,
     pub config: Config,

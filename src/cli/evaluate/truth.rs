@@ -8,7 +8,7 @@ use crate::evaluation::{Label, LabelError};
 use crate::formats::Entry;
 use crate::scenario::Scene;
 
-/// What is true about the scenarios, and where that is from.
+/// Ground truth of the scenarios, and its source.
 pub struct Truth {
     source: TruthSource,
     known: batch::Truth,

@@ -8,7 +8,7 @@ use crate::evaluation::batch::Answers;
 use crate::evaluation::report::{self, technique};
 use crate::evaluation::{PromptConfig, Share};
 
-/// What a batch with changed scenes or several leads tells beside its table.
+/// Results of a batch with changed scenes or several leads, beside its table.
 pub struct Varied(report::Varied);
 
 impl Varied {

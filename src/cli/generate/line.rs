@@ -17,7 +17,7 @@ pub struct Line {
     pub figures: Figures,
 }
 
-/// What is counted and shown of a line.
+/// Figures of a line that are counted and shown.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Figures {
     pub scenario: String,
@@ -51,7 +51,7 @@ pub enum Named {
     None,
 }
 
-/// What a model consumed.
+/// A model's consumption.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Consumed {
     pub requests: u32,

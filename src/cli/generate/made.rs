@@ -64,7 +64,7 @@ pub enum Product {
     TakenOver(Box<Line>),
 }
 
-/// What was made of one scenario.
+/// The generated variant of one scenario.
 pub struct Generated {
     pub name: String,
     pub file: String,

@@ -12,7 +12,7 @@ use crate::formats::Entry;
 use crate::scenario::ContentHash;
 use crate::system;
 
-/// What an earlier run has left, by the hash of the original.
+/// Results of an earlier run, by the hash of the original.
 #[derive(Debug, Default)]
 pub struct Past {
     papers: HashMap<String, Vec<Papers>>,
@@ -26,7 +26,7 @@ struct Papers {
     line: Line,
 }
 
-/// What a file says.
+/// Contents of a file.
 enum Said {
     /// How a variant was made.
     Papers(Box<Papers>),

@@ -10,7 +10,7 @@ use crate::cli::{Failure, Outcome, output};
 use crate::formats::commonroad::NewFile;
 use crate::workflow::PlanError;
 
-/// What is counted.
+/// Counts over all scenarios.
 #[derive(Debug, Default)]
 pub struct Summary {
     all: usize,

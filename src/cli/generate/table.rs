@@ -7,7 +7,7 @@ use crate::formats::Entry;
 /// Longer names push the columns behind them.
 const WIDEST: usize = 48;
 
-/// How wide the first column is, and whether the header is written.
+/// Width of the first column, and whether the header is written.
 #[derive(Debug)]
 pub struct Table {
     width: usize,

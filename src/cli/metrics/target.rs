@@ -88,7 +88,7 @@ pub fn no_format(file: &Path, known: &str) -> Failure {
     ))
 }
 
-/// Where bytes go.
+/// Destination of bytes.
 pub enum Target {
     Stdout(Lines),
     File(BufWriter<NewFile>),

@@ -41,7 +41,7 @@ pub struct Files {
     overwrite: bool,
 }
 
-/// Where things go, checked before anything is planned.
+/// Output paths, checked before anything is planned.
 pub struct Targets<'a> {
     files: &'a Files,
     log: Option<Target>,

@@ -12,7 +12,7 @@ use crate::scenario::Transform;
 use crate::store::{BatchId, Progress, Store, StoreError};
 use crate::verdict::Task;
 
-/// Which answers are counted, and with that by which truth.
+/// Which answers are counted, and so against which ground truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Counting {
     /// All stored answers, compared with the built-in judge's on the same questions.
@@ -21,7 +21,7 @@ pub enum Counting {
     Batch(BatchId, Part),
 }
 
-/// Which questions of a batch: each part is about every scenario once.
+/// Part of a batch's questions: each part covers every scenario once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Part {
     /// The scenes as they are, with the first lead: what `report` counts.
@@ -32,7 +32,7 @@ pub enum Part {
     Changed(Transform),
 }
 
-/// Something to choose.
+/// An entry of the list of choices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Offer {
     /// What.
@@ -45,7 +45,7 @@ pub struct Offer {
     pub progress: Progress,
 }
 
-/// What a part of a batch comes to.
+/// Results of a part of a batch.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BatchResults {
     /// A row for each way of asking.

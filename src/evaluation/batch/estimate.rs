@@ -5,7 +5,7 @@ use jiff::Zoned;
 use crate::evaluation::request::most_usd;
 use crate::evaluation::{Judge, Question};
 
-/// What asking one question takes.
+/// Estimated size of one question.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Size {
     /// Tokens of the question, estimated.
@@ -16,7 +16,7 @@ pub struct Size {
     pub price: Price,
 }
 
-/// What one question costs, US dollars.
+/// Price of one question, US dollars.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Price {
     /// Nothing: the built-in judge.
@@ -64,7 +64,7 @@ impl Size {
     }
 }
 
-/// What all questions together take.
+/// Estimated total of all questions.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Estimate {
     /// Requests that would be sent; those to the built-in judge are none.

@@ -10,7 +10,7 @@ use crate::scenario::Transform;
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// Everything that is asked about every scenario.
+/// All questions about every scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
     /// The tasks.
@@ -31,7 +31,7 @@ pub struct Matrix {
     pub request: RequestSettings,
 }
 
-/// How every question of a batch is asked; what is not set is the template's, else the program's or the server's.
+/// Request settings of a batch; unset ones are the template's, else the program's or the server's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RequestSettings {
     /// Steps in a window.
@@ -156,7 +156,7 @@ impl Matrix {
     }
 }
 
-/// What is added to the matrix of a batch.
+/// Additions to a batch's matrix.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct More {
     /// Models, as `provider/model`.

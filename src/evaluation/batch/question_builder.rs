@@ -20,7 +20,7 @@ use crate::scenario::{Scene, Severity, Window};
 use crate::store::{Key, NewItem, Store, StoreError};
 use crate::verdict::{Task, Verdict};
 
-/// What every question of a batch is made with.
+/// Shared inputs of all questions in a batch.
 pub struct QuestionBuilder {
     /// The templates.
     library: Library,

@@ -17,7 +17,7 @@ use crate::prompts::{Library, Techniques};
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// Everything that decides what a batch asks.
+/// Everything that determines what a batch asks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spec {
     /// Files, folders, names of bundled scenarios.
@@ -38,7 +38,7 @@ pub struct Spec {
     pub drafts: BTreeMap<String, String>,
 }
 
-/// Why a spec cannot be used.
+/// Why a specification cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SpecError {
     /// It is not one, or one of another version of the program.

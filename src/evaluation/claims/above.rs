@@ -3,7 +3,7 @@
 use super::mentions::{Mention, begins_with, is_label};
 use super::times::MentionedTime;
 
-/// What a line says about those below it.
+/// Context that a line gives to the lines below it.
 #[derive(Default)]
 pub struct Above {
     /// Whom the heading names.
@@ -108,7 +108,7 @@ impl Above {
     }
 }
 
-/// What a line is.
+/// Kind of a line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Heading,

@@ -31,7 +31,7 @@ impl Basis {
     }
 }
 
-/// Whether a claim holds.
+/// Result of checking a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Judgement {
     /// It does.

@@ -11,7 +11,7 @@ use super::place::has_word;
 use super::sentence::Sentence;
 use super::times::{MentionedTime, heading_time, times};
 
-/// What can be meant.
+/// Ids and time steps that a text can refer to.
 pub struct World<'a> {
     /// Ids of the obstacles.
     pub ids: &'a BTreeSet<i64>,

@@ -20,7 +20,7 @@ pub use check::{Basis, Checked, Judgement, TOLERANCES, check};
 
 use crate::scenario::{Scene, Window};
 
-/// What is claimed of an obstacle.
+/// The quantity a claim states about an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Quantity {
     /// Distance to the ego, metres.
@@ -88,7 +88,7 @@ impl Quantity {
     }
 }
 
-/// Where an obstacle is said to be: along the ego's heading, across it, or both.
+/// Claimed position of an obstacle: along the ego's heading, across it, or both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Side {
     /// In front (true) or behind (false), if that is said.
@@ -113,7 +113,7 @@ impl std::fmt::Display for Side {
     }
 }
 
-/// What an answer states.
+/// The claimed value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stated {
     /// A number in the quantity's unit.
@@ -150,7 +150,7 @@ pub struct Claim {
     pub step: Option<i64>,
 }
 
-/// What a text is about.
+/// The scene a text is about.
 #[derive(Debug, Clone)]
 pub struct Subject<'a> {
     /// The scene.

@@ -33,7 +33,7 @@ use crate::store::{Consumed, Store, StoreError};
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// Who writes, and how it is asked.
+/// The authoring model, and its request settings.
 #[derive(Debug, Clone)]
 pub struct Author {
     /// Name of the scenario, for people and for the store.
@@ -86,7 +86,7 @@ impl Author {
     }
 }
 
-/// What happens while a model writes.
+/// Progress of a model's authoring.
 #[derive(Debug, Clone)]
 pub enum Progress {
     /// The model is asked who is to attack.

@@ -5,7 +5,7 @@ use crate::generation::{Admitted, Attack, Ground, Refusal, SearchResult, Selecti
 use crate::store::RunId;
 use crate::verdict::NewMotion;
 
-/// Everything that a model wrote for one scenario.
+/// A model's complete output for one scenario.
 #[derive(Debug, Clone)]
 pub struct Authored {
     /// Who attacks.

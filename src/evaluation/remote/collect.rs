@@ -10,7 +10,7 @@ use crate::llm::Error;
 use crate::llm::batch::{Batches, Outcome, State};
 use crate::store::{Ending, HandedState, ProviderBatch, ProviderBatchId, RunId, RunState, Store};
 
-/// How far a batch is.
+/// Progress of a submitted batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Progress {
     /// It is not yet known whether it reached the provider; ask again later.

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-/// What a report is of.
+/// Subject of a report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct About {
     /// The batch, such as `b7`; nothing where the report is not of one.

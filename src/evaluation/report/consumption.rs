@@ -3,7 +3,7 @@
 use super::super::statistics::quantile;
 use crate::store::Consumed;
 
-/// What answers took.
+/// Consumption of answers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Consumption {
     /// Answers whose time is known.

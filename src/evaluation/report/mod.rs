@@ -37,7 +37,7 @@ use rayon::prelude::*;
 
 use super::{PromptConfig, Scored};
 
-/// What answers add up to.
+/// Aggregated results of answers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// For each way of asking, in their order: each half of the data that occurs, then all of it.

@@ -27,7 +27,7 @@ pub struct Published {
     pub rates: [f64; 3],
 }
 
-/// What the recorded answers say about a published count.
+/// Comparison of recorded answers with a published count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Finding {
     /// They could be a random part of the published ones.
@@ -40,7 +40,7 @@ pub enum Finding {
     Missing,
 }
 
-/// One half of a row: collisions that were found, or normal scenarios that were taken for one.
+/// One half of a row: detected collisions, or normal scenarios mistaken for one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Part {
     /// Whether it is the half of the collisions.

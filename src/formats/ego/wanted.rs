@@ -7,7 +7,7 @@ use super::{EgoError, read_ego_file};
 use crate::formats::Entry;
 use crate::scenario::{Ego, Scenario, Scene};
 
-/// Who shall be the ego of a scenario.
+/// Choice of a scenario's ego.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WantedEgo {

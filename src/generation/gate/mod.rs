@@ -42,10 +42,10 @@ pub struct Gate<'a> {
     rounding: f64,
 }
 
-/// What is known of a changed motion that passed.
+/// A changed motion that passed the gate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Passed {
-    /// Steps from one state to the next that were held against the limits.
+    /// Steps from one state to the next that were checked.
     pub steps: usize,
     /// Steps that are left exactly as recorded, and therefore exempt.
     pub exempt: usize,

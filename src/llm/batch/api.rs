@@ -71,7 +71,7 @@ pub trait BatchApi: Debug + Sync {
     fn cancel_url(&self, calls: &Calls, id: &str) -> Result<Url, Error>;
 }
 
-/// What has to be sent to ask for a batch.
+/// The requests needed to submit a batch.
 pub enum Submission {
     /// A document with the questions in it.
     Document(Value),
@@ -90,7 +90,7 @@ pub enum Submission {
     },
 }
 
-/// How a batch of a list relates to the one that is looked for.
+/// How a listed batch relates to the one looked up.
 pub enum Match {
     /// It is the one.
     Yes(String),

@@ -52,7 +52,7 @@ impl std::fmt::Debug for Calls {
     }
 }
 
-/// Which failures are worth another try.
+/// Which failures are worth a retry.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Again {
     /// All that may pass: doing it twice does no harm.

@@ -43,7 +43,7 @@ pub struct Item {
     pub request: Request,
 }
 
-/// Where a batch stands.
+/// State of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// It is worked on, or waits for its turn.
@@ -81,7 +81,7 @@ impl State {
     }
 }
 
-/// What a provider says of a batch.
+/// A provider's report on a batch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Status {
     /// Where it stands.
@@ -96,7 +96,7 @@ pub struct Status {
     document: Value,
 }
 
-/// What came of one question.
+/// Outcome of one question.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// An answer.
@@ -124,7 +124,7 @@ pub struct Answered {
     pub finish: Finish,
 }
 
-/// What looking for a batch found.
+/// Result of looking up a batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Found {
     /// The batch with this id of the provider's.
@@ -135,7 +135,7 @@ pub enum Found {
     Perhaps(Vec<String>),
 }
 
-/// What a submission is recognised by.
+/// The mark by which a submission is recognised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark<'a> {
     /// A tag, sent along where the API supports one.
@@ -148,7 +148,7 @@ pub struct Mark<'a> {
     pub others: &'a [String],
 }
 
-/// What `Batches::create` needs.
+/// Input of `Batches::create`.
 #[derive(Debug)]
 pub struct Prepared(Value);
 

@@ -163,7 +163,7 @@ pub(super) trait AnswerReader: Debug + Send {
     fn document(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error>;
 }
 
-/// How an API marks off the events of a stream.
+/// How an API separates the events of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Framing {
     /// Server-sent events.
@@ -172,7 +172,7 @@ pub(super) enum Framing {
     Lines,
 }
 
-/// Which header carries the key.
+/// The header that carries the key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Auth {
     /// `Authorization: Bearer …`.

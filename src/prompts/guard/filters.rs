@@ -127,7 +127,7 @@ pub fn replace(environment: &mut Environment<'_>, budget: &Arc<Budget>) {
     );
 }
 
-/// A function that pays, then does what it did, and gives back nothing lazy.
+/// A function that is charged, then runs unchanged, and returns nothing lazy.
 fn paying(
     budget: &Arc<Budget>,
     name: &'static str,

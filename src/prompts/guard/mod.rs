@@ -52,14 +52,14 @@ pub fn apart<T: Send>(work: impl FnOnce() -> T + Send) -> std::io::Result<T> {
             .name("template".into())
             .stack_size(STACK)
             .spawn_scoped(scope, work)?;
-        // A panic goes on where the template was asked for.
+        // A panic continues on the calling thread.
         Ok(thread
             .join()
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
 }
 
-/// Why a template is not filled.
+/// Why a template is not rendered.
 #[derive(Debug)]
 pub enum Fault {
     /// It exceeds a limit before it is parsed.

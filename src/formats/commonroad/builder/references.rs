@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use crate::scenario::LaneletNetwork;
 
-/// What kind of element a reference is to.
+/// Kind of element that a reference points to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Target {
     Lanelet,

@@ -23,7 +23,7 @@ pub(super) struct Folder {
     by_id: Option<HashMap<(Kind, String), Vec<PathBuf>>>,
 }
 
-/// Why a part was not found.
+/// Why a sibling file was not found.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum NotFound {
     /// No file is it.

@@ -15,7 +15,7 @@ pub(super) enum Kind {
     Scenario,
 }
 
-/// What the beginning of a file says.
+/// Information from the beginning of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Head {
     pub kind: Kind,

@@ -107,7 +107,7 @@ pub(super) fn of_2020a(number: Number) -> Option<&'static str> {
     at(signs, place)
 }
 
-/// What a sign of 2024 is in a country.
+/// A sign of 2024 in a country.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sign2024 {
     /// The country's number.

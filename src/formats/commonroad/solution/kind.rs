@@ -22,7 +22,7 @@ impl Field {
     }
 }
 
-/// What a trajectory of a solution is made of, in the schema's order.
+/// Trajectory kinds of a solution, in schema order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum TrajectoryKind {
     /// Accelerations along the world's axes; no states.

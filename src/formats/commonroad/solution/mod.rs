@@ -34,7 +34,7 @@ pub struct Solution {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// How one vehicle solves one planning problem.
+/// One vehicle's solution of one planning problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProblemSolution {
     /// Id of the planning problem.
@@ -65,7 +65,7 @@ pub struct SolutionState {
     pub values: Vec<f64>,
 }
 
-/// Why something is not a solution that can be written.
+/// Why a solution cannot be written.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SolutionError {
     /// There is nothing in it.

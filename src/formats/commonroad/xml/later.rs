@@ -12,7 +12,7 @@ pub(in crate::formats::commonroad) struct Place<'a> {
     around: Rc<[Element<'a>]>,
 }
 
-/// What is remembered.
+/// Elements kept for later diagnostics.
 #[derive(Debug, Default)]
 pub(super) struct Later<'a> {
     /// References met so far.
