@@ -44,7 +44,7 @@ pub struct Batch {
     pub shard: Option<String>,
 }
 
-/// How far a batch is: its scenarios, and its questions by where they stand.
+/// Progress of a batch: its scenarios, and its questions by state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Progress {
     /// Scenarios that are asked about.

@@ -42,16 +42,16 @@ pub struct NewItem {
     pub unaskable: Option<String>,
 }
 
-/// Where a question of a batch stands.
+/// State of a batch question.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ItemState {
     /// Not asked yet.
     Waiting,
-    /// A whole answer is there.
+    /// It has a complete answer.
     Answered,
     /// The server cut the answer off; asked again, it would likely do so again.
     Truncated,
-    /// No whole answer came.
+    /// No complete answer came.
     Failed,
     /// No question can be made of the scenario.
     Unaskable,

@@ -9,7 +9,7 @@ use super::items::insert;
 use super::write::{insert_new, insert_rest, there};
 use super::{Batch, BatchId, Item, ItemState, Run, RunId, RunState, Store, StoreError};
 
-/// What was added.
+/// Counts of merged rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Merged {
     /// Runs that are new here.

@@ -24,7 +24,7 @@ impl From<&Summary> for Cursor {
     }
 }
 
-/// Which part of a list is wanted.
+/// Position of a page in a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edge {
     /// From the newest run on.

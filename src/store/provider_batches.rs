@@ -16,7 +16,7 @@ impl std::fmt::Display for ProviderBatchId {
     }
 }
 
-/// Where a batch stands, as far as this store knows.
+/// State of a submitted batch, as far as this store knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HandedState {
     /// It is about to be sent, or it is unknown whether it arrived.

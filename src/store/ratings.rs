@@ -8,7 +8,7 @@ use super::database::now_ms;
 use super::{RunId, Store, StoreError, rows};
 use crate::verdict::Task;
 
-/// What a person chose.
+/// A person's choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Choice {
     /// The answer at this place, from 0, is the best.

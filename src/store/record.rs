@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::{Consumed, Ending, Key, NewRun, Origin, Run, RunId, RunState};
 use crate::verdict::Task;
 
-/// Why a line is no run.
+/// Why a line is no valid run.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// It is not JSON of this form.

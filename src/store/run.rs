@@ -86,7 +86,7 @@ impl NewRun {
     }
 }
 
-/// Where a run's answer comes from.
+/// Origin of a run's answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Origin {
     /// This store's program asked a judge.
@@ -107,7 +107,7 @@ pub enum Piece<'a> {
     Answer(&'a str),
 }
 
-/// Where a run stands.
+/// State of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RunState {
     /// The answer is arriving.
@@ -150,7 +150,7 @@ names!(Origin, Asked => "asked", Recorded => "recorded", Replayed => "replayed")
 names!(RunState, Running => "running", Interrupted => "interrupted", Answered => "answered",
     Truncated => "truncated", Failed => "failed", Cancelled => "cancelled");
 
-/// What an answer consumed, where it is known.
+/// Consumption of an answer, where known.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Consumed {
     /// Tokens of the question.

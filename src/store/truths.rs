@@ -2,7 +2,7 @@
 
 use super::{BatchId, RunId, Store, StoreError};
 
-/// What a batch holds true about the scenario of a run.
+/// Label of a run's scenario, from its batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunLabel {
     /// The run.

@@ -5,7 +5,7 @@ use rusqlite::params;
 use super::{Origin, Store, StoreError, rows};
 use crate::verdict::Task;
 
-/// What a stored answer says.
+/// Verdict of a stored answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredVerdict {
     /// SHA-256 of the scenario's file; nothing where only its name is known.

@@ -22,7 +22,7 @@ pub use writer::{Description, Span, Subject, Value};
 
 use writer::Writer;
 
-/// From where, or as what, a scene is described.
+/// Kinds of description of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Frame {
     /// Positions on the map.

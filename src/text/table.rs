@@ -15,7 +15,7 @@ pub(super) const fn column(title: &'static str, quantity: &'static str) -> Colum
     Column { title, quantity }
 }
 
-/// What stands in a row under a column.
+/// Contents of a table cell.
 pub(super) enum Cell {
     Nothing,
     Real(f64),

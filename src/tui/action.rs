@@ -6,7 +6,7 @@ mod table;
 
 pub use table::ACTIONS;
 
-/// Something a person can do; what it means is in [`ACTIONS`].
+/// A user action, described in [`ACTIONS`].
 #[allow(missing_docs, reason = "the table has a sentence for each")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Action {
@@ -166,7 +166,7 @@ pub enum Action {
     Accept,
 }
 
-/// Where an action holds.
+/// The context in which an action works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Scope {
     /// Everywhere.

@@ -18,7 +18,7 @@ pub struct Clock {
     lap: Lap,
 }
 
-/// What is played, and whether it starts over.
+/// The range played, and whether it repeats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Lap {
     /// Everything, once.

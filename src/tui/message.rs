@@ -24,7 +24,7 @@ use crate::settings::{Config, Tags};
 use crate::store::{NewRating, Rating};
 use crate::verdict::{Task, Verdict};
 
-/// Something happened.
+/// A message to `update`.
 #[derive(Debug)]
 pub enum Msg {
     /// A key was pressed.
@@ -105,7 +105,7 @@ pub enum Msg {
     Stop,
 }
 
-/// What is in a file that was read again.
+/// Contents of a reloaded file.
 #[derive(Debug)]
 pub enum Reloaded {
     /// The configuration, or why it cannot be used.
@@ -116,7 +116,7 @@ pub enum Reloaded {
     Themes(Vec<Named>),
 }
 
-/// What earlier answers are about.
+/// The scenario, ego and task that stored answers are about.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredOf {
     /// Hash of the scenario.
@@ -150,7 +150,7 @@ pub struct AskId(pub u64);
 /// The first and last step of a window, and what the built-in judge says about it.
 pub type WindowTruth = ((i64, i64), Verdict);
 
-/// What a mouse does, and where.
+/// Mouse events, with positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mouse {
     /// The left button went down.
@@ -176,7 +176,7 @@ pub struct Outside {
     pub copy: bool,
 }
 
-/// Something to be done outside the model.
+/// An effect to be performed outside the model.
 #[derive(Debug)]
 pub enum Effect {
     /// Find the scenarios at these paths; the bundled ones for none.

@@ -82,7 +82,7 @@ use crate::store::{Run, RunId};
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// Everything that the workbench knows.
+/// The state of the workbench.
 #[derive(Debug)]
 pub struct Model {
     /// Columns and rows of the terminal.

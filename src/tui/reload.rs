@@ -26,7 +26,7 @@ const PATIENCE: usize = 20;
 /// When a file was changed, and how long it is; nothing for a file that is not there.
 type Stamp = Option<(SystemTime, u64)>;
 
-/// What the files were like when they were read.
+/// Times and sizes of the files when last read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stamps {
     config: Stamp,

@@ -29,7 +29,7 @@ use crate::store::{Filter, Store};
 use crate::system;
 use crate::system::job_control::{self, JobSignal};
 
-/// Why the workbench ended.
+/// Result of running the workbench.
 pub type Ended = Result<(), String>;
 
 /// Runs the workbench on the scenarios at `paths`, or on the bundled ones, with this ego.

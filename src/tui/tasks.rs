@@ -40,7 +40,7 @@ const PATIENCE: usize = 100;
 /// Earlier answers that are looked through: the newest on a scenario and task.
 const MOST_STORED: usize = 100;
 
-/// Everything that tasks need.
+/// Shared resources of all tasks.
 pub struct Tasks {
     /// Where messages go.
     sender: UnboundedSender<Msg>,
@@ -69,7 +69,7 @@ pub struct Tasks {
     ranking: Queue,
 }
 
-/// What is left to the loop, which has the terminal.
+/// Effects left to the main loop, which owns the terminal.
 #[derive(Debug)]
 pub enum Remaining {
     /// Paint the screen for a picture, and give it back.

@@ -23,7 +23,7 @@ impl Group<'_> {
     }
 }
 
-/// One obstacle in a list.
+/// An obstacle in a list.
 pub(super) struct Entry {
     pub id: Id,
     pub score: Option<u8>,

@@ -23,7 +23,7 @@ pub use trajectory::{
     Manoeuvre, ManoeuvreKind, Moment, Motion, NewMotion, TrajectoryAnswer, Waypoint, WaypointAnswer,
 };
 
-/// What a judge is asked.
+/// The task of a judge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Task {
@@ -78,7 +78,7 @@ impl Task {
     }
 }
 
-/// One obstacle in a verdict.
+/// An obstacle in a verdict.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct ObstacleRisk {
@@ -92,7 +92,7 @@ pub struct ObstacleRisk {
     pub reason: String,
 }
 
-/// What a judge says.
+/// A judge's verdict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// The task: one of [`Task::VERDICTS`].

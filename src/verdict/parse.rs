@@ -11,7 +11,7 @@ use super::trajectory::TrajectoryAnswer;
 use super::values::{self, Object};
 use super::{AttackerChoice, NewMotion, ParsedAnswer, Task, Verdict, attacker, decision, motion};
 
-/// How an answer was read.
+/// How an answer was parsed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ParseQuality {
     /// It is as it was asked for.
@@ -29,7 +29,7 @@ pub struct Parsed {
     pub how: ParseQuality,
 }
 
-/// What an answer says to any task, and how it was read.
+/// An answer to any task, and how it was parsed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// What it says.
@@ -38,7 +38,7 @@ pub struct Reading {
     pub how: ParseQuality,
 }
 
-/// Why an answer holds nothing that was asked for.
+/// Why an answer has no verdict.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoVerdict {
     /// There is no text.

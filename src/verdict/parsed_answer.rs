@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::{AttackerChoice, NewMotion, ObstacleRisk, Task, TrajectoryAnswer, Verdict};
 
-/// What an answer says, by the kind of its task.
+/// A parsed answer, by the kind of its task.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ParsedAnswer {
     /// Yes or no, to the collision or the safety task.

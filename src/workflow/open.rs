@@ -6,7 +6,7 @@ use crate::formats::commonroad::ReadError;
 use crate::formats::{EgoError, Entry, WantedEgo};
 use crate::scenario::{Scenario, Scene, Transform};
 
-/// Which scenario is opened, and how.
+/// A request to open a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct OpenRequest<'a> {
     /// The scenario.
@@ -39,7 +39,7 @@ pub enum MissingEgo {
     Unusable(String),
 }
 
-/// Why a scenario cannot be opened as asked.
+/// Why a scenario cannot be opened as requested.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// It cannot be read.

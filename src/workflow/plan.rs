@@ -33,7 +33,7 @@ pub enum PlanError {
     NothingToPlan(String),
 }
 
-/// What happens while an ego is planned.
+/// Events while an ego is planned.
 pub enum PlanEvent<'a> {
     /// A cycle has ended.
     Cycle {

@@ -4,7 +4,7 @@ use std::fmt::{Display, Formatter};
 
 use super::{Code, Key};
 
-/// One key, or several in a row, such as `g g` or `ctrl-w w`.
+/// One key or a sequence, such as `g g` or `ctrl-w w`.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Chord(pub Vec<Key>);
 

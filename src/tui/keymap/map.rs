@@ -42,7 +42,7 @@ pub struct Binding {
     pub said: Option<std::ops::Range<usize>>,
 }
 
-/// All keys.
+/// The active key bindings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keymap {
     /// What it began with.
@@ -51,7 +51,7 @@ pub struct Keymap {
     pub(super) bindings: Vec<Binding>,
 }
 
-/// What keys mean.
+/// Meaning of a key sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Meaning {
     /// An action.

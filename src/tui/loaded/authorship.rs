@@ -4,7 +4,7 @@ use crate::evaluation::Settings as Asked;
 use crate::evaluation::generating::{Authored, Progress, SAMPLES, Source};
 use crate::prompts::Library;
 
-/// Which model is to write, and how it is asked.
+/// The model that writes attacks, and its request settings.
 #[derive(Debug, Clone)]
 pub struct Writer {
     /// Its id, `provider/model`.
@@ -19,7 +19,7 @@ pub struct Writer {
     pub fresh: bool,
 }
 
-/// How far a model is.
+/// Progress of a model's authoring.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Writing {
     /// Conversations that have begun; 0 while the attacker is chosen.
@@ -53,7 +53,7 @@ impl Writing {
     }
 }
 
-/// What a model chose and wrote.
+/// A model's choice and output.
 #[derive(Debug)]
 pub struct Authorship {
     /// Its id.

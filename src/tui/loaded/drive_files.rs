@@ -7,7 +7,7 @@ use super::Opened;
 use crate::planner::Forecast;
 use crate::scenario::{ContentHash, Scene, Transform, VehicleType};
 
-/// What a drive is of; the same gives the same drive.
+/// The key of a drive: equal keys give equal drives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveKey {
     /// Hash of the scenario.

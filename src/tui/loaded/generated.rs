@@ -20,7 +20,7 @@ use crate::workflow::{
     prepare,
 };
 
-/// How a scenario is made dangerous.
+/// Inputs of a generation.
 pub struct How<'a> {
     /// How the ego is planned.
     pub settings: &'a Settings,
@@ -28,7 +28,7 @@ pub struct How<'a> {
     pub source: AttackSource<'a>,
 }
 
-/// What is heard on the way.
+/// Events of a generation.
 #[derive(Debug)]
 pub enum Heard {
     /// What is being done.

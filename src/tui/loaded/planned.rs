@@ -9,7 +9,7 @@ use crate::scenario::{Ego, Scenario, Scene, VehicleType};
 use crate::simulation::Outcome;
 use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 
-/// How an ego was planned.
+/// The record of a planned ego.
 #[derive(Debug, PartialEq)]
 pub struct Planned {
     /// What the planner was told of the others' future.

@@ -19,7 +19,7 @@ use crate::scenario::{ContentHash, Scene, Transform};
 use crate::verdict::Motion;
 use crate::workflow::PreparedPlan;
 
-/// What is to be made.
+/// A request for a variant.
 #[derive(Debug, Clone)]
 pub struct VariantRequest {
     /// Of which scenario.
@@ -38,7 +38,7 @@ pub struct VariantRequest {
     pub folder: Option<PathBuf>,
 }
 
-/// What is being done about it.
+/// The current stage of a generation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Working {
     /// The ego is planned in the original: so many steps, of so many at most.
@@ -55,7 +55,7 @@ pub enum Working {
     Showing(usize, usize),
 }
 
-/// Everything that is known about a variant.
+/// A generated variant, with its evidence.
 #[derive(Debug)]
 pub struct Made {
     /// The original scenario and the ego's drive in it.
@@ -95,7 +95,7 @@ pub struct VariantShown {
     pub changed: bool,
 }
 
-/// What a search came to.
+/// Result of a search.
 #[derive(Debug, Clone)]
 pub enum Generated {
     /// A variant.

@@ -14,7 +14,7 @@ use crate::tui::model::{Layers, Sizes};
 /// The version of the files that are written.
 const VERSION: u32 = 1;
 
-/// What the workbench looked like.
+/// Saved state of the workbench.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Session {
@@ -70,7 +70,7 @@ pub struct Opened {
     pub camera: View,
 }
 
-/// How the map was seen; metres.
+/// Saved camera of the map; metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct View {
@@ -86,7 +86,7 @@ pub struct View {
     pub ego_up: bool,
 }
 
-/// Where a scenario or a folder of them is.
+/// Location of a scenario or folder.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Where {
@@ -96,7 +96,7 @@ pub enum Where {
     Bundled(String),
 }
 
-/// What was chosen in the place of what the configuration said then.
+/// A choice that overrides the configuration value of its time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Instead {

@@ -38,7 +38,7 @@ pub enum Shown {
     Column(usize),
 }
 
-/// One answer.
+/// A compared answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     /// The question it answers; nothing for one from the store.
@@ -63,7 +63,7 @@ pub struct Column {
     pub progress: Progress,
 }
 
-/// Where an answer stands.
+/// State of an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Progress {
     /// The question is on its way, for so many seconds.

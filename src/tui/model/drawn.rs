@@ -8,7 +8,7 @@ use super::{Border, Pane, ResultsDrawn, Shown};
 use crate::geometry::Point;
 use crate::tui::widgets::reading::Reading;
 
-/// What the last frame looked like.
+/// Areas and texts of the last frame.
 #[derive(Debug, Default)]
 pub struct Drawn {
     panes: RefCell<Vec<(Pane, Rect)>>,

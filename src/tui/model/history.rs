@@ -52,7 +52,7 @@ pub struct History {
     pub error: Option<String>,
 }
 
-/// What is being typed in the history.
+/// Purpose of the input line in the history.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Typing {
     /// Words and filters.

@@ -20,7 +20,7 @@ pub struct KeptDrive {
     bytes: usize,
 }
 
-/// All that are kept, the oldest first.
+/// Kept drives, oldest first.
 #[derive(Debug, Default)]
 pub struct Kept {
     drives: Vec<KeptDrive>,

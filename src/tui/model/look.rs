@@ -7,7 +7,7 @@ use crate::tui::action::Action;
 use crate::tui::keymap::{Key, Keymap, Preset};
 use crate::tui::theme::{AUTO, Depth, Named, Theme};
 
-/// Which signs the terminal can show.
+/// Symbols that the terminal supports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Glyphs {
     /// All of Unicode that the views use.
@@ -16,7 +16,7 @@ pub enum Glyphs {
     Ascii,
 }
 
-/// How it looks, and the keys.
+/// Appearance and keys.
 #[derive(Debug)]
 pub struct Look {
     /// The live keymap.

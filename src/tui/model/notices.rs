@@ -13,7 +13,7 @@ pub struct Toast {
     pub left: f64,
 }
 
-/// What a message is, and with that how long it counts.
+/// Kind of a notice, which determines how long it is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Notice {
     /// The reply to a key: the next key makes it old.

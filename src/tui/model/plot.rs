@@ -30,7 +30,7 @@ struct Asked {
     thresholds: Arc<Thresholds>,
 }
 
-/// What of the planned and the recorded ego is plotted.
+/// Plotted comparison of the planned and the recorded ego.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drives {
     /// The risk scores of a variant's attacker, before and after.

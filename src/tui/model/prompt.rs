@@ -10,7 +10,7 @@ use crate::settings::Keys;
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// What the prompt pane shows.
+/// Views of the prompt pane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PromptView {
     /// The messages as they would be sent.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::tui::message::session::{Opened, Session, Where};
 
-/// What the workbench knows of sessions.
+/// State of session saving and restoring.
 #[derive(Debug, Default)]
 pub struct SessionState {
     /// Whether this session is kept.

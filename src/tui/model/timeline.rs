@@ -4,7 +4,7 @@ use super::{Model, Shown};
 use crate::metrics::{Danger, Measure, Series, measure};
 use crate::tui::message::OpenId;
 
-/// What the strips of the timeline show.
+/// Contents of the timeline's strips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Heat {
     /// The risk score.

@@ -12,7 +12,7 @@ use crate::tui::message::session::Where;
 /// A program that is killed later than this after the first picture was not ended by the scenario.
 const SETTLED: Duration = Duration::from_millis(800);
 
-/// What was opened last.
+/// The scenario opened last.
 #[derive(Debug, Default)]
 pub struct Tried {
     open: Option<Arc<Doing>>,

@@ -15,7 +15,7 @@ use crate::tui::widgets::hints::{self, Hint};
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::pad;
 
-/// What is in the opened scenario.
+/// The contents of the opened scenario.
 #[derive(Debug, Default)]
 pub struct AboutScreen {
     scroll: usize,

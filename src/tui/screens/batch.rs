@@ -19,7 +19,7 @@ use crate::tui::widgets::window;
 use crate::tui::widgets::words::{fit, thousands};
 use crate::verdict::Task;
 
-/// What a batch of questions would take, before it is asked.
+/// The confirmation of a batch, with its estimated consumption.
 #[derive(Debug)]
 pub struct BatchScreen;
 

@@ -22,7 +22,7 @@ const INDENT: usize = 17;
 /// The same in a narrow window.
 const NARROW: usize = 13;
 
-/// Everything about the picked obstacle.
+/// Details of the picked obstacle.
 #[derive(Debug, Default)]
 pub struct DetailsScreen {
     scroll: usize,

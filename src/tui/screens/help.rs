@@ -18,7 +18,7 @@ use crate::tui::widgets::words::{fit, pad};
 /// Columns of the keys at least, and at most.
 const KEYS: (usize, usize) = (16, 22);
 
-/// All keys that match what is typed.
+/// All keys that match the filter.
 #[derive(Debug, Default)]
 pub struct HelpScreen {
     /// What is typed.

@@ -17,7 +17,7 @@ use crate::tui::widgets::words::{duration, fit, pad, thousands};
 /// Lines below the list for the selected task.
 const BELOW: u16 = 3;
 
-/// Everything that runs, and what ran.
+/// The list of running and finished tasks.
 #[derive(Debug)]
 pub struct JobsScreen;
 

@@ -17,7 +17,7 @@ pub struct Drawing {
     held: Arc<()>,
 }
 
-/// One picture that is being drawn.
+/// A guard for a picture being drawn.
 #[derive(Debug)]
 pub struct Held {
     stop: Arc<AtomicBool>,

@@ -8,7 +8,7 @@ use tokio::sync::mpsc::UnboundedSender;
 use super::super::message::Msg;
 use crate::formats::Entry;
 
-/// What is done with a scenario, by its place in the list.
+/// The work done for a scenario, by its place in the list.
 pub type Work = Arc<dyn Fn(usize, &Entry) -> Msg + Send + Sync>;
 
 /// A queue; its clones are the same queue.

@@ -1,6 +1,6 @@
 //! Detects the terminal's colour depth from the environment.
 
-/// How many colours a terminal shows.
+/// Colour depth of a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Depth {
     /// All of them.

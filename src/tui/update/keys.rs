@@ -6,7 +6,7 @@ use super::super::message::Effect;
 use super::super::model::Model;
 use super::actions;
 
-/// What a key means, with those that were pressed before it.
+/// Meaning of a key after the keys before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pressed {
     /// An action.

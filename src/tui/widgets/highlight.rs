@@ -25,7 +25,7 @@ pub use template::template;
 
 static SYNTAXES: OnceLock<SyntaxSet> = OnceLock::new();
 
-/// What a text is written in.
+/// Language of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
     /// Markdown.

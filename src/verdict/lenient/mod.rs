@@ -20,7 +20,7 @@ pub(super) use repair::Repair;
 /// Deeper values end the reading of the piece they are in.
 const MOST_DEPTH: usize = 48;
 
-/// One object or list found in a text.
+/// An object or list found in a text.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Piece {
     /// What it holds; of a broken or cut one, what was complete.

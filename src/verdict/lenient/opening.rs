@@ -5,7 +5,7 @@ use super::text::{closing, is_bare_key, is_quote, skip_blank, window};
 /// Bytes looked at; a longer first key is no key.
 const WINDOW: usize = 400;
 
-/// What a bracket is.
+/// Meaning of a bracket.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Opening {
     /// It opens an object with a key, or a list of such objects or of lists.

@@ -26,7 +26,7 @@ pub struct DryRun {
     first: BTreeMap<String, Arc<Question>>,
 }
 
-/// What happens while questions are made.
+/// Events while questions are built.
 #[derive(Debug)]
 pub enum DryRunEvent<'a> {
     /// The questions about more scenarios are there.

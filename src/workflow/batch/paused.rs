@@ -20,7 +20,7 @@ pub struct Paused {
     pub open: usize,
 }
 
-/// What the questions to one provider meet.
+/// Consecutive outages of one provider.
 #[derive(Debug)]
 pub(super) struct Watch {
     provider: String,

@@ -51,7 +51,7 @@ pub struct BatchPlan {
     pub(super) origin: Origin,
 }
 
-/// Whether the store has the batch.
+/// Whether the batch is already stored.
 pub(super) enum Origin {
     New { shard: Option<Shard> },
     Stored(Box<StoredBatch>),

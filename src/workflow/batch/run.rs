@@ -20,7 +20,7 @@ use crate::llm::ProviderOutage;
 use crate::store::{BatchId, Item, ItemState, Key, RunId, Store, StoreError};
 use crate::workflow::{AskOutcome, AskRequest, ask};
 
-/// Which questions of a batch are asked.
+/// Selection of a batch's questions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Selection {
     /// Those that have no whole answer, without those that the server cut off: it would do so again.

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use edtui::clipboard::ClipboardTrait;
 
-/// Where the text was drawn last.
+/// Position of the text on the screen.
 #[derive(Debug, Default, Clone)]
 pub struct EditorDrawn {
     /// Cells of the text, without line numbers: column, row, columns, rows.

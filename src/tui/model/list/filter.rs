@@ -81,7 +81,7 @@ impl Filter {
     }
 }
 
-/// What matching needs besides the texts; made once for many of them.
+/// Reusable state of the fuzzy matcher.
 #[derive(Debug)]
 pub struct Matching {
     matcher: Matcher,

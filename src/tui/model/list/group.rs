@@ -95,7 +95,7 @@ impl Grouping {
     }
 }
 
-/// What the stored answers about a scenario say, held against the built-in judge.
+/// Agreement of a scenario's stored answers with the built-in judge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Agreement {
     /// One or more of them differ.

@@ -53,7 +53,7 @@ pub enum Test {
     Number(Number, Comparison, f64),
 }
 
-/// What a scenario may have.
+/// A property that a scenario may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Thing {
     /// A contact of the ego.
@@ -89,7 +89,7 @@ pub enum Number {
     Answers,
 }
 
-/// How numbers compare.
+/// Comparison operators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Comparison {
     Less,

@@ -7,7 +7,7 @@ use super::super::super::keymap::{Code, Key, Keymap, editor_input};
 use super::super::super::model::Editor;
 use crate::settings::Keys;
 
-/// What a key did to the text.
+/// Effect of a key on the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Typed {
     /// It is another one.

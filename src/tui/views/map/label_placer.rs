@@ -23,7 +23,7 @@ impl Area {
     }
 }
 
-/// What something covers on the canvas, metres from the middle.
+/// An area covered on the canvas, metres from the middle.
 #[derive(Clone, Copy)]
 pub struct Body {
     /// From left to right.
