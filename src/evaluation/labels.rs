@@ -193,11 +193,11 @@ impl Labels {
                 (_, text) => return Err(wrong(text, known_labels())),
             };
             if label == Label::Collision(None) && who == "none" {
-                let what = "obstacle of a scenario whose label says that somebody collides; leave it empty where nobody knows who";
+                let what = "obstacle of a scenario whose label is a collision; leave it empty if the obstacle is unknown";
                 return Err(wrong(cell(obstacle), what));
             }
             if label == Label::Safe && id.is_some() {
-                let what = "obstacle of a scenario whose label says that nobody collides";
+                let what = "obstacle of a scenario whose label is safe";
                 return Err(wrong(cell(obstacle), what));
             }
             any = true;

@@ -196,7 +196,7 @@ impl std::fmt::Display for Refusal {
             Reason::Reshaped(id) => {
                 write!(f, "obstacle {id} has another type, role or shape")?;
             }
-            Reason::Unchanged => f.write_str("nobody moves in another way than in the original")?,
+            Reason::Unchanged => f.write_str("no obstacle moves differently from the original")?,
             Reason::Differs(what) => write!(f, "{what} is not that of the original")?,
             Reason::Answer(words) => f.write_str(words)?,
             other => f.write_str(other.name())?,

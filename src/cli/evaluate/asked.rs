@@ -68,7 +68,7 @@ pub fn ask(
     let Some(paused) = runtime.block_on(until_interrupted(run, items))? else {
         return Err(Failure {
             message: format!(
-                "interrupted; `nearmiss evaluate --resume {id}` goes on with it, and asks again what had no answer yet"
+                "interrupted; `nearmiss evaluate --resume {id}` resumes it, and asks again what had no answer yet"
             ),
             status: INTERRUPTED,
         });

@@ -202,7 +202,7 @@ fn begin(arguments: &Evaluate) -> Outcome {
     };
     if options.retry_failed || added.any() {
         return Err(Failure::input(
-            "--retry-failed and all of --add-… go on with a batch: --resume ID names it",
+            "--retry-failed and all of --add-… need a batch to resume: --resume ID names it",
         ));
     }
     let secret = |url: &String| Endpoint::new("", url.as_str()).has_secret_address();

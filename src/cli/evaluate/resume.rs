@@ -107,6 +107,6 @@ pub fn all_stays(arguments: &Evaluate) -> Outcome {
         option => format!("{option} adds to it; for others begin a new batch, without --resume"),
     };
     Err(Failure::input(format!(
-        "--resume goes on with the scenarios and ways of asking that the batch has, so {what} cannot be said: {instead}"
+        "--resume keeps the scenarios and settings of the batch, so {what} cannot be given: {instead}"
     )))
 }

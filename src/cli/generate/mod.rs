@@ -202,7 +202,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
                     Some(_) =>
                         "what was written of these stays, and the same command with --resume goes on",
                     None =>
-                        "nothing was written (-o FOLDER keeps variants, and --resume goes on with them)",
+                        "nothing was written (-o FOLDER keeps variants, and --resume continues with them)",
                 }
             ),
             status: INTERRUPTED,
@@ -240,7 +240,7 @@ fn prepared(arguments: &GenerateArguments) -> Result<Option<Past>, Failure> {
             resume::is_report(path).map_err(Failure::input)?;
             if !arguments.resume {
                 return Err(Failure::input(format!(
-                    "{}: the report of an earlier run, which was left as it is; --resume goes on with that run and replaces it, or name another file",
+                    "{}: the report of an earlier run, which was left as it is; --resume continues that run and replaces it, or name another file",
                     path.display()
                 )));
             }

@@ -45,7 +45,7 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
     if unasked > 0 {
         let unfinished = format!(
             "Of these questions {unasked} were not asked, or not yet; they have a count of their own. `nearmiss evaluate \
-             --resume {id}` goes on with the batch."
+             --resume {id}` resumes the batch."
         );
         output::say(&format!("nearmiss: {unfinished}"));
         notes.push(unfinished);

@@ -216,7 +216,7 @@ impl Batches {
             return Ok(SetAside(None));
         };
         let usd = usd.ok_or_else(|| {
-            no("there is a budget, and nobody knows what the batch can cost; set max_tokens and state a price, or leave the budget out".into())
+            no("there is a budget, but the cost of the batch is unknown; set max_tokens and state a price, or leave the budget out".into())
         })?;
         let reserved = budget.reserve(usd).map_err(|over| no(over.to_string()))?;
         Ok(SetAside(Some(reserved)))

@@ -76,7 +76,7 @@ impl Authorship {
         }
         if authored.choice.attacker.is_none() {
             return format!(
-                "{model} was asked for nothing: nobody moves who could come near to the ego"
+                "{model} was asked for nothing: no moving obstacle could come near the ego"
             );
         }
         if passed > 0 {

@@ -112,7 +112,7 @@ impl Opened {
                 Some(id) => format!(
                     "{id} cannot attack: it does not move by itself, or never comes near enough to the ego"
                 ),
-                None => "nobody moves who could come near to the ego".into(),
+                None => "no moving obstacle could come near the ego".into(),
             });
         }
         let effective = |c: &SelectedAttack| c.attack.has_effect();
@@ -218,7 +218,9 @@ fn nothing(found: &SearchResult, wish: &VariantRequest) -> String {
         driven,
         ..
     } = found.progress();
-    let who = wish.only.map_or("anybody".to_string(), |id| id.to_string());
+    let who = wish
+        .only
+        .map_or("any obstacle".to_string(), |id| id.to_string());
     format!(
         "nothing dangerous was found for {who} with seed {}: of {tried} motions {refused} were refused, against \
          {driven} the ego was driven, and it got away or was only hit from behind",

@@ -122,7 +122,7 @@ fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
     if !files.is_empty() {
         files.sort();
         model.tell(format!(
-            "drafts that were not saved are in use again: {}; e goes on with them, reset-template discards them",
+            "drafts that were not saved are in use again: {}; e continues editing, reset-template discards them",
             files.join(", ")
         ));
     }

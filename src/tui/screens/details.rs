@@ -90,7 +90,7 @@ impl Screen for DetailsScreen {
 fn text(model: &Model, width: usize) -> Text<'static> {
     let theme = &model.theme;
     let Some(details) = model.details() else {
-        let words = "nobody is picked: click an obstacle";
+        let words = "no obstacle is picked: click one";
         return Text::styled(words, Style::new().fg(theme.dim));
     };
     let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);

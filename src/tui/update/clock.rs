@@ -47,7 +47,7 @@ fn go_to_nearest(
             let why = model.without_ego();
             model.say(why);
         }
-        None => model.say("there is nobody near at any step"),
+        None => model.say("no obstacle is near at any step"),
     }
 }
 

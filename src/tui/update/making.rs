@@ -66,7 +66,7 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
         return show(model, true);
     }
     let seed = model.maker.next_seed(hash, only);
-    let who = only.map_or("somebody".to_string(), |id| id.to_string());
+    let who = only.map_or("any obstacle".to_string(), |id| id.to_string());
     let words = forecast_words(model.driver.forecast);
     let key = model.look.key(Action::Cancel);
     model.say(format!(
