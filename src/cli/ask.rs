@@ -176,7 +176,7 @@ pub fn run(arguments: &Ask) -> Outcome {
     }
 }
 
-/// What is said after Ctrl-C.
+/// The message after Ctrl-C.
 fn interrupted(run: Option<RunId>, no_store: bool) -> Failure {
     let message = match run {
         Some(run) => {
@@ -216,7 +216,7 @@ fn judge(
         server.overlay(&mut providers, name);
     }
     let registry = Registry::lenient(&providers, &folders.config_file());
-    // The one that is asked says so itself.
+    // The provider being asked reports its own problem.
     let asked = model.split('/').next().unwrap_or_default();
     for (_, broken) in registry.broken().filter(|(name, _)| *name != asked) {
         output::say(&format!("nearmiss: {broken}"));
@@ -305,7 +305,7 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
     output::visible(&text)
 }
 
-/// Whence an answer of the store.
+/// Describes the origin of a stored answer.
 fn stored(past: &StoredOrigin) -> String {
     let asked = time::local(past.created_ms);
     match past.origin {

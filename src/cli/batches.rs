@@ -1,4 +1,4 @@
-//! `nearmiss batches`: what is with providers, and getting the answers.
+//! `nearmiss batches`: lists batches at providers, and collects their answers.
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! `nearmiss convert`: scenarios written anew as CommonRoad 2020a XML.
+//! `nearmiss convert`: rewrites scenarios as CommonRoad 2020a XML.
 
 use std::path::{Path, PathBuf};
 

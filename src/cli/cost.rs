@@ -1,4 +1,4 @@
-//! What an answer consumed, in words.
+//! Formats what an answer consumed.
 
 use crate::store::Consumed;
 

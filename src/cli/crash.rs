@@ -1,4 +1,4 @@
-//! What a panic leaves behind, for every command and the workbench: where reports go, and what may not be in them.
+//! Crash reports of every command and the workbench: where they are written, and what they must not contain.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! `nearmiss describe`: a window of a scene in words, and where each number in them comes from.
+//! `nearmiss describe`: describes a window of a scene, and the source of each number in the text.
 
 use super::open::{ScenarioArguments, configuration, frame, user_thresholds};
 use super::span::Span;

@@ -1,4 +1,4 @@
-//! Which runs of the store are meant: the filters of `runs` and `export`.
+//! Run filters, shared by `runs` and `export`.
 
 use std::path::Path;
 use std::sync::Arc;

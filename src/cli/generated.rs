@@ -1,4 +1,4 @@
-//! `nearmiss completions` and `nearmiss man`: made from the table of arguments.
+//! `nearmiss completions` and `nearmiss man`: generated from the argument definitions.
 
 use clap::CommandFactory;
 

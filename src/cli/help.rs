@@ -1,4 +1,4 @@
-//! `nearmiss help`: the help of a command, or a topic of the manual.
+//! `nearmiss help`: help for a command, or a topic of the manual.
 
 use std::io;
 
@@ -74,7 +74,7 @@ fn print(program: clap::Command, words: &[String]) -> Outcome {
     }
 }
 
-/// What to say of a word behind others that is neither a command of theirs nor a topic.
+/// The message for an argument that is neither a subcommand nor a topic.
 fn unknown(command: &clap::Command, before: &[String], word: &str) -> String {
     let commands = command.get_subcommands().map(clap::Command::get_name);
     let topics: Vec<&str> = TOPICS.iter().map(|topic| topic.name).collect();

@@ -1,4 +1,4 @@
-//! Work on all cores whose results come in order, a bounded number ahead.
+//! Parallel work on all cores with results in input order, a bounded number ahead.
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;

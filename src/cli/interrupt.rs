@@ -1,8 +1,7 @@
-//! Ctrl-C and SIGTERM: every headless command ends within a second, and what was done stays.
+//! Ctrl-C and SIGTERM: every headless command ends within a second and keeps its finished work.
 //!
-//! A command that has something to finish looks at a flag and ends by itself. What does not end in time (a huge file that
-//! is being read, a server's name that is looked up) is ended: rows on standard output are whole lines, and files in the
-//! making are removed.
+//! A command with work to finish polls a flag and ends by itself. What does not end in time (a huge file being read, a
+//! server name being resolved) is killed: rows on standard output are whole lines, and unfinished files are removed.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};

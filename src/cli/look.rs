@@ -1,4 +1,4 @@
-//! `nearmiss themes` and `nearmiss keys`: how the workbench looks and which keys it takes, without opening it.
+//! `nearmiss themes` and `nearmiss keys`: prints the workbench's themes and keys without opening it.
 
 use std::path::Path;
 
@@ -37,7 +37,7 @@ pub type KeyPrinter = fn(&Path, Option<&str>, bool) -> Result<String, Vec<String
 /// See [`Workbench::theme_mistakes`].
 pub type ThemeCheck = fn(&str, &Path) -> Vec<String>;
 
-/// What the workbench knows of itself. The program puts it in: commands and workbench do not know each other.
+/// Functions of the workbench, injected by the program so that commands and workbench stay independent.
 pub struct Workbench {
     /// Previews of the theme of this name, or of all, from a folder of the user's, in so many colours.
     pub themes: ThemePainter,
@@ -45,7 +45,7 @@ pub struct Workbench {
     pub keys: KeyPrinter,
     /// What is wrong with the theme of this name, and with all in a folder of the user's.
     pub theme_mistakes: ThemeCheck,
-    /// What is known of the terminal.
+    /// Detects the terminal's capabilities.
     pub terminal: fn() -> Terminal,
     /// Draws a screen of the workbench.
     pub screen: ScreenPainter,

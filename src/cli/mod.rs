@@ -1,4 +1,4 @@
-//! The command line: one file a subcommand. Data goes to standard output, words to standard error.
+//! The command line, one file for each subcommand. Data goes to standard output, messages to standard error.
 
 mod ask;
 mod batches;
@@ -142,10 +142,10 @@ pub fn arguments() -> Arguments {
 /// Said of a word where a number without decimals is needed.
 const NO_NUMBER: &str = "a whole number is needed";
 
-/// What a command ends with.
+/// Result of a command.
 pub type Outcome = Result<(), Failure>;
 
-/// Why a command did not do what was asked; the message names what, where and what to do.
+/// Why a command failed; the message names what, where and what to do.
 #[derive(Debug)]
 pub struct Failure {
     /// For people.

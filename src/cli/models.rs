@@ -1,4 +1,4 @@
-//! `nearmiss models`: who can be asked, with what key, at what price, and how long still.
+//! `nearmiss models`: lists models with their keys, prices and retirement dates.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What the commands share: opening a scenario with its ego, and the words for frames, tasks and techniques.
+//! Shared by commands: opening a scenario with its ego, and names of frames, tasks and techniques.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -173,7 +173,7 @@ pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
     Ok(found.entries)
 }
 
-/// A scene, and what is doubtful about its ego, in words.
+/// A scene, and warnings about its ego.
 pub type Opened = (Arc<Scene>, Vec<String>);
 
 /// The scene of an entry, with an obstacle or a file's ego. What is doubtful about the ego is said.
@@ -181,14 +181,14 @@ pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
     scene_with(entry, &choice.wanted()?)
 }
 
-/// The same with an ego that is told by id, file or place.
+/// The same with an ego given by id, file or place.
 pub fn scene_with(entry: &Entry, wanted: &EgoSelection) -> Result<Arc<Scene>, Failure> {
     let (scene, doubts) = wanted_scene(entry, wanted)?;
     doubts.iter().for_each(|doubt| output::say(doubt));
     Ok(scene)
 }
 
-/// The scene of an entry, with an obstacle or a file's ego, and what is doubtful about the ego, in words.
+/// The scene of an entry, with an obstacle or a file's ego, and warnings about the ego.
 pub fn scene_and_doubts(entry: &Entry, choice: &EgoChoice) -> Result<Opened, Failure> {
     wanted_scene(entry, &choice.wanted()?)
 }
@@ -207,8 +207,7 @@ fn wanted_scene(entry: &Entry, wanted: &EgoSelection) -> Result<Opened, Failure>
     }
 }
 
-/// The scene of an entry with the ego that lies beside it, and what is doubtful about that, in words; nothing where
-/// there is none.
+/// The scene of an entry with the ego beside it, and warnings about that; `None` if there is none.
 pub fn scene_beside(entry: &Entry) -> Result<Option<Opened>, Failure> {
     let scene = opened(entry, &EgoSelection::Beside)?.scene.ok();
     Ok(scene.map(|scene| with_doubts(entry, scene)))
@@ -242,7 +241,7 @@ fn with_doubts(entry: &Entry, scene: Arc<Scene>) -> Opened {
     (scene, doubts)
 }
 
-/// Obstacles without a shape, in words: what is said of the scene does not see them, and may be wrong for that.
+/// Describes obstacles without a shape: results ignore them, and may be wrong for that.
 fn left_out(entry: &Entry, scenario: &Scenario) -> Option<String> {
     let solid = |role| matches!(role, ObstacleRole::Static | ObstacleRole::Dynamic);
     let lost = |o: &&Obstacle| solid(o.role) && o.footprint.is_none();

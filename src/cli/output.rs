@@ -1,4 +1,4 @@
-//! Standard output of the headless commands: data only, and quiet when the reader is gone.
+//! Standard output of headless commands: data only, silent once the reader has closed it.
 
 use std::io::{self, Write};
 

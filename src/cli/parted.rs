@@ -1,4 +1,4 @@
-//! Columns with gaps, as Parquet takes them.
+//! Columns with gaps, in Parquet's encoding.
 
 /// What is there, and for every place whether something is (1) or not (0).
 pub fn parted<T>(values: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {

@@ -1,4 +1,4 @@
-//! How far a long job is: a bar on standard error where a person sees it, nothing in a pipe.
+//! Progress of long jobs: a bar on standard error in a terminal, nothing in a pipe.
 
 use std::io::IsTerminal;
 
@@ -27,7 +27,7 @@ impl Progress {
         Self { bar }
     }
 
-    /// The same with words of its own, see [`Progress::say`].
+    /// The same with its own words, see [`Progress::say`].
     pub fn with_words(count: usize, what: &str) -> Self {
         let progress = Self::new(count, what, true);
         let template = format!("{{wide_bar}} {{pos}}/{{len}} {what}, {{msg}}, {{eta}} left");
@@ -47,7 +47,7 @@ impl Progress {
         self.bar.inc(1);
     }
 
-    /// Says something without the bar in the way.
+    /// Prints a message without disturbing the bar.
     pub fn suspend(&self, say: impl FnOnce()) {
         self.bar.suspend(say);
     }

@@ -1,4 +1,4 @@
-//! `nearmiss prompt`: the messages as they would be sent.
+//! `nearmiss prompt`: prints the messages as they would be sent.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! `nearmiss prompts`: the templates, where they come from, and what is wrong with them.
+//! `nearmiss prompts`: lists templates, their sources and their errors.
 
 use std::io::Write;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! `nearmiss ratings`: what people made of answers side by side, summed up or as a file.
+//! `nearmiss ratings`: people's ratings of answers side by side, summed up or as a file.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

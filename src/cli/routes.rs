@@ -1,4 +1,4 @@
-//! The routes of planning problems, for `inspect`.
+//! Routes of planning problems, for `inspect`.
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,4 @@
-//! `nearmiss runs`: what was asked and answered.
+//! `nearmiss runs`: lists stored questions and answers.
 
 mod list;
 
@@ -127,7 +127,7 @@ impl Change {
         }
     }
 
-    /// What is said of a run afterwards, and of one that was so before.
+    /// Messages for a changed run, and for one already in that state.
     fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::Delete => (

@@ -1,4 +1,4 @@
-//! Which steps of a scene are looked at, and how they are described.
+//! The steps of a scene to look at, and how to describe them.
 
 use super::Failure;
 use crate::evaluation::Settings;

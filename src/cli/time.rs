@@ -1,4 +1,4 @@
-//! Moments: milliseconds since 1970 in words, and words as milliseconds.
+//! Timestamps: formats and parses milliseconds since 1970.
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;

@@ -1,4 +1,4 @@
-//! What `nearmiss` does where there is no terminal: it says so, and prints the built-in judge's verdicts.
+//! `nearmiss` without a terminal: says so, and prints the built-in judge's verdicts.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! What comes of asking: a verdict, or the reason why there is none, with the text in any case.
+//! The outcome of a question: a verdict or the reason there is none, and the text in either case.
 
 use super::ended::too_long;
 use super::prompt_summary::how;
@@ -22,7 +22,7 @@ pub struct Answer {
     pub how: String,
     /// The model as the server named it.
     pub model_returned: Option<String>,
-    /// What was said.
+    /// The judgement.
     pub judged: Judged,
     /// The answer's text.
     pub text: String,
@@ -36,7 +36,7 @@ pub struct Answer {
     pub finish: Option<String>,
 }
 
-/// Whence an answer that was not asked for now.
+/// Origin of an answer that was not asked for now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StoredOrigin {
     /// When it was asked, or a recorded one read: milliseconds since 1970, UTC.
@@ -47,7 +47,7 @@ pub struct StoredOrigin {
     pub sample: u32,
 }
 
-/// What was said.
+/// A judge's statement.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Judged {
     /// This, yes or no.
@@ -159,7 +159,7 @@ impl Answer {
         }
     }
 
-    /// What was said, in a word or two, and whether it had to be repaired.
+    /// The verdict in a word or two, and whether it had to be repaired.
     #[must_use]
     pub fn word(&self) -> String {
         let word = match &self.judged {

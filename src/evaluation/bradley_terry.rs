@@ -1,4 +1,4 @@
-//! How strong answers are, from comparisons of two: the model of Bradley and Terry.
+//! The Bradley–Terry model: strengths of answers from pairwise comparisons.
 //!
 //! Bradley and Terry, *Rank analysis of incomplete block designs: I. The method of paired comparisons*, Biometrika 39
 //! (1952): i beats j with probability pᵢ / (pᵢ + pⱼ). The strengths are those of the greatest likelihood, found by the

@@ -1,4 +1,4 @@
-//! Running one case: ask, keep every piece before it is shown, read the verdict, keep the end.
+//! Runs one case: ask, store every chunk before it is shown, parse the verdict, store the end.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,15 +18,15 @@ use crate::llm::{self, Chunk, Finish, ProviderOutage, Secrets};
 use crate::store::{Claim, Consumed, NewRun, Run, RunId, Store, StoreError};
 use crate::verdict::{ParseQuality, Parsed, Task};
 
-/// What happens while a case runs.
+/// Events while a case runs.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// The run has a number in the store.
     Kept(RunId),
     /// Another program, or another task of this one, is asking the same under this number; its answer is waited for.
     Awaiting(RunId),
-    /// A piece of the answer, or of what is told about it, arrived; [`Chunk::Usage`] and [`Chunk::Finished`] go into the
-    /// [`Answer`] instead.
+    /// A chunk of the answer or its metadata arrived; [`Chunk::Usage`] and [`Chunk::Finished`] go into the [`Answer`]
+    /// instead.
     Chunk(Chunk),
     /// The answer is not in the store; why, and where it is instead.
     NotStored(String),
@@ -34,7 +34,7 @@ pub enum Event {
     Barred(ProviderOutage),
 }
 
-/// Which answer is wanted.
+/// Options that select an answer.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RunOptions {
     /// Which of several answers to the same request, from 0.
@@ -45,11 +45,11 @@ pub struct RunOptions {
     pub batch: Option<String>,
 }
 
-/// Asks `judge` the question, unless the store has a whole answer to the same request and sample: then that is the
-/// answer, nothing is sent, and [`Answer::past`] says whence it is. `on_event` hears of everything that arrives,
-/// after the store has it.
+/// Asks `judge` the question, unless the store has a complete answer to the same request and sample: then that is the
+/// answer, nothing is sent, and [`Answer::past`] is its origin. `on_event` receives everything that arrives, after it
+/// is stored.
 ///
-/// Dropping the future cancels the request and writes that down.
+/// Dropping the future cancels the request and records that.
 ///
 /// # Errors
 /// The question is refused before anything is sent, and the store keeps no run of it. Or the store cannot be written
@@ -140,7 +140,7 @@ pub async fn can_ask(question: &Question, judge: &Judge) -> Result<(), AskError>
     ready(question, judge).await
 }
 
-/// Why nothing was asked, or an answer is not kept.
+/// Why nothing was asked, or why an answer is not stored.
 #[derive(Debug, thiserror::Error)]
 pub enum AskError {
     /// It can be known without asking that there will be no answer.

@@ -1,6 +1,6 @@
-//! How often a yes-or-no judge is right: counts, precision, recall, F1.
+//! Confusion matrices of yes-or-no answers: counts, precision, recall, F1.
 
-/// Answers by what was said and what is true.
+/// Counts of answers by verdict and ground truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Confusion {
     /// Said yes, and it is.

@@ -11,10 +11,10 @@ use crate::scenario::{Scene, Window};
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// Fills the template in a file for a bundled scenario, with every combination of techniques, with contact said and not.
+/// Renders the template in a file for a bundled scenario, with every combination of techniques and contact.
 ///
 /// # Errors
-/// In words: it is for a task or frame that there is not, or cannot be filled.
+/// The template names an unknown task or frame, or cannot be rendered.
 pub fn dry_render(library: &Library, file: &str) -> Result<(), String> {
     tried(library, file).map_err(|error| match error.line {
         Some(_) => error.to_string(),

@@ -1,4 +1,4 @@
-//! The end of an answer: what it says, or why it says nothing.
+//! The end of an answer: its verdict, or why it has none.
 
 use super::answer::{Answer, Judged, Missing, TOO_LONG};
 use crate::llm::{Finish, LONGEST_ANSWER};
@@ -39,7 +39,7 @@ pub(super) fn stopped_short(finish: &Finish) -> Option<Missing> {
     Some(Missing::NotInAnswer(why))
 }
 
-/// What is said of an answer that this program cut off.
+/// The message for an answer cut off by this program.
 pub(super) fn too_long() -> String {
     let limit = LONGEST_ANSWER >> 20;
     format!(

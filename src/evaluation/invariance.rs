@@ -1,4 +1,4 @@
-//! Whether answers stay the same when a scene is turned, mirrored, moved or renumbered, which changes nothing about it.
+//! Invariance: whether answers stay the same when a scene is rotated, mirrored, moved or renumbered.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,7 +18,7 @@ pub struct Pair<'a> {
     pub transform: Transform,
 }
 
-/// What a change does to the answers of one way of asking.
+/// Effect of a scene change on the answers of one prompt configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Invariance {
     /// How it was asked.
@@ -43,8 +43,8 @@ pub struct Invariance {
 }
 
 impl Scored {
-    /// The same answer with other ids of obstacles, by a map from the ones it has to the ones it shall have; ids that are
-    /// not in the map stay. The truth is left as it is: it is told about the original.
+    /// The same answer with obstacle ids mapped from old to new; ids not in the map stay. The ground truth is
+    /// unchanged: it refers to the original.
     #[must_use]
     pub fn mapped_back(mut self, ids: &BTreeMap<i64, i64>) -> Self {
         let verdicts = self.reference.iter_mut().chain(match &mut self.status {

@@ -1,14 +1,14 @@
-//! Who can be asked: the built-in judge, or a language model behind an endpoint.
+//! Judges: the built-in one, or a language model behind an endpoint.
 
 use std::collections::BTreeMap;
 
 use crate::judge;
 use crate::llm::{Client, Endpoint, Environment, Parameters, Registry, RegistryError};
 
-/// Who is asked, by model id.
+/// Judges by model id.
 pub type Judges = BTreeMap<String, Judge>;
 
-/// Who is asked.
+/// A judge.
 #[derive(Debug, Clone)]
 pub enum Judge {
     /// The built-in reference judge.

@@ -1,11 +1,11 @@
-//! What people say is true: labels by scenario, from CSV.
+//! Ground-truth labels by scenario, from CSV.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::scenario::Scenario;
 
-/// What is true about one scenario.
+/// Ground-truth label of one scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Label {
     /// No obstacle collides with the ego.
@@ -26,7 +26,7 @@ struct Entry {
     line: u64,
 }
 
-/// Why there are no labels.
+/// Why labels cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LabelError {
     /// It is no CSV.
@@ -54,7 +54,7 @@ pub enum LabelError {
         file: String,
         /// Line, from 1.
         line: u64,
-        /// What was found.
+        /// The invalid value.
         value: String,
         /// What it should be.
         what: &'static str,
@@ -80,10 +80,10 @@ pub enum LabelError {
         scenario: String,
         /// The id that the label names.
         id: i64,
-        /// Ids that there are, in words.
+        /// The ids that exist.
         there: String,
     },
-    /// There is nothing in it.
+    /// The file has no labels.
     #[error("{file}: there is no label in it")]
     Empty {
         /// The file.
@@ -193,11 +193,11 @@ impl Labels {
                 (_, text) => return Err(wrong(text, known_labels())),
             };
             if label == Label::Collision(None) && who == "none" {
-                let what = "obstacle of a scenario whose label says that somebody collides; leave it empty where nobody knows who";
+                let what = "obstacle of a scenario whose label is a collision; leave it empty if the obstacle is unknown";
                 return Err(wrong(cell(obstacle), what));
             }
             if label == Label::Safe && id.is_some() {
-                let what = "obstacle of a scenario whose label says that nobody collides";
+                let what = "obstacle of a scenario whose label is safe";
                 return Err(wrong(cell(obstacle), what));
             }
             any = true;

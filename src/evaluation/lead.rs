@@ -1,4 +1,4 @@
-//! How long before a collision the built-in judge sees it, and how often it cries wolf.
+//! How long before a collision the built-in judge detects it, and how often it raises false alarms.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::scenario::prediction::{Model, ObservedHistory};
 use crate::scenario::{Scene, Window};
 use crate::verdict::Task;
 
-/// Where a window of a collision ends.
+/// End of the window before a collision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lead {
     /// Two steps before the last recorded one. The scripts of "From Words to Collisions" end every window there, those of
@@ -60,7 +60,7 @@ pub struct Alarms {
     pub seconds: f64,
 }
 
-/// What one candidate said about one scenario.
+/// One candidate's answers about one scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answers {
     /// At each lead of the setting; nothing where the recording begins later than the window would end.
@@ -81,7 +81,7 @@ pub enum Yes {
     Another,
 }
 
-/// One scenario, with what is true about it.
+/// A scenario with its label.
 #[derive(Debug, Clone, Copy)]
 pub struct Labelled<'a> {
     /// The scene.
@@ -314,7 +314,7 @@ impl Lead {
         }
     }
 
-    /// Where the windows of the safety task end, in words; without a lead where none is given.
+    /// Describes where the windows of the safety task end; without a lead if none is given.
     #[must_use]
     pub fn words(lead: Option<Self>) -> String {
         match lead {

@@ -1,4 +1,4 @@
-//! The verdict as a function of time before the collision: how early a way of asking sees it, and whether it stays with that.
+//! Verdicts by lead time before a collision: how early a prompt configuration detects it, and whether that lasts.
 
 use std::collections::BTreeMap;
 
@@ -35,7 +35,7 @@ pub struct LeadPoint {
     pub unasked: u32,
 }
 
-/// How early one scenario was seen by one series of answers.
+/// How early one scenario's collision was detected in one series of answers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EarliestYes {
     /// The scenario.
@@ -47,7 +47,7 @@ pub struct EarliestYes {
     pub earliest: Option<f64>,
 }
 
-/// What one way of asking says at all leads.
+/// Verdicts of one prompt configuration at all leads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeadCurve {
     /// How it was asked.

@@ -1,5 +1,5 @@
-//! One case from end to end: a scene is described, put into a prompt, judged, read and kept; and how good the
-//! built-in judge is.
+//! One case from end to end: a scene is described, put into a prompt, judged, parsed and stored; and the accuracy of
+//! the built-in judge.
 
 mod answer;
 /// Questions in bulk, resumable, in the store.

@@ -1,4 +1,4 @@
-//! How motions are planned by default.
+//! Default planner settings.
 
 use crate::planner::{self, Forecast};
 use crate::simulation::Settings;

@@ -1,4 +1,4 @@
-//! Where the cost of an answer comes from.
+//! Names for the source of an answer's cost.
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -6,7 +6,7 @@ use jiff::tz::TimeZone;
 use super::judges::ModelJudge;
 use crate::llm::CostSource;
 
-/// Where a cost comes from, in words.
+/// Describes the source of a cost.
 pub(super) fn stated(source: CostSource, model: &ModelJudge, returned: Option<&str>) -> String {
     let table = "tokens times listed prices";
     match source {

@@ -1,4 +1,4 @@
-//! How a question was asked, in a few words: what tells answers apart in columns, ratings and the history.
+//! Short labels for prompt configurations, which tell answers apart in columns, ratings and the history.
 
 use std::collections::HashMap;
 use std::sync::OnceLock;

@@ -1,4 +1,4 @@
-//! Recorded answers as runs for the store, tied to the scenarios that lie in the same folder.
+//! Recorded answers as runs for the store, matched to scenarios in the same folder.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +18,7 @@ use crate::verdict::Task;
 /// Steps that the paper's scripts describe.
 pub(super) const HISTORY: usize = 10;
 
-/// What is known of a scenario whose file was found.
+/// A scenario whose file was found.
 #[derive(Debug, Clone, PartialEq)]
 struct Tied {
     hash: String,

@@ -1,4 +1,4 @@
-//! From a case to the messages that are sent: the same for the workbench, the command line and batches.
+//! Builds the messages of a case: the same for workbench, command line and batches.
 
 use super::prompt_summary::how;
 use std::sync::Arc;
@@ -12,14 +12,14 @@ use crate::scenario::{Scene, Window};
 use crate::text::{self, Frame, Options, Span};
 use crate::verdict::{self, Task, Verdict};
 
-/// What is asked about which scene, and how it is described.
+/// The task, the scene and its description.
 #[derive(Debug, Clone)]
 pub struct Case {
     /// Name of the scenario, for people and for the store.
     pub name: String,
     /// The scene.
     pub scene: Arc<Scene>,
-    /// What is asked.
+    /// The task.
     pub task: Task,
     /// From where it is described.
     pub frame: Frame,
@@ -38,7 +38,7 @@ pub struct Case {
 pub struct Question {
     /// The case.
     pub case: Case,
-    /// The scene in words.
+    /// The description of the scene.
     pub description: String,
     /// What every number of the description stands for.
     pub spans: Vec<Span>,
@@ -52,7 +52,7 @@ pub struct Question {
     pub template_hash: String,
     /// The temperature that the template asks for.
     pub temperature: Option<f64>,
-    /// What was said after the prompt: answers, and what was said to them.
+    /// The conversation after the prompt: answers, and replies to them.
     pub turns: Vec<Message>,
 }
 
@@ -175,8 +175,8 @@ impl Question {
         prompt.into_iter().chain(self.turns.clone()).collect()
     }
 
-    /// The same conversation after `answer`, with `words` said to it. A blank answer is left out, since many servers
-    /// take no blank messages, and the words follow what was said last.
+    /// The same conversation after `answer`, with `words` as the reply. A blank answer is left out, since many servers
+    /// reject blank messages, and the reply follows the last message.
     #[must_use]
     pub fn after(&self, answer: &str, words: &str) -> Self {
         let mut next = self.clone();

@@ -1,4 +1,4 @@
-//! Answers that were recorded by others: a folder laid out as the repository of "From Words to Collisions".
+//! Answers recorded by others: a folder laid out as the repository of "From Words to Collisions".
 //!
 //! `Results/output_validation/NAME/scenario/ego_cot/gemini/analysis/ego_analysis_all_timesteps.txt` is the answer of
 //! one model about one scenario; `output_validation_normal` holds the safe ones, `agent` the safety inference,
@@ -11,14 +11,14 @@ use crate::prompts::Techniques;
 use crate::system;
 use crate::verdict::{NoVerdict, Reading, Task, Verdict, read};
 
-/// One recorded answer.
+/// A recorded answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recorded {
     /// Name of the scenario.
     pub scenario: String,
     /// Whether its folder is that of the collisions.
     pub collision: bool,
-    /// What was asked.
+    /// The task.
     pub task: Task,
     /// From where the scene was described: the name of a frame, `cartesian`, `ego` or `metrics`.
     pub frame: &'static str,
@@ -34,26 +34,26 @@ pub struct Recorded {
     pub context: Option<String>,
 }
 
-/// Something in the folder that is no answer, or not a whole one.
+/// A file or folder that is no answer, or an incomplete one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {message}", path.display())]
 pub struct Problem {
     /// Which file or folder.
     pub path: PathBuf,
-    /// What is wrong with it, and what became of it.
+    /// The problem and its consequence.
     pub message: String,
     /// What is lost by it.
     pub loss: Loss,
 }
 
-/// What is lost by a problem.
+/// Severity of a problem: what data it loses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loss {
-    /// Nothing: something is not as usual.
+    /// No effect: just something unexpected.
     Nothing,
-    /// Nothing that is there: an answer that could be there is absent.
+    /// An optional answer is absent.
     Absent,
-    /// Something that is there could not be read, or not all of it.
+    /// Something present could not be read, or only in part.
     Unread,
 }
 

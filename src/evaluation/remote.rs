@@ -1,7 +1,7 @@
-//! Questions that are handed to a provider as a batch, and collected when it has answered, at half the price.
+//! Questions submitted to a provider as a batch and collected once answered, at half the price.
 //!
-//! The store knows of a batch before the provider does, and gets the provider's id before anything else is done. Where
-//! the program ended between the two, the batch is looked for at the provider; it is not sent again.
+//! The store records a batch before the provider receives it, and stores the provider's id before anything else
+//! happens. If the program ended between the two, the batch is looked up at the provider; it is not submitted again.
 
 mod collect;
 mod give_up;
@@ -28,7 +28,7 @@ pub use give_up::{GivenUp, give_up, give_up_unasked};
 /// waited for.
 const GRACE_MS: i64 = 5 * 60 * 1000;
 
-/// What became of questions that were to be handed over.
+/// Outcome of a submission.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Submitted {
     /// The batches that the provider has now.
@@ -43,7 +43,7 @@ pub struct Submitted {
     pub notes: Vec<String>,
 }
 
-/// Why a batch was not handed over, or not collected.
+/// Why a batch was not submitted, or not collected.
 #[derive(Debug, thiserror::Error)]
 pub enum RemoteError {
     /// It can be known without asking that there will be no answer.
@@ -111,11 +111,11 @@ pub enum RemoteError {
     },
 }
 
-/// Hands questions to a model's provider, in as many batches as its limits need; leaves out what the store has an
-/// answer to, and what is being asked. Submissions that may or may not have arrived are looked for first.
+/// Submits questions to a model's provider, in as many batches as its limits require; skips those answered in the store
+/// or in progress. Submissions that may or may not have arrived are looked up first.
 ///
 /// # Errors
-/// What was handed over before the error is in the store, and `collect` gets its answers.
+/// What was submitted before the error is in the store, and `collect` fetches its answers.
 pub async fn submit(
     questions: &[(Question, RunOptions)],
     model: &ModelJudge,
@@ -221,7 +221,7 @@ async fn send(
     }
 }
 
-/// Writes down that a batch was not sent: its questions are free to be asked again.
+/// Records that a batch was not sent, so that its questions can be asked again.
 fn not_sent(
     batch: ProviderBatchId,
     error: Error,

@@ -1,4 +1,4 @@
-//! From a question and a judge to the request that is sent, and to what the store keeps of it.
+//! Builds the request and the store's record from a question and a judge.
 
 use super::case::RunOptions;
 use super::judges::{Judge, ModelJudge};
@@ -84,7 +84,7 @@ pub fn record(
     Ok(run)
 }
 
-/// As much of the wanted shape as the server is told.
+/// The part of the schema that is sent to the server.
 fn shape(format: ResponseFormat, schema: Option<&Schema>) -> Option<serde_json::Value> {
     match format {
         ResponseFormat::Off => None,

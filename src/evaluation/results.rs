@@ -1,4 +1,4 @@
-//! Stored answers counted by the way they were asked: a matrix whose cells lead back to the answers.
+//! Stored answers by prompt configuration: a matrix whose cells link to the answers.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -12,7 +12,7 @@ use crate::store::{RunId, RunState, StoredOutcome};
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// What became of one question, held against the truth.
+/// Outcome of one question, compared with the ground truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Outcome {
     /// AnswerStatus yes, and it is.
@@ -31,7 +31,7 @@ pub enum Outcome {
     Failed,
 }
 
-/// One answer of a way.
+/// An answer of a prompt configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counted {
     /// The run in the store; nothing where a question of a batch came to none.
@@ -40,7 +40,7 @@ pub struct Counted {
     pub scenario: String,
     /// Which of several answers to the same question.
     pub sample: u32,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: Outcome,
     /// Of a false negative, whether it says yes and names another obstacle than the dangerous one.
     pub named_another: bool,
@@ -59,7 +59,7 @@ pub struct Results {
     counts: [u32; Outcome::ALL.len()],
 }
 
-/// What is true about a question.
+/// Ground truth of a question.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct GroundTruth {
     /// Whether yes is right.
@@ -97,8 +97,8 @@ impl Outcome {
         Self::Failed,
     ];
 
-    /// What comes of a stored outcome and the truth. In the safety task a yes about a dangerous scene has to name an obstacle
-    /// that is dangerous, see [`accused`]; else it is a no, as the paper counts it.
+    /// Compares a stored outcome with the ground truth. In the safety task a yes about a dangerous scene must name an
+    /// obstacle that is dangerous, see [`accused`]; else it counts as no, as in the paper.
     #[must_use]
     pub fn classify(stored: &StoredOutcome, truth: Option<&GroundTruth>) -> Self {
         let names = |known: &GroundTruth| {
@@ -123,7 +123,7 @@ impl Outcome {
         }
     }
 
-    /// What comes of a question of a batch, held against the batch's truth; nothing of one that was not asked.
+    /// Compares the outcome of a batch question with the batch's ground truth; `None` if it was not asked.
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {
         Some(
@@ -157,7 +157,7 @@ impl Outcome {
 }
 
 impl Counted {
-    /// An answer of a batch, held against the batch's truth; nothing of a question that was not asked.
+    /// An answer of a batch, compared with the batch's ground truth; `None` if the question was not asked.
     #[must_use]
     pub fn of_scored(scored: &Scored) -> Option<Self> {
         let outcome = Outcome::of_scored(scored)?;

@@ -1,4 +1,4 @@
-//! Answers beside what is true: what every figure of a report is counted from.
+//! Answers with their ground truth: the input of every figure in a report.
 
 use super::Label;
 use crate::prompts::Techniques;
@@ -6,20 +6,20 @@ use crate::store::{Consumed, RunId};
 use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
-/// One way of asking: a row of a table.
+/// A prompt configuration: a row of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct PromptConfig {
-    /// What is asked.
+    /// The task.
     pub task: Task,
-    /// From where scenes are described; nothing for a judge that is not asked in words.
+    /// The frame of the description; `None` for a judge without a prompt.
     pub frame: Option<Frame>,
-    /// The prompting techniques; nothing for a judge that is not asked in words.
+    /// The prompting techniques; `None` for a judge without a prompt.
     pub techniques: Option<Techniques>,
     /// Who is asked, as `provider/model`.
     pub model: String,
 }
 
-/// What became of a question.
+/// Status of a question.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnswerStatus {
     /// A verdict was read.
@@ -32,7 +32,7 @@ pub enum AnswerStatus {
     Unasked(String),
 }
 
-/// One answer, or the lack of one, about one scenario.
+/// An answer, or its absence, for one scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scored {
     /// Name of the scenario, without folders and ending.
@@ -43,7 +43,7 @@ pub struct Scored {
     pub sample: u32,
     /// What is true; nothing where it is unknown.
     pub truth: Option<Label>,
-    /// What became of it.
+    /// Its status.
     pub status: AnswerStatus,
     /// The built-in judge's verdict on the same question, where it was worked out.
     pub reference: Option<Verdict>,

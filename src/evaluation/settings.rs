@@ -1,9 +1,9 @@
-//! How a case is asked: what the user says, else what the template says, else what the program does.
+//! Settings of a case: from the user, else the template, else the defaults.
 
 use crate::prompts::{Defaults, Techniques, Wording};
 use crate::text::{Form, Options};
 
-/// What the user says; nothing where the template is to decide.
+/// The user's settings; `None` leaves the decision to the template.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Settings {
     /// Steps in the window.
@@ -24,7 +24,7 @@ pub struct Settings {
     pub obstacle: Option<i64>,
 }
 
-/// How a case is asked.
+/// Effective settings of a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decided {
     /// Steps in the window.

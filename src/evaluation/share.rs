@@ -1,10 +1,10 @@
-//! A share of some answers, with the interval that a small number of scenarios leaves it.
+//! A proportion of answers, with its interval for a small number of scenarios.
 
 use std::collections::BTreeSet;
 
 use super::statistics::wilson_of_share;
 
-/// So many of so many.
+/// A proportion: a count out of a total.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Share {
     /// Those that are meant.

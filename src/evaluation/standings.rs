@@ -1,4 +1,4 @@
-//! What ratings add up to: games, wins, ties, losses and strengths of models, or of ways of asking.
+//! Standings from ratings: games, wins, ties, losses and strengths of models or prompt configurations.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ pub enum By {
     Prompt,
 }
 
-/// What one model, or way of asking, got.
+/// Standing of one model or prompt configuration.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Standing {
     /// Which.
@@ -41,7 +41,7 @@ pub struct Standing {
     pub high: Option<f64>,
 }
 
-/// All of them, the strongest first; where there are no strengths, by the share of wins.
+/// All standings, strongest first; without strengths, by share of wins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Standings {
     /// One each.

@@ -1,4 +1,4 @@
-//! A run on its way into the store: pieces in small batches, the claim renewed, the end in any case.
+//! Records a run in the store as it streams: chunks in small batches, the claim renewed, the end in any case.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,13 +15,13 @@ const INTERVAL: Duration = Duration::from_millis(50);
 /// Bytes that are written at once, however short the wait.
 const BATCH: usize = 4096;
 
-/// Keeps the pieces of one answer, and lets them be shown once they are kept.
+/// Stores the chunks of one answer, and releases them for display once stored.
 ///
-/// A piece that comes alone is written at once; of pieces that follow each other closely, those of [`INTERVAL`] are
-/// written in one transaction. Dropped before its end, the run is written down as cancelled.
+/// A lone chunk is written at once; of chunks in quick succession, those of [`INTERVAL`] are written in one
+/// transaction. Dropped before its end, the run is recorded as cancelled.
 ///
-/// Where the store fails, the answer is on its way and paid for: it goes on being taken and shown, and the end of it is
-/// written with all of its text, if the store can be written again by then.
+/// If the store fails, the answer is already paid for: it is still received and shown, and its end is written with the
+/// whole text if the store is writable again by then.
 pub struct StreamRecorder {
     kept: Option<(Arc<Store>, RunId)>,
     waiting: Vec<Chunk>,

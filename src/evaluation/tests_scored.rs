@@ -1,4 +1,4 @@
-//! Answers to count from, for tests.
+//! Scored answers for tests.
 
 use super::{AnswerStatus, PromptConfig, Scored};
 use crate::store::Consumed;

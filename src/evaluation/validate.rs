@@ -1,4 +1,4 @@
-//! Templates of the user that can be read and not be filled are not used, as those that cannot be read.
+//! Validates the user's templates: those that parse but cannot be rendered are not used.
 
 use super::dry_render::tried;
 use crate::prompts::Library;

@@ -1,4 +1,4 @@
-//! What templates may use: everything about a case that can be filled in.
+//! The template variables of a case.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! Scenarios that can be opened, in files or in the program itself, and opening them with their ego.
+//! Scenarios in files or bundled with the program, and opening them with their ego.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use super::{EgoError, find_recording, read_ego, read_ego_file};
 use crate::scenario::{Ego, Scenario};
 use crate::system;
 
-/// Where a scenario lies.
+/// Location of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Place {
     /// A file.

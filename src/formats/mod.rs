@@ -1,4 +1,4 @@
-//! Files: scenarios and egos are found, read and written here.
+//! Files: finds, reads and writes scenarios and egos.
 
 pub mod commonroad;
 mod ego;

@@ -1,4 +1,4 @@
-//! Searching folders for scenarios: what is one, and what only looks like one from outside.
+//! Searches folders for scenarios, and tells them from files that only look alike.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -9,7 +9,7 @@ use super::commonroad::{self, Unrecognised};
 use super::library::{Entry, Place};
 use crate::system;
 
-/// What a search came upon.
+/// Results of a search.
 #[derive(Debug, Default)]
 pub struct SearchResults {
     /// The scenarios.
@@ -19,7 +19,7 @@ pub struct SearchResults {
     pub passed_over: Vec<PassedOver>,
 }
 
-/// Something that was passed over in a search.
+/// A skipped file or folder.
 #[derive(Debug)]
 pub struct PassedOver {
     /// Where it is.
@@ -28,7 +28,7 @@ pub struct PassedOver {
     pub why: PassedOverReason,
 }
 
-/// Why something was passed over.
+/// Why something was skipped.
 #[derive(Debug, thiserror::Error)]
 pub enum PassedOverReason {
     /// A file that is not known to be a scenario.
@@ -74,7 +74,7 @@ pub enum LibraryError {
 const NAMED: usize = 3;
 
 impl SearchResults {
-    /// How many files and folders were passed over, in words; nothing for none.
+    /// Describes how many files and folders were skipped; `None` if none.
     #[must_use]
     pub fn passed_over_count(&self) -> Option<String> {
         count(&self.passed_over)
@@ -103,7 +103,7 @@ impl From<Vec<Entry>> for SearchResults {
     }
 }
 
-/// How many files and folders these are, in words; nothing for none.
+/// Describes how many files and folders these are; `None` if none.
 fn count(all: &[PassedOver]) -> Option<String> {
     let is_folder = |p: &&PassedOver| matches!(p.why, PassedOverReason::Folder(_));
     let folders = all.iter().filter(is_folder).count();
@@ -167,11 +167,11 @@ pub fn find(paths: &[PathBuf]) -> Result<SearchResults, LibraryError> {
     }
 }
 
-/// The same in pieces, for a caller that does not want to wait: a piece is at most 256 scenarios. In a folder come the
-/// scenarios first, by name, then its folders, by name. Gives back what was passed over.
+/// The same in chunks of at most 256 scenarios, for callers that do not want to wait. In each folder, scenarios come
+/// first, then subfolders, both by name. Returns what was skipped.
 ///
 /// # Errors
-/// As [`find`]; what was found before a path that cannot be read has been given out then.
+/// As [`find`]; scenarios found before an unreadable path have been delivered by then.
 pub fn find_in_pieces(
     paths: &[PathBuf],
     give: &mut dyn FnMut(Vec<Entry>),

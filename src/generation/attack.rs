@@ -1,4 +1,4 @@
-//! One attack: a changed motion that has passed the gate, and what the ego makes of it.
+//! An attack: a changed motion that passed the gate, and the ego's response to it.
 
 use super::{
     AttackContext, Avoidability, Change, ClosedLoop, Consequence, Effect, Gate, OpenLoopScreening,
@@ -10,7 +10,7 @@ use crate::verdict::Motion;
 /// An attack that has passed the gate.
 #[derive(Debug, Clone)]
 pub struct Attack {
-    /// What was asked of the attacker.
+    /// The motion requested of the attacker.
     pub asked: Motion,
     /// What it does.
     pub change: Change,
@@ -22,7 +22,7 @@ pub struct Attack {
     pub survivable: Option<bool>,
 }
 
-/// What attacks are made on, and what they have to pass.
+/// Shared input of attacks, and the checks they must pass.
 #[derive(Debug)]
 pub struct Ground<'a> {
     /// The original scenario with the ego's motion.

@@ -1,4 +1,4 @@
-//! What an attack is aimed at: the ego's motion in the original scenario, and the ways that others may take.
+//! Context of an attack: the ego's motion in the original scenario, and the paths open to other participants.
 
 use crate::geometry::{Footprint, Point, Polyline, Pose};
 use crate::scenario::prediction::{Model, ObservedHistory, Predictor};

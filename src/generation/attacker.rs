@@ -1,4 +1,4 @@
-//! Who could reach the ego with the least change of its motion.
+//! Ranks obstacles by how little their motion must change to reach the ego.
 
 use super::{AttackContext, Capability};
 use crate::scenario::{Obstacle, ObstacleRole};

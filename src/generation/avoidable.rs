@@ -1,8 +1,9 @@
-//! Whether a good driver could have got out of it: for some reaction times a trajectory that does, or what was searched.
+//! Whether a good driver could have avoided the collision: for several reaction times an escape, or what was searched.
 //!
 //! The ego drives as if nothing had changed until the reaction time has passed since the last recorded state of the
 //! attacker; from there on it may do whatever its vehicle can do, and knows everyone's future. The others drive as
-//! recorded and do not react: who gets out of the attacker's way and is then hit from behind has not avoided it.
+//! recorded and do not react: an ego that dodges the attacker and is then hit from behind has not avoided the
+//! collision.
 
 use std::sync::Arc;
 
@@ -16,11 +17,11 @@ pub const DELAYS: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
 /// For each reaction time whether the harm can be avoided, and the proof.
 #[derive(Debug, Clone)]
 pub struct Avoidability {
-    /// Reaction times (s) in the order of [`DELAYS`], and what was found.
+    /// Reaction times (s) in the order of [`DELAYS`], each with its certificate.
     pub certificates: [(f64, Certificate); 4],
 }
 
-/// What the search for one reaction time came to.
+/// Result of the search for one reaction time.
 #[derive(Debug, Clone)]
 pub enum Certificate {
     /// This trajectory avoids it. It has been verified: see [`Avoidance`].
@@ -48,7 +49,7 @@ pub struct Avoidance {
     pub searched: Searched,
 }
 
-/// What found a trajectory.
+/// The method that found a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Finder {
     /// Nothing has to be done: who drives on as if nothing had changed touches no obstacle.
@@ -59,7 +60,7 @@ pub enum Finder {
     Planner(&'static str),
 }
 
-/// How much was searched.
+/// Extent of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Searched {
     /// Manoeuvres that were driven to their end or to a contact.

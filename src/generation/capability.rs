@@ -1,9 +1,9 @@
-//! What road users of each kind can do.
+//! Physical limits of road users, by kind.
 
 use crate::planner::Limits;
 use crate::scenario::{Obstacle, ObstacleType, VehicleType};
 
-/// What one road user can do, as a single-track vehicle of its size.
+/// Physical limits of one road user, as a single-track vehicle of its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Capability {
     /// Sizes, speeds, forces and steering.

@@ -1,4 +1,4 @@
-//! Another motion for one obstacle, and the scenario with it.
+//! A changed motion for one obstacle, and the scenario with it.
 
 use crate::scenario::{
     Motion, Obstacle, ObstacleParts, ObstacleRole, Prediction, Quantity, Scenario, State, Steps,
@@ -14,7 +14,7 @@ pub struct Change {
     pub motions: Vec<(i64, Motion)>,
 }
 
-/// Why a scenario cannot be changed so.
+/// Why a change cannot be applied to a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ChangeError {
     /// No such obstacle.

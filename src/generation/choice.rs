@@ -1,4 +1,4 @@
-//! Which attack is taken: the most dangerous one that a good driver survives.
+//! Selects an attack: the most dangerous one that a good driver survives.
 
 use super::attack::Attack;
 use super::{Avoidability, ClosedLoop};

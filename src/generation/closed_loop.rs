@@ -1,4 +1,4 @@
-//! The ego's answer to a changed motion: it drives anew, under the same settings, against the changed traffic.
+//! The closed loop: the ego plans anew, under the same settings, against the changed traffic.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::simulation::{
     Collision, ContactSide, Cycle, DriveError, Driver, Noted, Outcome, Rollout, Settings,
 };
 
-/// One planning problem, driven once as recorded and then against changed traffic as often as one likes.
+/// One planning problem, driven once as recorded and then repeatedly against changed traffic.
 #[derive(Debug)]
 pub struct ClosedLoop {
     scenario: Arc<Scenario>,
@@ -28,7 +28,7 @@ pub struct Baseline {
 /// Time steps and risk scores, 0 (collision) to 5 (negligible), of one obstacle where it is there.
 pub type RiskCurve = Vec<(i64, u8)>;
 
-/// What a change leads to. What the ego does and suffers in the baseline, too, the change has not led to.
+/// Consequence of a change. What also happens to the ego in the baseline is not one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Consequence {
     /// The ego touches an obstacle: the attacker, or another one.
@@ -100,8 +100,8 @@ impl ClosedLoop {
         Self::watched(scenario, problem, settings, &cancel, &mut |_, _| true)
     }
 
-    /// The same; `watch` sees each cycle of the baseline with its planner, and says whether to go on. When `cancel` asks
-    /// for it, all drives end early: what comes of them is to be dropped then.
+    /// The same; `watch` receives each cycle of the baseline with its planner, and returns whether to continue. When
+    /// `cancel` is set, all drives end early: their results must be dropped then.
     ///
     /// # Errors
     /// Those of [`Self::new`].

@@ -1,4 +1,4 @@
-//! The search for a trajectory that touches no obstacle, and the check of what it finds.
+//! Searches for a collision-free trajectory of the ego, and verifies it.
 
 mod verify;
 

@@ -1,9 +1,9 @@
-//! One way to get out of it: brake or accelerate, and steer to an offset from the path, as hard as tyres and wheels let.
+//! An evasive manoeuvre: brake or accelerate, and steer to a lateral offset, up to the limits of tyres and steering.
 
 use crate::geometry::{Pose, normalize_angle};
 use crate::planner::{Limits, ReferenceTrack, VehicleState};
 
-/// What a driver may set out to do, and go on with.
+/// An evasive manoeuvre that a driver may begin and hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evasion {
     /// Acceleration along the heading, m/s²; below 0 for braking. Steering comes first: what it leaves of the friction

@@ -1,4 +1,4 @@
-//! From a manoeuvre with its numbers to what is wanted of the attacker at each step.
+//! Turns a manoeuvre with parameters into a target for the attacker at each step.
 
 use super::attack_context::FARTHEST;
 use super::{AttackContext, TrackingTarget};
@@ -7,7 +7,7 @@ use crate::planner::Polynomial;
 use crate::scenario::{Motion, Obstacle};
 use crate::verdict::{Manoeuvre, ManoeuvreKind};
 
-/// What is wanted from a step on.
+/// Targets from a step on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// The step that it departs from.
@@ -16,7 +16,7 @@ pub struct Plan {
     pub wanted: Vec<Option<TrackingTarget>>,
 }
 
-/// Why a manoeuvre cannot be done: in words.
+/// Why a manoeuvre is impossible.
 pub type Impossible = String;
 
 /// An obstacle that comes this close to the ego's way crosses it or is on it, metres.

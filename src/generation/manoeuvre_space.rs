@@ -1,4 +1,4 @@
-//! What the search may try: an obstacle doing some manoeuvre, with the numbers that seem to work.
+//! The search space: an obstacle, a manoeuvre, and promising parameters.
 
 use super::attacker::Candidate;
 use super::{AttackContext, manoeuvre};
@@ -8,7 +8,7 @@ use crate::verdict::{Manoeuvre, ManoeuvreKind};
 /// Numbers of a manoeuvre: start (s), duration (s), gap (m), speed (m/s).
 pub type Numbers = [f64; 4];
 
-/// One obstacle doing one kind of manoeuvre, with a normal distribution over its numbers.
+/// One obstacle and one kind of manoeuvre, with a normal distribution over its parameters.
 #[derive(Debug, Clone)]
 pub struct ManoeuvreSpace {
     /// Whose.

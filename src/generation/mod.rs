@@ -1,7 +1,7 @@
-//! Making a safe scenario dangerous: one obstacle, the attacker, gets another motion.
+//! Generates dangerous variants of a safe scenario by giving one obstacle, the attacker, another motion.
 //!
-//! A changed motion is exported only if it has passed the gate, wherever it comes from: a search, a model or a
-//! file. The ego then plans anew against it, since a collision with a recorded ego proves nothing.
+//! A changed motion is exported only if it passed the gate, whether it comes from a search, a model or a file. The ego
+//! then plans anew against it, since a collision with a recorded ego proves nothing.
 
 mod attack;
 mod attack_context;

@@ -1,4 +1,4 @@
-//! From what is wanted of an attacker to a motion that it can drive.
+//! Turns an attacker's targets into a drivable motion.
 
 use std::ops::RangeInclusive;
 

@@ -1,9 +1,9 @@
-//! Why a changed motion is refused.
+//! Why the gate refuses a changed motion.
 
 use super::ChangeError;
 use crate::planner::{Bound, Broken};
 
-/// What is wrong with a changed motion, or with the answer that was to give one.
+/// Why a changed motion, or the answer meant to give one, is refused.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal {
     /// What is wrong.
@@ -63,7 +63,7 @@ pub enum Reason {
     Unchanged,
     /// What else is not that of the original.
     Differs(&'static str),
-    /// What an answer says cannot be made into a motion: in words.
+    /// An answer cannot be made into a motion, and why.
     Answer(String),
 }
 
@@ -123,7 +123,7 @@ impl Reason {
 }
 
 impl Refusal {
-    /// What cannot be made into a motion, in words.
+    /// Refuses an answer that cannot be made into a motion, and says why.
     #[must_use]
     pub fn answer(words: impl Into<String>) -> Self {
         Self::whole_motion(Reason::Answer(words.into()))
@@ -151,7 +151,7 @@ impl Refusal {
         }
     }
 
-    /// The same with what was found and the most that is allowed.
+    /// The same with a value and its limit.
     #[must_use]
     pub fn with(self, value: f64, limit: f64) -> Self {
         Self {
@@ -196,7 +196,7 @@ impl std::fmt::Display for Refusal {
             Reason::Reshaped(id) => {
                 write!(f, "obstacle {id} has another type, role or shape")?;
             }
-            Reason::Unchanged => f.write_str("nobody moves in another way than in the original")?,
+            Reason::Unchanged => f.write_str("no obstacle moves differently from the original")?,
             Reason::Differs(what) => write!(f, "{what} is not that of the original")?,
             Reason::Answer(words) => f.write_str(words)?,
             other => f.write_str(other.name())?,

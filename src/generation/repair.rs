@@ -1,7 +1,7 @@
-//! From what is asked of an attacker, waypoints or a manoeuvre, to an attack that passes the gate.
+//! Turns requested waypoints or a manoeuvre into an attack that passes the gate.
 //!
-//! Waypoints that are written down are rounded, and no curve through them is quite the motion of a vehicle. Where the
-//! gate refuses nothing but that, the nearest motion that a vehicle drives takes its place, if it is near enough.
+//! Written waypoints are rounded, and no curve through them is quite the motion of a vehicle. If the gate refuses only
+//! for that reason, the nearest drivable motion takes their place, if it is near enough.
 
 use super::manoeuvre::Plan;
 use super::motion::{self, follow};
@@ -23,7 +23,7 @@ pub struct Admitted {
     pub repair: Option<Repair>,
 }
 
-/// What a repair has changed.
+/// Changes made by a repair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repair {
     /// How far it has moved the obstacle at most from where the curve through the waypoints has it, metres.
@@ -213,7 +213,7 @@ fn is_near(ground: &Ground<'_>, obstacle: &Obstacle, given: &Change, refused: &[
     })
 }
 
-/// What a motion that can be driven does not do of what was asked, in words; nothing where it comes near enough.
+/// Describes how a drivable motion departs from the request; `None` if it is near enough.
 fn otherwise(
     stage: &AttackContext<'_>,
     points: &[Waypoint],

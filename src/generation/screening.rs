@@ -1,6 +1,6 @@
-//! A quick look at a changed motion: how near it comes to an ego that keeps to its way and brakes when it has to.
+//! Open-loop screening: how near a changed motion comes to an ego that keeps to its path and brakes when it must.
 //!
-//! This decides only which attacks are worth a closed loop; nothing that is reported comes from it.
+//! Screening only selects attacks for the closed loop; no reported figure comes from it.
 
 use super::{AttackContext, Change};
 use crate::geometry::{Footprint, Placed, Pose};

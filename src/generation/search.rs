@@ -1,12 +1,12 @@
-//! Attacks without any model: a cross-entropy search over the numbers of manoeuvres.
+//! Model-free attacks: a cross-entropy search over manoeuvre parameters.
 //!
-//! The density that is drawn from is a mixture: normal distributions around what did best, and those that each
-//! manoeuvre begins with.
+//! Samples come from a mixture: normal distributions around the best results so far, and each manoeuvre's initial
+//! distribution.
 //!
 //! Source: Rubinstein and Kroese, The Cross-Entropy Method (2004), as O'Kelly et al. 2018 use it for rare events. Each
-//! round draws manoeuvres, makes motions of them, leaves out what the gate refuses, looks at the rest beside an ego
-//! that only brakes, and drives the ego against the most promising ones. What worked is drawn more often. The
-//! same seed gives the same attacks.
+//! round samples manoeuvres, turns them into motions, drops those the gate refuses, screens the rest against an ego
+//! that only brakes, and drives the ego against the most promising ones. What worked is sampled more often. The same
+//! seed gives the same attacks.
 
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ use super::surrogate::{self, Trial};
 use super::{Consequence, Refusal, motion};
 use crate::verdict::{Manoeuvre, Motion};
 
-/// How much is tried.
+/// Search effort.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// Motions in all.
@@ -57,7 +57,7 @@ impl std::fmt::Display for Effort {
     }
 }
 
-/// What a search has found.
+/// Result of a search.
 #[derive(Debug, Default)]
 pub struct SearchResult {
     /// Everything that passed the gate and comes near to the ego.
@@ -68,7 +68,7 @@ pub struct SearchResult {
     pub candidates: usize,
 }
 
-/// How far a search is.
+/// Progress of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Progress {
     /// Motions that were tried.
@@ -102,8 +102,9 @@ const SPREAD: f64 = 0.5;
 /// How much more often is drawn around what is better by 1.
 const SHARPNESS: f64 = 2.0;
 
-/// Searches for attacks; `only` names the one obstacle that may attack. After each round `watch` hears how far it is, and
-/// says whether to go on. `stop` is asked before every motion and every drive: once it says so, nothing more is begun.
+/// Searches for attacks; `only` names the one obstacle that may attack. `watch` receives the progress after each round
+/// and returns whether to continue. `stop` is polled before every motion and every drive: once it returns true, nothing
+/// more is started.
 #[must_use]
 pub fn search_until(
     ground: &Ground<'_>,

@@ -1,4 +1,4 @@
-//! Many refusals of one motion in few words: of each reason the worst.
+//! Summarizes many refusals of one motion: the worst of each reason.
 
 use super::Refusal;
 

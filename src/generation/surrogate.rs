@@ -1,13 +1,13 @@
-//! What the drives of a search teach about motions that were only rehearsed.
+//! The surrogate: corrects open-loop predictions by the closed-loop drives of a search.
 //!
-//! A rehearsal hopes; a drive shows. What a drive showed against what its rehearsal hoped is taken to hold for motions nearby, the less the
-//! farther they are: a correction of the cheap model by the residuals of the dear one, as in multi-fidelity optimisation (Kennedy and
+//! The difference between a drive and its prediction is assumed to hold for nearby motions, less with distance: the
+//! cheap model is corrected by the residuals of the expensive one, as in multi-fidelity optimisation (Kennedy and
 //! O'Hagan, Predicting the Output from a Complex Computer Code When Fast Approximations Are Available, 2000).
 
 use super::attack::Attack;
 use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
 
-/// What was tried.
+/// An evaluated attack.
 #[derive(Debug)]
 pub(super) struct Trial {
     /// Which arm.

@@ -1,8 +1,8 @@
-//! The motion of a single-track vehicle that comes as near as possible to what is wanted of it.
+//! Trajectory tracking: the motion of a single-track vehicle closest to its targets.
 //!
-//! A differential dynamic programme with bounds on the inputs, which are the jerk and the steering rate. Source: Tassa,
-//! Mansard and Todorov, Control-limited differential dynamic programming, ICRA 2014, with the bounds put on by clamping
-//! in the forward pass. Whatever it finds, each state follows from the one before by inputs within the limits.
+//! Control-limited differential dynamic programming with jerk and steering rate as bounded inputs. Source: Tassa,
+//! Mansard and Todorov, Control-limited differential dynamic programming, ICRA 2014, with the bounds enforced by
+//! clamping in the forward pass. In every result, each state follows from the previous one by inputs within the limits.
 
 mod model;
 mod pursuit;
@@ -14,7 +14,7 @@ use crate::planner::VehicleState;
 
 use model::Car;
 
-/// What is wanted at a step; nothing of what is not said.
+/// Targets at a step; `None` for unconstrained quantities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackingTarget {
     /// Where the centre of the body is to be, metres.

@@ -1,4 +1,4 @@
-//! What is exported: the changed scenario under a name of its own, the ego's drive in it, and the proofs beside it.
+//! The exported variant: the changed scenario under its own name, the ego's drive in it, and its certificates.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub struct Variant<'a> {
     pub closed: &'a ClosedLoop,
     /// The change.
     pub change: &'a Change,
-    /// What was asked of the attacker.
+    /// The motion requested of the attacker.
     pub asked: &'a Motion,
     /// What it leads to.
     pub effect: &'a Effect,
@@ -30,11 +30,12 @@ pub struct Variant<'a> {
     pub avoidability: &'a Avoidability,
     /// What was refused on the way to it.
     pub refusals: &'a [Refusal],
-    /// Who or what thought of it, in words: a search with its seed, or a model's id.
+    /// Author: a search with its seed, or a model's id.
     pub by: &'a str,
-    /// What a model chose and wrote, where one is the author, kept in its papers under `model`.
+    /// A model's choice and output, if a model is the author, stored in the manifest under `model`.
     pub author: Option<&'a Value>,
-    /// What a run in bulk needs to take it over later instead of making it again, kept in its papers under `made`.
+    /// What a bulk run needs to take the variant over later instead of generating it again, stored in the manifest
+    /// under `made`.
     pub made: Option<&'a Value>,
 }
 
@@ -51,7 +52,7 @@ pub struct Saved {
     pub solution: PathBuf,
     /// Avoiding trajectories as CSV: reaction times (s) and files.
     pub avoiding: Vec<(f64, PathBuf)>,
-    /// What is known about it, as JSON.
+    /// Its manifest, as JSON.
     pub document: PathBuf,
 }
 
@@ -76,7 +77,7 @@ pub enum VariantError {
 const DANGEROUS: &str = "critical";
 const HARMLESS: &str = "comfort";
 
-/// What is said of everyone but ego and attacker.
+/// The note on all participants except ego and attacker.
 pub(super) const OTHERS: &str = "other traffic as recorded; it does not react";
 
 /// What the `source` of every variant says, and that of no other scenario.
@@ -146,7 +147,7 @@ impl Variant<'_> {
 
     /// Saves everything in `folder`, which exists, under the benchmark id `id`: see [`Saved`].
     ///
-    /// Nothing is written over but with `overwrite`. The scenario comes last, so there is none without its papers.
+    /// Nothing is overwritten without `overwrite`. The scenario is written last, so there is none without its manifest.
     ///
     /// # Errors
     /// See [`VariantError`].

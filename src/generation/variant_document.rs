@@ -1,4 +1,4 @@
-//! All that is known about a variant, as JSON.
+//! A variant's complete record, as JSON.
 
 use std::path::{Path, PathBuf};
 
@@ -72,7 +72,7 @@ pub(super) fn variant_document(
     })
 }
 
-/// What was asked of an attacker, as a model would say it.
+/// The request to an attacker, as a model would write it.
 #[must_use]
 pub fn asked(motion: &Motion) -> Value {
     let answer = TrajectoryAnswer::from(NewMotion {
@@ -170,7 +170,7 @@ fn searched(searched: &Searched) -> Value {
     })
 }
 
-/// A refusal: reason, step, limit and value with its unit, in words, and whose motion it was.
+/// A refusal: reason, step, limit and value with unit, and whose motion it was.
 #[must_use]
 pub fn refusal(refusal: &Refusal) -> Value {
     json!({

@@ -1,4 +1,4 @@
-//! From a scenario to its dangerous variant, without any model.
+//! Generates a scenario's dangerous variant without a language model.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub struct VariantGenerator {
     pub ego: Ego,
 }
 
-/// What was made.
+/// The generated attacks and the chosen one.
 #[derive(Debug, Default)]
 pub struct Selection {
     /// Everything that was tried.
@@ -29,7 +29,7 @@ pub struct Selection {
     pub chosen: Option<SelectedAttack>,
 }
 
-/// How far a search is.
+/// Progress events of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SearchEvent {
     /// A round has ended.
@@ -38,7 +38,7 @@ pub enum SearchEvent {
     Certifying,
 }
 
-/// Why nothing can be made.
+/// Why no variant can be generated.
 #[derive(Debug, thiserror::Error)]
 pub enum GeneratorError {
     /// The ego cannot be driven.

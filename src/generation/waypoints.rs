@@ -1,4 +1,4 @@
-//! A motion through waypoints exactly as they are given: the gate is to see what was asked for, jumps and all.
+//! A motion through waypoints exactly as given, so that the gate sees the request with any jumps.
 
 use super::{AttackContext, Capability, Change, ChangeError, Reason, Refusal};
 use crate::geometry::{Point, Pose, Vector, angle_between};

@@ -1,4 +1,4 @@
-//! What of a line or a polygon lies within a box, for any finite coordinates.
+//! Clips a line or polygon to a box, for any finite coordinates.
 
 use super::{Bounds, Point};
 

@@ -1,4 +1,4 @@
-//! The one conversion between nalgebra, which the program speaks, and parry's own vectors.
+//! The only conversion between nalgebra, used by the program, and parry's own vectors.
 
 use parry2d_f64::math;
 

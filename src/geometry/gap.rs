@@ -1,4 +1,4 @@
-//! How far it is from one thing to another, and where it is nearest: bodies and points.
+//! Distances and nearest points between bodies and points.
 
 use parry2d_f64::query::{self, ClosestPoints};
 

@@ -17,7 +17,7 @@ pub struct Criterion {
     pub threshold: f64,
 }
 
-/// What may come of the ego and one obstacle.
+/// Predicted interaction of the ego and one obstacle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CollisionPrediction {
     /// The obstacle.

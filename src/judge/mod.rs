@@ -28,7 +28,7 @@ pub fn looks_at(model: &str, task: Task) -> Option<&'static str> {
     (model == MODEL && task == Task::Collision).then_some("all recorded steps")
 }
 
-/// What the judge says, and how it came to it.
+/// The judge's verdict, and its reasoning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     /// The verdict.

@@ -1,4 +1,4 @@
-//! The judge's words for numbers, so that both tasks cite alike.
+//! Number formats of the judge's reasoning, shared by both tasks.
 
 use crate::metrics::{Encounter, MEASURES, RISK_LEVELS, Reading};
 use crate::scenario::{Participant, Scene};

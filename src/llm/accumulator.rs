@@ -1,4 +1,4 @@
-//! An answer being put together: what every dialect's decoder hands its findings to.
+//! Assembles an answer from what a dialect's decoder passes on.
 
 use serde_json::Value;
 
@@ -7,7 +7,7 @@ use super::error::{Error, Place};
 use super::error_body::ErrorBody;
 use super::think::{Part, Splitter};
 
-/// What has been found of an answer, and the chunks that came of it and were not taken yet.
+/// The answer so far, and the chunks not yet taken.
 #[derive(Debug)]
 pub(super) struct ResponseAccumulator {
     place: Place,
@@ -19,7 +19,7 @@ pub(super) struct ResponseAccumulator {
     refusal: String,
     usage: Option<Usage>,
     content: Splitter,
-    /// Reasoning came through a channel of its own.
+    /// Reasoning came through a separate channel.
     reasoned: bool,
     /// Text other than white space has come.
     spoke: bool,
@@ -88,7 +88,7 @@ impl ResponseAccumulator {
         }
     }
 
-    /// A piece of reasoning from a channel of its own.
+    /// A piece of reasoning from a separate channel.
     pub fn reason(&mut self, text: &str) {
         if !text.is_empty() {
             self.reasoned = true;
@@ -207,7 +207,7 @@ impl ResponseAccumulator {
     fn sort(&mut self, parts: Vec<Part>) {
         for part in parts {
             match part {
-                // Already received through a channel of its own.
+                // Already received through a separate channel.
                 Part::Thought(_) if self.reasoned => {}
                 Part::Thought(text) => self.push(Chunk::Reasoning, text),
                 Part::Said(text) => {

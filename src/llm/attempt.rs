@@ -1,4 +1,4 @@
-//! Why one try brought no answer, and whether another may help.
+//! A failed attempt: why it brought no answer, and whether a retry may help.
 
 use std::borrow::Cow;
 use std::io;
@@ -22,7 +22,7 @@ const LONGEST_PROBLEM: usize = 64 << 10;
 /// How long it is read at most.
 const PROBLEM_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Whether and when to send a request again that the server refused.
+/// Whether and when to retry a request that the server refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RetryHint {
     /// Another try may go better, and this one cost nothing.

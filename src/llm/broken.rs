@@ -1,4 +1,4 @@
-//! A provider's entry that is not right: which line of the file, and the registry without it.
+//! An invalid provider entry: its line in the file, and the registry without it.
 
 use std::path::Path;
 
@@ -54,7 +54,7 @@ fn in_text(text: &str, name: &str) -> Option<(usize, String)> {
     let (_, entry) = providers.remove_entry(name)?;
     let error = Provider::deserialize(ValueDeserializer::from(entry)).err()?;
     let line = system::line_at(text, error.span()?.start);
-    // The key alone: what somebody wrote behind it may be a secret.
+    // The key alone: the value behind it may be a secret.
     let written = text.lines().nth(line - 1).unwrap_or_default();
     let key = written.split('=').next().unwrap_or_default().trim();
     let words: Vec<&str> = error.message().split_whitespace().collect();

@@ -1,4 +1,4 @@
-//! Money that requests share: reserved before one is sent, settled when its cost is known.
+//! A budget shared by requests: reserved before sending, settled once the cost is known.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -40,7 +40,7 @@ impl Budget {
         })))
     }
 
-    /// What was spent, US dollars; of a request whose cost nobody stated, what it could have cost at most.
+    /// Amount spent, US dollars; for a request of unknown cost, the most it could have cost.
     #[must_use]
     pub fn spent(&self) -> f64 {
         self.with(|ledger| ledger.spent)

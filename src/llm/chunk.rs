@@ -1,4 +1,4 @@
-//! The pieces in which an answer arrives.
+//! Chunks: the pieces in which an answer arrives.
 
 use std::time::Duration;
 
@@ -46,7 +46,7 @@ const MOST_TOKENS: u64 = 1_000_000_000;
 /// More US dollars than any answer can cost.
 const MOST_USD: f64 = 10_000.0;
 
-/// Token counts and cost of one answer, counted alike for all providers. `None` means that nobody said, never zero.
+/// Token counts and cost of one answer, counted alike for all providers. `None` means not reported, never zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Usage {
@@ -88,16 +88,16 @@ impl Usage {
     }
 }
 
-/// What an answer cost.
+/// Cost of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// US dollars.
     pub usd: f64,
-    /// Who says so.
+    /// Source of the cost.
     pub source: CostSource,
 }
 
-/// Who says what an answer cost.
+/// Source of a cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CostSource {

@@ -1,4 +1,4 @@
-//! The HTTP client all requests share, and what its failures mean.
+//! The HTTP client shared by all requests, and the meaning of its errors.
 
 use std::collections::BTreeMap;
 use std::error::Error as StdError;
@@ -58,8 +58,8 @@ impl Client {
         }
         // Fails if the program has installed one already, which serves as well.
         let _ = rustls::crypto::ring::default_provider().install_default();
-        // Without certificates of the system reqwest builds nothing at all, not even for a local server without encryption;
-        // with an empty list of its own, only https fails, and says so.
+        // Without system certificates reqwest builds no client at all, not even for a local server without encryption;
+        // with an explicit empty list only https fails, with a clear error.
         let client = builder(connect, direct)
             .build()
             .or_else(|_| {

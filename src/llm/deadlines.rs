@@ -1,4 +1,4 @@
-//! The two clocks of an exchange: one restarts with every byte, one never.
+//! The two deadlines of an exchange: one restarts with every byte, one never does.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use tokio::time::{Instant, timeout};
 use super::endpoint::Timeouts;
 use super::error::TimeoutKind;
 
-/// How long one exchange may still take.
+/// Remaining time of one exchange.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Deadlines {
     idle: Duration,

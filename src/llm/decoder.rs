@@ -1,4 +1,4 @@
-//! From the events of an answer to its chunks, in any dialect. Knows nothing of the network.
+//! Decodes the events of an answer to chunks, in any dialect and without a network.
 
 use serde_json::Value;
 
@@ -111,7 +111,7 @@ impl Decoder {
         self.failed(error)
     }
 
-    /// More came than is read of an answer. What was said is kept as one that this program cut off.
+    /// The answer exceeds the limit. Its text so far is kept as an answer cut off by this program.
     pub fn too_long(&mut self, error: impl FnOnce(Place) -> Error) -> Vec<Result<Chunk, Error>> {
         if self.answer.has_begun() && !self.is_done() {
             self.answer.cap();

@@ -1,4 +1,4 @@
-//! Where a model is served: address, key, patience.
+//! An endpoint that serves a model: address, key, timeouts.
 
 use std::fmt;
 use std::time::Duration;
@@ -58,7 +58,7 @@ pub struct Endpoint {
     pub budget: Option<Budget>,
 }
 
-/// How long to wait before giving up.
+/// Timeouts of an exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timeouts {
     /// For the connection, encryption included.
@@ -79,7 +79,7 @@ impl Default for Timeouts {
     }
 }
 
-/// How to repeat a request that failed in a way that may pass. Nothing is repeated once an answer has begun.
+/// Retry policy for failures that may pass. Nothing is retried once an answer has begun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Retry {
     /// Tries in all; 0 counts as 1.
@@ -100,7 +100,7 @@ impl Default for Retry {
     }
 }
 
-/// What is sent of a [`super::Schema`].
+/// How much of a [`super::Schema`] is sent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ResponseFormat {
@@ -146,7 +146,7 @@ impl Endpoint {
         Ok(self.dialect.protocol().with_model(self.url()?, model))
     }
 
-    /// Most tokens an answer may have, if anybody set a limit.
+    /// Most tokens an answer may have, if there is a limit.
     #[must_use]
     pub fn answer_limit(&self, parameters: &Parameters) -> Option<u32> {
         parameters.max_tokens.or(self.quirks.max_tokens)

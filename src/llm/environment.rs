@@ -1,4 +1,4 @@
-//! Where keys are looked for: the variables of the process, then `.env` files.
+//! Key lookup: environment variables of the process, then `.env` files.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -88,8 +88,8 @@ impl Environment {
         self.files.push(File { path, variables });
     }
 
-    /// A variable of the process. Addresses come from nowhere else: a `.env` file that came with somebody's scenarios must
-    /// not send keys elsewhere.
+    /// A variable of the process. Addresses come from nowhere else: a `.env` file that came with downloaded scenarios
+    /// must not redirect keys.
     pub(super) fn variable(&self, name: &str) -> Option<String> {
         (self.lookup)(name).filter(|value| !value.trim().is_empty())
     }

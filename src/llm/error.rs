@@ -1,4 +1,4 @@
-//! What can go wrong between a question and its answer, said so that people know what to do.
+//! Errors between a question and its answer, worded so that users know what to do.
 
 use std::fmt;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use super::attempt::RetryHint;
 use super::error_body::{LONGEST_QUOTE, tidy};
 use super::secrets::Secrets;
 
-/// Where something went wrong: the provider and the address without its secrets.
+/// Place of an error: the provider and the address without its secrets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     /// The provider's name as people know it.
@@ -22,7 +22,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Which patience ran out.
+/// The deadline that passed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeoutKind {
     /// No connection.
@@ -45,7 +45,7 @@ pub enum Error {
         /// What is wrong and what to do.
         why: String,
     },
-    /// Nobody listens there, or the name is unknown.
+    /// Nothing listens there, or the name is unknown.
     #[error(
         "cannot reach {place}: {why}; check that the server runs and that the address is right"
     )]

@@ -1,4 +1,4 @@
-//! What a server says went wrong, read from the many shapes of error bodies.
+//! Extracts the server's message from the many shapes of error bodies.
 
 use std::time::Duration;
 

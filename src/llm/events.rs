@@ -1,5 +1,5 @@
-//! Marks off the events of a stream: server-sent events, or a JSON document a line. Takes time in proportion to what comes,
-//! and never holds more than one event.
+//! Splits a stream into events: server-sent events, or one JSON document a line. Time is linear in the input; at most
+//! one event is held in memory.
 
 use super::dialect::Framing;
 use super::frames::Frame;

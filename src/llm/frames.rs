@@ -1,4 +1,4 @@
-//! The events of a stream, however the API marks them off, and how each step of reading them ends.
+//! The events of a stream, in any framing, and the outcome of each read.
 
 use std::pin::Pin;
 
@@ -49,7 +49,7 @@ where
     Box::pin(pieces.flat_map(stream::iter))
 }
 
-/// Takes the next event of a stream and gives what comes of it; after an answer's end the decoder is done.
+/// Reads the next event of a stream and returns its chunks; after an answer's end the decoder is done.
 pub(super) async fn step(frames: &mut Frames, decoder: &mut Decoder) -> Vec<Result<Chunk, Error>> {
     match frames.next().await {
         Some(Ok(frame)) if frame.is_error => {
@@ -66,7 +66,7 @@ pub(super) async fn step(frames: &mut Frames, decoder: &mut Decoder) -> Vec<Resu
     }
 }
 
-/// What comes of a body that ended with a fault.
+/// The chunks at the end of a body that ended with a fault.
 pub(super) fn ended(decoder: &mut Decoder, fault: Fault) -> Vec<Result<Chunk, Error>> {
     if fault == Fault::TooLong {
         let what = "more than any answer can be".to_owned();

@@ -1,4 +1,4 @@
-//! JSON from outside, looked at before it is read: a few bytes make a value that takes many times their memory.
+//! Checks untrusted JSON before parsing: a few bytes can expand to a value many times their size.
 
 /// Most values in the document of one answer.
 pub(super) const MOST_VALUES: usize = 1_000_000;

@@ -1,4 +1,4 @@
-//! A key that a command prints, such as a password manager's.
+//! A key printed by a command, such as a password manager's.
 
 use std::fmt;
 use std::process::Stdio;
@@ -13,7 +13,7 @@ use crate::system;
 /// More than any key is long, in bytes.
 const LONGEST: u64 = 64 << 10;
 
-/// How long a command may take: somebody may have to type a password.
+/// How long a command may take: the user may have to type a password.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// A command whose first line of output is the key.
@@ -73,7 +73,7 @@ impl KeyCommand {
                 command
             }
         };
-        // Neither the terminal nor anybody's log gets what it prints.
+        // Keeps its output off the terminal and out of logs.
         command.stdin(Stdio::null()).stderr(Stdio::null());
         command.stdout(Stdio::piped()).kill_on_drop(true);
         let mut child = system::job_control::with_default(|| command.spawn())

@@ -1,4 +1,4 @@
-//! How much may be asked of a provider at a time: requests and tokens per minute, and requests at once.
+//! Rate limits of a provider: requests and tokens per minute, and concurrent requests.
 
 use std::collections::VecDeque;
 use std::num::NonZeroU32;
@@ -40,12 +40,12 @@ pub(super) struct Gate {
     limits: Limits,
     span: Duration,
     slots: Option<Arc<Semaphore>>,
-    // Held while waiting, so that whoever came first goes first.
+    // Held while waiting, so that requests go first come, first served.
     begun: Mutex<VecDeque<(Instant, u32)>>,
 }
 
 impl Gate {
-    /// A gate nobody has passed yet.
+    /// A gate without requests so far.
     pub fn new(limits: Limits) -> Self {
         let slots = limits.concurrency;
         Self {
@@ -59,7 +59,7 @@ impl Gate {
     /// Waits for one of the places for requests on their way; it is free again when the permit is dropped.
     pub async fn enter(&self) -> Option<OwnedSemaphorePermit> {
         let slots = Arc::clone(self.slots.as_ref()?);
-        // Nobody closes the semaphore.
+        // The semaphore is never closed.
         slots.acquire_owned().await.ok()
     }
 

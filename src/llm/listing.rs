@@ -1,4 +1,4 @@
-//! What the registry knows of its models, for lists: keys, prices, and which of them are about to go.
+//! Lists the registry's models: keys, prices and retirement dates.
 
 use jiff::civil::Date;
 
@@ -16,55 +16,55 @@ const NEAR: i32 = 90;
 pub struct Offer {
     /// `provider/model`.
     pub id: String,
-    /// Where its key is read from, and whether it is there; nothing where none is needed.
+    /// Source of its key, and whether the key is there; `None` if none is needed.
     pub key: Option<(String, bool)>,
-    /// What people should know of its end.
+    /// A note on its retirement.
     pub warning: Option<String>,
 }
 
-/// Whether a model's key is there.
+/// Availability of a model's key.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum KeyState {
-    /// None is needed.
+    /// No key is needed.
     NotNeeded,
-    /// It is in this variable, perhaps of a file.
+    /// The key is in this variable, possibly from a file.
     Present(String),
-    /// A command will be asked for it.
+    /// A command prints the key.
     Command(String),
-    /// It is in none of these variables.
+    /// None of these variables has the key.
     Missing(String),
 }
 
-/// The end of a model.
+/// Retirement of a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Retirement {
-    /// The first day on which it does not answer as itself any more; `None` if it is gone, whenever that was.
+    /// The first day on which it no longer answers as itself; `None` if it is gone since an unknown date.
     pub day: Option<Date>,
     /// Another model answers, and is billed, in its place.
     pub routed: bool,
-    /// What takes its place.
+    /// Its replacement.
     pub replacement: Option<String>,
-    /// This is not the provider's own word.
+    /// The date is not the provider's own statement.
     pub unconfirmed: bool,
 }
 
-/// A model and what is known of it.
+/// A model and its metadata.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Listed {
     /// `provider/model`; without a model where every name of one has to be typed.
     pub id: String,
     /// The protocol it is asked in.
     pub dialect: Dialect,
-    /// Whether its key is there.
+    /// Availability of its key.
     pub key: KeyState,
-    /// What it costs today, if that is known.
+    /// Today's price, if known.
     pub pricing: Option<Pricing>,
-    /// Its end, if that is known.
+    /// Its retirement, if known.
     pub retirement: Option<Retirement>,
 }
 
 impl Retirement {
-    /// What people should know of it on a day; nothing while it is far off.
+    /// A note on its retirement as of a day; `None` while it is far off.
     #[must_use]
     pub fn warning(&self, today: Date) -> Option<String> {
         let replacement = self.replacement.as_deref();
@@ -121,7 +121,7 @@ impl Provider {
     }
 }
 
-/// Where a provider is asked, and where its key is looked for.
+/// Address of a provider, and where its key is looked up.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Address {
     /// The provider's name.
@@ -159,7 +159,7 @@ impl Registry {
         self.providers.get(name)?.prices().of(model, day)
     }
 
-    /// Every model that is offered, with what is known of it on a day; a provider that offers none by name has one line.
+    /// Every offered model, with its metadata on a day; a provider that offers none by name has one line.
     #[must_use]
     pub fn models(&self, environment: &Environment, today: Date) -> Vec<Listed> {
         let mut listed = Vec::new();
@@ -184,7 +184,7 @@ impl Registry {
         listed
     }
 
-    /// A model by its name, listed or not, with what is known of it on a day.
+    /// A model by its name, listed or not, with its metadata on a day.
     #[must_use]
     pub fn known(&self, id: &str, environment: &Environment, today: Date) -> Option<Listed> {
         let (name, model) = id.split_once('/')?;

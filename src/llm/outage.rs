@@ -1,11 +1,11 @@
-//! Errors that say more of the server than of the question: the next question would most likely fare the same.
+//! Provider outages: errors that the next question would most likely meet too.
 
 use super::error::{Error, TimeoutKind};
 
-/// What stands between a server and every question to it.
+/// An obstacle between a server and every question to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProviderOutage {
-    /// Nobody answered: no connection, or one on which nothing ever came. It may pass.
+    /// No response: no connection, or one on which nothing ever came. It may pass.
     Silence,
     /// The server forbids it (403): mostly the key may not do this, with some servers the question was blocked.
     Forbidden,
@@ -15,8 +15,8 @@ pub enum ProviderOutage {
 }
 
 impl Error {
-    /// What stands in the way of every other question, too; nothing where the error tells of this one alone. Silence is
-    /// only for where nothing of an answer had arrived.
+    /// The obstacle to every other question, too; `None` if the error concerns this one alone. Silence counts only if
+    /// nothing of an answer had arrived.
     #[must_use]
     pub fn barrier(&self) -> Option<ProviderOutage> {
         match self {

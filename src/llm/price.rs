@@ -1,4 +1,4 @@
-//! What tokens cost.
+//! Token prices.
 
 use jiff::Timestamp;
 use jiff::civil::{Date, Time, Weekday};
@@ -19,7 +19,7 @@ pub struct Price {
     pub cache_write: Option<f64>,
 }
 
-/// What the models of a provider cost.
+/// Prices of a provider's models.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Prices {
     /// Prices by model and time; the first that fits holds.
@@ -98,7 +98,7 @@ pub(super) fn fits(pattern: &str, model: &str) -> bool {
     }
 }
 
-/// What a model costs, and when.
+/// Price of a model over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pricing {
     /// The price.
@@ -140,7 +140,7 @@ impl Pricing {
         }
     }
 
-    /// As of when and whence, for people; nothing where neither is stated.
+    /// Date and source of the price, for display; `None` if neither is stated.
     #[must_use]
     pub fn origin(&self) -> Option<String> {
         match (self.as_of, &self.source) {
@@ -168,8 +168,8 @@ impl Pricing {
         usd.is_finite().then_some(usd)
     }
 
-    /// What an answer cost that was asked for in a batch, US dollars; `None` as for [`Pricing::cost`], or if nobody says
-    /// what batches cost.
+    /// The cost of an answer asked for in a batch, US dollars; `None` as for [`Pricing::cost`], or if the price of
+    /// batches is unknown.
     #[must_use]
     pub fn batch_cost(&self, usage: &Usage, asked: Timestamp) -> Option<f64> {
         Some(self.cost(usage, asked)? * self.batch_factor?)

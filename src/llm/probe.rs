@@ -1,4 +1,4 @@
-//! Which model servers run on this machine, and what they serve.
+//! Detects model servers on this machine and the models they serve.
 
 use std::time::Duration;
 
@@ -49,7 +49,7 @@ pub async fn probe(registry: &Registry, environment: &Environment) -> Vec<Discov
     let client = Client::direct();
     let asked = registry.providers.iter().filter_map(|(name, provider)| {
         let mut endpoint = provider.endpoint(name, "", environment).ok()?;
-        // Without a base URL that can be read there is nobody to ask; `resolve` says what is wrong with it.
+        // Without a valid base URL there is no server to ask; `resolve` reports what is wrong with it.
         endpoint.is_here().then_some(())?;
         endpoint.key = provider.key(environment).map(|found| found.key);
         let client = client.clone();

@@ -1,4 +1,4 @@
-//! A provider's entry in the registry or in the user's configuration, and how the two are laid over each other.
+//! A provider's entry in the registry or the user's configuration, and how the two are merged.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -15,7 +15,7 @@ use super::key_command::KeyCommand;
 use super::price::{Peak, Price, PriceEntry};
 use super::quirks::StatedQuirks;
 
-/// What is known of one provider. What is not stated is not known.
+/// Metadata of one provider. What is not stated is unknown.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Provider {
@@ -50,7 +50,7 @@ pub(super) struct Provider {
     pub total_timeout: Option<NonZeroU32>,
 }
 
-/// One word or several.
+/// One string or several.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(untagged, expecting = "a string or a list of strings is needed")]
 pub(super) enum Words {
@@ -90,7 +90,7 @@ pub(super) struct ModelEntry {
     pub routed: Option<Date>,
     /// Which model takes its place.
     pub replacement: Option<String>,
-    /// What is said of its end is not the provider's own word.
+    /// The retirement date is not the provider's own statement.
     pub unconfirmed: bool,
 }
 
@@ -135,7 +135,7 @@ impl<'de> Deserialize<'de> for ModelEntry {
                 let table = ModelTable::deserialize(MapAccessDeserializer::new(map))?;
                 let ended = table.gone || table.shutdown.is_some();
                 Ok(ModelEntry {
-                    // What has an end stays in lists only if the entry says so.
+                    // Models with a retirement date stay in lists only if the entry says so.
                     listed: table.listed.unwrap_or(!ended && !table.name.ends_with('*')),
                     name: table.name,
                     quirks: table.quirks,
@@ -308,7 +308,7 @@ impl Provider {
         self.quirks = user.quirks.or(self.quirks);
         self.prices.splice(0..0, user.prices);
         if let Some(models) = user.models {
-            // The user's are offered in place of the built-in ones; what is known of those still holds.
+            // The user's models replace the built-in ones on offer; metadata of the built-in ones still applies.
             let mut known = self.models.take().unwrap_or_default();
             known.iter_mut().for_each(|model| model.listed = false);
             self.models = Some(models.into_iter().chain(known).collect());

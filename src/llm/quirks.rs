@@ -1,8 +1,8 @@
-//! In what servers and models of one dialect differ: data of the registry, so that no model's name stands in code.
+//! Differences between servers and models of one dialect, as registry data: no model name appears in code.
 
 use serde::Deserialize;
 
-/// What a model takes, and how it is told.
+/// Parameters a model accepts, and how to send them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quirks {
     /// The limit of an answer is called `max_completion_tokens`.
@@ -11,11 +11,11 @@ pub struct Quirks {
     pub temperature: Temperature,
     /// Whether a seed is taken.
     pub seed: bool,
-    /// The model reasons, and its reasoning has to be asked for.
+    /// The model reasons only if reasoning is requested.
     pub reasoning: bool,
     /// How the effort of reasoning is said; `None` is the dialect's own way.
     pub efforts: Option<Efforts>,
-    /// The limit of an answer that is sent where nobody asked for one, tokens.
+    /// Token limit of an answer, sent if the request sets none.
     pub max_tokens: Option<u32>,
     /// The context window that is asked for, tokens (Ollama); `None` makes it fit the question.
     pub context: Option<u32>,
@@ -38,7 +38,7 @@ impl Default for Quirks {
     }
 }
 
-/// Whether a model takes a temperature.
+/// Support for a temperature.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Temperature {
@@ -51,7 +51,7 @@ pub enum Temperature {
     NotThinking,
 }
 
-/// How the effort of reasoning is said.
+/// How reasoning effort is encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Efforts {

@@ -1,4 +1,4 @@
-//! Which providers can be reached, and whether they take the key: a list of models is asked for, nothing else.
+//! Checks which providers are reachable and accept the key, by requesting a model list and nothing else.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ use super::registry::Registry;
 const HERE: Duration = Duration::from_millis(800);
 const ELSEWHERE: Duration = Duration::from_secs(10);
 
-/// What came of trying to reach a provider.
+/// Outcome of trying to reach a provider.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reach {
     /// It serves so many models.
@@ -24,11 +24,11 @@ pub enum Reach {
     Refused(u16),
     /// It answered with another status, or not with a list.
     Answers(Option<u16>),
-    /// Nothing answered: in words.
+    /// No answer, and why.
     Silent(String),
-    /// It cannot be asked: in words.
+    /// It cannot be asked, and why.
     Wrong(String),
-    /// Nobody asked it: it is elsewhere, and either that was not wished or there is no key.
+    /// Not asked: it is remote, and remote checks were not requested or there is no key.
     NotAsked,
 }
 

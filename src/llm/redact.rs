@@ -1,4 +1,4 @@
-//! Takes secrets out of the two texts of an answer, which come in pieces.
+//! Redacts secrets in the two streamed texts of an answer.
 
 use super::chunk::Chunk;
 use super::secrets::{Redactor, Secrets};
@@ -27,7 +27,7 @@ impl Redactors {
         }
     }
 
-    /// What is held back of one of the texts, which are over; to be asked until there is nothing.
+    /// Returns text held back at the end of a stream; call until it returns `None`.
     pub fn held(&mut self) -> Option<Chunk> {
         let reasoning = some(self.reasoning.cut()).map(Chunk::Reasoning);
         reasoning.or_else(|| some(self.text.cut()).map(Chunk::Text))

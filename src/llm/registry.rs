@@ -1,4 +1,4 @@
-//! Providers and models by name: `provider/model` becomes an endpoint and the server's model name.
+//! Providers and models by name: resolves `provider/model` to an endpoint and the server's model name.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -62,8 +62,8 @@ impl Registry {
         Ok(())
     }
 
-    /// The endpoint of a model and the name the server knows it by. A key that is missing is no error yet: the endpoint
-    /// says so, as an answer of the store needs none.
+    /// The endpoint of a model and the server's name for it. A missing key is no error yet: the endpoint reports it
+    /// when used, as a stored answer needs none.
     ///
     /// # Errors
     /// See [`RegistryError`].

@@ -1,4 +1,4 @@
-//! Tests of the registry: ids, layers, what is known of models.
+//! Tests of the registry: ids, layers, model data.
 #![allow(clippy::unwrap_used)]
 
 use secrecy::ExposeSecret;

@@ -1,8 +1,8 @@
-//! What is asked of a language model: messages, parameters, the wanted shape of the answer.
+//! A request to a language model: messages, parameters, and the schema of the answer.
 
 use serde::{Deserialize, Serialize};
 
-/// Who speaks in a [`Message`].
+/// Author of a [`Message`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
@@ -19,7 +19,7 @@ pub enum Role {
 pub struct Message {
     /// Who speaks.
     pub role: Role,
-    /// What is said, as plain text.
+    /// The message as plain text.
     pub content: String,
 }
 
@@ -50,7 +50,7 @@ pub struct Parameters {
     pub effort: Option<Effort>,
 }
 
-/// How much a model is to reason before it answers.
+/// Reasoning effort.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {

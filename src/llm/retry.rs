@@ -1,4 +1,4 @@
-//! Which failures may pass, and how long to wait for it.
+//! Retries: which failures may pass, and how long to wait.
 
 use std::time::Duration;
 

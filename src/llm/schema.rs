@@ -1,4 +1,4 @@
-//! JSON schemas as every provider takes them: the subset that all understand, with the rest put into words.
+//! JSON schemas reduced to the subset every provider supports, the rest moved to descriptions.
 
 use serde_json::{Map, Value, json};
 
@@ -31,8 +31,8 @@ const BOUNDS: [(&str, &str); 9] = [
     ("pattern", "of the form"),
 ];
 
-/// The schema in the subset that every API with structured output takes: all properties required and none besides, what
-/// bounds a value in its description. An answer has to be held against the full schema by whoever reads it.
+/// The schema in the subset that every API with structured output accepts: all properties required, no others allowed,
+/// and bounds moved to descriptions. The reader of an answer must validate it against the full schema.
 pub(super) fn portable(schema: &Value) -> Value {
     let Value::Object(schema) = schema else {
         return schema.clone();

@@ -1,4 +1,4 @@
-//! A request made ready: address, headers, body, its turn, and the money for it.
+//! A request ready to send: address, headers, body, rate-limit permit and reserved budget.
 
 use std::sync::Arc;
 
@@ -89,7 +89,7 @@ pub(super) async fn sendable(
     endpoint: &mut Endpoint,
     request: &Request,
 ) -> Result<(), Error> {
-    // A budget is looked at before a command asks somebody for a password.
+    // The budget is checked before a command asks the user for a password.
     drop(reserve(endpoint, request)?);
     let limit = endpoint.answer_limit(&request.parameters);
     let tokens = request.tokens().saturating_add(limit.unwrap_or(0));

@@ -1,4 +1,4 @@
-//! Tests of the prices that come with the program: whence they are, and what is worked out with them.
+//! Tests of the shipped prices: their sources, and the costs computed from them.
 #![allow(clippy::unwrap_used)]
 
 use super::*;

@@ -1,4 +1,4 @@
-//! One question and its answer on the network: tries, waits, and the reading of the stream.
+//! One question over the network: attempts, waits, and reading the stream.
 
 use std::collections::VecDeque;
 use std::mem;
@@ -203,7 +203,7 @@ impl StreamingRequest {
             return self.fail(Error::Setup { place, why });
         }
         if sending.attempt == 1 {
-            // Whoever waits for a turn has not lost patience with the server.
+            // Waiting for a turn does not count against the server's deadlines.
             sending.patience = Deadlines::starting_now(self.endpoint.timeouts);
         }
         self.asked = Timestamp::now();

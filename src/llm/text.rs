@@ -1,4 +1,4 @@
-//! The body of an answer as text: bytes with clocks on them, cut anywhere, joined to whole characters.
+//! A response body as text: bytes under deadlines, in arbitrary pieces, joined to whole characters.
 
 use futures_util::stream::{self, Stream, StreamExt};
 

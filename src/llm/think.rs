@@ -1,4 +1,4 @@
-//! Splits a leading `<think>…</think>` off a text that arrives in pieces cut anywhere.
+//! Splits a leading `<think>…</think>` from a text that arrives in arbitrary pieces.
 
 const OPEN: &str = "<think>";
 const CLOSE: &str = "</think>";
@@ -6,7 +6,7 @@ const CLOSE: &str = "</think>";
 /// White space before a tag, in bytes; who sends more is not about to think.
 const MOST_SPACE: usize = 1024;
 
-/// Where a piece of content belongs.
+/// Kind of a piece of content.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     /// Between the tags.

@@ -1,4 +1,4 @@
-//! A scene prepared for measuring: what measures share is worked out once, when it is first asked.
+//! A scene prepared for measuring: shared intermediate results are computed once, on first use.
 
 use std::cell::OnceCell;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! The few numbers that tell one scene from another in a list.
+//! Headline numbers that distinguish scenes in a list.
 
 use super::Series;
 

@@ -1,4 +1,4 @@
-//! What vehicles and drivers are taken to be able to do: the parameters of the measures that need any.
+//! Assumed capabilities of vehicles and drivers: parameters of the measures.
 
 /// Parameters of the measures; [`super::LIMITS`] has a line for each, with its unit and what it may be.
 #[derive(Debug, Clone, Copy, PartialEq)]

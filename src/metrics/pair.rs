@@ -1,4 +1,4 @@
-//! The ego and one other over all steps: rows that several measures read, each worked out at the first question.
+//! The ego and one other over all steps: rows shared by several measures, each computed on first use.
 
 use std::cell::OnceCell;
 

@@ -1,4 +1,4 @@
-//! A wish that planning ends early.
+//! A cancellation token for planning.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

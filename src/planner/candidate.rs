@@ -1,4 +1,4 @@
-//! One sampled trajectory: what it costs, or why it is out.
+//! One sampled trajectory: its cost, or why it was rejected.
 
 use super::Limit;
 use super::lateral::Lateral;

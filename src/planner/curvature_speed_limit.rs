@@ -1,4 +1,4 @@
-//! How fast the bends of a path let one be, with room to brake for those ahead.
+//! The curvature speed limit: how fast a path can be driven, with room to brake for curves ahead.
 
 use crate::geometry::ReferencePath;
 

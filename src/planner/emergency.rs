@@ -1,11 +1,11 @@
-//! What is done when no candidate can be driven: the latest contact, or braking.
+//! The fallback without a feasible candidate: the latest contact, or braking.
 
 use super::brake::brake;
 use super::candidate::{Candidate, Rejection};
 use super::traffic::Own;
 use super::{Limits, Plan, Planner, Traffic, VehicleState};
 
-/// What is done when no candidate can be driven.
+/// Fallback when no candidate is feasible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Emergency {
     /// The candidate that touches an obstacle's prediction last.

@@ -1,4 +1,4 @@
-//! Following one candidate step by step: can it be driven, whom would it touch, what does it cost.
+//! Evaluates one candidate step by step: feasibility, collisions, cost.
 
 use super::candidate::{Candidate, Cost, Rejection};
 use super::lateral::Lateral;
@@ -7,7 +7,7 @@ use super::profile::Profile;
 use super::traffic::{Occupied, Own, Traffic};
 use super::{CurvatureSpeedLimit, Limit, Limits, Settings};
 
-/// What all candidates of a plan are held against.
+/// Shared checks for all candidates of a plan.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Judge<'a> {
     pub settings: &'a Settings,

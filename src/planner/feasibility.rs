@@ -1,9 +1,9 @@
-//! Whether a vehicle could have driven a finished trajectory: step by step, however it was made.
+//! Checks whether a vehicle could have driven a finished trajectory, whatever its source.
 //!
-//! From each state to the next a kinematic single-track vehicle must get with one steering rate and one acceleration,
-//! constant over the step, that keep its limits. The tolerances are those of `commonroad-drivability-checker` 2025.4.0
-//! (`position_orientation_feasibility_criteria`). It differs in one thing: there an optimiser looks for inputs that
-//! reach the next place, here the inputs are those that reach the next speed and steering angle too.
+//! Between consecutive states a kinematic single-track vehicle must get by with one steering rate and one acceleration,
+//! constant over the step and within its limits. Tolerances are those of `commonroad-drivability-checker` 2025.4.0
+//! (`position_orientation_feasibility_criteria`). One difference: there an optimiser searches inputs that reach the
+//! next place; here the inputs are those that also reach the next speed and steering angle.
 
 mod steering;
 mod step;
@@ -16,7 +16,7 @@ use super::{Limits, VehicleState};
 use crate::geometry::{Pose, angle_between};
 use crate::scenario::Track;
 
-/// What every step of a trajectory has to keep.
+/// Bounds that every step of a trajectory must keep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Bound {
     /// A state for each step; the value is the steps to the next one.
@@ -124,12 +124,12 @@ pub struct Feasible {
     pub friction: f64,
 }
 
-/// Everything that a trajectory breaks, in order of time; never empty.
+/// All bounds that a trajectory breaks, in order of time; never empty.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{} ({} broken in all)", .0[0], .0.len())]
 pub struct FeasibilityError(pub Vec<Broken>);
 
-/// How exactly a trajectory has to be met.
+/// How exactly a trajectory must be met.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
     /// Of a place along x and along y, metres.

@@ -1,10 +1,10 @@
-//! What the planner is told of the others' future: recorded, straight on, or along their lanes.
+//! The forecast given to the planner: recorded motions, constant velocity, or along the lanes.
 
 use super::traffic::{Body, Extent, Traffic};
 use crate::scenario::prediction::{Model, ObservedHistory, Predictor};
 use crate::scenario::{Obstacle, ObstacleRole, Scenario};
 
-/// Where the others' future comes from.
+/// Source of the others' future.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Forecast {
     /// The recorded future itself: an oracle, which no vehicle has.

@@ -1,4 +1,4 @@
-//! Where along the route and when a goal is reached.
+//! Where along the route, and when, a goal is reached.
 
 use crate::geometry::{Footprint, Pose, ReferencePath};
 use crate::scenario::{Destination, PlanningProblem, Position, Route, Scenario};

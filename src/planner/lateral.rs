@@ -1,4 +1,4 @@
-//! Motion across the path: over time at speed, over the length of the way when slow.
+//! Lateral motion: over time at speed, over arc length when slow.
 
 use super::Polynomial;
 use super::motion::Offset;

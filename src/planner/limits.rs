@@ -1,7 +1,7 @@
-//! What a vehicle can do: the limits of the kinematic single-track model.
+//! Vehicle limits: those of the kinematic single-track model.
 //!
-//! Source: Althoff and Würsching, CommonRoad: Vehicle Models (2020); the numbers are those of the package
-//! `commonroad-vehicle-models` 3.0.2. The reference point of the model is the middle of the rear axle.
+//! Source: Althoff and Würsching, CommonRoad: Vehicle Models (2020); values from the package
+//! `commonroad-vehicle-models` 3.0.2. The model's reference point is the middle of the rear axle.
 
 use crate::scenario::VehicleType;
 
@@ -28,7 +28,7 @@ pub struct Limits {
     pub steering_rate: f64,
 }
 
-/// Which limit is broken.
+/// Kinds of limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Limit {
     /// The speed, or driving backwards.

@@ -1,9 +1,9 @@
 //! A sampling-based motion planner along a reference path.
 //!
-//! Source: Werling, Ziegler, Kammel and Thrun, Optimal Trajectory Generation for Dynamic Street Scenarios in a
-//! Frenet Frame, ICRA 2010. Candidates are polynomials along and across the path; those that a kinematic
-//! single-track vehicle cannot drive, that leave the road or that touch an obstacle's predicted body are dropped, and
-//! the cheapest of the others is driven. Nothing in it is random: the same input gives the same plan.
+//! Source: Werling, Ziegler, Kammel and Thrun, Optimal Trajectory Generation for Dynamic Street Scenarios in a Frenet
+//! Frame, ICRA 2010. Candidates are polynomials along and across the path; those that a kinematic single-track vehicle
+//! cannot drive, that leave the road or that touch an obstacle's predicted body are rejected, and the cheapest
+//! remaining one is driven. The planner is deterministic: the same input gives the same plan.
 
 mod brake;
 mod cancel;

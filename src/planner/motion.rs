@@ -1,7 +1,7 @@
-//! From coordinates along the path to the state of the vehicle, without angles.
+//! Converts path coordinates to vehicle states without computing angles.
 //!
-//! Source: Werling et al. 2010, appendix I. Angles are kept as their sine and cosine, since a plan works out some
-//! ten thousand states and shows one of them in a hundred.
+//! Source: Werling et al. 2010, appendix I. Angles are kept as sine and cosine, since a plan computes about ten
+//! thousand states and shows one in a hundred.
 
 use super::VehicleState;
 use crate::geometry::{PathPoint, Point, Pose};

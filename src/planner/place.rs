@@ -1,4 +1,4 @@
-//! Where a state is along the path and across it.
+//! The position of a state along and across the path.
 
 use super::lateral::Start;
 use super::samples::start;

@@ -1,4 +1,4 @@
-//! One cycle of planning: sample, follow, choose; and what is done when nothing is left.
+//! One planning cycle: sample, evaluate, select; and the fallback when no candidate is left.
 
 use super::cancel::Cancel;
 use super::candidate::{Candidate, Cost, Rejection};
@@ -10,7 +10,7 @@ use super::profile::Profile;
 use super::samples::{FASTER, Level, Sampler};
 use super::{Emergency, Limits, ReferenceTrack, Road, Settings, Traffic, VehicleState};
 
-/// What a cycle decided.
+/// Decision of a planning cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// The states from now to the horizon, one a step.
@@ -31,7 +31,7 @@ pub struct Plan {
     pub emergency: Option<Emergency>,
 }
 
-/// What a planner carries from one cycle to the next: given it back, it plans on as if it had never stopped.
+/// State carried from one cycle to the next: with it, planning continues as if it had never stopped.
 #[derive(Debug, Clone, Copy)]
 pub struct Memory {
     last: Option<(i64, Profile, Lateral)>,

@@ -1,4 +1,4 @@
-//! Polynomials of fifth degree and below that join two states with the least jerk.
+//! Minimum-jerk polynomials of degree five or less that join two states.
 //!
 //! Source: Takahashi et al., Local path planning and motion control for AGV in positioning, IROS 1989; Werling et
 //! al. 2010, sections III and IV.

@@ -1,10 +1,10 @@
-//! Motion along the path: one polynomial of time, and the path at each of its steps.
+//! Longitudinal motion: a polynomial of time, and the path at each of its steps.
 
 use super::Polynomial;
 use super::motion::Station;
 use crate::geometry::ReferencePath;
 
-/// How far along the path by time; what all candidates with the same profile share.
+/// Longitudinal motion over time, shared by all candidates with the same profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Profile {
     pub along: Polynomial,

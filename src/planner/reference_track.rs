@@ -1,4 +1,4 @@
-//! What a planner follows: a route's smooth path, and the speed that is wanted on it.
+//! The planner's reference: a route's smooth path, and the desired speed on it.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ pub struct ReferenceTrack {
     pub path: Arc<ReferencePath>,
     /// Arc length of the start along it, metres.
     pub start: f64,
-    /// Where and when to arrive, if the goal says so.
+    /// Where and when to arrive, if the goal specifies it.
     pub arrival: Option<Arrival>,
     /// The speed that is driven where nothing else decides, m/s.
     pub cruise: f64,
@@ -26,7 +26,7 @@ pub struct ReferenceTrack {
     pub bends: CurvatureSpeedLimit,
 }
 
-/// Why there is nothing to follow.
+/// Why there is no reference track.
 #[derive(Debug, thiserror::Error)]
 pub enum ReferenceTrackError {
     /// The planning problem has no start.

@@ -1,4 +1,4 @@
-//! The road that a planner keeps to: its area, built once for a scenario.
+//! The drivable road area, built once for a scenario.
 
 use super::{Limits, VehicleState};
 use crate::geometry::{Footprint, Shape};

@@ -1,4 +1,4 @@
-//! What is sampled: durations, final speeds and places along the path, offsets across it.
+//! Sampling: durations, final speeds and positions along the path, offsets across it.
 
 use super::lateral::Start;
 use super::profile::Profile;
@@ -66,7 +66,7 @@ impl Level {
     }
 }
 
-/// What sampling has to know.
+/// Input of sampling.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sampler<'a> {
     pub settings: &'a Settings,

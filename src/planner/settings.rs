@@ -1,9 +1,9 @@
-//! What a planner is told: horizon, samples, weights of the costs.
+//! Planner settings: horizon, samples, cost weights.
 
 use super::Limits;
 use crate::scenario::VehicleType;
 
-/// How a planner plans.
+/// Planner settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// The vehicle that is planned for.
@@ -26,7 +26,7 @@ pub struct Settings {
     pub reaction: f64,
 }
 
-/// How densely the samples lie.
+/// Density of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sampling {
     /// Durations of manoeuvres, evenly spread up to the horizon.

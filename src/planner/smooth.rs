@@ -1,8 +1,8 @@
-//! A path that can be driven at speed, near the middle of the lanes.
+//! Smooths a path so that it can be driven at speed, near the middle of the lanes.
 //!
 //! Maps draw curves with few points, and a path that keeps to them within centimetres has kinks that no vehicle can
-//! follow. Here points along the path are moved so that the squared third differences (the change of curvature) become
-//! small, as much as a tolerance allows: the smoother of Whittaker (1923), with more weight where it would stray.
+//! follow. Points along the path are moved to make the squared third differences (the change of curvature) small,
+//! within a tolerance: the smoother of Whittaker (1923), with more weight where the path would stray.
 
 use crate::geometry::{Point, ReferencePath, ReferencePathError, Vector};
 

@@ -1,4 +1,4 @@
-//! Whom the planner does not see: obstacles that are known as regions only.
+//! Obstacles the planner does not avoid: those known only as regions.
 
 use crate::scenario::{Prediction, Scenario};
 

@@ -1,4 +1,4 @@
-//! The form of an answer, told from its JSON schema, so that prompt and schema cannot disagree.
+//! Describes the form of an answer from its JSON schema, so that prompt and schema cannot disagree.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! Which of several templates for the same task and frame is used: `chosen.toml` in the user's folder.
+//! Selects one of several templates for a task and frame: `chosen.toml` in the user's folder.
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Result as IoResult};

@@ -1,4 +1,4 @@
-//! What a template would have where the user does not say otherwise.
+//! Defaults of a template, used unless the user overrides them.
 
 use std::num::NonZeroUsize;
 
@@ -32,7 +32,7 @@ pub struct Defaults {
     pub temperature: Option<f64>,
 }
 
-/// How a scene is written.
+/// Style of a description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Wording {

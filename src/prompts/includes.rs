@@ -1,4 +1,4 @@
-//! Which fragments a template includes, and a hash over it and them.
+//! Fragments included by a template, and a hash over it and them.
 
 use std::collections::{BTreeMap, BTreeSet};
 

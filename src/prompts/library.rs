@@ -1,4 +1,4 @@
-//! All templates: shipped with the program, and the user's, which override them by file name.
+//! The template library: shipped templates, and the user's, which override them by file name.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ const SHIPPED: &[Shipped] = shipped![
     "trajectory.md",
 ];
 
-/// Where a template comes from.
+/// Source of a template.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {
     /// With the program.
@@ -74,7 +74,7 @@ pub struct Problem {
     pub instead: Instead,
 }
 
-/// What is in use instead of a broken file.
+/// Replacement in use for a broken file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Instead {
     /// The shipped file of the same name.

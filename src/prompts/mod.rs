@@ -1,4 +1,4 @@
-//! Prompt templates: those that come with the program, those of the user, and how they are filled.
+//! Prompt templates: shipped ones, the user's, and rendering.
 
 mod answer_form;
 mod chosen;

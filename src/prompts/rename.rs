@@ -1,4 +1,4 @@
-//! A template under another name, beside the one that it was made from.
+//! Copies a template under another name, beside the original.
 
 use super::Template;
 use super::template::split;

@@ -1,4 +1,4 @@
-//! Filling a template: its `system` and `user` blocks become the two messages.
+//! Renders a template: its `system` and `user` blocks become the two messages.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ pub struct Prompt {
     pub user: String,
 }
 
-/// Why a template could not be filled.
+/// Why a template could not be rendered.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}{}: {message}", line.map(|l| format!(":{l}")).unwrap_or_default())]
 pub struct RenderError {

@@ -1,8 +1,8 @@
-//! The three prompting techniques of the paper, switched on and off separately.
+//! The paper's three prompting techniques, switched on and off separately.
 
 use serde::{Deserialize, Serialize};
 
-/// Which techniques a prompt uses.
+/// Techniques a prompt uses.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
 )]

@@ -7,7 +7,7 @@ use super::defaults::Defaults;
 use super::render::syntax;
 use crate::system::line_at;
 
-/// What a template says about itself.
+/// Metadata of a template.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrontMatter {
     /// Its name.

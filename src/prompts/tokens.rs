@@ -1,4 +1,4 @@
-//! An estimate of how many tokens a text is, without any model's vocabulary.
+//! Estimates the token count of a text without any model's vocabulary.
 
 /// Letters of one token: common words are whole tokens.
 const WORD: usize = 12;

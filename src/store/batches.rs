@@ -1,4 +1,4 @@
-//! Batches: what shall be asked in bulk, written down before anything is sent, so that it can be gone on with.
+//! Batches: their questions, stored before anything is sent, so that a batch can be resumed.
 
 use rusqlite::{OptionalExtension, Row, params};
 
@@ -38,13 +38,13 @@ pub struct Batch {
     pub created_ms: i64,
     /// When something was last added to it.
     pub updated_ms: i64,
-    /// What is asked and how, as JSON.
+    /// Tasks, frames and other settings, as JSON.
     pub spec: String,
     /// The parts of it that are here, such as `1/4`; nothing where it is whole.
     pub shard: Option<String>,
 }
 
-/// How far a batch is: its scenarios, and its questions by where they stand.
+/// Progress of a batch: its scenarios, and its questions by state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Progress {
     /// Scenarios that are asked about.
@@ -104,8 +104,7 @@ impl Store {
         })
     }
 
-    /// Adds questions to a batch, behind those that it has, and says anew what is asked. With a `lead`, the safety
-    /// questions that have none are from now on those with that one.
+    /// Appends questions to a batch and replaces its specification. With a `lead`, safety questions without one get it.
     ///
     /// # Errors
     /// SQLite refused.

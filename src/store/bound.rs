@@ -1,4 +1,4 @@
-//! The most that a run can have cost: kept before it is asked, for those that break off and never say.
+//! Upper bounds on a run's cost, stored before it is asked, for runs that break off without reporting one.
 
 use rusqlite::{OptionalExtension, params};
 

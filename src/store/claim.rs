@@ -1,4 +1,4 @@
-//! Claims: the first run to ask a question asks it alone; the next one gets its answer.
+//! Claims: the first run to ask a question asks it alone; concurrent ones receive its answer.
 
 use std::time::Duration;
 
@@ -14,10 +14,10 @@ pub const LEASE: Duration = Duration::from_secs(6);
 /// How often a claim is renewed while an answer arrives.
 pub const RENEWAL: Duration = Duration::from_millis(1500);
 
-/// What comes of wanting to ask a question.
+/// Result of claiming a question.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Claim {
-    /// It is to be asked, under this run id; no other run asks it meanwhile.
+    /// Ask it under this run id; no other run asks it meanwhile.
     Granted(RunId),
     /// It was answered before.
     Stored(Box<Run>),
@@ -26,11 +26,11 @@ pub enum Claim {
 }
 
 impl Store {
-    /// Looks for an answer to the same request; where there is none, and no run is asking for one, writes down that
-    /// it is about to be asked. With `fresh` it is asked in any case.
+    /// Looks up an answer to the same request; if there is none and no run is asking for one, records that it is about
+    /// to be asked. With `fresh` it is asked in any case.
     ///
-    /// An answer that was cut off, failed, cancelled, interrupted or deleted is none. The newest of several counts: the
-    /// last that came into the store, as clocks may have been set meanwhile.
+    /// Answers that were cut off, failed, cancelled, interrupted or deleted do not count. Of several, the last to enter
+    /// the store counts, as clocks may have been set meanwhile.
     ///
     /// # Errors
     /// SQLite refused.

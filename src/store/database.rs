@@ -12,7 +12,7 @@ use super::migrate::migrate;
 use super::reading;
 use crate::system;
 
-/// All runs. Several threads and several programs may use one store at once.
+/// The store of all runs, safe for several threads and several processes at once.
 #[derive(Debug)]
 pub struct Store {
     connection: Mutex<Connection>,
@@ -22,7 +22,7 @@ pub struct Store {
     _copy: Option<TempDir>,
 }
 
-/// Why something is not in the store.
+/// Errors of the store.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// The folder cannot be made.
@@ -74,7 +74,7 @@ pub enum StoreError {
     /// What was written may not be on the disk.
     #[error("the store of runs cannot be synced to the disk: {}", system::words(.0))]
     Sync(std::io::Error),
-    /// An answer arrived that could not be stored; what became of it.
+    /// An answer arrived but could not be stored; where it is instead.
     #[error("{0}")]
     Unstored(String),
     /// A word that another version wrote.

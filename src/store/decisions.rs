@@ -1,9 +1,9 @@
-//! What became of every question that asks for yes or no, in one query: for figures over all of them.
+//! Outcomes of all yes-or-no questions in one query, for overall figures.
 
 use super::{RunId, RunState, Store, StoreError, rows};
 use crate::verdict::Task;
 
-/// What became of a question, without its texts.
+/// Outcome of a question, without its texts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredOutcome {
     /// The run's number.
@@ -14,29 +14,28 @@ pub struct StoredOutcome {
     pub scenario: String,
     /// The ego, and where its motion comes from.
     pub ego: String,
-    /// What was asked.
+    /// The task.
     pub task: Task,
-    /// From where the scene was described.
+    /// The frame of the description.
     pub frame: String,
-    /// With which techniques.
+    /// The prompting techniques.
     pub techniques: String,
-    /// Who was asked, `provider/model`.
+    /// The model, `provider/model`.
     pub model: String,
-    /// Which of several answers to the same question.
+    /// Sample number among answers to the same question.
     pub sample: u32,
     /// First and last time step of the window, where known.
     pub window: Option<(i64, i64)>,
-    /// Where it stands.
+    /// Its state.
     pub state: RunState,
-    /// Yes or no; nothing where no verdict was read.
+    /// Yes or no; `None` if no verdict was parsed.
     pub dangerous: Option<bool>,
-    /// Of a yes to the safety task: the obstacles that it names, with their risk scores.
+    /// For a yes to the safety task: the obstacles it names, with their risk scores.
     pub named: Vec<(i64, u8)>,
 }
 
 impl Store {
-    /// What became of every run with a task of [`Task::VERDICTS`] that is over, the newest first. Deleted ones are left
-    /// out, and those that were cancelled.
+    /// Outcomes of all ended runs with a task of [`Task::VERDICTS`], newest first, without deleted and cancelled ones.
     ///
     /// # Errors
     /// SQLite refused.
@@ -76,7 +75,7 @@ impl Store {
     }
 }
 
-/// The obstacles of a verdict as the store has it, with their scores.
+/// The obstacles of a stored verdict, with their scores.
 fn named(verdict: Option<&str>) -> Vec<(i64, u8)> {
     let read = verdict.and_then(|json| serde_json::from_str::<serde_json::Value>(json).ok());
     let all = read.as_ref().and_then(|v| v["obstacles"].as_array());

@@ -1,4 +1,4 @@
-//! Getting what was committed onto the disk: many that wait for it at once share one sync.
+//! Durable commits: concurrent waiters share one sync to disk.
 
 use std::fs::File;
 use std::io;
@@ -39,7 +39,7 @@ impl Log {
         }
     }
 
-    /// Counts a commit. A thread that has committed says so before any other can commit.
+    /// Counts a commit. A thread calls it after its commit, before any other can commit.
     pub fn committed(&self) -> Ticket {
         let mut state = self.lock();
         state.written += 1;

@@ -1,4 +1,4 @@
-//! Which runs are meant: filters, and the words that people write them with.
+//! Run filters and their query syntax.
 
 use jiff::Timestamp;
 use jiff::civil::Date;
@@ -8,7 +8,7 @@ use rusqlite::types::Value;
 use super::{Origin, RunState};
 use crate::verdict::Task;
 
-/// Which runs are meant; what is not set does not narrow them down.
+/// Filters on runs; unset ones do not restrict.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Filter {
     /// Words that all occur in scenario, answer, reasoning, justification or notes; each may be the beginning of one.
@@ -17,7 +17,7 @@ pub struct Filter {
     pub model: Option<String>,
     /// A part of the scenario's name, in any case.
     pub scenario: Option<String>,
-    /// What was asked.
+    /// The task.
     pub task: Option<Task>,
     /// Where they stand.
     pub state: Option<RunState>,
@@ -37,7 +37,7 @@ pub struct Filter {
     pub deleted: bool,
 }
 
-/// What a verdict says.
+/// Decision of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Decision {
     /// Yes: a collision, or safety-critical.

@@ -1,4 +1,4 @@
-//! Whether the store's file is in order, looked at without changing it.
+//! Checks the store's file without changing it.
 
 use std::path::Path;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use super::{StoreError, reading};
 /// How long others are waited for that write at the same time.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// What is known of the store's file.
+/// State of the store's file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Health {
     /// Its version.

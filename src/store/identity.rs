@@ -1,30 +1,30 @@
-//! What makes a question of a batch that one and no other.
+//! The identity of a batch question: what distinguishes it from all others.
 
 use super::NewItem;
 
-/// A question without what is true about it and where it stands.
+/// A question without its ground truth and state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Identity<'a> {
     /// The scenario's file, or the name of a bundled one.
     pub path: &'a str,
-    /// The word for what is asked.
+    /// Name of the task.
     pub task: &'a str,
     /// `provider/model`.
     pub model: &'a str,
-    /// From where it is described.
+    /// The frame of the description.
     pub frame: Option<&'a str>,
     /// The techniques.
     pub techniques: Option<&'a str>,
-    /// Where its window ends.
+    /// The end of its window.
     pub lead: Option<&'a str>,
-    /// What is changed about the scene.
+    /// The change of the scene.
     pub transform: Option<&'a str>,
-    /// Which of several answers.
+    /// Sample number among several answers.
     pub sample: u32,
 }
 
 impl NewItem {
-    /// What tells it from all others of its batch.
+    /// Its identity within the batch.
     #[must_use]
     pub fn identity(&self) -> Identity<'_> {
         Identity {

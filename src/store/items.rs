@@ -1,4 +1,4 @@
-//! The questions of a batch: what was to be asked, where each stands, and the newest whole answers to them.
+//! Batch items: each question's state, and its newest complete answers.
 
 use rusqlite::{Connection, Row, params};
 
@@ -7,7 +7,7 @@ use super::rows::word;
 use super::{BatchId, Consumed, Key, RunId, Store, StoreError};
 use crate::verdict::Task;
 
-/// A question that is to be asked.
+/// A question to ask.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NewItem {
     /// The scenario's file, or the name of a bundled one.
@@ -18,11 +18,11 @@ pub struct NewItem {
     pub scenario_hash: Option<String>,
     /// The ego; nothing where it could not be read.
     pub ego: Option<String>,
-    /// What is asked.
+    /// The task.
     pub task: Task,
-    /// From where it is described; nothing of a judge that is not asked in words.
+    /// The frame of the description; `None` for a judge without a prompt.
     pub frame: Option<String>,
-    /// The techniques; nothing of a judge that is not asked in words.
+    /// The techniques; `None` for a judge without a prompt.
     pub techniques: Option<String>,
     /// `provider/model`.
     pub model: String,
@@ -36,22 +36,22 @@ pub struct NewItem {
     pub key: Option<Key>,
     /// What is true; nothing where it is unknown.
     pub collides: Option<bool>,
-    /// Who collides with the ego, where the truth says so.
+    /// The obstacle the ego collides with, if the ground truth names one.
     pub obstacle: Option<i64>,
     /// Why it cannot be asked; nothing where it can.
     pub unaskable: Option<String>,
 }
 
-/// Where a question of a batch stands.
+/// State of a batch question.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ItemState {
-    /// It is to be asked.
+    /// Not asked yet.
     Waiting,
-    /// A whole answer is there.
+    /// It has a complete answer.
     Answered,
     /// The server cut the answer off; asked again, it would likely do so again.
     Truncated,
-    /// No whole answer came.
+    /// No complete answer came.
     Failed,
     /// No question can be made of the scenario.
     Unaskable,
@@ -88,7 +88,7 @@ impl ItemState {
 pub struct Item {
     /// Its place in the batch, from 0.
     pub place: u64,
-    /// What is asked.
+    /// The question.
     pub asked: NewItem,
     /// Where it stands.
     pub state: ItemState,
@@ -98,7 +98,7 @@ pub struct Item {
     pub error: Option<String>,
 }
 
-/// Where a row of `items` stands now. An answer that was deleted is none: its question is to be asked again.
+/// Current state of a row of `items`. A deleted answer does not count: its question is to be asked again.
 pub(super) const STATE: &str = "CASE WHEN items.state = 'answered' AND items.key IS NOT NULL AND NOT EXISTS (
              SELECT 1 FROM runs AS kept WHERE kept.key = items.key AND kept.sample = items.sample
                  AND kept.state = 'answered' AND kept.deleted_ms IS NULL) THEN 'waiting'

@@ -1,4 +1,4 @@
-//! Questions of a batch come back, and say where they stand.
+//! Tests of batch items and their states.
 
 #![allow(clippy::unwrap_used)]
 use super::*;

@@ -1,4 +1,4 @@
-//! Keys of requests: SHA-256 over JSON that is written in one way only.
+//! Request keys: SHA-256 over canonical JSON.
 
 use serde_json::Value;
 use sha2::{Digest, Sha256};

@@ -1,4 +1,4 @@
-//! Finding runs: one by its number, those on a scenario, and lists by filters and words.
+//! Finds runs: one by number, those on a scenario, and lists by filters and words.
 
 use rusqlite::types::Value;
 use rusqlite::{Connection, OptionalExtension, Row, params, params_from_iter};
@@ -30,7 +30,7 @@ pub struct Summary {
     pub state: String,
     /// Name of the scenario.
     pub scenario: String,
-    /// What was asked.
+    /// The task.
     pub task: String,
     /// From where the scene was described.
     pub frame: String,

@@ -1,4 +1,4 @@
-//! Another store's runs and batches into this one: parts of a batch that were asked on several machines become one.
+//! Merges another store's runs and batches: shards asked on several machines become one batch.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -9,7 +9,7 @@ use super::items::insert;
 use super::write::{insert_new, insert_rest, there};
 use super::{Batch, BatchId, Item, ItemState, Run, RunId, RunState, Store, StoreError};
 
-/// What was added.
+/// Counts of merged rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Merged {
     /// Runs that are new here.
@@ -111,7 +111,7 @@ impl Store {
         })
     }
 
-    /// Adds the questions that a batch does not have, and what became of those that it has and that wait here.
+    /// Adds the questions a batch lacks, and outcomes of those it has that are still waiting here.
     fn add_items(
         &self,
         batch: BatchId,

@@ -1,4 +1,4 @@
-//! Versions of the store's file: numbered SQL files, each applied once, in a transaction.
+//! Migrations of the store's file: numbered SQL files, each applied once, in a transaction.
 
 use rusqlite::{Connection, TransactionBehavior};
 

@@ -1,4 +1,4 @@
-//! The store: every run in SQLite, piece by piece as it arrives; nothing is lost, nothing is asked for twice.
+//! The store: every run in SQLite, chunk by chunk as it arrives; nothing is lost, nothing is asked twice.
 
 mod batches;
 mod bound;

@@ -1,11 +1,11 @@
-//! What became of many runs, without their texts: what reports are counted from.
+//! Outcomes of many runs, without their texts: the input of reports.
 
 use rusqlite::params_from_iter;
 
 use super::{Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, rows};
 use crate::verdict::Task;
 
-/// What became of one run.
+/// Outcome of one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// Its number.
@@ -22,7 +22,7 @@ pub struct Outcome {
     pub origin: Origin,
     /// The file that a recorded answer was read from.
     pub source: Option<String>,
-    /// What was asked.
+    /// The task.
     pub task: Task,
     /// From where the scene was described.
     pub frame: String,
@@ -47,7 +47,7 @@ pub struct Outcome {
 }
 
 impl Store {
-    /// What became of all runs that fit, oldest first. Their texts are not read.
+    /// Outcomes of all matching runs, oldest first. Their texts are not read.
     ///
     /// # Errors
     /// SQLite refused.

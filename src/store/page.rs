@@ -1,4 +1,4 @@
-//! Lists of runs a page at a time, however many there are: opened at once, and never more in memory than is looked at.
+//! Paginated run lists: opened at once at any length, with only the visible pages in memory.
 
 use rusqlite::types::Value;
 use rusqlite::{InterruptHandle, params_from_iter};
@@ -24,7 +24,7 @@ impl From<&Summary> for Cursor {
     }
 }
 
-/// Which part of a list is wanted.
+/// Position of a page in a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edge {
     /// From the newest run on.

@@ -1,4 +1,4 @@
-//! Batches that are with a provider: which questions, under which id, and which results have been taken.
+//! Batches submitted to providers: their questions, provider ids and collected results.
 
 use rusqlite::{OptionalExtension, Row, Transaction, params};
 
@@ -6,7 +6,7 @@ use super::claim::{FOR_EVER, hold_until, interrupt_abandoned, there};
 use super::database::now_ms;
 use super::{Claim, Ending, Key, NewRun, Piece, RunId, Store, StoreError, rows, write};
 
-/// Identifies a batch in its store; the provider has an id of its own.
+/// Identifies a batch in its store; the provider uses a separate id.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ProviderBatchId(pub i64);
 
@@ -16,7 +16,7 @@ impl std::fmt::Display for ProviderBatchId {
     }
 }
 
-/// Where a batch stands, as far as this store knows.
+/// State of a submitted batch, as far as this store knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HandedState {
     /// It is about to be sent, or it is unknown whether it arrived.
@@ -68,14 +68,14 @@ impl HandedState {
         Self::ALL.into_iter().find(|state| state.name() == name)
     }
 
-    /// Whether there is something to be had from the provider yet.
+    /// Whether the provider may still return something.
     #[must_use]
     pub fn is_open(self) -> bool {
         matches!(self, Self::Submitting | Self::Submitted | Self::Cancelling)
     }
 }
 
-/// What is known before a batch is sent.
+/// Data known before a batch is sent.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NewProviderBatch {
     /// `provider/model`.
@@ -91,8 +91,8 @@ pub struct Opened {
     pub id: ProviderBatchId,
     /// What it is recognised by.
     pub tag: String,
-    /// For each question that was to be asked: its run and what the provider is to call it; nothing where another run
-    /// has the answer, or asks for it.
+    /// For each question its run and the id used at the provider; `None` if another run has the answer or is asking for
+    /// it.
     pub requests: Vec<Option<(RunId, String)>>,
 }
 
@@ -160,8 +160,8 @@ impl Store {
         Ok(statement.query_row(params![key.as_str(), sample], |row| row.get(0))?)
     }
 
-    /// Writes down, before anything is sent, that these questions go to a provider: each in a run of its own that is
-    /// claimed until its result is there. Nothing is written where all of them are answered or asked already.
+    /// Records, before anything is sent, that these questions go to a provider: each in its own run, claimed until its
+    /// result arrives. Writes nothing if all of them are answered or in progress.
     ///
     /// # Errors
     /// SQLite refused.

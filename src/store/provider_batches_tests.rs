@@ -1,4 +1,4 @@
-//! Batches with providers in the store alone.
+//! Tests of provider batches in the store alone.
 #![allow(clippy::unwrap_used)]
 
 use super::*;

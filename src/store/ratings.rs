@@ -1,4 +1,4 @@
-//! Ratings: what a person made of answers side by side.
+//! Ratings: people's judgements of answers side by side.
 
 use rusqlite::{Row, params};
 use serde::Serialize;
@@ -8,7 +8,7 @@ use super::database::now_ms;
 use super::{RunId, Store, StoreError, rows};
 use crate::verdict::Task;
 
-/// What a person chose.
+/// A person's choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Choice {
     /// The answer at this place, from 0, is the best.
@@ -58,7 +58,7 @@ pub struct NewRating {
     pub person: String,
     /// Name of the scenario.
     pub scenario: String,
-    /// What was asked.
+    /// The task.
     pub task: Task,
     /// Whether the models were hidden and the order shuffled.
     pub blind: bool,
@@ -83,7 +83,7 @@ pub struct Rating {
     pub person: String,
     /// Name of the scenario.
     pub scenario: String,
-    /// What was asked.
+    /// The task.
     pub task: Task,
     /// Whether the models were hidden and the order shuffled.
     pub blind: bool,

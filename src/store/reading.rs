@@ -1,4 +1,4 @@
-//! Opening a store that cannot be written: one of another user's, or on a disk that is read-only.
+//! Read-only access: opens a store of another user, or on a read-only disk.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Runs as JSON, one object each: complete, and the same run again when it is read.
+//! Runs as JSON, one object each: complete, and identical when read back.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::{Consumed, Ending, Key, NewRun, Origin, Run, RunId, RunState};
 use crate::verdict::Task;
 
-/// Why a line is no run.
+/// Why a line is no valid run.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// It is not JSON of this form.
@@ -145,8 +145,8 @@ impl Run {
         serde_json::to_value(record).unwrap_or_default()
     }
 
-    /// A run from a line that [`Run::to_record`] wrote, in this store or another. What was asked elsewhere is
-    /// replayed here. Its number is the one of the other store.
+    /// A run from a line that [`Run::to_record`] wrote, in this store or another. A run asked elsewhere counts as
+    /// replayed here, and keeps the number of the other store.
     ///
     /// # Errors
     /// The line is no run, or not as it was written.

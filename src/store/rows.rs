@@ -1,4 +1,4 @@
-//! From rows of the database to runs.
+//! Converts database rows to runs.
 
 use rusqlite::types::Type;
 use rusqlite::{Connection, Error, Row};

@@ -1,4 +1,4 @@
-//! What is kept of a run.
+//! The stored data of a run.
 
 use serde_json::json;
 
@@ -15,7 +15,7 @@ impl std::fmt::Display for RunId {
     }
 }
 
-/// What is known before a judge is asked.
+/// Data known before a judge is asked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewRun {
     /// Which of several answers to the same request this is, from 0.
@@ -28,7 +28,7 @@ pub struct NewRun {
     pub scenario_hash: Option<String>,
     /// The ego, and where its motion comes from.
     pub ego: String,
-    /// What is asked.
+    /// The task.
     pub task: Task,
     /// From where the scene is described.
     pub frame: String,
@@ -86,7 +86,7 @@ impl NewRun {
     }
 }
 
-/// Where a run's answer comes from.
+/// Origin of a run's answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Origin {
     /// This store's program asked a judge.
@@ -107,7 +107,7 @@ pub enum Piece<'a> {
     Answer(&'a str),
 }
 
-/// Where a run stands.
+/// State of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RunState {
     /// The answer is arriving.
@@ -150,7 +150,7 @@ names!(Origin, Asked => "asked", Recorded => "recorded", Replayed => "replayed")
 names!(RunState, Running => "running", Interrupted => "interrupted", Answered => "answered",
     Truncated => "truncated", Failed => "failed", Cancelled => "cancelled");
 
-/// What an answer consumed, where it is known.
+/// Consumption of an answer, where known.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Consumed {
     /// Tokens of the question.
@@ -169,7 +169,7 @@ pub struct Consumed {
     pub duration_ms: Option<u64>,
 }
 
-/// What is known when a run ends.
+/// Data known when a run ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ending {
     /// Where it stands now.
@@ -222,7 +222,7 @@ pub struct Run {
     pub origin: Origin,
     /// The file that a recorded answer was read from.
     pub source: Option<String>,
-    /// What was asked of whom.
+    /// The question and its judge.
     pub question: NewRun,
     /// The answer's text.
     pub answer: String,

@@ -1,4 +1,4 @@
-//! Which runs answer questions that a batch asks beside its first ones: at other leads, or about changed scenes.
+//! Secondary runs: answers at other leads or about changed scenes, beside a batch's primary questions.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! The store through its own functions.
+//! Tests of the store through its own functions.
 #![allow(clippy::unwrap_used)]
 
 mod verdicts;

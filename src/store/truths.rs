@@ -1,8 +1,8 @@
-//! What the batches hold true about the runs that were made for them.
+//! Ground truths that batches store for their runs.
 
 use super::{BatchId, RunId, Store, StoreError};
 
-/// What a batch holds true about the scenario of a run.
+/// Label of a run's scenario, from its batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunLabel {
     /// The run.
@@ -16,8 +16,8 @@ pub struct RunLabel {
 }
 
 impl Store {
-    /// What is true about the runs of batches, where their batch says so: once a run. Of several batches that one counts
-    /// which the run was made for. Changed scenes are left out, whose obstacles can have other numbers.
+    /// Labels of runs from their batches, one a run. If several batches have one, the batch that the run was made for
+    /// counts. Changed scenes are left out, as their obstacles can have other ids.
     ///
     /// # Errors
     /// SQLite refused.

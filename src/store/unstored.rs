@@ -1,4 +1,4 @@
-//! Answers that could not be stored: each is kept in a file of its own, and taken in when the store can be written again.
+//! Unstored answers: kept in a file each, and imported once the store is writable again.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

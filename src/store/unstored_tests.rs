@@ -1,4 +1,4 @@
-//! Answers that the store could not have come back, once.
+//! Tests that unstored answers come back, each once.
 
 #![allow(clippy::unwrap_used)]
 use super::*;

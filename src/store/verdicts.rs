@@ -1,11 +1,11 @@
-//! What all stored answers say, yes or no, in one query: for lists of many scenarios.
+//! Verdicts of all stored answers in one query, for lists of many scenarios.
 
 use rusqlite::params;
 
 use super::{Origin, Store, StoreError, rows};
 use crate::verdict::Task;
 
-/// What a stored answer says.
+/// Verdict of a stored answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredVerdict {
     /// SHA-256 of the scenario's file; nothing where only its name is known.
@@ -16,7 +16,7 @@ pub struct StoredVerdict {
     pub ego: String,
     /// Where the answer comes from.
     pub origin: Origin,
-    /// What was asked.
+    /// The task.
     pub task: Task,
     /// First and last time step of the window, where known.
     pub window: Option<(i64, i64)>,

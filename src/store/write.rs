@@ -1,4 +1,4 @@
-//! Writing runs: their beginning, their pieces, their end, and what people do with them later.
+//! Writes runs: their start, chunks, end, and later edits by people.
 
 use rusqlite::{Connection, OptionalExtension, params};
 

@@ -10,7 +10,7 @@ use std::thread::ThreadId;
 
 use super::marks::Marks;
 
-/// Something that is tried, by a name that is the same at the next start.
+/// Something risky that is attempted, under a name that stays the same at the next start.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Subject(String);
 
@@ -76,7 +76,7 @@ fn lock() -> Locked {
     Locked(STATE.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// Something is being done as long as this is kept.
+/// A guard that marks an activity as running until dropped.
 #[derive(Debug)]
 #[must_use = "it is over when this is dropped"]
 pub struct Doing(u64);
@@ -188,7 +188,7 @@ pub fn release(subject: &Subject) {
     }
 }
 
-/// What was being done when this thread panicked, and the file that it was about.
+/// The activity and file of a thread that panicked.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Crashed {
     /// The tasks of this thread, the first the widest; of all threads if it has none.

@@ -11,7 +11,7 @@ mod signals;
 
 pub use self::signals::{Signals, ask_to_stop, stop, take_over, was_continued, with_default};
 
-/// What a shell, or another program, did to this one.
+/// Job-control signals from a shell or another program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JobSignal {
     /// It is to stop: call [`stop`] once the terminal is given back.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-/// One file for this program, locked as long as it runs, and one for each thing that is held.
+/// A lock file for this program while it runs, and one file for each held subject.
 #[derive(Debug)]
 pub struct Marks {
     folder: PathBuf,

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::part::{Part, Readers};
 use crate::system;
 
-/// Why a file was not saved. Whatever stood at its path is still there, unchanged.
+/// Why a file was not saved. An existing file at its path is unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
     /// There is something at the path already, and overwriting was not asked for.

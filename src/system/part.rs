@@ -8,7 +8,7 @@ use tempfile::NamedTempFile;
 
 use super::Unfinished;
 
-/// Who may read a new file.
+/// Read permissions of a new file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Readers {
     /// Who may read every new file of the user's.

@@ -1,6 +1,6 @@
 //! What a terminal says of itself, or its environment of it.
 
-/// What is known of the terminal.
+/// Detected capabilities of the terminal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Terminal {
     /// Columns and rows; nothing where there is no terminal.

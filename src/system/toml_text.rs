@@ -5,7 +5,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
-/// Something in a file that is not known or cannot be meant.
+/// An unknown or invalid entry in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mistake {
     /// Line from 1, where it has one.
@@ -120,7 +120,7 @@ pub fn shown_value(value: &DeValue<'_>) -> String {
     }
 }
 
-/// Where in a text its keys stand.
+/// Positions of the keys in a text.
 #[derive(Debug)]
 pub struct KeyLines<'a> {
     text: &'a str,

@@ -1,4 +1,4 @@
-//! The Cartesian description: where everyone is on the map, step by step.
+//! The Cartesian description: positions of all participants on the map, step by step.
 
 use super::options::{Form, Options};
 use super::parts::{NO_EGO, heading, name, on_the_map, sizes, subject};

@@ -1,4 +1,4 @@
-//! The ego-centric description: where everyone is and how they move, seen from the ego.
+//! The ego-centric description: positions and motions of all participants relative to the ego.
 
 use super::motion_words;
 use super::options::{Form, Options};
@@ -80,7 +80,7 @@ fn prose(w: &mut Writer, scene: &Scene, window: &Window, options: &Options) {
     }
 }
 
-/// Gaps and relative velocities, in words.
+/// Describes gaps and relative velocities.
 pub(super) fn relative(w: &mut Writer, relation: &Relation) {
     w.words("gap longitudinal ")
         .number("gap_long", relation.gap_long)

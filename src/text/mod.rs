@@ -1,4 +1,4 @@
-//! Scenes in words: what a language model is given to read, and what each number in it stands for.
+//! Text descriptions of scenes for language models, with the meaning of each number.
 
 mod cartesian;
 mod ego_centric;
@@ -22,7 +22,7 @@ pub use writer::{Description, Span, Subject, Value};
 
 use writer::Writer;
 
-/// From where, or as what, a scene is described.
+/// Kinds of description of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Frame {
     /// Positions on the map.
@@ -89,7 +89,7 @@ pub enum TextError {
     },
 }
 
-/// The scene during `window`, in words. What is described is known by the end of the window.
+/// Describes the scene during `window`, using only what is known by the end of the window.
 ///
 /// # Errors
 /// The obstacle that the options name, or that the frame needs, is not there.

@@ -1,4 +1,4 @@
-//! How an obstacle moves relative to the ego, in a sentence without numbers.
+//! Describes an obstacle's motion relative to the ego in a sentence without numbers.
 
 use crate::metrics::{Direction, Relation};
 
@@ -7,8 +7,8 @@ const NOTICEABLE: f64 = 0.05;
 
 /// The sentence.
 ///
-/// Of bodies that touch it says so only where `contact` is to be said; else the sentence is that of all bodies between
-/// which there is no gap, as it must not tell them apart.
+/// Contact is named only with `contact`; otherwise touching bodies get the same sentence as all bodies without a gap,
+/// so that the sentence does not tell them apart.
 pub(super) fn describe_motion(relation: &Relation, contact: bool) -> String {
     if contact && relation.direction == Direction::Contact {
         return "It touches the ego.".into();

@@ -1,8 +1,8 @@
-//! What a description takes in, and how it is written.
+//! Options of a description: contents and style.
 
 use crate::scenario::{Motion, Participant, Scene, Window};
 
-/// What to describe, how precisely, and in which form.
+/// Contents, precision and form of a description.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Only obstacles whose centre is this near to the ego's, metres.
@@ -19,7 +19,7 @@ pub struct Options {
     pub obstacle: Option<i64>,
 }
 
-/// How a description is written.
+/// Form of a description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Form {
     /// Sentences.

@@ -1,9 +1,9 @@
-//! Phrases and tables that several descriptions share.
+//! Phrases and tables shared by several descriptions.
 
 use super::writer::{Subject, Writer};
 use crate::scenario::{Motion, Participant, Scene};
 
-/// What is said of a step that the ego's recording leaves out.
+/// The line for a step without a recorded ego.
 pub(super) const NO_EGO: &str = "  The ego is not recorded at this step.\n";
 
 /// Whose the numbers about a participant are.

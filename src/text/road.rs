@@ -1,4 +1,4 @@
-//! The road in words: lanelets with their neighbours, widths and points of their centre lines.
+//! The road as text: lanelets with neighbours, widths and centre-line points.
 
 use std::collections::BTreeSet;
 

@@ -1,6 +1,6 @@
-//! The safety-metrics description: distances, times and risk of everyone near, and the worst of the window.
+//! The safety-metrics description: distances, times and risk of nearby obstacles, and the window's worst values.
 //!
-//! Nothing after the window is looked at, neither directly nor through the route along which lanes are followed.
+//! Nothing after the window is used, neither directly nor through the route along which lanes are followed.
 
 use super::ego_centric::{OWN, own, relative};
 use super::motion_words;
@@ -21,7 +21,7 @@ const RELATION: &[Column] = &[
     column("v rel lat [m/s]", "v_rel_lat"),
 ];
 
-/// What is said of one obstacle at one step beside its relation: column, words of the prose before and after.
+/// Values of one obstacle at one step beside its relation: column, words of the prose before and after.
 const SAID: &[(Column, &str, &str)] = &[
     (column("distance [m]", "distance"), "distance ", " m"),
     (

@@ -1,4 +1,4 @@
-//! On which side of the ego an obstacle is, with contact named only where that is asked for.
+//! The side of the ego an obstacle is on; contact is named only on request.
 
 use super::options::Options;
 use crate::metrics::{Direction, Encounter, Relation, side_of_centre};

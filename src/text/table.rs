@@ -1,4 +1,4 @@
-//! The compact form: a line of titles with units, then one row a step and participant.
+//! The compact form: a header line with units, then one row a step and participant.
 
 use super::parts::{lanelet_ids, name, subject};
 use super::writer::{Subject, Writer};
@@ -15,7 +15,7 @@ pub(super) const fn column(title: &'static str, quantity: &'static str) -> Colum
     Column { title, quantity }
 }
 
-/// What stands in a row under a column.
+/// Contents of a table cell.
 pub(super) enum Cell {
     Nothing,
     Real(f64),

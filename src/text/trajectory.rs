@@ -1,4 +1,4 @@
-//! The trajectory description: what one obstacle and the ego did, and the road they did it on.
+//! The trajectory description: motions of one obstacle and the ego, and the road they used.
 
 use std::collections::BTreeSet;
 

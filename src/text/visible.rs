@@ -1,4 +1,4 @@
-//! Making foreign text safe to show and to write: control and invisible characters are shown, not obeyed.
+//! Escapes untrusted text for display and output: control and invisible characters become visible.
 
 use std::borrow::Cow;
 

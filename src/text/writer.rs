@@ -1,4 +1,4 @@
-//! Writing a description so that every number in it can be traced to what it stands for.
+//! Writes a description in which every number can be traced to its source.
 
 use std::ops::Range;
 

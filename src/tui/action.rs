@@ -1,12 +1,12 @@
-//! The one table of actions: what can be done, what it is called, where it holds.
+//! The table of actions: names, descriptions and the contexts they work in.
 //!
-//! Keys, footer, help and palette are all made from it.
+//! Key bindings, footer, help and palette are generated from it.
 
 mod table;
 
 pub use table::ACTIONS;
 
-/// Something a person can do; what it means is in [`ACTIONS`].
+/// A user action, described in [`ACTIONS`].
 #[allow(missing_docs, reason = "the table has a sentence for each")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Action {
@@ -166,7 +166,7 @@ pub enum Action {
     Accept,
 }
 
-/// Where an action holds.
+/// The context in which an action works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Scope {
     /// Everywhere.
@@ -192,7 +192,7 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// Every place with its name in keymap files, and in words.
+    /// Every scope with its name in keymap files and its description.
     pub const ALL: [(Self, &'static str, &'static str); 10] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
@@ -217,7 +217,7 @@ impl Scope {
         found.map_or("", |(_, name, _)| name)
     }
 
-    /// Whether it is a screen of its own, where of the keys that hold everywhere only [`EVEN_THERE`] do.
+    /// Whether it is a full screen, where of the global keys only [`EVEN_THERE`] work.
     #[must_use]
     pub fn is_own(self) -> bool {
         matches!(

@@ -1,4 +1,4 @@
-//! Whether the terminal's background is dark: asked of the terminal, else of its environment.
+//! Detects a dark or light terminal background: by a terminal query, else from the environment.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use terminal_colorsaurus::{QueryOptions, background_color};
 /// The longest that the first frame waits for the terminal's answer.
 const PATIENCE: Duration = Duration::from_millis(70);
 
-/// What is known of the background.
+/// The detected background.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Background {
     /// Whether it is dark.
@@ -16,8 +16,8 @@ pub struct Background {
     pub late: bool,
 }
 
-/// Asks the terminal (OSC 11), for no longer than [`PATIENCE`]; one that does not tell is taken for what
-/// `COLORFGBG` says, else for dark. Nobody else may read the terminal meanwhile.
+/// Queries the terminal (OSC 11) for at most [`PATIENCE`]; without a reply, `COLORFGBG` decides, else it counts as
+/// dark. Nothing else may read the terminal meanwhile.
 #[must_use]
 pub fn ask(env: impl Fn(&str) -> Option<String>) -> Background {
     let mut options = QueryOptions::default();

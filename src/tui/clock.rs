@@ -1,4 +1,4 @@
-//! The one clock: which time step is shown, and whether it runs.
+//! The playback clock: the time step shown, and whether it plays.
 
 use std::ops::Range;
 use std::time::Duration;
@@ -18,7 +18,7 @@ pub struct Clock {
     lap: Lap,
 }
 
-/// What is played, and whether it starts over.
+/// The range played, and whether it repeats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Lap {
     /// Everything, once.

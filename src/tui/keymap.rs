@@ -1,4 +1,4 @@
-//! Keys: from the terminal's events to our own, their names, and what they mean where.
+//! Keys: terminal events translated to our own, key names, and bindings per context.
 
 mod chord;
 mod file;

@@ -1,4 +1,4 @@
-//! Where the panes are, for every size of the terminal.
+//! Pane layout for every terminal size.
 
 use ratatui::layout::{Constraint, Layout, Rect};
 
@@ -205,7 +205,7 @@ impl Arranged {
         self.answers(right, body, shares, true, (verdict, risk));
     }
 
-    /// Two columns: what is looked at on the left (list, map or prompt), what is said about it on the right.
+    /// Two columns: the subject on the left (list, map or prompt), statements about it on the right.
     fn compact(&mut self, body: Rect, shares: Shares, focus: Pane) {
         let [left, right] = self.cut(
             body,

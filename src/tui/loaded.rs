@@ -1,4 +1,4 @@
-//! What tasks read and work out from scenario files: facts for the list, and an opened scenario whole.
+//! What tasks load and compute from scenario files: facts for the list, and complete opened scenarios.
 
 mod authorship;
 mod cycle;
@@ -108,7 +108,7 @@ impl Opened {
         Ok(opened)
     }
 
-    /// A scenario with this scene, or why there is none: everything that is shown of it is worked out.
+    /// A scenario with this scene, with everything displayed of it computed, or why there is none.
     fn with(
         entry: &Entry,
         change: Option<Transform>,
@@ -237,7 +237,7 @@ pub fn plotted(scene: &Scene, measure: &'static Measure, thresholds: &Thresholds
 /// Every measure of one obstacle, and those of the whole scene, at every step.
 #[derive(Debug)]
 pub struct Measured {
-    /// The obstacle; nobody where none is picked.
+    /// The obstacle; `None` if none is picked.
     pub obstacle: Option<i64>,
     /// Every measure of it.
     pub series: Series,

@@ -1,4 +1,4 @@
-//! What reaches `update`, and what it asks for in return: both are data.
+//! Messages that `update` receives and effects that it returns, both plain data.
 
 pub mod making;
 pub mod planning;
@@ -24,7 +24,7 @@ use crate::settings::{Config, Tags};
 use crate::store::{NewRating, Rating};
 use crate::verdict::{Task, Verdict};
 
-/// Something happened.
+/// A message to `update`.
 #[derive(Debug)]
 pub enum Msg {
     /// A key was pressed.
@@ -39,7 +39,7 @@ pub enum Msg {
     Passed(Duration),
     /// The scenarios were found, or why not.
     Found(Result<SearchResults, String>),
-    /// Some scenarios were found; the search goes on.
+    /// More scenarios were found; the search continues.
     Listed(Vec<Entry>),
     /// The search has ended: what was passed over, or why nothing was found.
     Searched(Result<Vec<PassedOver>, String>),
@@ -55,7 +55,7 @@ pub enum Msg {
     Ranked(&'static str, usize, Option<f64>),
     /// A scenario was opened.
     Opened(OpenId, Result<Box<Opened>, String>),
-    /// Every measure of an obstacle was worked out.
+    /// Every measure of an obstacle was computed.
     Measured(MeasureId, Box<Measured>),
     /// The values of the plotted measure over a scene.
     Plotted(SeriesId, Box<Series>),
@@ -105,7 +105,7 @@ pub enum Msg {
     Stop,
 }
 
-/// What is in a file that was read again.
+/// Contents of a reloaded file.
 #[derive(Debug)]
 pub enum Reloaded {
     /// The configuration, or why it cannot be used.
@@ -116,7 +116,7 @@ pub enum Reloaded {
     Themes(Vec<Named>),
 }
 
-/// What earlier answers are about.
+/// The scenario, ego and task that stored answers are about.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredOf {
     /// Hash of the scenario.
@@ -150,7 +150,7 @@ pub struct AskId(pub u64);
 /// The first and last step of a window, and what the built-in judge says about it.
 pub type WindowTruth = ((i64, i64), Verdict);
 
-/// What a mouse does, and where.
+/// Mouse events, with positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mouse {
     /// The left button went down.
@@ -172,11 +172,11 @@ pub struct Outside {
     pub file: String,
     /// The text.
     pub text: String,
-    /// Whether it is only looked at: a copy, whose changes are nobody's.
+    /// Whether it is a read-only copy, whose changes are discarded.
     pub copy: bool,
 }
 
-/// Something to be done outside the model.
+/// An effect to be performed outside the model.
 #[derive(Debug)]
 pub enum Effect {
     /// Find the scenarios at these paths; the bundled ones for none.
@@ -227,7 +227,7 @@ pub enum Effect {
     Ask {
         /// The question's number.
         id: AskId,
-        /// What is asked.
+        /// The question.
         question: Box<Question>,
         /// Who is asked, `provider/model`.
         model: String,

@@ -1,4 +1,4 @@
-//! The workbench in the terminal.
+//! The interactive terminal workbench.
 
 mod action;
 mod background;

@@ -1,4 +1,4 @@
-//! Everything that the workbench knows; changed by `update` alone, read by the views.
+//! The complete state of the workbench: changed by `update` alone, read by the views.
 
 mod answers;
 mod batch;
@@ -82,7 +82,7 @@ use crate::store::{Run, RunId};
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// Everything that the workbench knows.
+/// The state of the workbench.
 #[derive(Debug)]
 pub struct Model {
     /// Columns and rows of the terminal.
@@ -123,19 +123,19 @@ pub struct Model {
     pub heat: Heat,
     /// A disagreement that is looked for in a scenario that is being opened.
     pub seek: Option<Seek>,
-    /// Every measure of the picked obstacle, while somebody looks at them.
+    /// Every measure of the picked obstacle, while displayed.
     pub values: Values,
     /// What the built-in judge said about steps looked at.
     pub judged: Judged,
     /// From where on values are dangerous, and what measures take for granted.
     pub thresholds: Arc<Thresholds>,
-    /// What is asked.
+    /// The task.
     pub task: Task,
     /// From where the scene is described.
     pub frame: Frame,
-    /// The frame that somebody chose; nothing while every task has its usual one.
+    /// The frame the user chose; `None` while every task uses its default.
     pub frame_chosen: Option<Frame>,
-    /// The step at which the usual window ends, while the cursor stands there and nobody moved it.
+    /// The last step of the default window, while the cursor is there and the user has not moved it.
     pub placed: Option<i64>,
     /// Seconds within which a second Ctrl-C ends the program.
     pub quit_within: f64,

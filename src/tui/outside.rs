@@ -1,4 +1,4 @@
-//! The user's own editor: a text goes into a file, the editor runs, and what is in the file comes back.
+//! The external editor: writes a text to a file, runs the editor, and reads the file back.
 
 use std::io::Write;
 use std::path::Path;

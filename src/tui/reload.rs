@@ -1,7 +1,7 @@
-//! The files that say how the workbench looks, read again when they change.
+//! Reloads theme and keymap files when they change.
 //!
-//! Once a second their times and sizes are looked at: three or four system calls, which is less than what a watching
-//! thread costs, and works on every file system, also on those of the network.
+//! Polls their times and sizes once a second: three or four system calls, cheaper than a watcher thread, and reliable
+//! on network file systems too.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
@@ -26,7 +26,7 @@ const PATIENCE: usize = 20;
 /// When a file was changed, and how long it is; nothing for a file that is not there.
 type Stamp = Option<(SystemTime, u64)>;
 
-/// What the files were like when they were read.
+/// Times and sizes of the files when last read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stamps {
     config: Stamp,
@@ -60,7 +60,7 @@ fn stamp(path: &Path) -> Stamp {
     Some((data.modified().ok()?, data.len()))
 }
 
-/// Sends what changed, until nobody listens any more.
+/// Sends changes until the receiver is closed.
 pub async fn watch(folders: Folders, mut before: Stamps, sender: UnboundedSender<Msg>) {
     loop {
         tokio::time::sleep(PAUSE).await;

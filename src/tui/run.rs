@@ -1,4 +1,4 @@
-//! The loop: drain all messages, draw once if something changed, at most sixty times a second but for keys, else sleep.
+//! The main loop: drain all messages, draw once if something changed, sleep; at most 60 frames a second, keys excepted.
 
 mod ending;
 mod pace;
@@ -29,7 +29,7 @@ use crate::store::{Filter, Store};
 use crate::system;
 use crate::system::job_control::{self, JobSignal};
 
-/// Why the workbench ended.
+/// Result of running the workbench.
 pub type Ended = Result<(), String>;
 
 /// Runs the workbench on the scenarios at `paths`, or on the bundled ones, with this ego.
@@ -58,7 +58,7 @@ pub fn run(paths: Vec<PathBuf>, ego: EgoSelection) -> Ended {
     ended
 }
 
-/// Whether somebody is here for the first time: nothing was ever asked, and nothing was left.
+/// Whether this is a first start: no question was ever asked, and no session was left.
 fn is_new(folders: &Folders, store: Option<&Store>) -> bool {
     let everything = Filter {
         deleted: true,
@@ -79,7 +79,7 @@ async fn workbench(paths: Vec<PathBuf>, ego: EgoSelection) -> Ended {
     give_back_on_panic();
     let folders = Folders::find()?;
     folders.close();
-    // Without marks a scenario that ends the program is opened again; everything else goes on.
+    // Without marks a scenario that ends the program is opened again; everything else continues.
     let unmarked = system::activity::keep_marks(&folders.marks()).err();
     let stamps = Stamps::of(&folders);
     let (mut model, models, background) = prepare(paths, &ego, &folders);

@@ -1,4 +1,4 @@
-//! The workbench as a picture, with or without a terminal.
+//! Renders the workbench to a picture, with or without a terminal.
 
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -17,10 +17,10 @@ use crate::picture::{Cell, Color, Palette, Screen, ScreenRequest};
 use crate::prompts::Library;
 use crate::settings::{Config, Folders};
 
-/// Draws the workbench with a scenario, and says at which step.
+/// Draws the workbench with a scenario, and returns the step shown.
 ///
 /// # Errors
-/// The theme or the scenario cannot be read, or somebody is not there: in words.
+/// The theme or the scenario cannot be read, or a named obstacle does not exist.
 pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
     let folders = Folders::find()?;
     let theme = Theme::load(&wanted.theme, &folders.themes(), true)?;

@@ -1,4 +1,4 @@
-//! What the workbench tells the shell about itself: its themes and its keys, as text.
+//! Text about the workbench for the shell: themes and keys.
 
 use std::path::Path;
 
@@ -55,8 +55,8 @@ pub fn theme_mistakes(chosen: &str, folder: &Path) -> Vec<String> {
     mistakes
 }
 
-/// What is known of the terminal that the program runs in. One that is there is asked for its background, for a tenth
-/// of a second at most.
+/// Detects the capabilities of the terminal. An interactive one is queried for its background, for at most a tenth of a
+/// second.
 #[must_use]
 pub fn terminal_here() -> Terminal {
     let env = |name: &str| std::env::var(name).ok();

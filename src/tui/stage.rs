@@ -1,4 +1,4 @@
-//! The workbench without a terminal and without tasks, for benches: keys and chunks in, frames out.
+//! The workbench without terminal and tasks, for benches: keys and chunks in, frames out.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -33,10 +33,10 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// A workbench of so many columns and rows with a scenario that is open.
+    /// A workbench of this size, in columns and rows, with an open scenario.
     ///
     /// # Errors
-    /// The scenario cannot be read: in words.
+    /// The scenario cannot be read.
     pub fn open(entry: &Entry, size: (u16, u16)) -> Result<Self, String> {
         widgets::highlight::load();
         let library = Library::load(None);
@@ -148,10 +148,10 @@ impl Stage {
         document.map_or(0, |d| self.model.claims.of(d.key).len())
     }
 
-    /// Lets the planner drive the ego to the end of the open scenario, and shows that.
+    /// Runs the planner to the end of the open scenario, and shows the drive.
     ///
     /// # Errors
-    /// There is nothing to plan, or the planner cannot begin: in words.
+    /// There is nothing to plan, or the planner cannot begin.
     pub fn drive(&mut self) -> Result<(), String> {
         let key = Key::parse("shift-w").unwrap_or_else(|| panic!("shift-w is a key"));
         let asks = self.send(Msg::Key(key)).into_iter();

@@ -1,4 +1,4 @@
-//! Work outside the model: effects become tasks, and tasks send messages back.
+//! Background work: runs effects as tasks, which send messages back.
 
 mod batch;
 pub mod drives;
@@ -40,7 +40,7 @@ const PATIENCE: usize = 100;
 /// Earlier answers that are looked through: the newest on a scenario and task.
 const MOST_STORED: usize = 100;
 
-/// Everything that tasks need.
+/// Shared resources of all tasks.
 pub struct Tasks {
     /// Where messages go.
     sender: UnboundedSender<Msg>,
@@ -69,7 +69,7 @@ pub struct Tasks {
     ranking: Queue,
 }
 
-/// What is left to the loop, which has the terminal.
+/// Effects left to the main loop, which owns the terminal.
 #[derive(Debug)]
 pub enum Remaining {
     /// Paint the screen for a picture, and give it back.
@@ -381,7 +381,7 @@ fn remove(path: &Path) -> std::io::Result<()> {
 /// The shipped thresholds, changed by the user's file if it is there.
 ///
 /// # Errors
-/// It cannot be read, or says something that is not allowed: with file and line.
+/// The file cannot be read, or has an invalid entry: with file and line.
 pub fn thresholds(path: &Path) -> Result<Thresholds, String> {
     match TextFile::read_if_there(path)? {
         Some(said) => Thresholds::read(&said.text, &said.file).map_err(|e| e.to_string()),

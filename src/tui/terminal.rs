@@ -1,4 +1,4 @@
-//! The terminal: one guard owns raw mode, the alternate screen, mouse, paste and cursor, and gives them all back.
+//! The terminal: a guard owns raw mode, alternate screen, mouse, paste and cursor, and restores them all.
 
 mod base64;
 
@@ -193,7 +193,7 @@ fn enter(mouse: bool) -> io::Result<()> {
     Ok(())
 }
 
-/// Gives everything back, once; errors have nobody left to tell.
+/// Restores the terminal, once; errors can no longer be shown.
 fn give_back() {
     if TAKEN.swap(false, Ordering::SeqCst) {
         let _ = execute!(
@@ -257,7 +257,7 @@ impl Events {
     }
 }
 
-/// Sends events until it is told to stop, or the receiver is gone.
+/// Forwards events until stopped, or until the receiver is gone.
 async fn forward(
     mut stray: Option<Stray>,
     sender: UnboundedSender<io::Result<Msg>>,
@@ -377,7 +377,7 @@ mod tests {
             assert!(stray.takes(&end, start));
             assert!(!stray.takes(&plain('r'), start));
         }
-        // Somebody who presses these keys later means them, and nothing takes keys for ever.
+        // Keys pressed later are passed on, and keys are dropped for a limited time only.
         let mut stray = Stray::until(start + LATE);
         assert!(!stray.takes(&alt(']'), start + LATE));
         assert!(stray.takes(&alt(']'), start));

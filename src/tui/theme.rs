@@ -1,4 +1,4 @@
-//! Themes in the colours of a terminal, and how many of them it has.
+//! Themes in the colours a terminal supports.
 
 mod ansi;
 mod color;

@@ -1,4 +1,4 @@
-//! Mistakes in files of the user's, as they are shown.
+//! Errors in user files, formatted for display.
 
 use crate::text::visible;
 

@@ -1,4 +1,4 @@
-//! The structured answers that models are asked for, and their JSON schemas.
+//! Structured answers requested from models, and their JSON schemas.
 
 use std::sync::OnceLock;
 

@@ -1,4 +1,4 @@
-//! Who could attack the ego: the obstacles by risk, and the one that is chosen.
+//! Attacker selection: obstacles ranked by risk, and the chosen one.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

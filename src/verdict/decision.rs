@@ -1,4 +1,4 @@
-//! Yes or no in an object: from the key asked for, from keys that mean it, or from the obstacles named.
+//! Reads yes or no from an object: by the requested key, by synonyms, or by the obstacles named.
 
 use super::groups::{self, Group};
 use super::lenient::Piece;
@@ -11,11 +11,11 @@ use super::{ObstacleRisk, Task};
 #[derive(Debug, Clone)]
 pub(super) struct Decision {
     pub dangerous: bool,
-    /// Whether the very key that was asked for says so, plainly and in its place.
+    /// Whether the requested key itself answers, plainly and in its place.
     pub as_asked: bool,
     /// Whether it was read from the obstacles named.
     from_groups: bool,
-    /// Where it is from, in words.
+    /// Description of the source.
     pub note: String,
 }
 

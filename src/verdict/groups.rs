@@ -1,4 +1,4 @@
-//! Obstacles in the words of the paper: grouped by level of risk, as lists, single objects or bare ids.
+//! Obstacles in the paper's terms: grouped by risk level, as lists, single objects or bare ids.
 
 use serde_json::Value;
 
@@ -23,7 +23,7 @@ impl Group<'_> {
     }
 }
 
-/// One obstacle in a list.
+/// An obstacle in a list.
 pub(super) struct Entry {
     pub id: Id,
     pub score: Option<u8>,

@@ -1,4 +1,4 @@
-//! A verdict as a JSON object: the form that is printed, stored and exported.
+//! A verdict as JSON: the form that is printed, stored and exported.
 
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

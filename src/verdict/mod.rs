@@ -1,4 +1,4 @@
-//! Verdicts: what a judge says about a scene, as structured data, and how it is read from an answer.
+//! Verdicts: a judge's statement about a scene as structured data, and parsing it from an answer.
 
 mod answer;
 mod attacker;
@@ -23,7 +23,7 @@ pub use trajectory::{
     Manoeuvre, ManoeuvreKind, Moment, Motion, NewMotion, TrajectoryAnswer, Waypoint, WaypointAnswer,
 };
 
-/// What a judge is asked.
+/// The task of a judge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Task {
@@ -66,7 +66,7 @@ impl Task {
         Self::ALL.into_iter().find(|t| t.name() == name)
     }
 
-    /// The key of an answer that says what was asked: yes or no, or which obstacle.
+    /// The key of an answer that holds the decision: yes or no, or which obstacle.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
@@ -78,7 +78,7 @@ impl Task {
     }
 }
 
-/// One obstacle in a verdict.
+/// An obstacle in a verdict.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct ObstacleRisk {
@@ -92,10 +92,10 @@ pub struct ObstacleRisk {
     pub reason: String,
 }
 
-/// What a judge says.
+/// A judge's verdict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// What was asked: one of [`Task::VERDICTS`].
+    /// The task: one of [`Task::VERDICTS`].
     pub task: Task,
     /// Yes: a collision, or safety-critical.
     pub dangerous: bool,

@@ -1,4 +1,4 @@
-//! New motions in the words that models use: points as lists or objects, manoeuvres by other names.
+//! New motions as models write them: points as lists or objects, manoeuvres under other names.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! What was put right while an answer was read, in words.
+//! Describes the repairs made while parsing an answer.
 
 use super::ParseQuality;
 use super::lenient::{End, Piece};

@@ -1,4 +1,4 @@
-//! Reading what a model wrote: JSON somewhere in text, as it was asked for or in other words.
+//! Parses a model's answer: JSON anywhere in the text, in the requested schema or another.
 
 use std::collections::HashSet;
 
@@ -11,7 +11,7 @@ use super::trajectory::TrajectoryAnswer;
 use super::values::{self, Object};
 use super::{AttackerChoice, NewMotion, ParsedAnswer, Task, Verdict, attacker, decision, motion};
 
-/// How an answer was read.
+/// How an answer was parsed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ParseQuality {
     /// It is as it was asked for.
@@ -29,7 +29,7 @@ pub struct Parsed {
     pub how: ParseQuality,
 }
 
-/// What an answer says to any task, and how it was read.
+/// An answer to any task, and how it was parsed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// What it says.
@@ -38,7 +38,7 @@ pub struct Reading {
     pub how: ParseQuality,
 }
 
-/// Why an answer holds nothing that was asked for.
+/// Why an answer has no verdict.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoVerdict {
     /// There is no text.
@@ -50,7 +50,7 @@ pub enum NoVerdict {
     /// A JSON object begins and never ends.
     #[error("the answer breaks off inside its JSON")]
     CutOff,
-    /// There is JSON, but nothing in it says what was asked.
+    /// There is JSON, but it does not answer the question.
     #[error("the answer's JSON does not say `{0}`")]
     NoDecision(&'static str),
     /// One object says yes and no.

@@ -1,4 +1,4 @@
-//! The answer to a question as data, whatever the task.
+//! A parsed answer of any task.
 
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::{AttackerChoice, NewMotion, ObstacleRisk, Task, TrajectoryAnswer, Verdict};
 
-/// What an answer says, by the kind of its task.
+/// A parsed answer, by the kind of its task.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ParsedAnswer {
     /// Yes or no, to the collision or the safety task.

@@ -1,4 +1,4 @@
-//! How an attacker is to move instead: waypoints in time, or a manoeuvre with its numbers.
+//! An attacker's new motion: timed waypoints, or a manoeuvre with parameters.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -35,7 +35,7 @@ pub struct WaypointAnswer {
     pub velocity: Option<f64>,
 }
 
-/// What a driver does to endanger another one.
+/// Kinds of manoeuvre with which a driver endangers another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ManoeuvreKind {
@@ -111,7 +111,7 @@ pub enum Moment {
     Seconds(f64),
 }
 
-/// Where an obstacle is at some moment.
+/// Position of an obstacle at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Waypoint {
     /// When.
@@ -126,7 +126,7 @@ pub struct Waypoint {
     pub velocity: Option<f64>,
 }
 
-/// How an obstacle is to move.
+/// The requested motion of an obstacle.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
     /// Through these points: at least two, all with steps or all with times, which rise.
@@ -146,7 +146,7 @@ impl Motion {
     }
 }
 
-/// What an answer to the trajectory task says.
+/// A parsed answer to the trajectory task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewMotion {
     /// Id of the obstacle.

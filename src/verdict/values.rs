@@ -1,10 +1,10 @@
-//! What models mean by a value: ids, scores, yes and no, nothing; and keys in any spelling.
+//! Parses values as models write them: ids, scores, yes and no, nothing; and keys in any spelling.
 
 use serde_json::{Map, Value};
 
 pub(super) type Object = Map<String, Value>;
 
-/// Words that say that there is nothing.
+/// Words for nothing.
 const NOTHING: [&str; 12] = [
     "",
     "-",
@@ -59,7 +59,7 @@ pub(super) fn find<'a>(object: &'a Object, names: &[&str]) -> Option<&'a Value> 
     levels.iter().flatten().find_map(|o| get(o, names))
 }
 
-/// Whether a value says that there is nothing.
+/// Whether a value means nothing.
 pub(super) fn is_nothing(value: &Value) -> bool {
     match value {
         Value::Null => true,

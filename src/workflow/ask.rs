@@ -1,4 +1,4 @@
-//! Asking: which models there are, and one question to one of them.
+//! Asks one question of one model, and lists the models available.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::evaluation::{self, Answer, AskError, Event, Judge, Question, RunOptio
 use crate::llm::{Budget, Client, Environment, Parameters, Registry, RegistryError};
 use crate::store::Store;
 
-/// The models that can be asked. They share one pool of connections and one budget.
+/// The models that can be asked, with a shared connection pool and budget.
 #[derive(Debug)]
 pub struct Models {
     registry: Registry,
@@ -18,19 +18,19 @@ pub struct Models {
     budget: Option<Budget>,
 }
 
-/// A server that is named in place of the provider's own.
+/// A server that replaces the provider's own.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Server<'a> {
     /// Its address.
     pub url: &'a str,
-    /// The dialect that it speaks; the provider's where none is named.
+    /// Its dialect; the provider's if none is named.
     pub dialect: Option<&'a str>,
-    /// The environment variable with its key; the provider's where none is named.
+    /// Environment variable with its key; the provider's if none is named.
     pub key_env: Option<&'a str>,
 }
 
 impl Models {
-    /// Models of these providers, asked with these parameters; all requests together cost at most `budget` US dollars.
+    /// Models of these providers, asked with these parameters; together, requests cost at most `budget` US dollars.
     #[must_use]
     pub fn new(
         registry: Registry,
@@ -60,7 +60,7 @@ impl Models {
         Ok(judge)
     }
 
-    /// A warning that the provider retires a model, or has done so.
+    /// A warning that the provider retires or has retired a model.
     #[must_use]
     pub fn retirement_warning(&self, id: &str, today: Date) -> Option<String> {
         self.registry.retirement(id)?.warning(today)
@@ -72,13 +72,13 @@ impl Models {
         &self.registry
     }
 
-    /// Keys and other settings of the environment.
+    /// Keys and other settings from the environment.
     #[must_use]
     pub fn environment(&self) -> &Environment {
         &self.environment
     }
 
-    /// What is left of the budget, US dollars; nothing where there is none.
+    /// Remaining budget, US dollars; `None` if there is none.
     #[must_use]
     pub fn budget_left(&self) -> Option<f64> {
         self.budget.as_ref().map(Budget::left)
@@ -86,7 +86,7 @@ impl Models {
 }
 
 impl Server<'_> {
-    /// Puts this server in the place of a provider's own.
+    /// Replaces a provider's own server by this one.
     pub fn overlay(&self, providers: &mut toml::Table, provider: &str) {
         let entry = providers.entry(provider);
         let entry = entry.or_insert_with(|| toml::Table::new().into());
@@ -108,13 +108,13 @@ impl Server<'_> {
 /// One question to one model.
 #[derive(Debug)]
 pub struct AskRequest<'a> {
-    /// The question, rendered.
+    /// The rendered question.
     pub question: &'a Question,
     /// The model, or the built-in judge.
     pub judge: &'a Judge,
-    /// Where the answer is kept, and looked for first; nothing to keep none.
+    /// The store for the answer, also searched for an existing one; `None` to store nothing.
     pub store: Option<Arc<Store>>,
-    /// Which answer is wanted.
+    /// Which answer to use.
     pub options: RunOptions,
 }
 
@@ -123,12 +123,12 @@ pub struct AskRequest<'a> {
 pub struct AskOutcome {
     /// The answer, whatever it says.
     pub answer: Answer,
-    /// Why the answer is not in the store, and where it is instead; nothing where it is, or was not to be kept.
+    /// Why the answer is not stored, and where it is instead; `None` if it is stored or was not to be.
     pub not_stored: Option<String>,
 }
 
-/// Asks. Every piece of the answer is in the store before `on_event` hears of it. Dropping the future cancels the request,
-/// and the store says so.
+/// Asks the question. Every chunk of the answer is stored before `on_event` receives it. Dropping the future cancels
+/// the request and records that in the store.
 ///
 /// # Errors
 /// See [`AskError`]: nothing was sent, or the store failed before anything was.

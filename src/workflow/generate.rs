@@ -1,4 +1,4 @@
-//! Making a scenario dangerous: its ego is planned, attacks are found, and the best one that can be survived is taken.
+//! Generates a dangerous variant: plans the ego, searches attacks, and takes the best one that is avoidable.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,7 +15,7 @@ use crate::generation::{
 use crate::planner::Cancel;
 use crate::scenario::{ObstacleRole, Scene};
 
-/// What is attacked, and by what.
+/// A request to generate a variant: the scenario, and the source of attacks.
 pub struct GenerateRequest<'a> {
     /// The scenario and how its ego is planned.
     pub prepared: &'a PreparedPlan,
@@ -27,7 +27,7 @@ pub struct GenerateRequest<'a> {
     pub source: AttackSource<'a>,
 }
 
-/// Where attacks come from.
+/// Source of attacks.
 #[derive(Clone, Copy)]
 pub enum AttackSource<'a> {
     /// A search, without any model.
@@ -56,11 +56,11 @@ pub trait AttackWriter {
 pub struct ModelWriter<'a> {
     /// The model and how it is asked.
     pub author: &'a Author,
-    /// Where requests run; the thread that calls is none of its own.
+    /// Where requests run; the calling thread is not one of its threads.
     pub runtime: &'a Handle,
 }
 
-/// What happens while a scenario is made dangerous.
+/// Events while a variant is generated.
 pub enum GenerateEvent<'a> {
     /// The ego is planned in the original.
     Planning(PlanEvent<'a>),
@@ -76,7 +76,7 @@ pub enum GenerateEvent<'a> {
     Certifying,
 }
 
-/// What came of it.
+/// Result of a generation.
 #[derive(Debug)]
 pub struct Generation {
     /// The original with the ego's drive in it.

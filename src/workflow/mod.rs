@@ -1,14 +1,14 @@
-//! What the program does, once for the command line and the workbench: a request, events on the way, an outcome.
+//! What the program does, shared by command line and workbench: a request, events on the way, an outcome.
 //!
-//! - [`open`]: a scenario with its ego, after a change of its scene if one is asked for
+//! - [`open`]: a scenario with its ego, optionally with a changed scene
 //! - [`ask`]: one question to a model, its answer stored before it is shown
-//! - [`batch`]: many questions, stored before they are asked, and gone on with at will
+//! - [`batch`]: many questions, stored before they are asked, and resumable
 //! - [`prepare`]: the planner drives the ego of a planning problem
-//! - [`generate`]: one obstacle's motion is changed until it endangers the planned ego
+//! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
 //!
-//! What computes runs on the thread that calls it and calls `on_event` there. It ends early when its
-//! [`Cancel`](crate::planner::Cancel) asks for it, also inside a planning cycle, and then has no outcome. What waits for a
-//! server is a future: dropping it cancels the request.
+//! Computations run on the calling thread and call `on_event` there. They end early when their
+//! [`Cancel`](crate::planner::Cancel) is set, even inside a planning cycle, and then have no outcome. Work that waits
+//! for a server is a future: dropping it cancels the request.
 
 mod ask;
 pub mod batch;

@@ -1,4 +1,4 @@
-//! Opening a scenario with its ego, after a change of its scene if one is asked for.
+//! Opens a scenario with its ego, optionally with a changed scene.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use crate::formats::commonroad::ReadError;
 use crate::formats::{EgoError, EgoSelection, Entry};
 use crate::scenario::{Scenario, Scene, Transform};
 
-/// Which scenario is opened, and how.
+/// A request to open a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct OpenRequest<'a> {
     /// The scenario.
@@ -34,12 +34,12 @@ pub enum MissingEgo {
     /// No file with one lies beside the scenario.
     #[error("no recorded ego beside it")]
     NotRecorded,
-    /// The file beside it cannot be used, in words.
+    /// The file beside it cannot be used, and why.
     #[error("{0}")]
     Unusable(String),
 }
 
-/// Why a scenario cannot be opened as asked.
+/// Why a scenario cannot be opened as requested.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// It cannot be read.

@@ -1,4 +1,4 @@
-//! Planning the ego of a scenario: which problem, whether it can be planned, and the drive.
+//! Plans the ego of a scenario: selects the planning problem, checks that it can be planned, and drives.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ pub struct PlanRequest<'a> {
     pub settings: &'a Settings,
 }
 
-/// Why an ego is not planned, in words that begin with the scenario.
+/// Why an ego is not planned; the message begins with the scenario.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PlanError {
     /// The scenario cannot be opened.
@@ -33,7 +33,7 @@ pub enum PlanError {
     NothingToPlan(String),
 }
 
-/// What happens while an ego is planned.
+/// Events while an ego is planned.
 pub enum PlanEvent<'a> {
     /// A cycle has ended.
     Cycle {
@@ -68,7 +68,7 @@ pub struct PreparedPlan {
 /// A planned ego.
 #[derive(Debug)]
 pub struct PlanOutcome {
-    /// What was asked for.
+    /// The request.
     pub prepared: PreparedPlan,
     /// How it drove.
     pub drive: Rollout,
@@ -171,7 +171,7 @@ impl PreparedPlan {
         PlanError::NothingToPlan(format!("{}: {why}", self.shown))
     }
 
-    /// The same about what was asked.
+    /// The same about the request.
     pub(super) fn mismatch(&self, why: &dyn std::fmt::Display) -> PlanError {
         PlanError::Mismatch(format!("{}: {why}", self.shown))
     }

@@ -1,4 +1,4 @@
-//! What command line and workbench both rely on.
+//! Tests of what command line and workbench both rely on.
 
 use std::path::Path;
 

@@ -176,10 +176,10 @@ async fn what_a_batch_is_stays_and_another_truth_is_said() {
     let resume = |more: &[&str]| run(&home, &[&["evaluate", "--resume", "last"], more].concat());
     resume(&[CUT_IN])
         .status(2)
-        .says(&["scenarios cannot be said", "begin a new batch"]);
+        .says(&["scenarios cannot be given", "begin a new batch"]);
     resume(&["--task", "safety"])
         .status(2)
-        .says(&["--task cannot be said"]);
+        .says(&["--task cannot be given"]);
     resume(&["--model", "lab/b"])
         .status(2)
         .says(&["--add-model adds to it"]);

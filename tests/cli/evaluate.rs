@@ -331,7 +331,11 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     ] {
         assert!(whole.stderr.contains(words), "{words}: {}", whole.stderr);
     }
-    assert!(!whole.stderr.contains("is unknown"), "{}", whole.stderr);
+    assert!(
+        !whole.stderr.contains("ground truth is unknown"),
+        "{}",
+        whole.stderr
+    );
     let list = tokio::task::block_in_place(|| home.run(&["evaluate", "--list"])).status(0);
     assert!(
         list.stdout.contains("lead 0.5,1 · mirror"),

@@ -1,4 +1,4 @@
-//! The most that an answer may cost, and who says so: `--budget`, else `budget` in `config.toml`.
+//! The cost limit of an answer and its source: `--budget`, else `budget` in `config.toml`.
 
 use crate::cli::Failure;
 use crate::evaluation::AskError;

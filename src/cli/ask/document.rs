@@ -1,4 +1,4 @@
-//! The answer of `ask` as one line of JSON.
+//! The answer of `ask` as one JSON line.
 
 use serde_json::{Value, json};
 
@@ -8,7 +8,7 @@ use crate::evaluation::{Answer, Case, Judge, Judged};
 use crate::judge;
 use crate::verdict::Task;
 
-/// What was said, what it consumed and where it is kept; the same keys whether there is a verdict or not.
+/// The verdict, its cost and where it is stored; the same keys with or without a verdict.
 pub(super) fn document(answer: &Answer, case: &Case, judge: &Judge) -> Value {
     let mut value = match &answer.judged {
         Judged::Verdict(parsed) => {

@@ -1,4 +1,4 @@
-//! An answer of the store that was asked for under another provider's name, and what it cost by the prices known here.
+//! A stored answer asked for under another provider's name, and its cost at the prices known here.
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;

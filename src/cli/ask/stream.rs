@@ -1,4 +1,4 @@
-//! An answer as it arrives, on standard error.
+//! Streams an answer to standard error.
 
 use std::io::{IsTerminal, Write};
 
@@ -60,7 +60,7 @@ impl Words {
         }
     }
 
-    /// A line of its own.
+    /// Writes a separate line.
     fn say(&mut self, words: &str) {
         self.end();
         output::say(words);

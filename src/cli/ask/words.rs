@@ -1,4 +1,4 @@
-//! Answers to the tasks that ask for more than yes or no, in words for people.
+//! Answers to tasks beyond yes or no, formatted for people.
 
 use std::fmt::Write;
 

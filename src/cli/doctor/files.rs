@@ -1,4 +1,4 @@
-//! The user's files: folders, configuration, keys, thresholds, prompts, themes and tags.
+//! Checks the user's files: folders, configuration, keys, thresholds, prompts, themes and tags.
 
 use std::path::Path;
 

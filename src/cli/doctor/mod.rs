@@ -1,4 +1,4 @@
-//! `nearmiss doctor`: whether everything that the program needs is in order, and what to do where it is not.
+//! `nearmiss doctor`: checks everything the program needs, and says how to fix what is wrong.
 
 mod files;
 mod models;

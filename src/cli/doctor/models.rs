@@ -1,4 +1,4 @@
-//! The providers of language models: keys, servers on this machine, and on request whether others can be reached.
+//! Checks model providers: keys, servers on this machine, and on request whether others are reachable.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The store of runs.
+//! Checks the store of runs.
 
 use super::Finding;
 use crate::settings::Folders;

@@ -1,4 +1,4 @@
-//! The terminal, as far as it can be known.
+//! Checks the terminal, as far as it can be detected.
 
 use super::Finding;
 use crate::system::Terminal;

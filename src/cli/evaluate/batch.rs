@@ -1,4 +1,4 @@
-//! `nearmiss evaluate` with language models: a matrix of ways of asking over many scenarios, as a batch in the store.
+//! `nearmiss evaluate` with language models: a matrix of prompt configurations over many scenarios, as a stored batch.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
@@ -127,7 +127,7 @@ fn changes(text: &str) -> Result<Changes, String> {
     }
 }
 
-/// Which batch is gone on with.
+/// Which batch is resumed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Resumed {
     Last,
@@ -202,7 +202,7 @@ fn begin(arguments: &Evaluate) -> Outcome {
     };
     if options.retry_failed || added.any() {
         return Err(Failure::input(
-            "--retry-failed and all of --add-… go on with a batch: --resume ID names it",
+            "--retry-failed and all of --add-… need a batch to resume: --resume ID names it",
         ));
     }
     let secret = |url: &String| Endpoint::new("", url.as_str()).has_secret_address();

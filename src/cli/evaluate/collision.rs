@@ -1,4 +1,4 @@
-//! The collision task: what the judge says of whole recordings, against labels.
+//! The collision task: the judge's verdicts on whole recordings, compared with labels.
 
 use serde_json::json;
 

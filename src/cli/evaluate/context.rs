@@ -1,4 +1,4 @@
-//! What every batch is made with: configuration, templates, thresholds, the store, and who is asked.
+//! The context shared by all batches: configuration, templates, thresholds, store and models.
 
 use std::num::NonZeroU32;
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::settings::{Config, Folders};
 use crate::store::Store;
 use crate::workflow::{Models, Server};
 
-/// What was opened.
+/// The shared context of a batch.
 pub struct BatchContext {
     pub folders: Folders,
     pub config: Config,

@@ -1,4 +1,4 @@
-//! What a batch would ask, in words: its questions, and what they take, before anything is sent.
+//! Prints a dry run: a batch's questions and their estimated consumption, before anything is sent.
 
 use serde_json::json;
 
@@ -26,7 +26,7 @@ pub fn make(plan: &BatchPlan, judges: &Judges, store: &Store) -> Result<DryRun, 
     say_each(&dry_run.doubts);
     if !dry_run.unlabelled.is_empty() {
         output::say(&format!(
-            "nearmiss: left out, as nobody says what is true about them: {}",
+            "nearmiss: left out, as their ground truth is unknown: {}",
             super::some(&dry_run.unlabelled)
         ));
     }

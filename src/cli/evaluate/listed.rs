@@ -1,4 +1,4 @@
-//! The batches in the store, how far they are and what they ask.
+//! Lists stored batches with their progress and contents.
 
 use super::{number, some};
 use crate::cli::filters::store_to_read;

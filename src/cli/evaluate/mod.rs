@@ -1,4 +1,4 @@
-//! `nearmiss evaluate`: how good the built-in judge and language models are on many scenarios.
+//! `nearmiss evaluate`: measures how good the built-in judge and language models are on many scenarios.
 
 mod batch;
 mod collision;
@@ -77,7 +77,7 @@ pub struct Evaluate {
 }
 
 impl Evaluate {
-    /// What is asked.
+    /// The tasks.
     fn tasks(&self) -> Vec<Task> {
         match self.task.is_empty() {
             true => vec![Task::Safety],
@@ -129,9 +129,9 @@ struct Batch<T> {
     unlabelled: Vec<String>,
 }
 
-/// What became of one scenario.
+/// The outcome of one scenario.
 enum One<T> {
-    /// It was judged; what is doubtful about it, in words.
+    /// It was judged, with warnings.
     Judged(Judged<T>, Vec<String>),
     WithoutEgo,
     Unlabelled,
@@ -331,7 +331,7 @@ impl<T> Batch<T> {
     }
 }
 
-/// A number of things, in words.
+/// A count with its noun.
 fn number(count: usize, thing: &str) -> String {
     match count {
         1 => format!("1 {thing}"),

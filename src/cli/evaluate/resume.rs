@@ -1,4 +1,4 @@
-//! `--resume`: going on with a batch, and what it says about another truth.
+//! `--resume`: resumes a batch, and warns if its ground truth differs.
 
 use super::batch::{Resumed, carry_out};
 use super::context::BatchContext;
@@ -8,7 +8,7 @@ use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::TruthSource;
 use crate::workflow::batch::{Relabelling, ResumeRequest, Selection};
 
-/// Goes on with a batch.
+/// Resumes a batch.
 pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {
     let options = &arguments.batch;
     let context = BatchContext::new()?;
@@ -72,7 +72,7 @@ fn say_truth(relabelling: &Relabelling, source: &TruthSource, dry_run: bool) {
     }
 }
 
-/// Refuses what would make another batch of one that is gone on with, and says what can be added instead.
+/// Rejects arguments that would change a resumed batch, and says what can be added instead.
 pub fn all_stays(arguments: &Evaluate) -> Outcome {
     let options = &arguments.batch;
     let said = [
@@ -107,6 +107,6 @@ pub fn all_stays(arguments: &Evaluate) -> Outcome {
         option => format!("{option} adds to it; for others begin a new batch, without --resume"),
     };
     Err(Failure::input(format!(
-        "--resume goes on with the scenarios and ways of asking that the batch has, so {what} cannot be said: {instead}"
+        "--resume keeps the scenarios and settings of the batch, so {what} cannot be given: {instead}"
     )))
 }

@@ -1,4 +1,4 @@
-//! A batch on its way: progress, interruption, and the table at its end.
+//! A running batch: progress, interruption, and the final table.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,7 +17,7 @@ use crate::evaluation::batch::answers;
 use crate::store::{BatchId, Item, ItemState};
 use crate::workflow::batch::{BatchRun, DryRun, Ended, Paused, Selection};
 
-/// How the table of a batch is written.
+/// Format of a batch's table.
 #[derive(Debug, Clone, Copy)]
 pub struct Table {
     pub json: bool,
@@ -68,7 +68,7 @@ pub fn ask(
     let Some(paused) = runtime.block_on(until_interrupted(run, items))? else {
         return Err(Failure {
             message: format!(
-                "interrupted; `nearmiss evaluate --resume {id}` goes on with it, and asks again what had no answer yet"
+                "interrupted; `nearmiss evaluate --resume {id}` resumes it, and asks again what had no answer yet"
             ),
             status: INTERRUPTED,
         });

@@ -1,4 +1,4 @@
-//! The table of a batch: a row for each way of asking, counted as `report` counts.
+//! The table of a batch: one row for each prompt configuration, counted as in `report`.
 
 use serde_json::{Map, Value, json};
 

@@ -1,4 +1,4 @@
-//! A batch that is submitted to providers: what they took, and how it goes on.
+//! A batch submitted to providers: what they accepted, and how to continue.
 
 use tokio::runtime::Runtime;
 
@@ -7,15 +7,15 @@ use crate::cli::{Failure, output};
 use crate::store::Item;
 use crate::workflow::batch::{BatchRun, SubmittedItems};
 
-/// What is left to be asked here.
+/// Questions left to ask here.
 pub enum Left {
-    /// Everything is with providers.
+    /// Everything was submitted.
     Nothing,
-    /// The built-in judge's questions, which no provider takes.
+    /// The built-in judge's questions, which no provider accepts.
     Own(Vec<Item>),
 }
 
-/// Submits the questions, and says to whom.
+/// Submits the questions, and prints which provider received them.
 pub fn submit(runtime: &Runtime, run: &BatchRun, items: Vec<Item>) -> Result<Left, Failure> {
     let submitted: SubmittedItems = runtime
         .block_on(run.submit(items))

@@ -1,4 +1,4 @@
-//! What is true about the scenarios that the built-in judge is evaluated on.
+//! Ground truth of the scenarios on which the built-in judge is evaluated.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use crate::evaluation::{Label, LabelError};
 use crate::formats::Entry;
 use crate::scenario::Scene;
 
-/// What is true about the scenarios, and where that is from.
+/// Ground truth of the scenarios, and its source.
 pub struct Truth {
     source: TruthSource,
     known: batch::Truth,
@@ -24,7 +24,7 @@ pub fn truth(paths: &[PathBuf], entries: &[Entry]) -> Result<Truth, Failure> {
 }
 
 impl Truth {
-    /// What is said to be true about a scenario; nothing where it is unknown.
+    /// The label of a scenario; `None` if unknown.
     pub fn of(&self, entry: &Entry) -> Option<Label> {
         self.known.label(entry, None)
     }
@@ -39,7 +39,7 @@ impl Truth {
         self.source == TruthSource::Geometry
     }
 
-    /// What is true, in words for people.
+    /// Describes the ground truth for people.
     pub fn words(&self) -> String {
         match self.is_geometry() {
             true => "exact geometry of the whole recordings: real bodies that overlap at a recorded step".into(),

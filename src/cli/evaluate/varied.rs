@@ -1,4 +1,4 @@
-//! The tables beneath that of a batch: whether changed scenes change the answers, and how early a collision is seen.
+//! Tables below that of a batch: invariance to changed scenes, and how early a collision is detected.
 
 use serde_json::Value;
 
@@ -8,7 +8,7 @@ use crate::evaluation::batch::Answers;
 use crate::evaluation::report::{self, technique};
 use crate::evaluation::{PromptConfig, Share};
 
-/// What a batch with changed scenes or several leads tells beside its table.
+/// Results of a batch with changed scenes or several leads, beside its table.
 pub struct Varied(report::Varied);
 
 impl Varied {

@@ -1,10 +1,10 @@
-//! The columns of exported tables: those of the store's records, JSON in them as text.
+//! Columns of exported tables: those of the store's records, nested JSON as text.
 
 use serde_json::Value;
 
 use crate::store::Run;
 
-/// What is in a column.
+/// Type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Text,
@@ -90,7 +90,7 @@ pub const COLUMNS: [Column; 48] = [
     integer("deleted_ms"),
 ];
 
-/// What is in one column of one run; `Value::Null` where there is nothing.
+/// The value of one column of one run; `Value::Null` if absent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell(pub Value);
 

@@ -1,4 +1,4 @@
-//! `nearmiss export`: runs of the store as a file.
+//! `nearmiss export`: writes stored runs to a file.
 
 mod columns;
 mod parquet;

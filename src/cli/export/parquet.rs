@@ -1,4 +1,4 @@
-//! Runs as Apache Parquet: typed columns, a row group of some hundred runs at a time.
+//! Runs as Apache Parquet: typed columns, row groups of a few hundred runs.
 
 use std::io;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ const GROUP: usize = 512;
 
 type File = SerializedFileWriter<Target>;
 
-/// Writes the runs; gives back the target, not yet in its place.
+/// Writes the runs; returns the target, not yet moved into place.
 pub fn write(
     target: Target,
     mut runs: impl Iterator<Item = super::Item>,

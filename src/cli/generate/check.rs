@@ -1,4 +1,4 @@
-//! A variant from another source, held against its original: everything that the gate finds.
+//! Checks a variant from another source against its original: all findings of the gate.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! A variant as one line of JSON.
+//! A variant as one JSON line.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,7 +30,7 @@ pub fn place(line: &mut Value, id: &str, scenario: &Path, ego: &Path) {
     line["id"] = id.into();
 }
 
-/// The same before it is saved, and without what was refused: what the papers keep, which say that elsewhere.
+/// The same before it is saved and without refusals, as in the manifest, which records those elsewhere.
 pub fn unsaved(generated: &Generated, by: &str) -> Value {
     let made = &generated.made;
     let chosen = made.chosen.as_ref();

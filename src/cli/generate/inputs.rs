@@ -1,4 +1,4 @@
-//! Which scenarios are attacked: each file once, and no variant that merely lies in a searched folder.
+//! Input scenarios to attack: each file once, and no variants that lie in a searched folder.
 
 use std::collections::HashSet;
 use std::io::Read;

@@ -1,4 +1,4 @@
-//! What is done with each scenario: saved, counted, told.
+//! Processes one scenario: saves, counts and reports its variant.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -29,7 +29,7 @@ pub struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Saves and tells what became of a scenario.
+    /// Saves and reports the outcome of a scenario.
     pub fn take(
         &mut self,
         entry: &Entry,

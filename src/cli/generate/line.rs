@@ -1,6 +1,6 @@
-//! What is known of one scenario's variant: the line of JSON, and the figures in it that table and report are made of.
+//! The JSON line of one scenario's variant, and the figures in it that table and report use.
 //!
-//! Both read the line and nothing else, so that one that was taken over from an earlier run counts like a new one.
+//! Both read only the line, so one taken over from an earlier run counts like a new one.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ pub struct Line {
     pub figures: Figures,
 }
 
-/// What is counted and shown of a line.
+/// Figures of a line that are counted and shown.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Figures {
     pub scenario: String,
@@ -51,7 +51,7 @@ pub enum OutcomeName {
     None,
 }
 
-/// What a model consumed.
+/// A model's consumption.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Consumed {
     pub requests: u32,
@@ -84,7 +84,7 @@ impl Line {
     /// The line with this document.
     ///
     /// # Errors
-    /// Something is missing in it, or of another kind: in words.
+    /// A field is missing or of another type.
     pub fn from_document(document: Value) -> Result<Self, String> {
         match Figures::deserialize(&document) {
             Ok(figures) => Ok(Self { document, figures }),

@@ -1,4 +1,4 @@
-//! `nearmiss generate`: safe scenarios are made dangerous, and whatever is written has passed the gate.
+//! `nearmiss generate`: turns safe scenarios into dangerous variants, all of which have passed the gate.
 
 mod check;
 mod document;
@@ -202,7 +202,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
                     Some(_) =>
                         "what was written of these stays, and the same command with --resume goes on",
                     None =>
-                        "nothing was written (-o FOLDER keeps variants, and --resume goes on with them)",
+                        "nothing was written (-o FOLDER keeps variants, and --resume continues with them)",
                 }
             ),
             status: INTERRUPTED,
@@ -211,8 +211,8 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     summary.outcome()
 }
 
-/// Makes the folder for variants, and finds out now, and not when all is done, whether files can be written. Gives what is
-/// gone on with.
+/// Creates the folder for variants, and checks now, not at the end, whether files can be written. Returns the earlier
+/// run to resume.
 fn prepared(arguments: &GenerateArguments) -> Result<Option<EarlierRun>, Failure> {
     let mut past = None;
     if let Some(folder) = &arguments.output {
@@ -240,7 +240,7 @@ fn prepared(arguments: &GenerateArguments) -> Result<Option<EarlierRun>, Failure
             resume::is_report(path).map_err(Failure::input)?;
             if !arguments.resume {
                 return Err(Failure::input(format!(
-                    "{}: the report of an earlier run, which was left as it is; --resume goes on with that run and replaces it, or name another file",
+                    "{}: the report of an earlier run, which was left as it is; --resume continues that run and replaces it, or name another file",
                     path.display()
                 )));
             }

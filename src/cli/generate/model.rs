@@ -1,4 +1,4 @@
-//! Attacks that a language model writes: who is asked, and what it took.
+//! Attacks written by a language model: which model, and what it consumed.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use crate::settings::{Config, Folders};
 use crate::store::Store;
 use crate::workflow::{Models, Server};
 
-/// The model, ready to be asked.
+/// The model, ready to ask.
 pub struct Writer {
     author: Author,
     parameters: Parameters,

@@ -1,4 +1,4 @@
-//! Going on where an earlier run ended: variants that it has made are taken over with all that their papers say.
+//! Resumes an earlier run: finished variants are taken over with everything their manifests record.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -12,13 +12,13 @@ use crate::formats::Entry;
 use crate::scenario::ContentHash;
 use crate::system;
 
-/// What an earlier run has left, by the hash of the original.
+/// Results of an earlier run, by the hash of the original.
 #[derive(Debug, Default)]
 pub struct EarlierRun {
     papers: HashMap<String, Vec<Papers>>,
 }
 
-/// What is known of one variant.
+/// The record of one variant.
 #[derive(Debug)]
 struct Papers {
     original: String,
@@ -26,7 +26,7 @@ struct Papers {
     line: Line,
 }
 
-/// What a file says.
+/// Contents of a file.
 enum FileKind {
     /// How a variant was made.
     Papers(Box<Papers>),
@@ -35,7 +35,7 @@ enum FileKind {
 }
 
 impl EarlierRun {
-    /// What lies in `folder`, and in words which files there are not trusted.
+    /// Contents of `folder`, with descriptions of untrusted files.
     ///
     /// # Errors
     /// The folder cannot be read.
@@ -86,7 +86,7 @@ impl EarlierRun {
     }
 }
 
-/// Reads papers, and holds them against the variant that they are of.
+/// Reads a manifest, and compares it with its variant.
 fn read(path: &Path) -> Result<FileKind, String> {
     let bytes = system::read_file(path, system::LARGEST).map_err(|e| system::words(&e))?;
     let papers: Value =
@@ -170,7 +170,7 @@ fn is_as_it_was(path: &Path, hash: &str) -> Result<(), String> {
 /// Whether the file at `path` is a report of an earlier run, which may be replaced.
 ///
 /// # Errors
-/// It is not, or cannot be read: in words.
+/// It is not, or cannot be read.
 pub fn is_report(path: &Path) -> Result<(), String> {
     let named = |words: String| format!("{}: {words}", path.display());
     let bytes = system::read_file(path, system::LARGEST);

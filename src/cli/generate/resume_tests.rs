@@ -1,4 +1,4 @@
-//! Which papers are trusted, and for which scenario.
+//! Tests of which manifests are trusted, and for which scenario.
 #![allow(clippy::unwrap_used)]
 
 use serde_json::json;

@@ -1,4 +1,4 @@
-//! The figures of all scenarios together.
+//! Summary figures over all scenarios.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::cli::{Failure, Outcome, output};
 use crate::formats::commonroad::NewFile;
 use crate::workflow::PlanError;
 
-/// What is counted.
+/// Counts over all scenarios.
 #[derive(Debug, Default)]
 pub struct Summary {
     all: usize,
@@ -108,7 +108,7 @@ impl Summary {
         }
     }
 
-    /// The figures in words.
+    /// Describes the figures.
     pub fn words(&self) -> String {
         let counts = [
             (self.collisions, "collision"),

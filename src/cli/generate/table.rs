@@ -1,4 +1,4 @@
-//! The table of variants: a line a scenario, as soon as it is made.
+//! The table of variants: one line a scenario, printed as it finishes.
 
 use super::line::Figures;
 use crate::cli::output;
@@ -7,7 +7,7 @@ use crate::formats::Entry;
 /// Longer names push the columns behind them.
 const WIDEST: usize = 48;
 
-/// How wide the first column is, and whether the header is written.
+/// Width of the first column, and whether the header is written.
 #[derive(Debug)]
 pub struct Table {
     width: usize,

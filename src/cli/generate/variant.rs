@@ -1,4 +1,4 @@
-//! One scenario's variant: made, or taken over from an earlier run.
+//! One scenario's variant: newly generated, or taken over from an earlier run.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -20,7 +20,7 @@ use crate::workflow::{
     prepare,
 };
 
-/// What is asked for.
+/// The request.
 pub struct GenerateJob {
     /// The model; nothing for the search.
     pub writer: Option<Writer>,
@@ -28,7 +28,7 @@ pub struct GenerateJob {
     pub problem: Option<i64>,
     pub effort: Effort,
     pub only: Option<i64>,
-    /// What an earlier run has left, where that is to be gone on with.
+    /// The results of an earlier run, if it is resumed.
     pub past: Option<EarlierRun>,
 }
 
@@ -56,15 +56,15 @@ impl GenerateJob {
     }
 }
 
-/// What there is of one scenario.
+/// The result for one scenario.
 pub enum Product {
-    /// It was made now.
+    /// Newly generated.
     New(Box<Generated>),
-    /// It was there already.
+    /// Taken over from an earlier run.
     TakenOver(Box<Line>),
 }
 
-/// What was made of one scenario.
+/// The generated variant of one scenario.
 pub struct Generated {
     pub name: String,
     pub file: String,

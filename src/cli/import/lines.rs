@@ -1,4 +1,4 @@
-//! Runs from the lines of a file.
+//! Imports runs from the lines of a file.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;

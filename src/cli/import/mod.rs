@@ -1,4 +1,4 @@
-//! `nearmiss import`: runs of another store, or answers recorded by others, into this one.
+//! `nearmiss import`: imports runs of another store, or answers recorded by others.
 
 mod lines;
 mod recorded;
@@ -22,7 +22,7 @@ pub struct Import {
     json: bool,
 }
 
-/// What became of the runs.
+/// Counts of imported runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Counts {
     imported: usize,

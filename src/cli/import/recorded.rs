@@ -1,4 +1,4 @@
-//! Answers that others recorded, from a repository laid out as that of "From Words to Collisions".
+//! Imports recorded answers from a repository laid out as that of "From Words to Collisions".
 
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};

@@ -1,4 +1,4 @@
-//! Runs and batches of another store, such as those that the parts of a batch were asked into on other machines.
+//! Imports runs and batches of another store, such as shards of a batch asked on other machines.
 
 use std::io::Read;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Everything that was read of a scenario, as JSON: metres, radians, m/s, time steps, with the words of the format.
+//! A scenario's complete contents as JSON: metres, radians, m/s, time steps, in the format's terms.
 
 use serde_json::{Value, json};
 

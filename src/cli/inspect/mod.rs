@@ -1,4 +1,4 @@
-//! `nearmiss inspect`: what is in a scenario or a solution, and what is wrong with it.
+//! `nearmiss inspect`: prints the contents and the problems of a scenario or solution.
 
 mod document;
 mod obstacles;

@@ -1,4 +1,4 @@
-//! Obstacles as JSON: what they are, their states, the regions they may cover, what they signal.
+//! Obstacles as JSON: type, states, occupancy sets and signals.
 
 use serde_json::{Map, Value, json};
 

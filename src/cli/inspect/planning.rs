@@ -1,4 +1,4 @@
-//! Planning problems as JSON: where the ego starts, and the goals with their regions.
+//! Planning problems as JSON: initial states of the ego, and goals with their regions.
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,4 @@
-//! States as JSON: numbers that may be intervals, positions that may be regions.
+//! States as JSON: numbers or intervals, positions or regions.
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,4 @@
-//! What is in a scenario, in a few lines for people.
+//! A scenario's contents in a few lines for people.
 
 use crate::cli::{output, routes};
 use crate::formats::{EgoError, Entry};

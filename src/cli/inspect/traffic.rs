@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::shapes::point;
 use crate::scenario::{Lanelet, LaneletNetwork, Sign, TrafficLight};
 
-/// Who refers to signs and lights: ids of lanelets, by the id referred to.
+/// References to signs and lights: lanelet ids by the id referred to.
 pub struct References {
     signs: Referring,
     lights: Referring,

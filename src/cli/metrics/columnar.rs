@@ -1,4 +1,4 @@
-//! Tables as Apache Parquet: typed columns, and what they mean as metadata.
+//! Tables as Apache Parquet: typed columns, their meaning as metadata.
 
 use std::collections::HashMap;
 use std::io::{self, Write};

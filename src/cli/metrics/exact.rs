@@ -1,4 +1,4 @@
-//! The table of the exact convention: every measure there is, of real bodies.
+//! The table of the exact convention: every measure, between real bodies.
 
 use super::table::{Cell, Column, Form, Kind, Sheet, Values};
 use crate::metrics::{Context, MEASURES, Reading, Thresholds};

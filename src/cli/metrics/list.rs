@@ -1,4 +1,4 @@
-//! `nearmiss metrics --list`: what every measure is, in which unit, and from where on it is dangerous.
+//! `nearmiss metrics --list`: every measure with its unit, meaning and danger threshold.
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,4 @@
-//! `nearmiss metrics`: every measure of every obstacle, or of whole scenes, at every step, as a table.
+//! `nearmiss metrics`: every measure of every obstacle or whole scene, at every step, as a table.
 
 mod columnar;
 mod exact;

@@ -1,4 +1,4 @@
-//! The table of the paper's convention: the published columns in their order, the risk score, and what tells rows apart.
+//! The table of the paper's convention: published columns in their order, the risk score, and identifying columns.
 
 use super::table::{Cell, Column, Form, Kind, Sheet, Values};
 use crate::metrics::paper::{Relation, Row, rows};

@@ -1,4 +1,4 @@
-//! The table of whole scenes: the ego against everyone together, a row a step.
+//! The table of whole scenes: the ego against all obstacles together, one row a step.
 
 use super::exact::{WHEN, cell, rounded};
 use super::table::{Cell, Column, Form, Kind, Sheet, Values};

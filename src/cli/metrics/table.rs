@@ -1,8 +1,8 @@
-//! A table of measures, whatever it is written as: its columns, and the values of one scenario.
+//! A table of measures independent of its format: columns, and the values of one scenario.
 
 use crate::metrics::Thresholds;
 
-/// One column.
+/// A column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     pub name: &'static str,
@@ -13,7 +13,7 @@ pub struct Column {
     pub source: &'static str,
 }
 
-/// What is in a column.
+/// Type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Text,
@@ -25,7 +25,7 @@ pub enum Kind {
     },
 }
 
-/// How a number is written as text; both read back as the same number.
+/// Number format in text; both parse back to the same number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// `3`
@@ -99,7 +99,7 @@ pub struct Sheet {
     pub values: Vec<Values>,
 }
 
-/// What a written column holds: a column, or the reasons of a column that may lack numbers.
+/// Contents of a written column: values, or the reasons for missing ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     pub name: String,
@@ -113,7 +113,7 @@ pub struct Field {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     pub convention: &'static str,
-    /// What a file of thresholds changed, in words; nothing where thresholds are not asked.
+    /// Changes by a threshold file, described; `None` if the table needs no thresholds.
     pub thresholds: Option<Vec<String>>,
     pub columns: Vec<Column>,
     pub fields: Vec<Field>,

@@ -1,4 +1,4 @@
-//! Where a table goes: standard output, or a file that is there whole or not at all; and in which format.
+//! The output of a table: standard output or an atomically written file, and its format.
 
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -88,7 +88,7 @@ pub fn no_format(file: &Path, known: &str) -> Failure {
     ))
 }
 
-/// Where bytes go.
+/// Destination of bytes.
 pub enum Target {
     Stdout(Lines),
     File(BufWriter<NewFile>),

@@ -1,4 +1,4 @@
-//! Tables as text: CSV, and JSON with one object a line.
+//! Tables as text: CSV, or JSON with one object a line.
 
 use serde_json::{Map, Value, json};
 

@@ -1,4 +1,4 @@
-//! A drive as JSON: its end, and every cycle of it.
+//! A planner drive as JSON: its outcome, and every cycle.
 
 use serde_json::{Map, Value, json};
 

@@ -1,4 +1,4 @@
-//! One scenario, driven.
+//! Drives one scenario.
 
 use std::sync::Arc;
 
@@ -73,8 +73,7 @@ impl Driven {
         self.drive.states.len().saturating_sub(1)
     }
 
-    /// What there is to say of a drive without a step, which ended where it starts, and of one that was ended before the
-    /// goal's time.
+    /// A note on a drive without a step, which ended where it starts, or on one that ended before the goal's time.
     pub fn note(&self) -> Option<String> {
         if self.steps() == 0 {
             return Some(

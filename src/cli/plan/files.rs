@@ -1,4 +1,4 @@
-//! What planning writes: the ego's motion, a CommonRoad solution, the scenario beside them, the log of all cycles.
+//! Output files of planning: the ego's motion, a CommonRoad solution, the scenario, and a log of all cycles.
 
 use std::collections::{HashMap, HashSet};
 use std::io::Write;
@@ -41,7 +41,7 @@ pub struct Files {
     overwrite: bool,
 }
 
-/// Where things go, checked before anything is planned.
+/// Output paths, checked before anything is planned.
 pub struct Targets<'a> {
     files: &'a Files,
     log: Option<Target>,

@@ -1,4 +1,4 @@
-//! `nearmiss plan`: the planner drives the ego through scenarios, and how that ends.
+//! `nearmiss plan`: drives the ego through scenarios with the planner, and reports the outcomes.
 
 mod document;
 mod driven;

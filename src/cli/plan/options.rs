@@ -1,4 +1,4 @@
-//! How motions are planned: what the arguments say, else the configuration, else what is usual.
+//! Planner settings: from the arguments, else the configuration, else the defaults.
 
 use toml::Value;
 

@@ -1,4 +1,4 @@
-//! Whether there is a place for what planning writes: asked before hours of planning, not after.
+//! Checks that output files can be written: before hours of planning, not after.
 
 use std::path::{Path, PathBuf};
 

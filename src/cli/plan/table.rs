@@ -1,4 +1,4 @@
-//! The table of outcomes, a line a scenario as soon as it is driven, and their sum.
+//! The table of outcomes: one line a scenario, printed as it finishes, and a summary.
 
 use super::driven::{Driven, median};
 use crate::planner::Emergency;

@@ -1,4 +1,4 @@
-//! What `render` can be asked for, and what goes together.
+//! Arguments of `render`, and which of them go together.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The original of a variant: the papers beside it say which that is, and it is looked for where it may lie.
+//! Finds a variant's original, which the manifest beside the variant names.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,14 +12,14 @@ use crate::picture::Variation;
 use crate::scenario::Scenario;
 use crate::system;
 
-/// What a variant was made of, and how it differs.
+/// A variant's original, and how the two differ.
 pub struct Original {
     scenario: Arc<Scenario>,
     attacker: i64,
     from: i64,
 }
 
-/// What the papers say.
+/// A manifest's statements.
 struct Papers {
     id: String,
     sha256: String,
@@ -30,10 +30,10 @@ struct Papers {
 }
 
 impl Original {
-    /// The original of an entry; nothing where no papers of `nearmiss generate` lie beside it.
+    /// The original of an entry; `None` if there is no manifest of `nearmiss generate` beside it.
     ///
     /// # Errors
-    /// Why the original is not there, in words.
+    /// The original is not available, and why.
     pub fn find(entry: &Entry) -> Result<Option<Self>, String> {
         let Place::File(file) = &entry.place else {
             return Ok(None);
@@ -58,7 +58,7 @@ impl Original {
     /// The scenario that `--original` names for an entry.
     ///
     /// # Errors
-    /// It cannot be read, no papers lie beside the entry, or they are about another original.
+    /// It cannot be read, there is no manifest beside the entry, or it names another original.
     pub fn named(variant: &Entry, original: &Path) -> Result<Self, Failure> {
         let about = match &variant.place {
             Place::File(file) => Papers::beside(file),
@@ -143,7 +143,7 @@ impl Papers {
             // As it was said then, and with OUT and the originals beside each other also from any other folder.
             places.extend([made_of.clone(), above.join(made_of)]);
         }
-        // Papers may name anything; what is no file may never end.
+        // A manifest may name anything; reading what is not a file may never end.
         let files = places.iter().filter(|path| path.is_file());
         let mut there = files.filter_map(|path| commonroad::read_file(path).ok());
         there.find(same).map(Arc::new)

@@ -1,4 +1,4 @@
-//! Where pictures go: standard output, a file, or a folder; each is there whole or not at all.
+//! The output of pictures: standard output, a file or a folder, written atomically.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

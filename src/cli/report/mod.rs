@@ -1,4 +1,4 @@
-//! `nearmiss report`: how often stored or recorded answers are right, as a table for papers.
+//! `nearmiss report`: accuracy of stored or recorded answers, as tables for papers.
 
 mod of_batch;
 mod of_folder;

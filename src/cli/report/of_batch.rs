@@ -1,4 +1,4 @@
-//! The report of a batch of `evaluate`.
+//! The report of a batch from `evaluate`.
 
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ pub fn made(store: &Store, id: BatchId) -> Result<AnyReport, Failure> {
     if unasked > 0 {
         let unfinished = format!(
             "Of these questions {unasked} were not asked, or not yet; they have a count of their own. `nearmiss evaluate \
-             --resume {id}` goes on with the batch."
+             --resume {id}` resumes the batch."
         );
         output::say(&format!("nearmiss: {unfinished}"));
         notes.push(unfinished);

@@ -1,4 +1,4 @@
-//! The report of runs of the store.
+//! The report of stored runs.
 
 use std::path::PathBuf;
 
@@ -81,7 +81,7 @@ pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
     ))
 }
 
-/// What is not in the report, or without a truth, in words.
+/// Describes runs left out of the report, or without a ground truth.
 fn notices(stored: &Stored) -> Vec<String> {
     let left_out = [
         (stored.unfinished, "running, cancelled or interrupted"),

@@ -1,4 +1,4 @@
-//! What is true about the scenarios of a report: labels, folders, or the exact geometry.
+//! Ground truth for a report: labels, folders, or exact geometry.
 
 use std::path::{Path, PathBuf};
 
@@ -46,7 +46,7 @@ pub fn truth(sources: &[PathBuf], store: &Store) -> Result<Truth, Failure> {
     Ok(truth)
 }
 
-/// The same in words, for the report: of batches, how many answers are held against which truth.
+/// The same as a description for the report: for batches, how many answers are compared with which ground truth.
 pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<String, Failure> {
     let mut words = Vec::new();
     for source in sources {

@@ -1,4 +1,4 @@
-//! Runs as a table: when, what was said, of whom, and what it cost.
+//! Runs as a table: time, verdict, model and cost.
 
 use crate::cli::{output, time};
 use crate::judge;

@@ -1,4 +1,4 @@
-//! The built-in judge's verdicts on the questions of a batch, also where it is none of the batch's models.
+//! The built-in judge's verdicts on a batch's questions, even if it is not one of the batch's models.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -18,7 +18,7 @@ use crate::verdict::{Task, Verdict};
 pub struct Unjudged {
     /// Its name.
     pub scenario: String,
-    /// Why, in words.
+    /// The reason.
     pub why: String,
 }
 

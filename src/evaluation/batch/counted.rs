@@ -1,4 +1,4 @@
-//! What a batch comes to by its own truth, counted piece by piece; and which batches there are to choose from.
+//! Counts a batch by its own ground truth, piece by piece, and lists the batches to choose from.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,16 +12,16 @@ use crate::scenario::Transform;
 use crate::store::{BatchId, Progress, Store, StoreError};
 use crate::verdict::Task;
 
-/// Which answers are counted, and with that by which truth.
+/// Which answers are counted, and so against which ground truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Counting {
-    /// All in the store, held against what the built-in judge says to the same questions.
+    /// All stored answers, compared with the built-in judge's on the same questions.
     Everything,
-    /// A part of a batch of `evaluate`, held against the truth that it was begun with.
+    /// A part of a batch of `evaluate`, compared with the ground truth it was started with.
     Batch(BatchId, Part),
 }
 
-/// Which questions of a batch: each part is about every scenario once.
+/// Part of a batch's questions: each part covers every scenario once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Part {
     /// The scenes as they are, with the first lead: what `report` counts.
@@ -32,12 +32,12 @@ pub enum Part {
     Changed(Transform),
 }
 
-/// Something to choose.
+/// An entry of the list of choices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Offer {
     /// What.
     pub counting: Counting,
-    /// What is true there, in words, or why that is not known.
+    /// Description of the ground truth, or why it is unknown.
     pub truth: String,
     /// Of a batch: when it was begun, milliseconds since 1970, UTC.
     pub created_ms: Option<i64>,
@@ -45,7 +45,7 @@ pub struct Offer {
     pub progress: Progress,
 }
 
-/// What a part of a batch comes to.
+/// Results of a part of a batch.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BatchResults {
     /// A row for each way of asking.
@@ -80,7 +80,7 @@ impl Part {
 }
 
 impl Offer {
-    /// Everything, held against the built-in judge: exact geometry, and in the safety task a prediction.
+    /// All answers, compared with the built-in judge: exact geometry, and in the safety task a prediction.
     #[must_use]
     pub fn everything() -> Self {
         Self {
@@ -95,7 +95,7 @@ impl Offer {
     }
 }
 
-/// What there is to choose: the batches, the newest first, each whole and then its other parts; everything at last.
+/// The choices: the batches, newest first, each whole and then its other parts; all answers last.
 ///
 /// # Errors
 /// The store cannot be read.

@@ -1,11 +1,11 @@
-//! What a batch takes before it is asked: requests, tokens, and the most that they can cost.
+//! Estimates of a batch before it is asked: requests, tokens, and an upper bound on cost.
 
 use jiff::Zoned;
 
 use crate::evaluation::request::most_usd;
 use crate::evaluation::{Judge, Question};
 
-/// What asking one question takes.
+/// Estimated size of one question.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Size {
     /// Tokens of the question, estimated.
@@ -16,7 +16,7 @@ pub struct Size {
     pub price: Price,
 }
 
-/// What one question costs, US dollars.
+/// Price of one question, US dollars.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Price {
     /// Nothing: the built-in judge.
@@ -64,7 +64,7 @@ impl Size {
     }
 }
 
-/// What all questions together take.
+/// Estimated total of all questions.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Estimate {
     /// Requests that would be sent; those to the built-in judge are none.
@@ -123,7 +123,7 @@ impl Estimate {
         }
     }
 
-    /// The price in words.
+    /// Formats the price.
     #[must_use]
     pub fn price(&self) -> String {
         let all = self.requests;

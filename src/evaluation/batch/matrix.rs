@@ -10,10 +10,10 @@ use crate::scenario::Transform;
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// Everything that is asked about every scenario.
+/// All questions about every scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
-    /// What is asked.
+    /// The tasks.
     pub tasks: Vec<Task>,
     /// From where scenes are described.
     pub frames: Vec<Frame>,
@@ -31,7 +31,7 @@ pub struct Matrix {
     pub request: RequestSettings,
 }
 
-/// How every question of a batch is asked; what is not set is the template's, else the program's or the server's.
+/// Request settings of a batch; unset ones are the template's, else the program's or the server's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RequestSettings {
     /// Steps in a window.
@@ -108,8 +108,8 @@ impl Matrix {
         }
     }
 
-    /// What is asked of a scenario in one way: the scene as it is with the first lead, then with each other one, then
-    /// the changed scenes. Leads are a matter of the safety task.
+    /// The variants of a scenario's question: the unchanged scene with the first lead, then with each other one, then
+    /// the changed scenes. Only the safety task has leads.
     #[must_use]
     pub fn variants(&self, way: &PromptConfig) -> Vec<Variant> {
         let timed = way.task == Task::Safety && !self.more_leads.is_empty();
@@ -156,7 +156,7 @@ impl Matrix {
     }
 }
 
-/// What is added to the matrix of a batch.
+/// Additions to a batch's matrix.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct More {
     /// Models, as `provider/model`.

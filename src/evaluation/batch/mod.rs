@@ -1,4 +1,4 @@
-//! Questions in bulk: a matrix of ways of asking over many scenarios, and what the answers in the store come to.
+//! Batches: a matrix of prompt configurations over many scenarios, and the results of their stored answers.
 //!
 //! [`crate::workflow::batch`] asks them.
 

@@ -1,4 +1,4 @@
-//! Making the questions of a batch: from an entry and a way of asking to what is sent, and to what the store keeps of it.
+//! Builds a batch's questions: from an entry and its settings to the request and the store's record.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::scenario::{Scene, Severity, Window};
 use crate::store::{Key, NewItem, Store, StoreError};
 use crate::verdict::{Task, Verdict};
 
-/// What every question of a batch is made with.
+/// Shared inputs of all questions in a batch.
 pub struct QuestionBuilder {
     /// The templates.
     library: Library,
@@ -42,7 +42,7 @@ type Asked = (String, PromptConfig, (Option<String>, Option<String>));
 pub struct Reading {
     /// The scene.
     pub scene: Arc<Scene>,
-    /// What is doubtful about its ego, in words.
+    /// Warnings about its ego.
     pub doubts: Vec<String>,
 }
 
@@ -66,7 +66,7 @@ pub struct PreparedQuestions {
     pub unlabelled: bool,
     /// A label that cannot be of this scenario; nothing is asked then.
     pub wrong: Option<LabelError>,
-    /// What is doubtful about it, in words.
+    /// Warnings about it.
     pub doubts: Vec<String>,
     /// For each model the first question that would be sent to it.
     pub first: Vec<(String, Arc<Question>)>,
@@ -315,7 +315,7 @@ pub fn question_key(question: &Question, judge: &Judge) -> Result<Option<Key>, S
     Ok(record(question, judge, &RunOptions::default())?.key())
 }
 
-/// Who collides, where a label says so.
+/// The colliding obstacle, if a label names one.
 pub(super) fn obstacle(label: Option<Label>) -> Option<i64> {
     match label {
         Some(Label::Collision(obstacle)) => obstacle,

@@ -1,4 +1,4 @@
-//! A few results that were made lately: many questions are about one scene, and many samples ask one question.
+//! A small cache of recent results: many questions share a scene, and many samples share a question.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};

@@ -1,4 +1,4 @@
-//! How a batch was asked, in words for a report.
+//! Describes how a batch was asked, for reports.
 
 use serde::Serialize;
 use serde_json::{Value, json};

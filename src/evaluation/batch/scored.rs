@@ -1,4 +1,4 @@
-//! The answers of a batch beside what is true: read anew from their texts, with those that failed.
+//! A batch's answers with their ground truth: parsed again from their texts, failed ones included.
 
 use rayon::prelude::*;
 
@@ -29,7 +29,7 @@ pub struct Answers {
     pub others: usize,
 }
 
-/// Every question of a batch about a scene as it is and with the first lead, with what was said to it, in their order;
+/// Every question of a batch about an unchanged scene at the first lead, with its answer, in order;
 /// see [`answers`].
 ///
 /// # Errors
@@ -38,10 +38,10 @@ pub fn scored(store: &Store, batch: BatchId) -> Result<Vec<Scored>, StoreError> 
     Ok(answers(store, batch)?.plain)
 }
 
-/// Every question of a batch that asks for yes or no, with what was said to it, in their order: the newest whole answer to
-/// the same request and sample, else why there is none.
+/// Every yes-or-no question of a batch with its answer, in order: the newest complete answer to the same request and
+/// sample, else why there is none.
 ///
-/// Verdicts are read from the stored texts, so that a better parser finds more in them without asking again.
+/// Verdicts are parsed from the stored texts, so that a better parser finds more in them without asking again.
 ///
 /// # Errors
 /// The store cannot be read, or holds words that this version does not know.
@@ -98,7 +98,7 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
     Ok(sorted)
 }
 
-/// What was said to questions of a batch, in their order, with what each is about.
+/// Answers to questions of a batch, in order, with the variant each is about.
 ///
 /// # Errors
 /// The store holds words that this version does not know.

@@ -1,4 +1,4 @@
-//! Parts of a batch for several machines: each scenario belongs to one, by its name alone.
+//! Shards of a batch for several machines: each scenario belongs to one, by its name alone.
 
 use sha2::{Digest, Sha256};
 

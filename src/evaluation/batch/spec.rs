@@ -1,4 +1,4 @@
-//! What a batch is, as the store keeps it: enough to go on with it, or to know that it is no longer the same.
+//! The stored specification of a batch: enough to resume it, or to detect that it has changed.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -17,18 +17,18 @@ use crate::prompts::{Library, Techniques};
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// Everything that decides what a batch asks.
+/// Everything that determines what a batch asks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spec {
     /// Files, folders, names of bundled scenarios.
     pub paths: Vec<PathBuf>,
-    /// What is asked about each.
+    /// Questions about each scenario.
     pub matrix: Matrix,
     /// Where the truth is from.
     pub truth: TruthSource,
     /// The templates by file name, each with the hash of its text and fragments.
     pub templates: BTreeMap<String, String>,
-    /// What is changed of the shipped thresholds, in words.
+    /// Descriptions of changes to the shipped thresholds.
     pub thresholds: Vec<String>,
     /// The address of the server, where it is not the provider's own.
     pub base_url: Option<String>,
@@ -38,7 +38,7 @@ pub struct Spec {
     pub drafts: BTreeMap<String, String>,
 }
 
-/// Why a spec cannot be used.
+/// Why a specification cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SpecError {
     /// It is not one, or one of another version of the program.
@@ -181,7 +181,7 @@ impl Spec {
         found
     }
 
-    /// What is changed of the thresholds, in words.
+    /// Describes the changes to the thresholds.
     #[must_use]
     pub fn thresholds_of(thresholds: &Thresholds) -> Vec<String> {
         thresholds

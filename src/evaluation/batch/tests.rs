@@ -1,4 +1,4 @@
-//! The order of a matrix, its parts for several machines, and what is added to it later.
+//! Tests of matrix order, shards, and later additions.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! What is true about the scenarios of a batch: exact geometry, labels of files, or the folders that they lie in.
+//! Ground truth of a batch: exact geometry, label files, or the scenarios' folders.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::system;
 use super::question_builder::path_of;
 use super::scored::label_of;
 
-/// Where the truth is from.
+/// Source of the ground truth.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TruthSource {
     /// The exact geometry of the whole recordings.
@@ -24,7 +24,7 @@ pub enum TruthSource {
     Files(Vec<PathBuf>),
 }
 
-/// What is true.
+/// Ground truth of a batch's scenarios.
 #[derive(Debug)]
 pub enum Truth {
     /// The exact geometry of the whole recordings.
@@ -37,7 +37,7 @@ pub enum Truth {
     Known(BTreeMap<String, Option<Label>>),
 }
 
-/// Why there is no truth.
+/// Why there is no ground truth.
 #[derive(Debug, thiserror::Error)]
 pub enum TruthError {
     /// A file cannot be read.
@@ -94,7 +94,7 @@ impl TruthSource {
 }
 
 impl Truth {
-    /// Reads the truth about these scenarios; and what is doubtful about it, in words.
+    /// Reads the ground truth of these scenarios, with warnings about it.
     ///
     /// # Errors
     /// A file cannot be read, or holds no labels.

@@ -1,15 +1,15 @@
-//! The same question about a changed scene, or about a window that ends some other time before the collision.
+//! Variants of a question: a changed scene, or a window that ends at another lead before the collision.
 
 use crate::evaluation::Lead;
 use crate::scenario::Transform;
 use crate::store::NewItem;
 
-/// What tells questions about one scenario apart that are asked in the same way.
+/// Distinguishes questions about one scenario under the same prompt configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Variant {
-    /// Where the window ends; nothing for where all windows of the batch do.
+    /// End of the window; `None` for the batch's common end.
     pub lead: Option<Lead>,
-    /// What is changed about the scene; nothing where it is as it is.
+    /// Change of the scene; `None` if unchanged.
     pub transform: Option<Transform>,
 }
 
@@ -17,7 +17,7 @@ impl Variant {
     /// The variant of a question of a batch.
     ///
     /// # Errors
-    /// A word that this version does not know.
+    /// A value written by an unknown version.
     pub fn from_item(asked: &NewItem) -> Result<Self, String> {
         let lead = asked.lead.as_deref().map(|word| {
             word.parse()
@@ -33,7 +33,7 @@ impl Variant {
         })
     }
 
-    /// The lead and the change as the store keeps them.
+    /// The lead and the change as stored.
     #[must_use]
     pub fn words(&self) -> (Option<String>, Option<String>) {
         let lead = self.lead.map(Lead::stored);

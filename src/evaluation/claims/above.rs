@@ -1,9 +1,9 @@
-//! What a line of a text says about those below it: whom they are about, and when.
+//! Context a line of text gives to the lines below it: its obstacles, and its time.
 
 use super::mentions::{Mention, begins_with, is_label};
 use super::times::MentionedTime;
 
-/// What a line says about those below it.
+/// Context that a line gives to the lines below it.
 #[derive(Default)]
 pub struct Above {
     /// Whom the heading names.
@@ -93,7 +93,7 @@ impl Above {
                         stays: !firm && !beside,
                     },
                 };
-                // A participant mentioned inside an item leaves the subject of its own items open, not that of those beside it.
+                // A participant mentioned inside an item leaves the subject of sub-items open, not of sibling items.
                 if beside && next.obstacle.is_some() {
                     self.named.pop();
                 }
@@ -108,7 +108,7 @@ impl Above {
     }
 }
 
-/// What a line is.
+/// Kind of a line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Heading,

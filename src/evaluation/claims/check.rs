@@ -1,14 +1,14 @@
-//! Claims held against the geometry.
+//! Checks claims against the geometry.
 
 use super::{Claim, Quantity, Side, Stated, Subject, excuse};
 use crate::geometry::Point;
 use crate::metrics::{Encounter, Relation, measure, paper};
 use crate::scenario::Participant;
 
-/// How far a number may be from the true one, in words; see [`check`].
+/// Tolerance between a stated number and the true one, for display; see [`check`].
 pub const TOLERANCES: &str = "half of the last digit stated, 0.05 of the unit or 2 %, whichever is most; 10 % where it is said to be rough";
 
-/// What a claim was held against.
+/// What a claim was checked against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Basis {
     /// Exact bodies of real size.
@@ -20,7 +20,7 @@ pub enum Basis {
 }
 
 impl Basis {
-    /// In words.
+    /// Its description.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -31,7 +31,7 @@ impl Basis {
     }
 }
 
-/// Whether a claim holds.
+/// Result of checking a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Judgement {
     /// It does.
@@ -47,13 +47,13 @@ pub enum Judgement {
 pub struct Checked {
     /// What is claimed.
     pub claim: Claim,
-    /// The step that it was held against.
+    /// The step it was checked at.
     pub step: i64,
     /// What is so, in the quantity's unit; nothing where there is no such number.
     pub truth: Option<f64>,
-    /// What is so, in words.
+    /// The true state, described.
     pub is: String,
-    /// What it was held against; where it is wrong, the exact bodies.
+    /// What it was checked against; for a wrong claim, the exact bodies.
     pub basis: Basis,
     /// Whether it holds.
     pub judgement: Judgement,

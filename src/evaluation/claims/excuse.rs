@@ -1,12 +1,12 @@
-//! Why a claim that does not hold may still be none: it may be about something else than it was held against.
+//! Why a claim that does not hold may still not be wrong: it may be about something other than what was checked.
 //!
-//! To say of a true sentence that it is wrong is worse than to say of a wrong one that it cannot be told.
+//! Calling a true sentence wrong is worse than leaving a wrong one undecided.
 
 use super::check::{Judgement, at};
 use super::{Claim, Quantity, Stated, Subject};
 use crate::metrics::{Encounter, Relation};
 
-/// What else the claim may mean at that step, in words; nothing where it is plainly wrong.
+/// Another possible meaning of the claim at that step; `None` if it is plainly wrong.
 pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static str> {
     let Stated::Number {
         value, decimals, ..

@@ -1,4 +1,4 @@
-//! Walking through a text: which obstacle and which time each sentence is about.
+//! Walks through a text and resolves which obstacle and time each sentence is about.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use super::place::has_word;
 use super::sentence::Sentence;
 use super::times::{MentionedTime, heading_time, times};
 
-/// What can be meant.
+/// Ids and time steps that a text can refer to.
 pub struct World<'a> {
     /// Ids of the obstacles.
     pub ids: &'a BTreeSet<i64>,
@@ -56,7 +56,7 @@ fn take(line: &str, start: usize, world: &World<'_>, above: &mut Above, found: &
     let indent = line.len() - line.trim_start().len();
     let item =
         bare.starts_with(['-', '*', '•', '+']) && !bare.starts_with("**") || is_numbered(bare);
-    // What stands between reasoning and answer ends what was said before, too.
+    // The boundary between reasoning and answer ends the context, too.
     let heading = bare.starts_with('#')
         || bare.starts_with("──")
         || (bare.starts_with("**")

@@ -1,4 +1,4 @@
-//! The obstacles that a sentence mentions, and whether its subject is one of them.
+//! Obstacles mentioned in a sentence, and whether one of them is its subject.
 
 use std::ops::Range;
 

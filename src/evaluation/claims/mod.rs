@@ -1,7 +1,7 @@
-//! Claims about obstacles in the free text of an answer, found and held against the geometry.
+//! Claims about obstacles in the free text of an answer, extracted and checked against the geometry.
 //!
-//! Found is only what is unambiguous: an obstacle, a measure that is named or plain from the unit, a value with its
-//! unit, and no bound, range, supposition or step of a calculation. What is not found is not said to be right.
+//! Only unambiguous claims are extracted: an obstacle, a measure that is named or clear from the unit, and a value with
+//! its unit; no bounds, ranges, suppositions or steps of a calculation. What is not extracted is not called right.
 
 mod above;
 mod check;
@@ -20,7 +20,7 @@ pub use check::{Basis, Checked, Judgement, TOLERANCES, check};
 
 use crate::scenario::{Scene, Window};
 
-/// What is claimed of an obstacle.
+/// The quantity a claim states about an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Quantity {
     /// Distance to the ego, metres.
@@ -88,7 +88,7 @@ impl Quantity {
     }
 }
 
-/// Where an obstacle is said to be: along the ego's heading, across it, or both.
+/// Claimed position of an obstacle: along the ego's heading, across it, or both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Side {
     /// In front (true) or behind (false), if that is said.
@@ -113,7 +113,7 @@ impl std::fmt::Display for Side {
     }
 }
 
-/// What an answer states.
+/// The claimed value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stated {
     /// A number in the quantity's unit.
@@ -150,7 +150,7 @@ pub struct Claim {
     pub step: Option<i64>,
 }
 
-/// What a text is about.
+/// The scene a text is about.
 #[derive(Debug, Clone)]
 pub struct Subject<'a> {
     /// The scene.
@@ -188,7 +188,7 @@ pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
     find::claims(text, &world)
 }
 
-/// The claims in a text, each held against the geometry.
+/// The claims in a text, each checked against the geometry.
 #[must_use]
 pub fn checked(text: &str, subject: &Subject<'_>) -> Vec<Checked> {
     let claims = find(text, subject);

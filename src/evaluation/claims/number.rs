@@ -1,4 +1,4 @@
-//! Numbers with units in a text.
+//! Numbers with units in text.
 
 use std::ops::Range;
 

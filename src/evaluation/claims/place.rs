@@ -1,4 +1,4 @@
-//! Words that say where an obstacle is, and that it touches the ego.
+//! Phrases for an obstacle's position, and for contact with the ego.
 
 use std::ops::Range;
 

@@ -4,7 +4,7 @@ use super::number::{Number, Unit};
 use super::place::{has_word, side_in, touches_before};
 use super::{Claim, Quantity, Stated};
 
-/// A sentence, and what is known before it is read.
+/// A sentence with its context.
 pub struct Sentence<'a> {
     /// Its text, in lower case with the same places of bytes.
     pub lower: &'a str,
@@ -242,8 +242,8 @@ impl Sentence<'_> {
                 match axis.or_else(|| from_ego(after).filter(|_| !distance)) {
                     Some(true) => Some((GapLong, false)),
                     Some(false) => Some((GapLat, false)),
-                    // With a sign it is one of the two gaps, and which is not said.
-                    // "This gap closes to 3 m" goes on with one of them, too.
+                    // With a sign it is one of the two gaps, but which one is not stated. "This gap closes to 3 m"
+                    // continues with one of them, too.
                     None if distance && number.value >= 0.0 && !has_word(near, "this") => {
                         Some((Distance, false))
                     }

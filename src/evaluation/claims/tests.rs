@@ -1,4 +1,4 @@
-//! Texts in several styles, about a bundled scenario.
+//! Tests on texts in several styles, about a bundled scenario.
 #![allow(clippy::unwrap_used)]
 
 mod mentions;

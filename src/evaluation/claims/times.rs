@@ -1,4 +1,4 @@
-//! The times that a text speaks of, and the steps that they are.
+//! Times mentioned in a text, and the steps they denote.
 
 use super::find::{World, ends_with_word};
 use super::number::{Number, Unit, numbers};

@@ -1,4 +1,4 @@
-//! Who attacks: the model's choice beside the reference's ranking, and which of them is taken.
+//! Attacker selection: the model's choice beside the reference ranking, and which of them is used.
 
 use super::super::answer::{Answer, Judged};
 use super::super::defaults::default_frame;
@@ -9,7 +9,7 @@ use crate::scenario::{ObstacleRole, ObstacleType, Window};
 use crate::store::RunId;
 use crate::verdict::{AttackerChoice, ParsedAnswer, Task};
 
-/// Who attacks, and who said so.
+/// The chosen attacker, and the source of the choice.
 #[derive(Debug, Clone)]
 pub struct Choice {
     /// The reference's ranking, the one that needs the least change first.
@@ -48,7 +48,7 @@ impl ChosenBy {
     }
 }
 
-/// What a model answered to the attacker task.
+/// A model's answer to the attacker task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proposal {
     /// Its run in the store.

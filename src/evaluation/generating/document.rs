@@ -1,4 +1,4 @@
-//! What a model chose and wrote for one scenario, as JSON.
+//! A model's choice and attacks for one scenario, as JSON.
 
 use serde_json::{Value, json};
 

@@ -1,8 +1,8 @@
-//! A model as the author of attacks: it chooses the attacker, writes motions for it, and is told what the gate refuses.
+//! A model as the author of attacks: it chooses the attacker, writes motions, and receives the gate's refusals.
 //!
-//! Every request goes the way of all others, see [`crate::evaluation::run`]: an answer is in the store before it is used, and one
-//! that is there is not paid for again. What a model answers becomes an attack only through
-//! [`crate::generation::admit`]; nothing else gets past the gate.
+//! Every request takes the path of all others, see [`crate::evaluation::run`]: an answer is stored before it is used,
+//! and a stored one is not paid for again. A model's answer becomes an attack only through
+//! [`crate::generation::admit`]; nothing else passes the gate.
 
 mod choosing;
 mod document;
@@ -33,7 +33,7 @@ use crate::store::{Consumed, Store, StoreError};
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// Who writes, and how it is asked.
+/// The authoring model, and its request settings.
 #[derive(Debug, Clone)]
 pub struct Author {
     /// Name of the scenario, for people and for the store.
@@ -50,7 +50,7 @@ pub struct Author {
     pub settings: Settings,
     /// How the choice of the attacker is described; nothing for the usual frame, which is the metrics.
     pub frame: Option<Frame>,
-    /// How many motions are asked for, each in a conversation of its own.
+    /// Number of motions requested, each in a separate conversation.
     pub samples: u32,
     /// How often, at most, a refused motion goes back to the model with the reasons, in each conversation.
     pub retries: u32,
@@ -58,8 +58,8 @@ pub struct Author {
     pub at_once: usize,
     /// The attacker, where the user names it; the model is not asked to choose then.
     pub attacker: Option<i64>,
-    /// Whether nothing is written where the model's choice of the attacker cannot be taken. Otherwise the first of the
-    /// reference's ranking is taken in its place, and [`Choice::by`] says so.
+    /// Whether to write nothing if the model's choice of attacker cannot be used. Otherwise the first of the reference
+    /// ranking replaces it, recorded in [`Choice::by`].
     pub obey: bool,
     /// Ask in any case, even where the store has the answer.
     pub fresh: bool,
@@ -86,7 +86,7 @@ impl Author {
     }
 }
 
-/// What happens while a model writes.
+/// Progress of a model's authoring.
 #[derive(Debug, Clone)]
 pub enum Progress {
     /// The model is asked who is to attack.
@@ -128,7 +128,7 @@ pub const SAMPLES: u32 = 5;
 /// How often a refused motion goes back to the model by default.
 pub const RETRIES: u32 = 2;
 
-/// Who hears of it.
+/// Receives progress.
 pub type Listener<'a> = &'a (dyn Fn(Progress) + Sync);
 
 /// Why nothing was written at all.

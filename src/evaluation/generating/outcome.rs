@@ -1,11 +1,11 @@
-//! What an author has written: attacks that pass the gate, and what was refused.
+//! An author's output: attacks that passed the gate, and refused answers.
 
 use super::{Choice, Spent};
 use crate::generation::{Admitted, Attack, Ground, Refusal, SearchResult, Selection, choose};
 use crate::store::RunId;
 use crate::verdict::NewMotion;
 
-/// Everything that a model wrote for one scenario.
+/// A model's complete output for one scenario.
 #[derive(Debug, Clone)]
 pub struct Authored {
     /// Who attacks.

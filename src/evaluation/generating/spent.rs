@@ -1,4 +1,4 @@
-//! What all answers of an author consumed.
+//! Total consumption of an author's answers.
 
 use super::super::answer::Answer;
 use crate::store::Consumed;

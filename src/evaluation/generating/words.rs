@@ -1,4 +1,4 @@
-//! What a model is told about an answer that was refused.
+//! Feedback to a model on a refused answer.
 
 use crate::generation::{Refusal, summed};
 use crate::scenario::Motion;
@@ -9,7 +9,7 @@ const MOST: usize = 12;
 /// Most characters of an answer that are sent back with the reasons: who rambled is not to pay for it twice.
 const ANSWER: usize = 8000;
 
-/// The reasons, and what is asked for again. `start` is the recorded state of the obstacle at a step.
+/// The reasons, and the renewed request. `start` is the recorded state of the obstacle at a step.
 pub(super) fn refused(attacker: i64, refusals: &[Refusal], start: Option<(i64, Motion)>) -> String {
     let mut words = String::from("This motion cannot be used:\n");
     let all = summed(refusals);

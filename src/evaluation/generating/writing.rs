@@ -1,4 +1,4 @@
-//! The conversations in which motions are written: an answer, the gate's words, another answer.
+//! Conversations that produce motions: an answer, the gate's refusals, another answer.
 
 use futures_util::future::BoxFuture;
 use futures_util::{FutureExt, StreamExt, stream};

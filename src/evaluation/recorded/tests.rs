@@ -1,4 +1,4 @@
-//! A small folder in the layout of the paper's repository, with everything that can be wrong in it.
+//! Tests on a small folder in the layout of the paper's repository, with every possible defect.
 #![allow(clippy::unwrap_used)]
 
 use super::*;

@@ -1,4 +1,4 @@
-//! Taking the results of a batch from its provider into the store, each once.
+//! Collects a batch's results from its provider into the store, each once.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,10 +10,10 @@ use crate::llm::Error;
 use crate::llm::batch::{Batches, Outcome, State};
 use crate::store::{Ending, HandedState, ProviderBatch, ProviderBatchId, RunId, RunState, Store};
 
-/// How far a batch is.
+/// Progress of a submitted batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Progress {
-    /// It is unknown yet whether it reached the provider; to be asked again later.
+    /// It is not yet known whether it reached the provider; ask again later.
     Unknown,
     /// It never did; its questions can be asked anew.
     NotSent,
@@ -87,7 +87,7 @@ pub async fn collect(
     let certain = batches
         .results(&remote_id, &status, |custom_id, outcome| {
             given += u64::from(matches!(outcome, Outcome::Answered(_) | Outcome::Failed(_)));
-            // What is not open was taken before, or is none of ours.
+            // A result that is not open was collected before, or belongs to another submission.
             let Some(run) = open.remove(custom_id) else {
                 return Ok(());
             };

@@ -1,4 +1,4 @@
-//! Gives up a batch whose results can no longer be fetched: its questions are free to be asked again.
+//! Abandons a batch whose results can no longer be fetched, so that its questions can be asked again.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::store::{Ending, HandedState, ProviderBatchId, RunState, Store};
 /// Why a question has no answer whose batch was given up.
 const GIVEN_UP: &str = "its batch was given up; the provider may have answered it all the same, and want to be paid for it";
 
-/// What came of giving a batch up.
+/// Outcome of abandoning a batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum GivenUp {
     /// These questions of it are free now.

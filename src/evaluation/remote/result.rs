@@ -1,4 +1,4 @@
-//! From one result of a batch to the end of its run: the same reading as of an answer that arrived alone.
+//! Turns one batch result into the end of its run, parsed like an answer that arrived alone.
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -30,7 +30,7 @@ impl Settled {
     }
 }
 
-/// What becomes of the run of a question with this outcome.
+/// The end of a question's run with this outcome.
 pub fn settled(run: Run, outcome: Outcome, model: &ModelJudge) -> Settled {
     match outcome {
         Outcome::Answered(answered) => answer(run, *answered, model),

@@ -1,15 +1,15 @@
-//! What a report is of: which answers, how they were asked, and beside which truth.
+//! The subject of a report: which answers, how they were asked, and against which ground truth.
 
 use serde_json::{Value, json};
 
-/// What a report is of.
+/// Subject of a report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct About {
     /// The batch, such as `b7`; nothing where the report is not of one.
     pub batch: Option<String>,
     /// How the batch asks, as its [`Spec`](crate::evaluation::batch::Spec) says it.
     pub asked: Option<Value>,
-    /// What the answers are held against, in words.
+    /// Description of the ground truth.
     pub truth: String,
     /// The same as words of `--truth`: `auto`, `layout`, files.
     pub sources: Vec<String>,

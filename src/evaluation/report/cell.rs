@@ -1,4 +1,4 @@
-//! One cell of a report: a way of asking, on a half of the data or on all of it.
+//! One cell of a report: a prompt configuration on half of the data or all of it.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::consumption::{Consumption, count};
 use crate::judge;
 use crate::store::Consumed;
 
-/// Which answers a cell counts.
+/// The half of the data that a cell counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Half {
     /// Those about scenarios that collide.
@@ -52,7 +52,7 @@ impl Half {
     }
 }
 
-/// How often the obstacle that collides is named.
+/// Counts of how often the colliding obstacle is named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct NamingCounts {
     /// Verdicts on collisions whose obstacle is known.
@@ -63,7 +63,7 @@ pub struct NamingCounts {
     pub first: u32,
 }
 
-/// What one way of asking comes to.
+/// Results of one prompt configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     /// The way.

@@ -1,9 +1,9 @@
-//! Time, tokens and cost of many answers; what is not known is counted, and never taken as 0.
+//! Time, tokens and cost of many answers; unknown values are counted, never taken as 0.
 
 use super::super::statistics::quantile;
 use crate::store::Consumed;
 
-/// What answers took.
+/// Consumption of answers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Consumption {
     /// Answers whose time is known.

@@ -1,4 +1,4 @@
-//! What a report says: its tables and figures, task by task.
+//! The contents of a report: tables and figures, task by task.
 
 use super::super::statistics::Interval;
 use super::document::{Block, Document, Figure, Table};

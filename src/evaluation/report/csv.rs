@@ -1,4 +1,4 @@
-//! A report as CSV: one line a cell, or a pair of ways; flat, nothing rounded.
+//! Reports as CSV: one line for each cell or pair of configurations; flat, unrounded.
 
 use serde_json::Value;
 
@@ -33,9 +33,8 @@ impl Report {
     }
 }
 
-/// Objects as CSV: the columns are those of the first object and then of the others; what has parts of its own is
-/// flattened, `a.b` being `b` in `a`, intervals `x_ci` are `x_ci_low` and `x_ci_high`, and other lists are written
-/// `1 2 3`.
+/// Objects as CSV: columns of the first object, then of the others. Nested values are flattened: `a.b` is `b` in `a`,
+/// intervals `x_ci` become `x_ci_low` and `x_ci_high`, and other lists are written `1 2 3`.
 pub(super) fn csv(objects: &[Value]) -> Result<String, String> {
     let rows: Vec<Vec<(String, String)>> = objects.iter().map(flat).collect();
     let mut columns: Vec<&String> = Vec::new();

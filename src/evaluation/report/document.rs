@@ -1,4 +1,4 @@
-//! What a report says, before it is Markdown, LaTeX or HTML: headings, paragraphs, tables and figures.
+//! A report independent of its format: headings, paragraphs, tables and figures.
 
 use crate::text::visible;
 
@@ -44,7 +44,7 @@ pub struct Table {
     pub columns: Vec<(String, Align)>,
     /// The cells, a row each as long as the columns.
     pub rows: Vec<Vec<String>>,
-    /// What its numbers mean, where it stands alone: in papers.
+    /// Explanations of its numbers, for tables that stand alone in papers.
     pub notes: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! A report as one HTML file: nothing is loaded, colours follow the reader's choice of light or dark.
+//! Reports as one self-contained HTML file, light or dark by the reader's preference.
 
 use super::document::{Align, Block, Document, Figure, Table, clean};
 
@@ -34,7 +34,7 @@ impl Document {
     }
 }
 
-/// A figure; its caption where it has one of its own.
+/// A figure, with its caption if it has one.
 fn html_of(figure: &Figure) -> String {
     let caption = match figure.caption.is_empty() {
         true => String::new(),

@@ -1,4 +1,4 @@
-//! A report as JSON: every number of it, and nothing rounded.
+//! Reports as JSON: every number, unrounded.
 
 use serde_json::{Map, Value, json};
 
@@ -8,7 +8,7 @@ use super::names::technique;
 use super::{Cell, Pair, Report};
 
 impl Report {
-    /// `{"cells": […], "pairs": […], …}`, with what the report is of; a value that there is not is null.
+    /// `{"cells": […], "pairs": […], …}`, with the subject of the report; missing values are null.
     #[must_use]
     pub fn json(&self) -> Value {
         let mut report = json!({
@@ -65,7 +65,7 @@ fn interval(interval: Option<Interval>) -> Value {
 }
 
 impl Cell {
-    /// One object, flat but for what has parts of its own.
+    /// One object, flat except for nested values.
     #[must_use]
     pub fn json(&self) -> Value {
         let mut map = Map::new();

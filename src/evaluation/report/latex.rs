@@ -1,4 +1,4 @@
-//! A report as LaTeX: tables with the rules of booktabs, ready to be included in a paper.
+//! Reports as LaTeX: booktabs tables to include in a paper.
 
 use super::document::{Align, Block, Document, Table, clean};
 

@@ -1,4 +1,4 @@
-//! A report as Markdown with tables as GitHub has them, aligned so that they can be read as they are.
+//! Reports as Markdown with GitHub tables, aligned to be readable as plain text.
 
 use super::document::{Align, Block, Document, Table, clean};
 

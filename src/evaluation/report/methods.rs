@@ -1,4 +1,4 @@
-//! What every number of a report means, in words: beneath the tables of papers, and at the end of every other report.
+//! Explains every number of a report: beneath the tables of papers, at the end of all other reports.
 
 use super::super::statistics::{EXACT_BELOW, RESAMPLES, SEED};
 

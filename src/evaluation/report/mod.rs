@@ -1,4 +1,4 @@
-//! Reports: what is counted from answers beside the truth, and how it is written for people, papers and programs.
+//! Reports: figures from answers and ground truth, written for people, papers and programs.
 
 mod about;
 mod cell;
@@ -37,7 +37,7 @@ use rayon::prelude::*;
 
 use super::{PromptConfig, Scored};
 
-/// What answers add up to.
+/// Aggregated results of answers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// For each way of asking, in their order: each half of the data that occurs, then all of it.

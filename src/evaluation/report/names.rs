@@ -1,4 +1,4 @@
-//! The words of reports for ways of asking.
+//! Names of prompt configurations in reports.
 
 use super::super::PromptConfig;
 use crate::prompts::Techniques;

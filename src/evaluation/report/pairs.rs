@@ -1,4 +1,4 @@
-//! Ways of asking that differ in one thing, on the same scenarios.
+//! Pairs of prompt configurations that differ in one thing, on the same scenarios.
 
 use std::collections::BTreeMap;
 
@@ -72,7 +72,7 @@ fn right<'a>(scored: &[&'a Scored]) -> Right<'a> {
 
 /// The one thing in which two ways differ.
 fn difference(a: &PromptConfig, b: &PromptConfig) -> Option<&'static str> {
-    // What is asked without words differs from the others in frame and techniques at once.
+    // A judge without a prompt differs from the others in frame and techniques at once.
     if a.task != b.task || a.frame.is_some() != b.frame.is_some() {
         return None;
     }

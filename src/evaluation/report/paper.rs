@@ -1,4 +1,4 @@
-//! The recorded answers beside the numbers that the paper prints, and beside the built-in judge.
+//! Recorded answers compared with the paper's printed numbers and the built-in judge.
 
 use serde::Deserialize;
 
@@ -15,7 +15,7 @@ use crate::verdict::Task;
 pub struct Published {
     /// `I` to `IV`.
     pub table: String,
-    /// The way of asking, with the model as recorded answers name it.
+    /// The prompt configuration, with the model as recorded answers name it.
     pub way: PromptConfig,
     /// The paper's word for the techniques.
     pub method: String,
@@ -27,7 +27,7 @@ pub struct Published {
     pub rates: [f64; 3],
 }
 
-/// What the recorded answers say about a published count.
+/// Comparison of recorded answers with a published count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Finding {
     /// They could be a random part of the published ones.
@@ -40,7 +40,7 @@ pub enum Finding {
     Missing,
 }
 
-/// One half of a row: collisions that were found, or normal scenarios that were taken for one.
+/// One half of a row: detected collisions, or normal scenarios mistaken for one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Part {
     /// Whether it is the half of the collisions.
@@ -138,7 +138,7 @@ pub fn published() -> Result<Vec<Published>, String> {
 }
 
 impl Published {
-    /// Where the printed precision, recall and F1 are not those of the printed counts, in words.
+    /// Describes where the printed precision, recall and F1 do not follow from the printed counts.
     #[must_use]
     pub fn contradictions(&self) -> Vec<String> {
         let c = &self.counts;

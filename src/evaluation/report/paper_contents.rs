@@ -1,4 +1,4 @@
-//! The paper's tables beside the recorded answers, for people and for programs.
+//! The paper's tables beside the recorded answers, for people and programs.
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,4 @@
-//! Recorded answers beside the truth and beside the built-in judge.
+//! Recorded answers compared with the ground truth and the built-in judge.
 
 use std::collections::BTreeMap;
 use std::path::Path;

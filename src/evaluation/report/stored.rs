@@ -1,4 +1,4 @@
-//! Runs of the store beside the truth.
+//! Stored runs compared with the ground truth.
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -14,7 +14,7 @@ use crate::store::{Key, Outcome, RunId, RunState, SecondaryRuns};
 use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
-/// What is true about scenarios, from several sources: the first that says something counts.
+/// Ground truth from several sources: the first that covers a scenario counts.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Truth {
     /// Labels of people.
@@ -208,7 +208,7 @@ fn several_windows(counted: &[(&Outcome, PromptConfig)]) -> u32 {
     count(names.len())
 }
 
-/// Whether a run has come to an end that says something about its model.
+/// Whether a run ended in a state that counts for its model.
 fn is_over(state: RunState) -> bool {
     match state {
         RunState::Answered | RunState::Truncated | RunState::Failed => true,

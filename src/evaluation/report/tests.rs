@@ -1,4 +1,4 @@
-//! Reports of small made-up answers, counted by hand.
+//! Tests of reports on small invented answers, counted by hand.
 #![allow(clippy::unwrap_used)]
 
 use super::*;

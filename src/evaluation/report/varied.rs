@@ -1,4 +1,4 @@
-//! What a batch tells beside its cells: whether changed scenes change the answers, and what is said at each lead.
+//! Batch results beyond its cells: invariance to changed scenes, and verdicts by lead.
 
 use serde_json::{Value, json};
 
@@ -11,7 +11,7 @@ use super::contents::with_interval;
 use super::document::{Block, Table};
 use super::names::{self, NONE, technique};
 
-/// What a batch with changed scenes or several leads tells beside its cells.
+/// Results of a batch with changed scenes or several leads, beside its cells.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Varied {
     /// By way and change.

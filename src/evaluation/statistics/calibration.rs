@@ -1,4 +1,4 @@
-//! Whether risk scores mean what they say.
+//! Calibration of risk scores.
 
 use serde::Serialize;
 

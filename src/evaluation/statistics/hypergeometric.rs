@@ -1,4 +1,4 @@
-//! Whether a few recorded answers can be a random part of many published ones.
+//! Tests whether a few recorded answers can be a random sample of many published ones.
 
 /// The two-sided p value of finding `hits` in `n` that were drawn without replacement from `all` with `marked` hits;
 /// nothing where `n` is more than `all`, or `marked` is. It is 0 where that cannot be at all.

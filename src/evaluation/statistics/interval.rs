@@ -1,4 +1,4 @@
-//! Intervals of proportions.
+//! Confidence intervals of proportions.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! McNemar's test of two ways of asking on the same scenarios, and what many such tests need.
+//! McNemar's test of two configurations on the same scenarios, and correction for many such tests.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! Several answers to the same question: how far they agree, and what most of them say.
+//! Several answers to one question: their agreement and majority.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ pub fn majority(yes: u32, no: u32) -> Option<bool> {
     (yes != no).then_some(yes > no)
 }
 
-/// How far answers to the same question agree.
+/// Agreement of answers to the same question.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Spread {
     /// Scenarios with two verdicts or more.

@@ -1,4 +1,4 @@
-//! Small pieces that many elements share: points, shapes, references, truth values.
+//! Small shared elements: points, shapes, references, booleans.
 
 use super::builder;
 use super::error::ReadError;
@@ -137,7 +137,7 @@ pub(super) fn push_shape<'a>(
         "polygon" => polygon(xml, child)?,
         "truckShape" => Shape::Truck(trucks::truck(xml, child)?),
         "semiTrailerTruckShape" => trucks::semi_trailer_truck(xml, child)?,
-        // The schema wraps each member of a group in an element of its own.
+        // The schema wraps each member of a group in a separate element.
         "shapeGroup" | "absoluteShapeGroup" | "shape" if depth < DEEPEST_GROUP => {
             collect(xml, depth + 1, into)?;
             return Ok(true);

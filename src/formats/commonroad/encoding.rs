@@ -1,4 +1,4 @@
-//! Bytes as text: what is not UTF-8 is named, with where and what it is instead.
+//! Decodes bytes to text: reports where a file is not UTF-8 and what it is instead.
 
 use super::error::ReadError;
 use super::xml::{Xml, short};
@@ -45,7 +45,7 @@ fn utf16_unit(bytes: &[u8]) -> Option<fn([u8; 2]) -> u16> {
     }
 }
 
-/// The beginning of a text, of whatever encoding: only good for seeing what it is.
+/// The beginning of a text in any encoding, only for detecting its kind.
 pub(super) fn beginning(bytes: &[u8]) -> String {
     let Some(unit) = utf16_unit(bytes) else {
         return String::from_utf8_lossy(bytes).into_owned();

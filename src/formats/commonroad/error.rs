@@ -1,4 +1,4 @@
-//! What is wrong with a file that is not a scenario, and where.
+//! Errors of files that are not valid scenarios, with their place.
 
 use crate::system;
 
@@ -14,7 +14,7 @@ pub struct ReadError {
     pub column: usize,
     /// The element, or in protobuf the field, as a path from the root; may be empty.
     pub element: String,
-    /// What was found and what is expected.
+    /// The content found, and what was expected.
     pub message: String,
 }
 

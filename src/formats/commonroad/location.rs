@@ -1,4 +1,4 @@
-//! Where a scenario takes place: position, transformation, surroundings.
+//! The location of a scenario: position, transformation, environment.
 
 use super::error::ReadError;
 use super::xml::{Element, Xml};

@@ -1,4 +1,4 @@
-//! CommonRoad files: XML in and out, protobuf in, with the place of everything that is wrong.
+//! CommonRoad files: reads XML and protobuf, writes XML; every diagnostic has its place.
 
 mod builder;
 mod conform;
@@ -43,11 +43,11 @@ use crate::system;
 
 /// Reads a CommonRoad scenario, XML or protobuf, from `bytes`; `file` names it in errors.
 ///
-/// What it is, is told from its beginning, and from the ending `.pb` of its name where that is damaged.
+/// The format is detected from the first bytes, or by the name's ending `.pb` if those are damaged.
 ///
 /// # Errors
-/// What is not a scenario: with line, column, element and what was expected there. A dynamic or scenario file of
-/// the 2024 protobuf format, which is a scenario only with others beside it: use [`read_file`].
+/// Not a scenario: with line, column, element and what was expected there. A dynamic or scenario file of the 2024
+/// protobuf format, which needs its sibling files: use [`read_file`].
 pub fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
     dispatch(bytes, file, None)
 }

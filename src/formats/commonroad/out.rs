@@ -1,4 +1,4 @@
-//! Writing XML: elements, leaves, references, numbers, points.
+//! An XML writer: elements, leaves, references, numbers, points.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,4 @@
-//! Where in an XML file the elements of a scenario are, for what is found of them once all is read.
+//! Places of a scenario's elements in an XML file, for diagnostics made after reading it.
 
 use super::xml::{Element, Place, Xml};
 use crate::scenario::Scenario;
@@ -60,7 +60,7 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// Where an element is; the root for what is in no element of its own, as the signs that are made of speed limits.
+    /// The place of an element; the root for elements without one, such as signs made from speed limits.
     fn of(&self, about: About, scenario: &Scenario) -> &Place<'a> {
         let found = match about {
             About::Scenario => None,

@@ -1,4 +1,4 @@
-//! The root of a scenario file: its attributes, and what is in it in any order.
+//! The root of a scenario file: its attributes, and its elements in any order.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! References between elements: those to nothing are named.
+//! Checks references between elements, and reports dangling ones.
 
 use super::builder::{Target, Targets};
 use super::xml::Xml;

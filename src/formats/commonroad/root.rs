@@ -1,4 +1,4 @@
-//! What kind of CommonRoad file some bytes are, by their root element.
+//! Detects the kind of a CommonRoad file by its root element.
 
 use std::io::Read;
 use std::path::Path;
@@ -8,7 +8,7 @@ use quick_xml::events::Event;
 
 use super::encoding::{BYTE_ORDER_MARK, beginning, foreign};
 
-/// What an XML file of CommonRoad holds.
+/// Contents of a CommonRoad XML file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Root {
     /// A scenario, `<commonRoad>`.
@@ -19,7 +19,7 @@ pub enum Root {
     Other,
 }
 
-/// Why a file that is named like a scenario cannot be told to be one, or something else.
+/// Why the type of a file named like a scenario cannot be determined.
 #[derive(Debug, thiserror::Error)]
 pub enum Unrecognised {
     /// It has no bytes.

@@ -1,4 +1,4 @@
-//! The numbers of traffic signs that CommonRoad knows, of all countries together.
+//! All traffic sign numbers known to CommonRoad, of all countries together.
 
 /// Whether the schema of version 2020a has the sign.
 pub(super) fn in_schema(id: &str) -> bool {

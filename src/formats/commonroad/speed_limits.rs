@@ -1,4 +1,4 @@
-//! Speed limits of version 2018b: numbers on lanelets there, signs beside them since.
+//! Speed limits of version 2018b, where lanelets carry numbers; later versions use signs.
 
 use super::xml::Xml;
 use crate::scenario::{Lanelet, Severity, Sign, SignElement};

@@ -1,4 +1,4 @@
-//! Writing where a scenario takes place: position, transformation and environment.
+//! Writes the location: position, transformation and environment.
 
 use super::location::{UNKNOWN_DEGREES, UNKNOWN_ID};
 use super::out::{Out, number};

@@ -1,4 +1,4 @@
-//! Trucks and semi-trailer trucks, which version 2020a has since 2026.
+//! Trucks and semi-trailer trucks, part of version 2020a since 2026.
 
 use super::builder;
 use super::error::ReadError;

@@ -1,4 +1,4 @@
-//! Scenarios as CommonRoad 2020a XML.
+//! Writes scenarios as CommonRoad 2020a XML.
 
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};

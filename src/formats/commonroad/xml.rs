@@ -1,4 +1,4 @@
-//! A pull parser with names, line numbers and one kind of error, on quick-xml's tokens.
+//! A pull parser over quick-xml tokens with names, line numbers and a single error type.
 
 mod bounds;
 mod later;

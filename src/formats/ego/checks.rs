@@ -1,4 +1,4 @@
-//! What is doubtful about an ego once it is held against its scenario.
+//! Warnings about an ego compared with its scenario.
 
 use super::{EgoError, assumed};
 use crate::scenario::plausibility::limits::{
@@ -61,7 +61,7 @@ pub(super) fn meant(
     }
 }
 
-/// What is said of rows, by their steps in the order of the file, that run back in time; `line` is that of a row.
+/// A diagnostic of rows that run back in time, by their steps in file order; `line` is the line of a row.
 pub(super) fn order(steps: &[i64], line: impl Fn(usize) -> u64) -> Option<Diagnostic> {
     let back = steps.windows(2).position(|pair| pair[1] < pair[0])?;
     let falling = steps.len() > 2 && steps.windows(2).all(|pair| pair[1] < pair[0]);

@@ -1,4 +1,4 @@
-//! Finds the ego of a scenario when none is named.
+//! Finds a scenario's ego when none is named.
 
 use std::path::{Path, PathBuf};
 

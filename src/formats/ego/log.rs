@@ -1,4 +1,4 @@
-//! The `logs.csv` of the planner Frenetix: a row for every planning step, with the trajectory it chose.
+//! The `logs.csv` of the planner Frenetix: one row for each planning step, with the chosen trajectory.
 //!
 //! The facts, from the logger of Frenetix-Motion-Planner and from two published logs: columns are divided by
 //! `;`, lists are comma-joined in quotes. `trajectory_number` is the time step (older versions count plans from 0, the

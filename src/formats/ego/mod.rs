@@ -1,4 +1,4 @@
-//! Egos from files: recordings, planners' logs and solutions, told apart by what is in them.
+//! Egos from files: recordings, planner logs and solutions, told apart by their content.
 
 mod checks;
 mod error;

@@ -1,4 +1,4 @@
-//! Ego trajectories as CSV: a row a step, read and written.
+//! Ego trajectories as CSV, one row a step: reading and writing.
 
 use std::collections::HashSet;
 
@@ -78,13 +78,13 @@ pub(super) fn read_chosen(
     Ok((ego, lines))
 }
 
-/// What is said of a size that is the usual vehicle's.
+/// A diagnostic that the default vehicle size is assumed.
 pub(super) fn usual_size() -> Diagnostic {
     let size = format!("no size in it: taken to be that of the usual vehicle, {USUAL}");
     assumed(Severity::Note, size)
 }
 
-/// One row: whose state it is, if it says so, and the state.
+/// One row: its vehicle, if given, and its state.
 struct Row {
     line: u64,
     id: Option<i64>,

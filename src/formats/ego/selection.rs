@@ -1,4 +1,4 @@
-//! Which ego a scenario gets: the one beside it, one from another file, or an obstacle.
+//! Ego selection: the one beside the scenario, one from another file, or an obstacle.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use super::{EgoError, read_ego_file};
 use crate::formats::Entry;
 use crate::scenario::{Ego, Scenario, Scene};
 
-/// Who shall be the ego of a scenario.
+/// Choice of a scenario's ego.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EgoSelection {

@@ -1,6 +1,6 @@
-//! The size of a recorded ego, from a solution that lies with the recording and tells the same motion.
+//! The vehicle size of a recorded ego, from a solution beside the recording with the same motion.
 //!
-//! A recording has no room for the vehicle; `nearmiss plan` writes a solution with it, which names one.
+//! A recording cannot store the vehicle; `nearmiss plan` writes a solution beside it, which names one.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Tables with a header, as people and programs write them: columns by name, and rows with their lines.
+//! Tables with a header, written by people or programs: columns by name, rows with line numbers.
 
 use super::{EgoError, assumed};
 use crate::formats::commonroad::without_marks;

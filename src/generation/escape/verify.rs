@@ -1,4 +1,4 @@
-//! A finished way out, looked at once more: no obstacle is touched, and a vehicle can drive it.
+//! Verifies an escape: it touches no obstacle, and a vehicle can drive it.
 
 use super::super::avoidable::{Avoidance, Finder};
 use super::Search;

@@ -1,4 +1,4 @@
-//! A variant from another source, held against its original.
+//! Compares a variant from another source with its original.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use super::{Gate, Passed};
 use crate::generation::{Change, Reason, Refusal};
 use crate::scenario::{Lanelet, LaneletNetwork, Motion, Obstacle, Prediction, Scenario};
 
-/// What a variant changed, and what is wrong with it.
+/// A variant's changes, and what is wrong with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// What is wrong with the variant as a whole.
@@ -16,7 +16,7 @@ pub struct Comparison {
     pub changed: Vec<Judged>,
 }
 
-/// One changed motion, and how it got through the gate.
+/// One changed motion, and its result at the gate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judged {
     /// The first step at which it is not the recorded one.
@@ -89,7 +89,7 @@ impl Gate<'_> {
         let added = added.filter(|o| theirs.contains_key(&o.id));
         refusals.extend(added.map(|o| Refusal::whole_motion(Reason::Added(o.id))));
         match changed.len() {
-            // The motion of another obstacle's body is held against nothing.
+            // The motion of another obstacle's body is compared with nothing.
             0 if reshaped => {}
             0 => refusals.push(Refusal::whole_motion(Reason::Unchanged)),
             1 => {}

@@ -1,4 +1,4 @@
-//! Where a changed motion departs from the recording: how the wheels stood there, and how the speed changed.
+//! The joint: where a changed motion departs from the recording, with the steering angle and acceleration there.
 
 use std::ops::RangeInclusive;
 
@@ -8,12 +8,12 @@ use crate::geometry::{Vector, angle_between};
 use crate::planner::{Bound, Limits};
 use crate::scenario::{Motion, Track};
 
-/// What a recording says about a state that its places and speeds do not say themselves.
+/// Steering angles and accelerations of a recorded state, implied by its surroundings.
 ///
-/// Recordings know it badly: their headings and speeds scatter, and many move the centre along the heading, where a
-/// vehicle's rear axle would. So it is a range, of all that the recording says around the state, before and after. A
-/// change has to reach its first step from some value in the range within its limits; what the recording itself breaks
-/// there is not held against it.
+/// Recordings determine them badly: headings and speeds scatter, and many move the centre along the heading, where a
+/// vehicle's rear axle would. So each is a range of all values that the recording implies around the state, before and
+/// after. A change must reach its first step from some value in the range within its limits; limits that the recording
+/// itself breaks there do not count against it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
     /// Steering angles, radians; nothing where the body hardly moves, and the wheels may stand anyhow.

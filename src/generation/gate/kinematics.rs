@@ -1,4 +1,4 @@
-//! The single-track check, and whose fault what it finds is.
+//! The single-track check, and whether a violation is the recording's or the change's.
 
 use super::run::{Findings, Flow, Run};
 use crate::planner::{Bound, Feasibility, Tolerance};

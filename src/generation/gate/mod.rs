@@ -1,6 +1,6 @@
-//! The gate: what a changed motion has to pass before it may be exported, wherever it comes from.
+//! The gate: checks that every changed motion must pass before export, whatever its source.
 //!
-//! Every check gives the step, what was found and the most that is allowed. Limits are those of
+//! Every check reports the step, the value and the limit. Limits are those of
 //! [`super::Capability`]; the single-track model is [`crate::planner::Feasibility`], and beside it the motion of the
 //! body's centre is held against its heading and speed with other formulas.
 //!
@@ -42,10 +42,10 @@ pub struct Gate<'a> {
     rounding: f64,
 }
 
-/// What is known of a changed motion that passed.
+/// A changed motion that passed the gate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Passed {
-    /// Steps from one state to the next that were held against the limits.
+    /// Steps from one state to the next that were checked.
     pub steps: usize,
     /// Steps that are left exactly as recorded, and therefore exempt.
     pub exempt: usize,

@@ -1,4 +1,4 @@
-//! Who else is there at a step: bodies, and the regions of those whose future is only known as regions.
+//! Other obstacles at a step: bodies, or the occupancy sets of set-based predictions.
 
 use crate::geometry::{Footprint, Placed, Point, Pose};
 use crate::scenario::{ObstacleRole, Prediction, Scenario, Steps};

@@ -1,4 +1,4 @@
-//! The motion of the body's centre held against its own headings, speeds and accelerations.
+//! Checks the motion of the body's centre against its own headings, speeds and accelerations.
 //!
 //! Independent of the single-track check: nothing is integrated here. While the rear axle rolls along the heading, the
 //! centre, `b` metres before it, also swings to the side: over a step in which the heading turns by `t`, it moves

@@ -1,4 +1,4 @@
-//! One change on its way through the gate: what all checks need, and what they found.
+//! One change on its way through the gate: shared input of all checks, and their findings.
 
 use std::ops::ControlFlow;
 
@@ -7,7 +7,7 @@ use crate::generation::{Capability, Change, Refusal};
 use crate::geometry::{Footprint, angle_between};
 use crate::scenario::{Motion, Obstacle};
 
-/// Goes on, or ends at the first refusal.
+/// Continues, or ends at the first refusal.
 pub(super) type Flow = ControlFlow<()>;
 
 /// Numbers that differ by less are the same: what is left when coordinates of maps are added up in another order.
@@ -16,7 +16,7 @@ const SAME: f64 = 1e-9;
 /// The share of a limit by which it may be exceeded, as in [`crate::planner::Tolerance`].
 pub(super) const SHARE: f64 = 1e-4;
 
-/// What was found so far.
+/// Findings so far.
 #[derive(Debug)]
 pub(super) struct Findings {
     /// What is wrong with the change.
@@ -57,7 +57,7 @@ impl Findings {
     }
 }
 
-/// One change with whose it is and what that one can do.
+/// A change, its obstacle, and that obstacle's limits.
 #[derive(Debug)]
 pub(super) struct Run<'a> {
     pub gate: &'a Gate<'a>,
@@ -114,7 +114,7 @@ impl<'a> Run<'a> {
         if start::is_no_motion(motions, found).is_break() || !found.refusals.is_empty() {
             return None;
         }
-        // The first state is the recorded one whatever acceleration the change goes on with.
+        // The first state is the recorded one, whatever acceleration the change continues with.
         let kept = motions.iter().enumerate().map(|(place, (step, motion))| {
             let alike = if place == 0 { is_placed_alike } else { same };
             obstacle.track().at(*step).is_some_and(|r| alike(r, motion))

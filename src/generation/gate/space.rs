@@ -1,4 +1,4 @@
-//! Where the body may be: on the road, and where no other obstacle is.
+//! Checks that the body stays on the road and overlaps no other obstacle.
 
 use super::others::{overlapped, touch};
 use super::run::{Findings, Flow, Run};

@@ -1,4 +1,4 @@
-//! Who may be given another motion, and how it has to begin.
+//! Checks which obstacles may be changed, and how a changed motion must begin.
 
 use super::run::{Findings, Flow, MOST_DIFFERENT, Run};
 use crate::generation::{Capability, Change, ChangeError, Reason, Refusal};

@@ -1,4 +1,4 @@
-//! What is made of waypoints: as they are given, repaired, or refused.
+//! Tests of waypoints: taken as given, repaired, or refused.
 
 use super::{CAR, behind_a_car, braking, car, state};
 use crate::generation::manoeuvre::Plan;

@@ -1,4 +1,4 @@
-//! What a good driver avoids, and the proofs of it.
+//! Tests of what a good driver avoids, and of the certificates.
 
 use std::sync::Arc;
 

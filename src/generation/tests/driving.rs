@@ -1,4 +1,4 @@
-//! The ego against a change.
+//! Tests of the ego against a change.
 
 use super::{CAR, behind_a_car, braking, car, settings, state};
 use crate::formats::bundled;

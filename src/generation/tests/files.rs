@@ -1,4 +1,4 @@
-//! Variants as files, and back.
+//! Tests of variants written to files and read back.
 
 use std::path::Path;
 

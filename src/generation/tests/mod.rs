@@ -1,4 +1,4 @@
-//! Tests of what a change leads to: drives, certificates, files.
+//! Tests of the consequences of a change: drives, certificates, files.
 #![allow(clippy::unwrap_used)]
 
 mod asked;

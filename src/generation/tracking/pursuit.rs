@@ -1,4 +1,4 @@
-//! A first guess: steering at where one is to be a moment later (pure pursuit).
+//! Pure pursuit as the initial guess: steers towards where the vehicle is to be a moment later.
 //!
 //! Source: Coulter, Implementation of the pure pursuit path tracking algorithm, 1992.
 

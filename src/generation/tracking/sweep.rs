@@ -1,4 +1,4 @@
-//! The two sweeps of the programme: what each step is worth, backwards; and the motion that follows, forwards.
+//! The two sweeps of the programme: the value of each step, backwards; the resulting motion, forwards.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -17,7 +17,7 @@ const RATE: f64 = 0.05;
 /// What is beyond the friction circle weighs so much, squared share.
 const FRICTION: f64 = 20.0;
 
-/// How the inputs answer: a change, and a change for each difference of the state.
+/// The feedback law of the inputs: a change, and a gain on each difference of the state.
 #[derive(Debug, Clone, Copy)]
 pub struct Gain {
     change: SVector<f64, 2>,

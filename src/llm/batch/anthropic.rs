@@ -1,5 +1,5 @@
-//! Anthropic's batches of messages: questions in the request itself, results as lines. A batch carries no word of ours,
-//! so that one is recognised by the ids of its questions, which show only when it has ended.
+//! Anthropic's message batches: questions inline in the request, results as JSON lines. A batch carries no metadata of
+//! ours, so it is recognised by the ids of its questions, which are visible only once it has ended.
 
 use jiff::Timestamp;
 use reqwest::Url;

@@ -1,4 +1,4 @@
-//! What the batch API of a wire protocol is: addresses, documents, and what they mean. Implementations do no I/O.
+//! The batch API of a wire protocol: addresses, documents and their meaning. Implementations do no I/O.
 
 use std::fmt::Debug;
 
@@ -71,7 +71,7 @@ pub trait BatchApi: Debug + Sync {
     fn cancel_url(&self, calls: &Calls, id: &str) -> Result<Url, Error>;
 }
 
-/// What has to be sent to ask for a batch.
+/// The requests needed to submit a batch.
 pub enum Submission {
     /// A document with the questions in it.
     Document(Value),
@@ -90,7 +90,7 @@ pub enum Submission {
     },
 }
 
-/// How a batch of a list relates to the one that is looked for.
+/// How a listed batch relates to the one looked up.
 pub enum Match {
     /// It is the one.
     Yes(String),

@@ -1,4 +1,4 @@
-//! Requests about batches: the same keys, limits, patience and repetitions as for questions, without redirects.
+//! Requests to batch APIs: keys, limits, timeouts and retries as for questions, but no redirects.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,7 +21,7 @@ use super::super::sending::authorised;
 /// Longest document, in bytes: some providers have all results of a batch in one.
 const LONGEST: usize = 256 << 20;
 
-/// Longest line of results, in bytes: one answer and what is said about it.
+/// Longest result line, in bytes: one answer with its metadata.
 const LONGEST_LINE: usize = 32 << 20;
 
 /// Longest page of a list, in bytes.
@@ -52,7 +52,7 @@ impl std::fmt::Debug for Calls {
     }
 }
 
-/// Which failures are worth another try.
+/// Which failures are worth a retry.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Again {
     /// All that may pass: doing it twice does no harm.
@@ -111,7 +111,7 @@ impl Calls {
         }
     }
 
-    /// What came is not what was asked for.
+    /// The response is not what was requested.
     pub fn malformed(&self, what: &str) -> Error {
         let what = what.to_owned();
         let place = self.endpoint.place();
@@ -139,7 +139,7 @@ impl Calls {
 
     /// Sends bytes of a type.
     pub async fn upload(&self, url: Url, kind: String, bytes: Vec<u8>) -> Result<Value, Error> {
-        // A file that is there twice is asked about once.
+        // A file uploaded twice is asked about once.
         let body = Some((kind, bytes));
         self.document(Method::POST, url, body, Again::Harmless, LONGEST_PAGE)
             .await
@@ -296,7 +296,7 @@ fn start(bytes: &[u8]) -> String {
     String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_SHOWN)]).into_owned()
 }
 
-/// Whether the end of a body is told by more than the end of the connection.
+/// Whether the body's framing marks its end, not just the closed connection.
 fn is_framed(response: &Response) -> bool {
     let headers = response.headers();
     response.version() >= Version::HTTP_2

@@ -1,4 +1,4 @@
-//! Gemini's batches: questions in the request itself, and an operation that holds its results, or names their file.
+//! Gemini's batches: questions inline in the request, and an operation that holds the results or names their file.
 
 use reqwest::Url;
 use serde_json::{Value, json};

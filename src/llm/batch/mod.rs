@@ -1,8 +1,7 @@
-//! Batches: many questions handed over at once, answered within a day, at half the price.
+//! Batches: many questions submitted at once, answered within a day, at half the price.
 //!
-//! The steps of a submission are apart, so that whoever keeps a record of it can write between them: `Batches::prepare`
-//! hands over what can be handed over without anything being asked, `Batches::create` asks. Where nobody knows whether
-//! a creation arrived, `Batches::look_up` finds out.
+//! A submission has separate steps, so that a caller can record each of them: `Batches::prepare` uploads without asking
+//! anything, `Batches::create` asks. If it is unknown whether a creation arrived, `Batches::look_up` finds out.
 
 mod anthropic;
 mod api;
@@ -44,7 +43,7 @@ pub struct Item {
     pub request: Request,
 }
 
-/// Where a batch stands.
+/// State of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// It is worked on, or waits for its turn.
@@ -82,7 +81,7 @@ impl State {
     }
 }
 
-/// What a provider says of a batch.
+/// A provider's report on a batch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Status {
     /// Where it stands.
@@ -97,7 +96,7 @@ pub struct Status {
     document: Value,
 }
 
-/// What came of one question.
+/// Outcome of one question.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// An answer.
@@ -125,7 +124,7 @@ pub struct Answered {
     pub finish: Finish,
 }
 
-/// What looking for a batch found.
+/// Result of looking up a batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Lookup {
     /// The batch with this id of the provider's.
@@ -136,10 +135,10 @@ pub enum Lookup {
     Perhaps(Vec<String>),
 }
 
-/// What a submission is recognised by.
+/// The mark by which a submission is recognised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark<'a> {
-    /// A word of its own, sent along where the API has a place for it.
+    /// A tag, sent along where the API supports one.
     pub tag: &'a str,
     /// The earliest time at which it can have arrived.
     pub since: Timestamp,
@@ -149,7 +148,7 @@ pub struct Mark<'a> {
     pub others: &'a [String],
 }
 
-/// What `Batches::create` needs.
+/// Input of `Batches::create`.
 #[derive(Debug)]
 pub struct Prepared(Value);
 
@@ -199,14 +198,14 @@ impl Batches {
         let most = endpoint.at_most(request)?;
         let worst = endpoint.worst_case(&request.model, &request.parameters);
         let (pricing, _) = worst.ok()?;
-        // Where nobody says what batches cost, they may cost as much.
+        // Without a known batch price, a batch may cost the full price.
         Some(most * pricing.batch_factor.unwrap_or(1.0))
     }
 
-    /// Sets money of the budget aside, US dollars, if there is one.
+    /// Reserves US dollars of the budget, if there is one.
     ///
     /// # Errors
-    /// [`Error::Budget`]: so much is not left, or nobody knows how much is needed.
+    /// [`Error::Budget`]: too little is left, or the amount needed is unknown.
     pub fn set_aside(&self, usd: Option<f64>) -> Result<SetAside, Error> {
         let endpoint = self.endpoint();
         let no = |why: String| Error::Budget {
@@ -217,7 +216,7 @@ impl Batches {
             return Ok(SetAside(None));
         };
         let usd = usd.ok_or_else(|| {
-            no("there is a budget, and nobody knows what the batch can cost; set max_tokens and state a price, or leave the budget out".into())
+            no("there is a budget, but the cost of the batch is unknown; set max_tokens and state a price, or leave the budget out".into())
         })?;
         let reserved = budget.reserve(usd).map_err(|over| no(over.to_string()))?;
         Ok(SetAside(Some(reserved)))
@@ -269,7 +268,7 @@ impl Batches {
         self.calls.id(&document, self.api.id_field())
     }
 
-    /// Looks for a batch of which nobody knows whether its creation arrived.
+    /// Looks up a batch whose creation may or may not have arrived.
     ///
     /// # Errors
     /// As `Batches::prepare`.

@@ -1,4 +1,4 @@
-//! OpenAI's batches: a file of lines, a batch over it, and files of results.
+//! OpenAI's batches: an input file of JSON lines, a batch over it, and result files.
 
 use reqwest::Url;
 use serde_json::{Value, json};

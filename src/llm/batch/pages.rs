@@ -1,4 +1,4 @@
-//! Lists that come in pages: never more of them than there can be, and none twice.
+//! Paginated lists, bounded in length and free of duplicate pages.
 
 use std::collections::HashSet;
 use std::time::Instant;
@@ -29,10 +29,10 @@ impl Pages {
         }
     }
 
-    /// Looks at a page that has so many entries, and is followed by the one asked for by `next`.
+    /// Accepts a page with this many entries, followed by the one that `next` requests.
     ///
     /// # Errors
-    /// The list has no end: the server repeats itself, or goes on for longer than any list is.
+    /// The list does not end: the server repeats itself, or sends more pages than any real list has.
     pub fn turn(&mut self, calls: &Calls, entries: usize, next: Option<&str>) -> Result<(), Error> {
         if entries > MOST_ENTRIES {
             let what = format!("a page of {entries} batches; {MOST_ENTRIES} are more than one has");

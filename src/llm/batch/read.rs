@@ -1,4 +1,4 @@
-//! One result of a batch: a whole answer as the dialect has it, or why there is none.
+//! Reads one batch result: a complete answer in the dialect, or an error.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! How questions are cut into batches that no provider finds too large.
+//! Splits questions into batches within every provider's size limits.
 
 use std::ops::Range;
 

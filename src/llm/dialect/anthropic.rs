@@ -1,4 +1,4 @@
-//! Anthropic's messages: blocks that open, grow and close, and usage in two places.
+//! Anthropic's Messages API: content blocks that start, grow and stop; usage in two places.
 
 use serde_json::{Map, Value, json};
 
@@ -15,7 +15,7 @@ use crate::llm::schema::portable;
 /// The version of the API that is spoken, sent as a header.
 const VERSION: &str = "2023-06-01";
 
-/// Sent where nobody set a limit, because this API demands one.
+/// Sent if no limit is set, because this API requires one.
 const MOST_TOKENS: u32 = 8192;
 
 /// The smallest thinking budget that the API accepts, in tokens.

@@ -1,4 +1,4 @@
-//! A request's body being written, with notes on what could not go in.
+//! A request body under construction, with notes on what it cannot carry.
 
 use serde_json::{Map, Value, json};
 

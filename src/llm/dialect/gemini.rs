@@ -1,4 +1,4 @@
-//! Google's Gemini: `streamGenerateContent`, where thoughts are parts like any other and the stream just ends.
+//! Google's Gemini: `streamGenerateContent`, where thoughts are ordinary parts and the stream has no end marker.
 
 use reqwest::Url;
 use serde_json::{Map, Value, json};

@@ -163,7 +163,7 @@ pub(super) trait AnswerReader: Debug + Send {
     fn document(&mut self, value: &Value, answer: &mut ResponseAccumulator) -> Result<(), Error>;
 }
 
-/// How an API marks off the events of a stream.
+/// How an API separates the events of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Framing {
     /// Server-sent events.
@@ -172,7 +172,7 @@ pub(super) enum Framing {
     Lines,
 }
 
-/// Which header carries the key.
+/// The header that carries the key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Auth {
     /// `Authorization: Bearer …`.
@@ -203,7 +203,7 @@ pub fn body(endpoint: &Endpoint, request: &Request) -> Value {
     Value::Object(endpoint.dialect.protocol().body(endpoint, request).fields)
 }
 
-/// What of a request the endpoint's model does not take, and what is sent that nobody asked for; a sentence each.
+/// Parts of a request the endpoint's model does not accept, and parameters sent unrequested; one sentence each.
 #[must_use]
 pub fn notes(endpoint: &Endpoint, request: &Request) -> Vec<String> {
     endpoint.dialect.protocol().body(endpoint, request).notes

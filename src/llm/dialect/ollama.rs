@@ -1,4 +1,4 @@
-//! Ollama's own chat: a JSON object a line.
+//! Ollama's native chat API: one JSON object a line.
 
 use serde_json::{Value, json};
 

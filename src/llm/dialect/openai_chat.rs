@@ -1,4 +1,4 @@
-//! OpenAI's chat completions, as OpenAI and nearly everybody else speaks them: DeepSeek, OpenRouter, llama.cpp, vLLM, LM Studio.
+//! OpenAI's Chat Completions, as also spoken by DeepSeek, OpenRouter, llama.cpp, vLLM, LM Studio and most others.
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,4 @@
-//! OpenAI's Responses API: items instead of choices, named events, and reasoning as a summary.
+//! OpenAI's Responses API: items instead of choices, named events, and reasoning summaries.
 
 use serde_json::{Map, Value, json};
 
@@ -142,7 +142,7 @@ impl ResponsesReader {
         }
     }
 
-    /// The response object, which is whole once its status says so.
+    /// The response object, complete once its status says so.
     fn response(
         &mut self,
         response: &Value,

@@ -1,4 +1,4 @@
-//! Every way to write a base URL, in every dialect.
+//! Tests of base URLs in every spelling, in every dialect.
 #![allow(clippy::unwrap_used)]
 
 use super::*;

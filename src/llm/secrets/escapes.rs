@@ -1,4 +1,4 @@
-//! Takes escapes back as they arrive: `%41`, `\u0041` and the other ones of JSON, `\x41`, `&#65;`.
+//! Decodes escapes in a stream: `%41`, `\u0041` and the other escapes of JSON, `\x41`, `&#65;`.
 
 /// A byte that a text means, and where in the text it is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

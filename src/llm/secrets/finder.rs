@@ -1,7 +1,7 @@
-//! Finds a few texts in a stream of bytes, and knows after every byte what of them may have begun.
+//! Finds a few patterns in a stream of bytes, and reports after every byte which of them may have begun.
 //!
-//! An Aho-Corasick automaton, written here because what is held back of a stream depends on how far a text has begun,
-//! which the usual library does not tell.
+//! An Aho-Corasick automaton, written here because how much of a stream is held back depends on the longest started
+//! match, which the usual library does not report.
 
 /// How much of a text has been seen. The node itself stands for the bytes on the way to it.
 struct Node {

@@ -1,4 +1,4 @@
-//! The forms of a secret: what is searched for so that none of them gets through.
+//! The encoded forms of a secret to search for.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD_NO_PAD;
@@ -59,7 +59,7 @@ pub(super) fn base64(secret: &str) -> Vec<Vec<u8>> {
     (0..3).map(at).collect()
 }
 
-/// The alphabet of addresses is the usual one but for two letters.
+/// The URL-safe alphabet differs from the standard one in two letters.
 pub(super) fn same_alphabet(byte: u8) -> u8 {
     match byte {
         b'-' => b'+',

@@ -1,9 +1,9 @@
-//! Everything secret that is sent to an endpoint, and how it is taken out of what comes back.
+//! The secrets sent to an endpoint, and their redaction from its responses.
 //!
-//! Some servers quote what they were sent: in errors, in answers, as a model's name. So every text of a server passes
-//! through [`Secrets`] before anything else of the program sees it. A secret is found as it is and in the forms that
-//! it takes on the way: percent-encoded, with escapes of JSON or HTML (all of it or some letters, also escaped again),
-//! in base64 (also as part of a longer text, such as `Bearer …`), in hexadecimal, in other case.
+//! Some servers echo what they were sent: in errors, in answers, as a model's name. So every text of a server passes
+//! through [`Secrets`] before anything else of the program sees it. A secret is found verbatim and in the forms it may
+//! take on the way: percent-encoded, with JSON or HTML escapes (of all or some letters, also escaped again), in base64
+//! (also as part of a longer text, such as `Bearer …`), in hexadecimal, in other case.
 
 mod escapes;
 mod finder;

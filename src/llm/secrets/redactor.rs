@@ -1,4 +1,4 @@
-//! Takes secrets out of a text that arrives in pieces cut anywhere, in every form they are written in.
+//! Redacts secrets in all their forms from a text that arrives in arbitrary pieces.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! Where secrets come from, what of it counts as one, and whether they may be sent.
+//! Sources of secrets, what counts as one, and where it may be sent.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

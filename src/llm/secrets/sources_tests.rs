@@ -1,4 +1,4 @@
-//! What counts as a secret, and where it may be sent.
+//! Tests of what counts as a secret, and where it may be sent.
 #![allow(clippy::unwrap_used)]
 use super::super::super::endpoint::Endpoint;
 

@@ -1,4 +1,4 @@
-//! Secrets in all their forms, cut at every place.
+//! Tests of secrets in all forms, split at every position.
 use base64::Engine;
 use base64::engine::general_purpose::{STANDARD, URL_SAFE, URL_SAFE_NO_PAD};
 

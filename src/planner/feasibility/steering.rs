@@ -1,4 +1,4 @@
-//! Steering angles of a motion that does not say them, from its changes of heading.
+//! Estimates the steering angles of a motion without them, from its heading changes.
 
 use super::step::{Moment, Turn};
 use crate::geometry::angle_between;

@@ -13,13 +13,13 @@ pub(super) struct Moment {
     pub velocity: f64,
 }
 
-/// How the wheels are turned from one moment to the next, and what that needs.
+/// Steering over a step: the integrated angle and rate, and the ones needed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Turn {
     /// Steering angle at the beginning (rad) and its rate (rad/s), as they are integrated.
     pub angle: f64,
     pub rate: f64,
-    /// What is held against the limits, rad and rad/s.
+    /// Values compared with the limits, rad and rad/s.
     pub needed_angle: f64,
     pub needed_rate: f64,
     /// How much of that may be rounding, rad and rad/s.
@@ -29,7 +29,7 @@ pub(super) struct Turn {
     pub across: Option<f64>,
 }
 
-/// Where the inputs lead.
+/// State reached by the inputs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reached {
     pub rear: Pose,

@@ -1,4 +1,4 @@
-//! Where to arrive, and the speed that is wanted on the way.
+//! Tests of goals, and of the desired speed on the way.
 
 use super::guide;
 use crate::formats::bundled;

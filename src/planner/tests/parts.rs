@@ -1,4 +1,4 @@
-//! Profiles, offsets and samples: they begin where they should, and end there.
+//! Tests that profiles, offsets and samples begin and end where they should.
 
 use super::guide;
 use crate::geometry::{Footprint, Shape};

@@ -1,4 +1,4 @@
-//! Obstacles that are given as regions are not avoided, and that is said.
+//! Tests that obstacles given as regions are not avoided, and are reported.
 
 use crate::formats::bundled;
 use crate::planner::{Forecast, Forecaster, unavoided};

@@ -1,4 +1,4 @@
-//! Emergency stops can be driven, and end at a standstill.
+//! Tests that emergency stops are drivable, and end at a standstill.
 
 use proptest::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Boxes among traffic against exact distances.
+//! Tests of traffic boxes against exact distances.
 
 use proptest::prelude::*;
 

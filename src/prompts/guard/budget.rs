@@ -1,4 +1,4 @@
-//! What a filling may still make, and what a value costs.
+//! The budget of one rendering, and the cost of values.
 
 use std::fmt::Write;
 use std::sync::atomic::{AtomicU64, Ordering};

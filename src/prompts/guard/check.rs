@@ -1,4 +1,4 @@
-//! What is refused before it is parsed: the parser follows chains of operators and `elif` with its own stack.
+//! Checks before parsing: the parser follows operator chains and `elif` on its own stack.
 
 use minijinja::machinery::{Token, tokenize};
 use minijinja::syntax::SyntaxConfig;

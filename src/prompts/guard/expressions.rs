@@ -1,4 +1,4 @@
-//! Expressions written anew: each comes out as one operand, which filters and attributes can follow.
+//! Rewrites expressions: each becomes one operand that filters and attributes can follow.
 
 use minijinja::machinery::ast::{
     BinOp, BinOpKind, Call, CallArg, CompareOpKind, Expr, UnaryOpKind,

@@ -1,4 +1,4 @@
-//! The engine's filters, tests and functions, each of which pays for what it makes before it makes it.
+//! The engine's filters, tests and functions, each charged to the budget before it allocates.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -127,7 +127,7 @@ pub fn replace(environment: &mut Environment<'_>, budget: &Arc<Budget>) {
     );
 }
 
-/// A function that pays, then does what it did, and gives back nothing lazy.
+/// A function that is charged, then runs unchanged, and returns nothing lazy.
 fn paying(
     budget: &Arc<Budget>,
     name: &'static str,

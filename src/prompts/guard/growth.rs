@@ -1,4 +1,4 @@
-//! How much larger than its arguments what a filter makes can be.
+//! Bounds on how much larger than its arguments a filter's result can be.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use super::budget::Budget;
 /// How much longer text becomes when it is escaped: `&quot;` and `\u{1f}` for one character.
 pub const ESCAPED: u64 = 8;
 
-/// What a filter makes, by the size of what it is given.
+/// Size of a filter's result, by the size of its arguments.
 #[derive(Clone, Copy)]
 pub enum Growth {
     /// As much at most.

@@ -1,4 +1,4 @@
-//! Which expressions are written out in the source: their size is that of the source.
+//! Literal expressions, whose size is bounded by the source.
 
 use minijinja::machinery::ast::{Expr, UnaryOpKind};
 

@@ -1,9 +1,9 @@
-//! Limits on what a template may use: source, nesting, steps, text and values made while it is filled.
+//! Limits on what a template may use: source, nesting, steps, and the text and values made while rendering.
 //!
-//! The engine bounds steps and recursion, but a single step can make any amount of text, and nested values can
-//! overflow the stack. So a template is checked before it is parsed ([`check`]), and rewritten so that every
-//! operation that makes or walks a value first pays for it ([`rewrite`]); the engine's own filters are replaced by
-//! ones that pay too ([`filters`]). All of it comes out of one [`Budget`] for each filling.
+//! The engine bounds steps and recursion, but a single step can make any amount of text, and nested values can overflow
+//! the stack. So a template is checked before it is parsed ([`check`]), and rewritten so that every operation that
+//! makes or walks a value is charged first ([`rewrite`]); the engine's own filters are replaced by ones that are
+//! charged too ([`filters`]). Each rendering has one [`Budget`].
 
 mod budget;
 mod check;
@@ -52,14 +52,14 @@ pub fn apart<T: Send>(work: impl FnOnce() -> T + Send) -> std::io::Result<T> {
             .name("template".into())
             .stack_size(STACK)
             .spawn_scoped(scope, work)?;
-        // A panic goes on where the template was asked for.
+        // A panic continues on the calling thread.
         Ok(thread
             .join()
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
 }
 
-/// Why a template is not filled.
+/// Why a template is not rendered.
 #[derive(Debug)]
 pub enum Fault {
     /// It exceeds a limit before it is parsed.

@@ -1,4 +1,4 @@
-//! What the rewritten source calls: filters that pay for an operation, named so that no template would use them.
+//! Filters called by the rewritten source that charge for an operation, under names no template would use.
 
 use std::fmt::Write;
 use std::sync::Arc;

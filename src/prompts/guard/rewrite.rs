@@ -1,6 +1,6 @@
-//! A template written anew from its syntax tree, with every operation paid for, in the same lines.
+//! Rewrites a template from its syntax tree so that every operation is charged, with lines unchanged.
 //!
-//! The tree goes through the engine's own compiler again as text, since included templates can only be given as text.
+//! The tree is compiled by the engine again as text, since included templates can only be given as text.
 
 use minijinja::machinery::Span;
 use minijinja::machinery::ast::{Expr, Macro, Set, Stmt};

@@ -1,4 +1,4 @@
-//! Files of the user that can be read and turn out to be unusable: the shipped ones take their place.
+//! User templates that parse but turn out unusable: the shipped ones replace them.
 
 use super::{Instead, Library, Origin, Problem};
 use crate::prompts::includes;

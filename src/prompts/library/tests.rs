@@ -1,4 +1,4 @@
-//! The library: overriding, what is broken, and which of several templates is used.
+//! Tests of the library: overriding, broken files, and selection among several templates.
 #![allow(clippy::unwrap_used)]
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Runs of other leads and of changed scenes.
+//! Tests of secondary runs: other leads and changed scenes.
 
 use super::super::items::tests::item;
 use super::*;

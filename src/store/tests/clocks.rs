@@ -1,4 +1,4 @@
-//! Clocks that are set: claims end all the same, and the last answer stays the newest.
+//! Tests of adjusted clocks: claims still expire, and the last answer stays the newest.
 
 use super::super::database::now_ms;
 use super::*;

@@ -1,4 +1,4 @@
-//! What is read of long answers to be looked at, and of answers that were deleted.
+//! Tests of reading long and deleted answers for display.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Lists a page at a time, and what is beside a run.
+//! Tests of paginated lists, and of the neighbours of a run.
 
 use super::*;
 

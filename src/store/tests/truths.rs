@@ -1,4 +1,4 @@
-//! What batches hold true about runs.
+//! Tests of ground truths that batches store for runs.
 
 use super::super::items::tests::item;
 use super::*;

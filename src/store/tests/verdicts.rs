@@ -1,4 +1,4 @@
-//! What stored answers say, for lists of many scenarios.
+//! Tests of stored verdicts for lists of many scenarios.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! The lines of the table of actions.
+//! The rows of the action table.
 
 use super::{Action, Entry, Scope};
 
@@ -102,7 +102,7 @@ table! {
     UnmarkScenarios, Global, "unmark-scenarios", [], 0, "unmark all", "Take the marks of all scenarios away.";
     AskMarked, Global, "ask-marked", ["shift-a"], 0, "ask many", "Ask the chosen model about the marked scenarios, or about all that are listed where none is marked.";
     Details, Global, "details", ["shift-i"], 0, "details", "Everything about the picked obstacle at this step: state, signals, relation to the ego.";
-    NextPaths, Global, "paths", ["shift-p"], 0, "paths", "Show predicted and constant-velocity paths on the map: of nobody, the picked obstacle, all near the ego.";
+    NextPaths, Global, "paths", ["shift-p"], 0, "paths", "Show predicted and constant-velocity paths on the map: none, those of the picked obstacle, or of all near the ego.";
     Layers, Global, "layers", ["shift-l"], 0, "layers", "Switch layers of the map on and off.";
     TakeTape, Global, "tape", ["shift-t"], 0, "tape", "Measure distances on the map, from the ego to the picked obstacle at first; again puts the tape away.";
     Copy, Global, "copy", ["y"], 0, "copy", "Copy the pane's text to the clipboard of the terminal (OSC 52).";

@@ -1,10 +1,10 @@
-//! Keys that are pressed one after another; most often it is one.
+//! Chords: sequences of keys, most often of one.
 
 use std::fmt::{Display, Formatter};
 
 use super::{Code, Key};
 
-/// One key, or several in a row, such as `g g` or `ctrl-w w`.
+/// One key or a sequence, such as `g g` or `ctrl-w w`.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Chord(pub Vec<Key>);
 
@@ -29,7 +29,7 @@ impl Chord {
         names.join(" ")
     }
 
-    /// Whether `other` begins with these keys and goes on.
+    /// Whether `other` starts with these keys and is longer.
     #[must_use]
     pub fn begins(&self, other: &Self) -> bool {
         other.0.len() > self.0.len() && other.0.starts_with(&self.0)

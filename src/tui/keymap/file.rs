@@ -1,4 +1,4 @@
-//! `keymap.toml`: a preset, and other keys for actions by their names. Nothing of a file with a mistake is used.
+//! `keymap.toml`: a preset and rebound actions. A file with a mistake is ignored as a whole.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Keys of every line that is typed into: what they write, and what they take away.
+//! Editing keys shared by all single-line inputs.
 
 use super::{Code, Key};
 

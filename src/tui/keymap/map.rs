@@ -1,4 +1,4 @@
-//! The live keymap: which keys do what, and where. Footer, help, palette and the box after a prefix are made from it.
+//! The live keymap: which keys trigger which action in which context. Footer, help, palette and which-key read it.
 
 use super::{Chord, Key, file};
 use crate::tui::action::{ACTIONS, Action, Entry, Scope};
@@ -38,11 +38,11 @@ pub struct Binding {
     pub place: usize,
     /// The keys.
     pub keys: Chord,
-    /// Where the user's file says so, bytes; nothing for a preset.
+    /// Byte range in the user's file; `None` for a binding of a preset.
     pub said: Option<std::ops::Range<usize>>,
 }
 
-/// All keys.
+/// The active key bindings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keymap {
     /// What it began with.
@@ -51,7 +51,7 @@ pub struct Keymap {
     pub(super) bindings: Vec<Binding>,
 }
 
-/// What keys mean.
+/// Meaning of a key sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Meaning {
     /// An action.

@@ -1,8 +1,8 @@
-//! Keyboards with Cyrillic or Greek letters: which Latin character has the same key.
+//! Cyrillic and Greek keyboard layouts: the Latin character on the same physical key.
 //!
-//! A letter that no binding has is taken for the key it is on, as on the usual Russian, Ukrainian and Greek
-//! layouts. Keys that write other ASCII characters there (such as `.` where Latin keyboards have `/`) cannot be told
-//! apart and stay what they write.
+//! A letter without a binding is read as the Latin letter on its key in the usual Russian, Ukrainian and Greek
+//! layouts. Keys that type other ASCII characters there (such as `.` where Latin keyboards have `/`) are ambiguous and
+//! stay what they type.
 
 use super::{Code, Key};
 

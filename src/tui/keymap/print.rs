@@ -1,4 +1,4 @@
-//! The keymap for the shell: as a table, and as a file to begin with.
+//! Prints the keymap to the shell: as a table, or as a starter file.
 
 use super::Keymap;
 use crate::tui::action::{ACTIONS, Entry, Scope};

@@ -1,10 +1,10 @@
-//! A scenario that a language model makes dangerous: what is wanted of it, how far it is, and all that it wrote.
+//! A generation in which a language model writes the attacks: its settings, progress and complete output.
 
 use crate::evaluation::Settings as Asked;
 use crate::evaluation::generating::{Authored, Progress, SAMPLES, Source};
 use crate::prompts::Library;
 
-/// Which model is to write, and how it is asked.
+/// The model that writes attacks, and its request settings.
 #[derive(Debug, Clone)]
 pub struct Writer {
     /// Its id, `provider/model`.
@@ -19,7 +19,7 @@ pub struct Writer {
     pub fresh: bool,
 }
 
-/// How far a model is.
+/// Progress of a model's authoring.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Writing {
     /// Conversations that have begun; 0 while the attacker is chosen.
@@ -53,7 +53,7 @@ impl Writing {
     }
 }
 
-/// What a model chose and wrote.
+/// A model's choice and output.
 #[derive(Debug)]
 pub struct Authorship {
     /// Its id.
@@ -67,7 +67,7 @@ pub struct Authorship {
 }
 
 impl Authorship {
-    /// Why there is no variant, in words.
+    /// Why there is no variant.
     pub(super) fn nothing(&self) -> String {
         let (authored, model) = (&self.authored, &self.model);
         let (passed, answers) = (authored.attacks.len(), authored.candidates());
@@ -76,7 +76,7 @@ impl Authorship {
         }
         if authored.choice.attacker.is_none() {
             return format!(
-                "{model} was asked for nothing: nobody moves who could come near to the ego"
+                "{model} was asked for nothing: no moving obstacle could come near the ego"
             );
         }
         if passed > 0 {

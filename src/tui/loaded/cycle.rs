@@ -1,4 +1,4 @@
-//! One cycle of the planner, thinned to what a screen can show: some twenty kilobytes.
+//! One planning cycle, reduced to what a screen can show: about 20 kB.
 
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ const MOMENT: f64 = 1.0;
 /// A predicted body farther from the ego than this is left out, metres.
 const FAR: f64 = 80.0;
 
-/// A body that is predicted to stay within this distance of where it is has no outline of its own, metres.
+/// A body predicted to stay within this distance of its position gets no separate outline, metres.
 const STAYS: f64 = 0.5;
 
 /// A cycle of the planner.
@@ -133,7 +133,7 @@ impl Fan {
         for candidate in spread(&cannot, LINES.1).chain(spread(&can, LINES.0)) {
             let mut states = planner.states_of(candidate);
             if let Some((step, _)) = candidate.rejected {
-                // Behind the step of its rejection nobody looked at it.
+                // The candidate was not evaluated past the step of its rejection.
                 states.truncate(step + 1);
             }
             let centres: Vec<Point> = states

@@ -1,4 +1,4 @@
-//! A drive of the planner by what it is of, and as files that somebody wants.
+//! Planner drives: the key that identifies one, and requests to export it.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use super::Opened;
 use crate::planner::Forecast;
 use crate::scenario::{ContentHash, Scene, Transform, VehicleType};
 
-/// What a drive is of; the same gives the same drive.
+/// The key of a drive: equal keys give equal drives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveKey {
     /// Hash of the scenario.

@@ -1,4 +1,4 @@
-//! What is known of a scenario in the list: a few numbers, its tags, and how stored answers fare.
+//! Facts about a scenario in the list: a few numbers, its tags, and how stored answers fare.
 
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use crate::scenario::{EgoSource, Scenario, Scene, Window};
 use crate::store::{Origin, StoredVerdict};
 use crate::verdict::Task;
 
-/// What is worth knowing before a scenario is opened.
+/// Facts about a scenario, known before it is opened.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Facts {
     /// How many obstacles it has.

@@ -1,4 +1,4 @@
-//! Making a scenario dangerous for the workbench: the shared workflow, and what is shown of its outcome.
+//! Generating a dangerous variant: runs the shared workflow and prepares its outcome for display.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::workflow::{
     prepare,
 };
 
-/// How a scenario is made dangerous.
+/// Inputs of a generation.
 pub struct How<'a> {
     /// How the ego is planned.
     pub settings: &'a Settings,
@@ -28,7 +28,7 @@ pub struct How<'a> {
     pub source: AttackSource<'a>,
 }
 
-/// What is heard on the way.
+/// Events of a generation.
 #[derive(Debug)]
 pub enum Heard {
     /// What is being done.
@@ -112,7 +112,7 @@ impl Opened {
                 Some(id) => format!(
                     "{id} cannot attack: it does not move by itself, or never comes near enough to the ego"
                 ),
-                None => "nobody moves who could come near to the ego".into(),
+                None => "no moving obstacle could come near the ego".into(),
             });
         }
         let effective = |c: &SelectedAttack| c.attack.has_effect();
@@ -169,7 +169,7 @@ fn heard(event: GenerateEvent<'_>, recorder: &mut Recorder, on_event: &mut dyn F
     on_event(heard);
 }
 
-/// What is known of a variant beside the attack.
+/// A variant's data for display, beside the attack.
 struct Shown {
     closed: ClosedLoop,
     by: String,
@@ -210,7 +210,7 @@ impl Shown {
     }
 }
 
-/// Why there is no variant, in words.
+/// Why there is no variant.
 fn nothing(found: &SearchResult, wish: &VariantRequest) -> String {
     let Progress {
         tried,
@@ -218,7 +218,9 @@ fn nothing(found: &SearchResult, wish: &VariantRequest) -> String {
         driven,
         ..
     } = found.progress();
-    let who = wish.only.map_or("anybody".to_string(), |id| id.to_string());
+    let who = wish
+        .only
+        .map_or("any obstacle".to_string(), |id| id.to_string());
     format!(
         "nothing dangerous was found for {who} with seed {}: of {tried} motions {refused} were refused, against \
          {driven} the ego was driven, and it got away or was only hit from behind",

@@ -1,4 +1,4 @@
-//! A picture that somebody wants to be saved.
+//! A request to save a picture.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use crate::metrics::Thresholds;
 use crate::picture::{Format, Look, Screen, Variation};
 use crate::scenario::{Scenario, Scene};
 
-/// What a picture shows.
+/// Subject of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PictureKind {
     /// The map.

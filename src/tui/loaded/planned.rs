@@ -1,4 +1,4 @@
-//! An opened scenario whose ego was planned, with what the planner saw and chose at every cycle.
+//! An opened scenario with a planned ego, and what the planner saw and chose in every cycle.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::scenario::{Ego, Scenario, Scene, VehicleType};
 use crate::simulation::Outcome;
 use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 
-/// How an ego was planned.
+/// The record of a planned ego.
 #[derive(Debug, PartialEq)]
 pub struct Planned {
     /// What the planner was told of the others' future.
@@ -107,7 +107,7 @@ pub(super) struct Recorder {
     limits: Limits,
     /// Seconds a step.
     dt: f64,
-    /// What there is so far.
+    /// The cycles so far.
     pub cycles: Vec<CycleShown>,
 }
 

@@ -1,4 +1,4 @@
-//! The source of a scenario: its XML in lines, and where its obstacles stand.
+//! The source of a scenario: its XML lines, and the lines of its obstacles.
 
 use std::collections::HashMap;
 use std::ops::Range;

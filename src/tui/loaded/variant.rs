@@ -1,4 +1,4 @@
-//! A scenario that was made dangerous, with all that is known about it, and the original to compare it with.
+//! A generated variant: its attack, its evidence, and the original to compare it with.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,16 +19,16 @@ use crate::scenario::{ContentHash, Scene, Transform};
 use crate::verdict::Motion;
 use crate::workflow::PreparedPlan;
 
-/// What is to be made.
+/// A request for a variant.
 #[derive(Debug, Clone)]
 pub struct VariantRequest {
     /// Of which scenario.
     pub entry: Entry,
     /// What of it is changed before.
     pub change: Option<Transform>,
-    /// What the planner is told.
+    /// The forecast given to the planner.
     pub forecast: Forecast,
-    /// The one obstacle that may attack; anybody where none is named.
+    /// The only obstacle that may attack; any if `None`.
     pub only: Option<i64>,
     /// Of the random numbers of a search.
     pub seed: u64,
@@ -38,7 +38,7 @@ pub struct VariantRequest {
     pub folder: Option<PathBuf>,
 }
 
-/// What is being done about it.
+/// The current stage of a generation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Working {
     /// The ego is planned in the original: so many steps, of so many at most.
@@ -55,12 +55,12 @@ pub enum Working {
     Showing(usize, usize),
 }
 
-/// Everything that is known about a variant.
+/// A generated variant, with its evidence.
 #[derive(Debug)]
 pub struct Made {
     /// The original scenario and the ego's drive in it.
     pub closed: ClosedLoop,
-    /// What was asked of the attacker.
+    /// The motion requested of the attacker.
     pub asked: Motion,
     /// What it does.
     pub change: Change,
@@ -95,7 +95,7 @@ pub struct VariantShown {
     pub changed: bool,
 }
 
-/// What a search came to.
+/// Result of a search.
 #[derive(Debug, Clone)]
 pub enum Generated {
     /// A variant.
@@ -105,7 +105,7 @@ pub enum Generated {
         /// The variant.
         variant: Box<Opened>,
     },
-    /// Nothing dangerous: in words.
+    /// Nothing dangerous was found, and why.
     Nothing(String),
     /// A model made nothing dangerous: in words, and what it wrote.
     Unwritten(String, Arc<Authorship>),

@@ -1,6 +1,6 @@
-//! What is remembered of the workbench from one start to the next, and its file.
+//! The session: workbench state kept from one start to the next, and its file.
 //!
-//! Every set of paths has a file of its own, so that nothing of one reaches another.
+//! Every set of paths has its own file, so sessions do not mix.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -14,7 +14,7 @@ use crate::tui::model::{Layers, Sizes};
 /// The version of the files that are written.
 const VERSION: u32 = 1;
 
-/// What the workbench looked like.
+/// Saved state of the workbench.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Session {
@@ -70,7 +70,7 @@ pub struct Opened {
     pub camera: View,
 }
 
-/// How the map was seen; metres.
+/// Saved camera of the map; metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct View {
@@ -86,7 +86,7 @@ pub struct View {
     pub ego_up: bool,
 }
 
-/// Where a scenario or a folder of them is.
+/// Location of a scenario or folder.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Where {
@@ -96,7 +96,7 @@ pub enum Where {
     Bundled(String),
 }
 
-/// What was chosen in the place of what the configuration said then.
+/// A choice that overrides the configuration value of its time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Instead {
@@ -222,7 +222,7 @@ impl Session {
     /// Reads the text of the file of these paths.
     ///
     /// # Errors
-    /// It is none, is of another version, or of other paths: in words.
+    /// The text is no session, of another version, or of other paths.
     pub fn parse(text: &str, paths: &[Where]) -> Result<Self, String> {
         let value: serde_json::Value =
             serde_json::from_str(text).map_err(|error| format!("it is damaged ({error})"))?;

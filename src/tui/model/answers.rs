@@ -1,4 +1,4 @@
-//! The answers that are compared, one column each, beside the built-in judge.
+//! The compared answers, one column each, beside the built-in judge.
 
 use crate::evaluation::{Answer, Judged, Missing};
 use crate::judge::Judgement;
@@ -38,7 +38,7 @@ pub enum Shown {
     Column(usize),
 }
 
-/// One answer.
+/// A compared answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     /// The question it answers; nothing for one from the store.
@@ -63,7 +63,7 @@ pub struct Column {
     pub progress: Progress,
 }
 
-/// Where an answer stands.
+/// State of an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Progress {
     /// The question is on its way, for so many seconds.
@@ -224,8 +224,8 @@ impl Column {
         }
     }
 
-    /// What it is held against: the truth of its own question, else what the built-in judge says about what is open;
-    /// nothing while the truth is being computed.
+    /// The reference of an answer: the ground truth of its own question, else the built-in judge's verdict on the open
+    /// scene; `None` while the ground truth is being computed.
     #[must_use]
     pub fn truth_or<'a>(&'a self, reference: Option<&'a Verdict>) -> Option<&'a Verdict> {
         let other = reference.filter(|_| !self.judging);

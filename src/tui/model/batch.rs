@@ -1,4 +1,4 @@
-//! Scenarios that are marked, and the batch of questions about them that waits for a yes.
+//! Marked scenarios, and the batch over them that awaits confirmation.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -59,7 +59,7 @@ pub struct Card {
     pub id: BatchId,
     /// What would be asked.
     pub batch: Arc<Batch>,
-    /// What is known of it so far.
+    /// Counts so far.
     pub counts: Counts,
     /// Whether the scenarios were marked, or are all that are listed.
     pub marked: bool,

@@ -1,4 +1,4 @@
-//! How the map is seen: where, how much of it, which way up.
+//! The map camera: centre, zoom and rotation.
 
 use crate::geometry::{Bounds, Point, Pose, Vector};
 
@@ -25,7 +25,7 @@ const FARTHEST: f64 = 200.0;
 /// How much higher than wide cells usually are.
 const ASPECT: f64 = 2.0;
 
-/// No terminal has cells of other shapes than these: what says so is wrong.
+/// Plausible cell aspect ratios; a terminal that reports another is wrong.
 const SHAPES: std::ops::RangeInclusive<f64> = 1.0..=4.0;
 
 /// The ego that is followed stays within this part of the view.

@@ -1,4 +1,4 @@
-//! The claims of the answers that are looked at, held against the geometry.
+//! Claims of the displayed answers, checked against the geometry.
 
 use std::cell::RefCell;
 use std::hash::{DefaultHasher, Hash, Hasher};

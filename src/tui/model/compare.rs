@@ -1,4 +1,4 @@
-//! Answers side by side on the whole screen, and what a person makes of them.
+//! Full-screen comparison of answers, and a person's ratings of them.
 
 use super::{Model, Shown};
 use crate::store::{Choice, NewRating, Rating};

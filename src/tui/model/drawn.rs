@@ -1,4 +1,4 @@
-//! Where things were drawn last. Drawing writes it, the mouse and the page keys read it.
+//! Areas of the last frame: written by drawing, read by mouse and page keys.
 
 use std::cell::{Cell, RefCell};
 
@@ -8,7 +8,7 @@ use super::{Border, Pane, ResultsDrawn, Shown};
 use crate::geometry::Point;
 use crate::tui::widgets::reading::Reading;
 
-/// What the last frame looked like.
+/// Areas and texts of the last frame.
 #[derive(Debug, Default)]
 pub struct Drawn {
     panes: RefCell<Vec<(Pane, Rect)>>,
@@ -27,7 +27,7 @@ pub struct Drawn {
     pub readings: RefCell<Readings>,
 }
 
-/// Long texts as they were drawn last. They outlive the frame: what did not change is not worked out again.
+/// Long texts as last drawn, kept across frames so that unchanged text is not laid out again.
 #[derive(Debug)]
 pub struct Readings {
     /// The system's message of the prompt.

@@ -1,4 +1,4 @@
-//! The text in the editor: its lines, cursor and selection, what was changed, and how keys are understood.
+//! The text editor: lines, cursor, selection, undo history and key style.
 
 mod find;
 mod history;
@@ -44,7 +44,7 @@ pub struct Editor {
     pub top: Cell<usize>,
     /// What was drawn last: rows of the screen.
     pub drawn: RefCell<EditorDrawn>,
-    /// The styles of its characters, as they were worked out last.
+    /// Cached styles of its characters.
     pub styles: RefCell<Styles>,
 }
 

@@ -1,4 +1,4 @@
-//! Making scenarios dangerous: the search that is under way, and the variants that were made.
+//! Scenario generation: the running search and the finished variants.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::tui::message::making::MakeId;
 /// Variants that are kept; beyond, the oldest go.
 const MOST: usize = 8;
 
-/// What is known of making beside what is open.
+/// State of generation beside the open scenario.
 #[derive(Debug, Default)]
 pub struct GenerationState {
     /// The search that is under way.
@@ -195,7 +195,7 @@ fn driving_words(what: &str, (done, of): (usize, usize), whole: bool) -> String 
     }
 }
 
-/// How far a model is, in words.
+/// Describes a model's progress.
 fn writing_words(at: &Writing, whole: bool) -> String {
     if at.begun == 0 {
         return "model: chooses the attacker".into();
@@ -210,7 +210,7 @@ fn writing_words(at: &Writing, whole: bool) -> String {
     words
 }
 
-/// What a change leads to, in words.
+/// Describes the outcome of a change.
 #[must_use]
 pub fn consequence_words(consequence: &Consequence) -> &'static str {
     match consequence {

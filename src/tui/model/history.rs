@@ -1,4 +1,4 @@
-//! The history of runs: the part of the list that is at hand, and the selected run.
+//! The run history: the loaded part of the list, and the selected run.
 
 use super::Model;
 use crate::formats::{Entry, bundled};
@@ -52,7 +52,7 @@ pub struct History {
     pub error: Option<String>,
 }
 
-/// What is being typed in the history.
+/// Purpose of the input line in the history.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Typing {
     /// Words and filters.

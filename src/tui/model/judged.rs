@@ -1,5 +1,4 @@
-//! What the built-in judge said about the steps that were looked at: whoever goes back and forth does not wait for
-//! the same prediction again.
+//! Cached verdicts of the built-in judge for visited steps, so stepping back and forth does not repeat a prediction.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -17,8 +16,7 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// The judgement of safety of this window. It is worked out where it was not asked for before; another scene or
-    /// other thresholds begin anew.
+    /// The safety judgement of this window, computed if not cached. Another scene or other thresholds clear the cache.
     pub fn safety(
         &mut self,
         scene: &Arc<Scene>,

@@ -1,4 +1,4 @@
-//! Drives of the planner, kept while the workbench runs: who comes back to a scenario finds its planned ego again.
+//! Planner drives kept while the workbench runs, so a reopened scenario has its planned ego again.
 
 use crate::scenario::{ContentHash, Transform};
 use crate::tui::loaded::{CycleShown, DriveKey, Opened};
@@ -20,7 +20,7 @@ pub struct KeptDrive {
     bytes: usize,
 }
 
-/// All that are kept, the oldest first.
+/// Kept drives, oldest first.
 #[derive(Debug, Default)]
 pub struct Kept {
     drives: Vec<KeptDrive>,

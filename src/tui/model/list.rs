@@ -1,6 +1,6 @@
-//! The list of scenarios: filtered as one types, sorted and grouped, with the facts that are known so far.
+//! The list of scenarios: filtered while typing, sorted and grouped, with the facts loaded so far.
 //!
-//! What arrives is only written down; the order is made anew at most once a frame, by [`List::settle`].
+//! Arriving rows are only recorded; [`List::settle`] reorders them at most once a frame.
 
 mod filter;
 mod group;

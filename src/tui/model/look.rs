@@ -1,4 +1,4 @@
-//! How the workbench looks and which keys it takes: what can be changed while it runs.
+//! Appearance and keys of the workbench, changeable while it runs.
 
 use ratatui::layout::Position;
 
@@ -7,7 +7,7 @@ use crate::tui::action::Action;
 use crate::tui::keymap::{Key, Keymap, Preset};
 use crate::tui::theme::{AUTO, Depth, Named, Theme};
 
-/// Which signs the terminal can show.
+/// Symbols that the terminal supports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Glyphs {
     /// All of Unicode that the views use.
@@ -16,7 +16,7 @@ pub enum Glyphs {
     Ascii,
 }
 
-/// How it looks, and the keys.
+/// Appearance and keys.
 #[derive(Debug)]
 pub struct Look {
     /// The live keymap.
@@ -93,7 +93,7 @@ impl Look {
     /// The theme of this name as the terminal can show it.
     ///
     /// # Errors
-    /// There is none, or its file is wrong: in words.
+    /// There is no such theme, or its file is invalid.
     pub fn theme(&self, name: &str) -> Result<Theme, String> {
         let wanted = match name {
             AUTO if self.dark => "dark",

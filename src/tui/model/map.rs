@@ -1,4 +1,4 @@
-//! What belongs to the map alone: its layers, paths into the future, the tape, and what the mouse holds.
+//! State of the map: layers, predicted paths, measuring tape, and what the mouse drags.
 
 mod details;
 mod foresight;

@@ -1,4 +1,4 @@
-//! What the workbench says in passing.
+//! Transient notices.
 
 use super::Model;
 
@@ -13,7 +13,7 @@ pub struct Toast {
     pub left: f64,
 }
 
-/// What a message is, and with that how long it counts.
+/// Kind of a notice, which determines how long it is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Notice {
     /// The reply to a key: the next key makes it old.
@@ -25,7 +25,7 @@ pub enum Notice {
 }
 
 impl Model {
-    /// Says something in reply to a key.
+    /// Shows a reply to a key.
     pub fn say(&mut self, text: impl Into<String>) {
         self.notify(text.into(), Notice::Reply, 4.0);
     }

@@ -1,4 +1,4 @@
-//! The panes of the main screen, and whose keys they take.
+//! The panes of the main screen, and keyboard focus.
 
 use crate::tui::action::Scope;
 

@@ -1,4 +1,4 @@
-//! A line to type into, and what of a list matches it.
+//! A fuzzy picker: an input line and the matching items.
 
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
@@ -28,7 +28,7 @@ pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
     shown
 }
 
-/// The models that the list shows, the best match first; what is typed can be one of its own.
+/// The listed models, best match first; typed text can name an unlisted one.
 #[must_use]
 pub fn models_shown(model: &Model, picker: &Picker) -> Vec<String> {
     let mut ids = vec![judge::MODEL.to_string()];

@@ -1,4 +1,4 @@
-//! The planner in the workbench: what it is told, and the drive that is under way.
+//! The planner in the workbench: its settings, and the drive in progress.
 
 use super::Model;
 use super::kept::Kept;
@@ -8,10 +8,10 @@ use crate::tui::action::Action;
 use crate::tui::loaded::{CycleShown, Planned};
 use crate::tui::message::planning::PlanId;
 
-/// What is known of planning beside what is open.
+/// State of planning beside the open scenario.
 #[derive(Debug)]
 pub struct Driver {
-    /// What the planner is told of the others' future.
+    /// The forecast given to the planner.
     pub forecast: Forecast,
     /// The drive that is under way.
     pub under_way: Option<UnderWay>,
@@ -21,7 +21,7 @@ pub struct Driver {
     pub declined: Option<ContentHash>,
     /// Drives that were made since the start.
     pub kept: Kept,
-    /// A kept drive has just taken the recorded ego's place, and nobody was told.
+    /// A kept drive has just replaced the recorded ego, not yet announced.
     pub again: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What is plotted over time: a measure, for everyone together and for the chosen obstacles.
+//! The plot over time: a measure for all obstacles together and for the selected ones.
 
 use std::sync::Arc;
 
@@ -13,15 +13,15 @@ pub struct Plot {
     pub measure: &'static Measure,
     /// Obstacles that are plotted beside the picked one, in the order in which they were marked.
     pub marked: Vec<i64>,
-    /// The measure's values over the opened scene, once they are worked out.
+    /// The measure's values over the opened scene, once computed.
     pub series: Option<Box<Series>>,
-    /// What was asked for last.
+    /// The last request.
     asked: Option<Asked>,
     /// What of the planned and the recorded ego is plotted in the measure's place, where the ego was planned.
     pub drives: Option<Drives>,
 }
 
-/// Values that are worked out, or were.
+/// Values computed or in progress.
 #[derive(Debug)]
 struct Asked {
     id: SeriesId,
@@ -30,7 +30,7 @@ struct Asked {
     thresholds: Arc<Thresholds>,
 }
 
-/// What of the planned and the recorded ego is plotted.
+/// Plotted comparison of the planned and the recorded ego.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drives {
     /// The risk scores of a variant's attacker, before and after.

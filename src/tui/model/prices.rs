@@ -1,4 +1,4 @@
-//! What asking would cost, from the providers' prices.
+//! Cost estimates from the providers' prices.
 
 use jiff::civil::Date;
 

@@ -1,4 +1,4 @@
-//! The prompt pane: which template is in use, its draft in the editor, and what comes of it.
+//! The prompt pane: the template in use, its draft in the editor, and the rendered messages.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -10,7 +10,7 @@ use crate::settings::Keys;
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// What the prompt pane shows.
+/// Views of the prompt pane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PromptView {
     /// The messages as they would be sent.
@@ -18,7 +18,7 @@ pub enum PromptView {
     Rendered,
     /// The template.
     Template,
-    /// The scene in words.
+    /// The description of the scene.
     Description,
     /// What the template changes in the shipped one.
     Diff,
@@ -92,7 +92,7 @@ pub struct PromptPane {
     pub error: Option<String>,
     /// The line of the template that it is in, from 1.
     pub error_line: Option<usize>,
-    /// Tokens of the same question by the shipped template, while somebody compares them.
+    /// Tokens of the same question with the shipped template, while the two are compared.
     pub shipped_tokens: Option<usize>,
     /// Whether the program ended when this text was filled last, so that it waits for the user.
     pub held: bool,

@@ -1,4 +1,4 @@
-//! The question as it would be asked now: worked out anew whenever something that it depends on changes.
+//! The current question, rendered again whenever one of its inputs changes.
 
 use super::{Model, PromptView};
 use crate::evaluation::{Case, CaseError, prepare};
@@ -114,7 +114,7 @@ impl Model {
         held
     }
 
-    /// Counts the tokens of the shipped template, while somebody compares them.
+    /// Counts the tokens of the shipped template, while the two are compared.
     pub fn compare(&mut self) {
         let compared = self.prompt.editing || self.prompt.view == PromptView::Diff;
         let Some((file, shipped)) = self.prompt.shipped().filter(|_| compared) else {

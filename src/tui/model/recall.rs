@@ -1,11 +1,11 @@
-//! The session: what of the last one has yet to come back, and what was kept of this one.
+//! Session state: what of the last session is yet to be restored, and what has been saved of this one.
 
 use std::collections::HashSet;
 use std::path::PathBuf;
 
 use crate::tui::message::session::{Opened, Session, Where};
 
-/// What the workbench knows of sessions.
+/// State of session saving and restoring.
 #[derive(Debug, Default)]
 pub struct SessionState {
     /// Whether this session is kept.
@@ -26,6 +26,6 @@ pub struct SessionState {
     pub changed: bool,
     /// Whether keeping is already asked for.
     pub asked: bool,
-    /// Whether somebody who is here for the first time is shown the way to a verdict.
+    /// Whether a first-time user sees the hint towards a verdict.
     pub hint: bool,
 }

@@ -1,4 +1,4 @@
-//! What stored answers come to: a matrix, the answers behind one of its cells, and a list of what can be counted.
+//! Results of stored answers: a matrix, the answers behind a cell, and the list of sources to count.
 
 use ratatui::layout::{Position, Rect};
 
@@ -22,7 +22,7 @@ pub struct ResultsView {
     pub chosen: Option<Counting>,
     /// What is counted in the rows; nothing before anything was read.
     pub counting: Option<Counting>,
-    /// What there is to choose from.
+    /// The choices on offer.
     pub offers: Vec<Offer>,
     /// The line of that list, while it is open.
     pub choosing: Option<usize>,
@@ -62,7 +62,7 @@ impl ResultsView {
         all.iter().filter(fits).collect()
     }
 
-    /// What is counted, with its truth in words.
+    /// Describes what is counted, with its ground truth.
     #[must_use]
     pub fn offer(&self) -> Option<&Offer> {
         let counting = self.counting?;

@@ -1,4 +1,4 @@
-//! How big the panes are: parts of the screen that borders between panes were moved to.
+//! Pane sizes: fractions of the screen, set by moving the borders between panes.
 
 use ratatui::layout::{Position, Rect};
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ pub enum Edge {
     Plot,
 }
 
-/// How big panes were made, as parts of the screen's width or height; what nobody moved is as usual.
+/// Pane sizes set by the user, as fractions of the screen's width or height; others keep their defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Shares {

@@ -1,10 +1,10 @@
-//! What the timeline shows beside the clock: the measure of its strips, and where answers differ from the judge.
+//! The timeline beside the clock: the measure of its strips, and disagreements between answers and judge.
 
 use super::{Model, Shown};
 use crate::metrics::{Danger, Measure, Series, measure};
 use crate::tui::message::OpenId;
 
-/// What the strips of the timeline show.
+/// Contents of the timeline's strips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Heat {
     /// The risk score.

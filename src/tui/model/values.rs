@@ -1,9 +1,9 @@
-//! Every measure of the picked obstacle and of the scene, worked out while somebody looks at them.
+//! All measures of the picked obstacle and of the scene, computed while they are displayed.
 
 use crate::tui::loaded::Measured;
 use crate::tui::message::MeasureId;
 
-/// What was asked for, and what came of it.
+/// The last request and its result.
 #[derive(Debug, Default)]
 pub struct Values {
     /// The last request, and about whom; nothing before the first one for a scene.

@@ -1,4 +1,4 @@
-//! The signals of the system that the workbench answers in good order, with the terminal given back.
+//! Orderly exit on signals, with the terminal restored.
 
 use crate::system::job_control::{JobSignal, Signals};
 

@@ -1,4 +1,4 @@
-//! When a frame is drawn: at once where that is long enough after the last one, and never without a change.
+//! Frame pacing: draws at once if the last frame is long enough ago, and never without a change.
 
 use std::time::{Duration, Instant};
 
@@ -8,7 +8,7 @@ pub const FRAME: Duration = Duration::from_micros(16_667);
 /// Least time between a frame and the one that shows what a key did: who presses it waits for it.
 pub const PROMPT: Duration = Duration::from_millis(8);
 
-/// The frames of the loop. Time is told by whoever asks.
+/// Paces the frames of the loop. The caller supplies the time.
 #[derive(Debug)]
 pub struct Pace {
     drawn: Instant,
@@ -31,7 +31,7 @@ impl Pace {
         self.changed = true;
     }
 
-    /// Somebody did something, and looks whether it was heard.
+    /// User input has arrived: its effect should show without delay.
     pub fn hurry(&mut self) {
         self.changed = true;
         self.hurries = true;

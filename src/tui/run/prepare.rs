@@ -1,4 +1,4 @@
-//! What the workbench begins with: the user's files, and what is wrong with them.
+//! Start-up: loads the user's files and reports their errors.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -68,7 +68,7 @@ pub fn prepare(
     model.look = look;
     model.compare.person = model.config.person();
     model.driver.forecast = model.config.planning(default_planning()).forecast;
-    // Nobody needs to foresee the orders that answers are shown in.
+    // The seed need not be secret: no one has to predict the order of answers.
     model.compare.seed = jiff::Timestamp::now().as_nanosecond() as u64;
     match thresholds(&folders.thresholds()) {
         Ok(thresholds) => model.thresholds = Arc::new(thresholds),
@@ -98,7 +98,7 @@ fn take_up_session(model: &mut Model, ego: &EgoSelection, folders: &Folders) {
     }
 }
 
-/// Takes up what an earlier session left in the editor, and says so; gives back what cannot be read.
+/// Restores drafts that an earlier session left in the editor and reports it; returns errors of unreadable ones.
 fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
     let mut files = Vec::new();
     let mut complaints = Vec::new();
@@ -122,7 +122,7 @@ fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
     if !files.is_empty() {
         files.sort();
         model.tell(format!(
-            "drafts that were not saved are in use again: {}; e goes on with them, reset-template discards them",
+            "drafts that were not saved are in use again: {}; e continues editing, reset-template discards them",
             files.join(", ")
         ));
     }

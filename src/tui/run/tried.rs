@@ -1,4 +1,4 @@
-//! The scenario that is open, for the report of a crash, and for the next start if it ends the program.
+//! Marks the open scenario on disk, for crash reports and for the next start if it ends the program.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::tui::message::session::Where;
 /// A program that is killed later than this after the first picture was not ended by the scenario.
 const SETTLED: Duration = Duration::from_millis(800);
 
-/// What was opened last.
+/// The scenario opened last.
 #[derive(Debug, Default)]
 pub struct Tried {
     open: Option<Arc<Doing>>,

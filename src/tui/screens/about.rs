@@ -1,4 +1,4 @@
-//! What is in the opened scenario, and what reading it had to assume or skip.
+//! Contents of the opened scenario, and what reading it assumed or skipped.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -15,7 +15,7 @@ use crate::tui::widgets::hints::{self, Hint};
 use crate::tui::widgets::window;
 use crate::tui::widgets::words::pad;
 
-/// What is in the opened scenario.
+/// The contents of the opened scenario.
 #[derive(Debug, Default)]
 pub struct AboutScreen {
     scroll: usize,
@@ -84,7 +84,7 @@ fn push_wrapped(text: &mut Text<'static>, words: &str, width: usize, color: Colo
     }
 }
 
-/// Columns before what is said about a word.
+/// Columns before a value.
 const INDENT: usize = 14;
 
 fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {

@@ -1,4 +1,4 @@
-//! The card before a batch: what it would ask, what of it is there already, and what it would cost.
+//! Confirmation of a batch: its questions, those already answered, and its cost.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -19,7 +19,7 @@ use crate::tui::widgets::window;
 use crate::tui::widgets::words::{fit, thousands};
 use crate::verdict::Task;
 
-/// What a batch of questions would take, before it is asked.
+/// The confirmation of a batch, with its estimated consumption.
 #[derive(Debug)]
 pub struct BatchScreen;
 

@@ -1,4 +1,4 @@
-//! What the planner saw and chose at the cursor, at the right, so that the map stays in sight.
+//! The planning cycle at the cursor, in a panel at the right that keeps the map in view.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -97,7 +97,7 @@ fn text(model: &Model, planned: &Planned, cycle: &CycleShown, width: usize) -> T
     lines.title(&format!("planned at {time:.1} s, step {}", cycle.step));
     if let Some(emergency) = cycle.emergency {
         let words = match emergency {
-            Emergency::LatestContact => "! nothing can be driven: what touches somebody last",
+            Emergency::LatestContact => "! nothing can be driven: taking the latest contact",
             Emergency::Braking => "! nothing can be driven: braking along the path",
         };
         let style = Style::new().fg(theme.danger).add_modifier(Modifier::BOLD);

@@ -1,4 +1,4 @@
-//! Everything about the picked obstacle at the cursor, at the right, so that the map stays in sight.
+//! Details of the picked obstacle at the cursor, in a panel at the right that keeps the map in view.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -17,12 +17,12 @@ use crate::tui::widgets::words::pad;
 /// Columns of the window at most, its borders included.
 const COLUMNS: u16 = 62;
 
-/// Columns before what is said about a word.
+/// Columns before a value.
 const INDENT: usize = 17;
 /// The same in a narrow window.
 const NARROW: usize = 13;
 
-/// Everything about the picked obstacle.
+/// Details of the picked obstacle.
 #[derive(Debug, Default)]
 pub struct DetailsScreen {
     scroll: usize,
@@ -90,7 +90,7 @@ impl Screen for DetailsScreen {
 fn text(model: &Model, width: usize) -> Text<'static> {
     let theme = &model.theme;
     let Some(details) = model.details() else {
-        let words = "nobody is picked: click an obstacle";
+        let words = "no obstacle is picked: click one";
         return Text::styled(words, Style::new().fg(theme.dim));
     };
     let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);

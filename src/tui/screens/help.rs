@@ -1,4 +1,4 @@
-//! All keys, from the live keymap; what is typed filters them.
+//! Help: all keys of the live keymap, with a filter.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -18,7 +18,7 @@ use crate::tui::widgets::words::{fit, pad};
 /// Columns of the keys at least, and at most.
 const KEYS: (usize, usize) = (16, 22);
 
-/// All keys that match what is typed.
+/// All keys that match the filter.
 #[derive(Debug, Default)]
 pub struct HelpScreen {
     /// What is typed.
@@ -117,7 +117,7 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
     };
     let mut parts: Vec<Part> = Vec::new();
     let mut scopes = Scope::ALL.to_vec();
-    // Asked for on a screen of its own, the keys of that come first.
+    // Opened on a full screen, help lists that screen's keys first.
     if let Some(own) = model.screens.iter().map(Screen::scope).find(|s| s.is_own()) {
         scopes.sort_by_key(|(scope, ..)| *scope != own);
     }

@@ -17,7 +17,7 @@ use crate::tui::widgets::words::{duration, fit, pad, thousands};
 /// Lines below the list for the selected task.
 const BELOW: u16 = 3;
 
-/// Everything that runs, and what ran.
+/// The list of running and finished tasks.
 #[derive(Debug)]
 pub struct JobsScreen;
 
@@ -105,7 +105,7 @@ fn title(model: &Model) -> String {
     }
 }
 
-/// An amount in US dollars, and that there is more of which nobody knows what it cost.
+/// An amount in US dollars, with a note if further costs are unknown.
 fn cost((usd, unknown): (f64, usize)) -> Option<String> {
     match (usd > 0.0, unknown) {
         (false, 0) => None,

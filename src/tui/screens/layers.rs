@@ -1,4 +1,4 @@
-//! The layers of the map, to be switched while the map is seen beside them.
+//! Toggles for the map layers, beside the map.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

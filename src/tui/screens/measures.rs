@@ -1,4 +1,4 @@
-//! The list of measures, of which one is plotted.
+//! Picker for the plotted measure.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -37,7 +37,7 @@ use super::model::Model;
 use super::widgets::hints::Hint;
 use crate::store::Run;
 
-/// What lies over the main screen and takes the keys: its state, keys, drawing and footer.
+/// A screen or window over the main screen, which takes the keys: state, keys, drawing and footer.
 pub trait Screen: Any + Debug + Send {
     /// Where its keys are looked up.
     fn scope(&self) -> Scope {
@@ -106,7 +106,7 @@ pub trait Screen: Any + Debug + Send {
 /// Lines that a turn of the wheel scrolls.
 const WHEEL: usize = 3;
 
-/// What follows a key, an action or the mouse on a screen.
+/// Consequences of a key, an action or the mouse on a screen.
 #[derive(Debug)]
 pub enum Step {
     /// It stays open.

@@ -1,4 +1,4 @@
-//! The list of models.
+//! Picker for models.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! What the list of scenarios can be sorted by.
+//! Picker for the sort order of the scenario list.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

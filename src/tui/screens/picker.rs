@@ -1,4 +1,4 @@
-//! Lists that are narrowed down by typing: what all of them have in common.
+//! Shared behaviour of fuzzy pickers.
 
 use std::fmt::Debug;
 
@@ -12,7 +12,7 @@ use crate::tui::message::Effect;
 use crate::tui::model::{Model, Picker};
 use crate::tui::widgets::hints::{Hint, fixed};
 
-/// What stands in a list, and what choosing a line of it does.
+/// Items of a picker, and the effect of choosing one.
 pub trait Choice: Debug + Send + 'static {
     /// How many lines match.
     fn count(&self, model: &Model, picker: &Picker) -> usize;

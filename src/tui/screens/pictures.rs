@@ -1,4 +1,4 @@
-//! The list of pictures that can be saved.
+//! Picker for the picture to save.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

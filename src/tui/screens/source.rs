@@ -1,4 +1,4 @@
-//! The source of the scenario, read-only: only what is seen is highlighted.
+//! The scenario's source, read-only: only the visible lines are highlighted.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! The line in which the user's tags of a scenario are typed, with those of its file and those in use elsewhere.
+//! Input line for the user's tags of a scenario, with the tags of its file and those used elsewhere.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

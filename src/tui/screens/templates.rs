@@ -1,4 +1,4 @@
-//! The list of templates for the task and frame.
+//! Picker for templates of the current task and frame.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

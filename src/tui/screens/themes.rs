@@ -1,4 +1,4 @@
-//! The list of themes; the selected one is seen at once.
+//! Picker for themes, with live preview.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! Writing a planned ego: its motion as CSV, and as a CommonRoad solution.
+//! Exports a planned ego: its motion as CSV, and as a CommonRoad solution.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Drawing and saving pictures, beside what goes on on the screen.
+//! Draws and saves pictures in the background.
 
 use std::io::Write;
 use std::path::Path;
@@ -17,7 +17,7 @@ pub struct Drawing {
     held: Arc<()>,
 }
 
-/// One picture that is being drawn.
+/// A guard for a picture being drawn.
 #[derive(Debug)]
 pub struct Held {
     stop: Arc<AtomicBool>,
@@ -38,7 +38,7 @@ impl Drawing {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether nobody draws.
+    /// Whether the drawing thread has ended.
     pub fn ended(&self) -> bool {
         Arc::strong_count(&self.held) == 1
     }

@@ -1,4 +1,4 @@
-//! Scenarios that wait to be worked on, on all cores; what is on the screen comes first.
+//! A queue of scenarios processed on all cores, visible ones first.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -8,7 +8,7 @@ use tokio::sync::mpsc::UnboundedSender;
 use super::super::message::Msg;
 use crate::formats::Entry;
 
-/// What is done with a scenario, by its place in the list.
+/// The work done for a scenario, by its place in the list.
 pub type Work = Arc<dyn Fn(usize, &Entry) -> Msg + Send + Sync>;
 
 /// A queue; its clones are the same queue.
@@ -40,7 +40,7 @@ impl Queue {
         }
     }
 
-    /// Does this with these scenarios, and no longer what was asked for before.
+    /// Replaces the queue: does this work with these scenarios, and drops earlier entries.
     pub fn replace(&self, entries: Vec<(usize, Entry)>, work: Work) {
         let mut waiting = self.lock();
         waiting.asked += 1;
@@ -51,7 +51,7 @@ impl Queue {
         self.add(entries);
     }
 
-    /// Does no more of what was asked for; what is on its way is of no use.
+    /// Empties the queue; results still on their way are dropped.
     pub fn stop(&self) {
         let mut waiting = self.lock();
         waiting.asked += 1;
@@ -137,7 +137,7 @@ mod tests {
         let (sender, mut receiver) = tokio::sync::mpsc::unbounded_channel();
         let queue = Queue::new(sender);
         let threads = rayon::current_num_threads();
-        // Whoever is at work waits until the order is set.
+        // Workers wait until the order is set.
         let gate = Arc::new(Barrier::new(threads + 1));
         let held = gate.clone();
         let count = threads + 40;

@@ -1,4 +1,4 @@
-//! Finding scenarios in pieces, working out what the list shows of them, and the user's tags.
+//! Searches for scenarios in chunks, computes the facts of the list, and keeps the user's tags.
 
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -40,7 +40,7 @@ impl Tasks {
         });
     }
 
-    /// Works out the facts of these scenarios; the store is asked once, by whoever is at work first.
+    /// Computes the facts of these scenarios; the first worker queries the store once for all.
     pub(super) fn survey(&self, entries: Vec<(usize, Entry)>) {
         let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
         let (store, sender) = (self.store.clone(), self.sender.clone());

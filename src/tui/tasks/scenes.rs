@@ -1,4 +1,4 @@
-//! Opening a scenario, and what is worked out about its scene: measures, plotted values, truths.
+//! Opens scenarios and computes values of their scenes: measures, plots, ground truths.
 
 use std::sync::Arc;
 

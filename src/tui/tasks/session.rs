@@ -1,4 +1,4 @@
-//! Session files: read at the start, written whole while the workbench is in use.
+//! Session files: read at the start, written atomically while the workbench runs.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};

@@ -1,4 +1,4 @@
-//! Writing templates of the user's, and which one is used.
+//! Saves the user's templates, and which of them is in use.
 
 use std::io::{Error, ErrorKind, Write};
 use std::path::Path;
@@ -26,7 +26,7 @@ pub fn set_aside(path: &Path, draft: Option<&str>) -> std::io::Result<String> {
         Err(error) => return Err(error),
     }
     if let Some(draft) = draft {
-        // Beside a saved one it has a name of its own.
+        // Beside a saved one it gets a separate name.
         let to = match kept.is_empty() {
             true => saved,
             false => path.with_extension("draft.md.bak"),

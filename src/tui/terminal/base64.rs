@@ -1,4 +1,4 @@
-//! Text as the clipboard of a terminal takes it.
+//! Base64, as terminals expect text for the clipboard.
 
 /// Base 64 of RFC 4648, as OSC 52 wants it.
 pub fn base64(bytes: &[u8]) -> String {

@@ -216,7 +216,7 @@ fn that_nothing_is_found_or_can_be_tried_is_said() {
     let mut bench = open("rightturn");
     bench.press("!");
     let (id, _) = asked(&bench).pop().unwrap();
-    let words = "nothing dangerous was found for anybody with seed 1";
+    let words = "nothing dangerous was found for any obstacle with seed 1";
     let nothing = Generated::Nothing(words.into());
     bench.send(Msg::Make(MakeNews::Ended(id, Ok(nothing))));
     assert_eq!(said(&bench), format!("{words}; ! tries another seed"));

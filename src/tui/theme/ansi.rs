@@ -1,4 +1,4 @@
-//! Lines of text with the escape sequences of their colours, for the shell.
+//! Text lines with ANSI colour escapes, for the shell.
 
 use std::fmt::Write;
 

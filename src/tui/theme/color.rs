@@ -1,4 +1,4 @@
-//! Colours: those of a theme file, and the nearest that a terminal has.
+//! Colours: those of a theme file, and the nearest a terminal supports.
 
 use ratatui::style::Color;
 

@@ -1,6 +1,6 @@
-//! How many colours the terminal has, as its environment says.
+//! Detects the terminal's colour depth from the environment.
 
-/// How many colours a terminal shows.
+/// Colour depth of a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Depth {
     /// All of them.

@@ -1,4 +1,4 @@
-//! What a theme looks like, for the shell: `nearmiss themes`.
+//! Theme previews for `nearmiss themes`.
 
 use std::path::Path;
 

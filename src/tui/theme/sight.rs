@@ -1,5 +1,5 @@
-//! Tests of what can be read and told apart in the shipped themes: contrast after WCAG 2.2, differences of colours in
-//! CIELAB, and colours as people see them who lack the red or the green receptors.
+//! Legibility tests of the shipped themes: WCAG 2.2 contrast, colour differences in CIELAB, and simulated red and
+//! green colour blindness.
 #![allow(clippy::unwrap_used)]
 
 use ratatui::style::Color;
@@ -122,7 +122,7 @@ fn rgb(theme: &Theme, role: &str) -> [u8; 3] {
 #[test]
 fn the_formulas_are_right() {
     assert!((contrast([0; 3], [255; 3]) - 21.0).abs() < 1e-9);
-    // #767676 on white is the usual example of 4.54.
+    // #767676 on white is the common example of 4.54.
     assert!((contrast([0x76; 3], [255; 3]) - 4.54).abs() < 0.01);
     let red = lab(linear([255, 0, 0]));
     for (found, known) in red.iter().zip([53.24, 80.09, 67.20]) {

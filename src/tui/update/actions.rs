@@ -1,4 +1,4 @@
-//! What each action does.
+//! Handlers of the actions.
 
 use super::super::action::{Action, Scope};
 use super::super::message::{Effect, StoredOf};
@@ -117,7 +117,7 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
     if model.prompt.editing || !model.screens.is_empty() || model.list.filtering {
         return cancel(model);
     }
-    // An answer may have ended just as somebody was about to cancel it.
+    // An answer may have ended just as the user was about to cancel it.
     twice(model, "Ctrl-C again quits".into())
 }
 
@@ -135,7 +135,7 @@ fn leave(model: &mut Model) -> Vec<Effect> {
     twice(model, format!("{what}; {key} again cancels and quits"))
 }
 
-/// Quits the second time within a while, and says so the first time.
+/// Quits on the second press within a while, and announces that on the first.
 fn twice(model: &mut Model, words: String) -> Vec<Effect> {
     if model.quit_within > 0.0 {
         return quit(model);

@@ -1,4 +1,4 @@
-//! Asking, and what arrives.
+//! Sends questions and receives answers.
 
 use std::sync::Arc;
 
@@ -163,7 +163,7 @@ pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
             let wait = wait.as_secs_f64();
             column.progress = Progress::Retrying(format!("{why}; try {attempt} in {wait:.0} s"));
         }
-        // The answer that follows says so.
+        // The answer that follows carries it.
         Event::Chunk(Chunk::Usage(_) | Chunk::Finished(_)) | Event::Barred(_) => {}
     }
     Vec::new()

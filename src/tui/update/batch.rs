@@ -1,4 +1,4 @@
-//! Marking scenarios, and asking one question about many of them.
+//! Marks scenarios, and asks one question about many.
 
 use super::super::action::Action;
 use std::sync::Arc;
@@ -66,7 +66,7 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         },
         history: decided.history,
         library: model.library.clone(),
-        // The built-in judge is not asked in words.
+        // The built-in judge gets no prompt.
         draft: model.prompt.draft().filter(|_| asked != judge::MODEL),
         thresholds: model.thresholds.clone(),
         model: asked,

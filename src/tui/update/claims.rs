@@ -1,4 +1,4 @@
-//! Claims in answers: looked for once an answer is whole, and gone through one by one.
+//! Claims: extracted once an answer is complete, and stepped through one by one.
 
 use super::super::model::{Column, Model, Pane, Shown};
 use super::clock;

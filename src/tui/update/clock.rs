@@ -1,4 +1,4 @@
-//! Playing, and going to another time step.
+//! Playback and stepping.
 
 use super::super::action::Action;
 use super::super::model::Model;
@@ -47,7 +47,7 @@ fn go_to_nearest(
             let why = model.without_ego();
             model.say(why);
         }
-        None => model.say("there is nobody near at any step"),
+        None => model.say("no obstacle is near at any step"),
     }
 }
 
@@ -64,7 +64,7 @@ fn go_to_worst(model: &mut Model) {
     }
 }
 
-/// Goes to the end of the task's usual window, unless somebody went to another step.
+/// Moves to the end of the task's default window, unless the user went to another step.
 pub fn to_window(model: &mut Model) {
     let (first, _) = model.clock.range();
     let now = model.clock.step();
@@ -86,7 +86,7 @@ pub fn to_window(model: &mut Model) {
     }
 }
 
-/// The clock moved: what depends on the step is worked out again.
+/// The clock moved: recomputes what depends on the step.
 pub fn stepped(model: &mut Model) {
     model.placed = None;
     // The collision task is about the whole recording, every other one about a window that ends here.

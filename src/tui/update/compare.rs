@@ -1,4 +1,4 @@
-//! Answers side by side on the whole screen: which, and how far scrolled.
+//! Full-screen comparison: which answers, and their scroll positions.
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::Key;

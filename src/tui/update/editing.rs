@@ -1,4 +1,4 @@
-//! Editing the template: keys go to the editor, the prompt follows every change, drafts are kept.
+//! Template editing: forwards keys to the editor, updates the prompt on every change, keeps drafts.
 
 mod entry;
 mod keys;
@@ -169,7 +169,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     copied(model)
 }
 
-/// Goes on to what stands beside the editor; where there is no room beside it, the editor is one of them.
+/// Cycles the view beside the editor; without room beside it, the editor is one of the views.
 fn turn(model: &mut Model) {
     let prompt = &mut model.prompt;
     prompt.scroll = 0;

@@ -1,4 +1,4 @@
-//! What keys mean: single ones, and those of a chord one after another.
+//! Key handling: single keys and chords.
 
 use super::super::action::{Action, Scope};
 use super::super::keymap::{Code, Key, Meaning, latin};
@@ -6,7 +6,7 @@ use super::super::message::Effect;
 use super::super::model::Model;
 use super::actions;
 
-/// What a key means, with those that were pressed before it.
+/// Meaning of a key after the keys before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pressed {
     /// An action.

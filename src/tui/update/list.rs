@@ -1,4 +1,4 @@
-//! The list of scenarios: what is found, in what order and groups it stands, and the user's tags.
+//! The list of scenarios: arriving rows, order and groups, and the user's tags.
 
 use super::super::action::Action;
 use super::super::message::{AskId, Effect};
@@ -22,7 +22,7 @@ pub fn found(model: &mut Model, found: Result<SearchResults, String>) -> Vec<Eff
     }
 }
 
-/// Some were found; the search goes on.
+/// More scenarios were found; the search continues.
 pub fn listed(model: &mut Model, entries: Vec<Entry>) -> Vec<Effect> {
     let before = model.list.rows.len();
     let new: Vec<(usize, Entry)> = (before..).zip(entries.iter().cloned()).collect();

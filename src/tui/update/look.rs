@@ -1,4 +1,4 @@
-//! Files that say how the workbench looks: what was good stays where the new is not.
+//! Reloaded theme and keymap files: an invalid file leaves the last valid one in force.
 
 use super::super::message::Reloaded;
 use super::super::model::{Glyphs, Model};

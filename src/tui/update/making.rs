@@ -1,4 +1,4 @@
-//! Making the open scenario dangerous, and showing the variant beside its original.
+//! Generates a dangerous variant of the open scenario, and shows it beside the original.
 
 mod noted;
 mod writing;
@@ -16,7 +16,7 @@ use super::opening;
 use crate::generation::Consequence;
 use crate::scenario::{ContentHash, ObstacleRole, Transform};
 
-/// What is said while it is waited for the end of what was cancelled.
+/// Shown while waiting for cancelled work to end.
 const STOPPING: &str = "stopping …";
 
 /// Does what an action about variants says.
@@ -66,7 +66,7 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
         return show(model, true);
     }
     let seed = model.maker.next_seed(hash, only);
-    let who = only.map_or("somebody".to_string(), |id| id.to_string());
+    let who = only.map_or("any obstacle".to_string(), |id| id.to_string());
     let words = forecast_words(model.driver.forecast);
     let key = model.look.key(Action::Cancel);
     model.say(format!(

@@ -1,4 +1,4 @@
-//! The map's tools: layers, paths into the future, the tape, details of the picked obstacle.
+//! Map tools: layers, predicted paths, measuring tape, obstacle details.
 
 use ratatui::layout::Position;
 
@@ -26,7 +26,7 @@ pub fn settle(model: &mut Model) {
     model.map.foresight.look(scene, step, history, wanted);
 }
 
-/// Shows the paths of nobody, of the picked obstacle, of all near the ego.
+/// Cycles the shown paths: none, the picked obstacle's, those of all near the ego.
 pub fn next_paths(model: &mut Model) {
     model.map.layers.paths = model.map.layers.paths.next();
     let words = match model.map.layers.paths {

@@ -1,4 +1,4 @@
-//! `update`: what a message changes, and what has to be done because of it. No input, no output, no clock.
+//! `update`: applies a message to the model and returns effects. No input, no output, no clock.
 
 mod actions;
 mod answers;
@@ -192,7 +192,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
 }
 
 fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
-    // Errors stay until somebody was there to read them, replies until the next question.
+    // Errors stay until the user could read them, replies until the next question.
     model.toasts.retain(|t| t.kind == Notice::News);
     if key
         == (Key {
@@ -207,7 +207,7 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
     let begun = model.quit_within;
     let effects = other_key(model, key);
-    // Any other key takes back that somebody was about to quit.
+    // Any other key cancels a pending quit.
     if model.quit_within == begun {
         model.quit_within = 0.0;
     }

@@ -1,4 +1,4 @@
-//! Picking obstacles, and taking one as the ego.
+//! Picks obstacles, and makes one the ego.
 
 use super::super::action::Action;
 use super::super::message::Effect;

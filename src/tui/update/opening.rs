@@ -1,4 +1,4 @@
-//! Opening a scenario: what of the one before goes, what stays, and earlier answers about it.
+//! Opens a scenario: what is kept and dropped of the previous one, and earlier answers about it.
 
 use super::super::action::Action;
 use super::super::clock::Clock;

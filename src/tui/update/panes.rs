@@ -1,4 +1,4 @@
-//! The panes: how big they are, and which one has the keys.
+//! Pane sizes and focus.
 
 use ratatui::layout::{Position, Rect};
 

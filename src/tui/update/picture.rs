@@ -1,4 +1,4 @@
-//! Saving pictures of what is shown.
+//! Saves pictures of the current view.
 
 use super::super::model::Model;
 

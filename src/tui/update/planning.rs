@@ -1,4 +1,4 @@
-//! Letting the planner drive the ego, and showing what it saw and chose.
+//! Runs the planner for the ego, and shows its cycles.
 
 mod kept;
 
@@ -13,8 +13,8 @@ use super::{making, opening};
 use crate::planner::{Forecast, unavoided};
 use crate::workflow::MissingEgo;
 
-/// Seconds for which a scenario without an ego stays open before one is planned for it: whoever moves through the list
-/// does not want one for each.
+/// Seconds a scenario without an ego stays open before one is planned for it, so that moving through the list does not
+/// plan one for each.
 const STAYS: f64 = 0.6;
 
 /// Metres of a column at most, so that what was chosen is on the map: beyond, bodies are too small.
@@ -111,7 +111,7 @@ pub fn again(model: &mut Model, place: usize) -> Vec<Effect> {
     effects
 }
 
-/// Somebody does not want what is under way: it is not begun again by itself.
+/// Cancels the drive in progress, which is not restarted automatically.
 pub fn cancel(model: &mut Model) -> Vec<Effect> {
     decline(model);
     stop(model)
@@ -251,7 +251,7 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
     }
     show_reach(model, reach);
     if without {
-        // The window was nobody's until now.
+        // The window had no ego until now.
         super::clock::to_window(model);
         model.refresh();
     }

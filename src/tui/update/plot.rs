@@ -1,4 +1,4 @@
-//! What is plotted: its values, worked out in the background, and the obstacles that are marked for it.
+//! The plot: requests its values in the background, and marks obstacles for it.
 
 use super::super::action::Action;
 use super::super::message::{Effect, SeriesId};

@@ -1,4 +1,4 @@
-//! The mouse: the wheel acts under the pointer, a click focuses and selects.
+//! The mouse: the wheel scrolls under the pointer, a click focuses and selects.
 
 use ratatui::layout::{Position, Rect};
 

@@ -1,4 +1,4 @@
-//! What a person makes of answers side by side: blind mode, marks, ratings.
+//! Ratings of answers side by side: blind mode, marks, ratings.
 
 use super::super::keymap::{Code, Key, edit_line};
 use super::super::message::Effect;
@@ -211,7 +211,7 @@ fn rated(model: &Model, shown: Shown, mark: Option<String>) -> RatedAnswer {
     }
 }
 
-/// Goes on to the next answers, or to the next scenario.
+/// Moves on to the next answers, or to the next scenario.
 pub fn next_round(model: &mut Model) -> Vec<Effect> {
     let Some(blind) = &mut model.compare.blind else {
         model.say("B hides the models and draws answers by lot");

@@ -1,4 +1,4 @@
-//! Opening the scenario of an earlier run again, as it was asked about.
+//! Reopens the scenario of an earlier run, with the question that was asked.
 
 use super::super::action::Action;
 use super::super::loaded::obstacle_taken;

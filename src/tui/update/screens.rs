@@ -1,4 +1,4 @@
-//! Keys, actions and the mouse while a screen is open: the top one takes them, and this does what follows.
+//! Dispatches keys, actions and mouse to the topmost screen, and applies its requests.
 
 use super::super::action::Action;
 use super::super::keymap::Key;

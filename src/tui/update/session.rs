@@ -1,4 +1,4 @@
-//! The session: what the workbench looks like is written down, and comes back at the next start.
+//! The session: saves the state of the workbench, and restores it at the next start.
 
 use super::super::action::Action;
 use super::super::message::session::{Instead, Opened, Session, View, Where};
@@ -73,8 +73,8 @@ fn lies(model: &Model, entry: &Entry) -> Where {
     Where::of(entry, &model.recall.here)
 }
 
-/// Takes up a session before anything is open; what is not known any more stays as it is without one. An obstacle as
-/// the ego comes back only where nobody chose another ego.
+/// Restores a session before anything is open; settings no longer known keep their defaults. An obstacle as the ego is
+/// restored only if no other ego was chosen.
 pub fn restore(model: &mut Model, session: Session, ego_chosen: bool) {
     model.recall.kept = Some(Box::new(session.clone()));
     model.task = Task::parse(&session.task).unwrap_or(model.task);
@@ -176,8 +176,8 @@ fn find_again(model: &mut Model) -> Option<usize> {
     found
 }
 
-/// Whether a scenario ended the program when it was open last, so that it is not opened before the user says so; that is
-/// said, and the list has the keys.
+/// Holds back a scenario that ended the program when it was last open: it is not opened until the user asks for it;
+/// says so, and focuses the list. Returns whether it did.
 pub fn held_back(model: &mut Model, place: usize) -> bool {
     let entry = model.list.rows[place].entry.clone();
     if model.list.opened == Some(place) || !activity::is_held(&lies(model, &entry).subject()) {

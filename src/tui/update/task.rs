@@ -1,4 +1,4 @@
-//! Going from one task to the next.
+//! Switches between tasks.
 
 use super::super::model::Model;
 use crate::evaluation::default_frame;

@@ -1,4 +1,4 @@
-//! Jumps over the timeline: to the most dangerous value of a measure, to the next disagreement; loops; strips.
+//! Timeline jumps: to the most dangerous value, to the next disagreement; loops; strips.
 
 use super::super::clock::Lap;
 use super::super::message::{Effect, OpenId};

@@ -1,4 +1,4 @@
-//! Every measure at the current step, and the thresholds that they are held against.
+//! All measures at the current step, and the thresholds they are compared with.
 
 use std::sync::Arc;
 

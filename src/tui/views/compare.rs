@@ -1,4 +1,4 @@
-//! Answers side by side on the whole screen: fields, texts with their claims, the map of the picked claim.
+//! Full-screen comparison: fields, texts with their claims, and the map of the picked claim.
 
 mod band;
 mod fields;
@@ -212,7 +212,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         };
         return model.drawn.next_column(extent, Vec::new());
     };
-    // Before somebody has rated them, answers are read without what the geometry says of them.
+    // Until they are rated, answers are shown without the checks of their claims.
     let claims = if model.compare.hides() {
         &[]
     } else {

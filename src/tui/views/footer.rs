@@ -1,4 +1,4 @@
-//! The line at the bottom: the keys that work here and now, from the table of actions.
+//! The footer: keys that work in the current context, from the action table.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! The line at the top: what is open, and how it would be asked.
+//! The header: the open scenario, and how it would be asked about.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! The way to a first verdict, for who is here for the first time: three keys, over the reasoning.
+//! First-run hint: three keys to a first verdict, over the reasoning pane.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -16,7 +16,7 @@ use crate::tui::widgets::words::{fit, pad};
 
 pub fn draw(frame: &mut Frame<'_>, parts: &Parts, model: &Model) {
     let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
-    // An answer that somebody has asked for is not covered; and who has made a variant is past the first verdict.
+    // An answer the user asked for is not covered; after making a variant, the first verdict is past.
     let free = model.answers.shown == Shown::Reference && model.variant().is_none();
     let shown = model.recall.hint && free;
     let (true, Some((_, pane))) = (shown, reasoning) else {

@@ -1,4 +1,4 @@
-//! The map from above: lanes, then trails and paths, then obstacles, then the ego, signs and labels on top.
+//! The map from above: lanes, then trails and paths, obstacles, the ego, and signs and labels on top.
 
 mod attack;
 mod label_placer;

@@ -247,7 +247,7 @@ fn upwards(measure: &Measure, curves: &[Curve], thresholds: &[f64], most: usize)
 fn legend(f: &mut Frame<'_>, pane: Rect, inner: Rect, model: &Model, curves: &[Curve]) -> Rect {
     let (theme, measure) = (&model.theme, model.plot.measure);
     let small = inner.height < 8;
-    // The lines that somebody asked for are named first, also where they have no values.
+    // Lines the user chose are named first, even without values.
     let chosen = curves.iter().filter(|c| c.chosen);
     let all = curves.iter().filter(|c| !c.chosen && !c.runs.is_empty());
     let mut parts: Vec<Vec<Span<'static>>> = chosen

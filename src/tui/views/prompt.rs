@@ -1,4 +1,4 @@
-//! The prompt: the messages as they would be sent, the template, the description, or what was changed.
+//! The prompt: rendered messages, template, description, or differences from the shipped template.
 
 mod diff;
 mod editing;
@@ -109,8 +109,8 @@ fn numbers(model: &Model) -> Option<String> {
     Some(format!("{words} · {price}"))
 }
 
-/// The views, the one that is shown marked, and what there is room for of tokens and file; where there is little, the
-/// shown view alone.
+/// The views with the current one marked, and as much of token count and file as fits; with little room, the current
+/// view alone.
 fn title(model: &Model, width: u16) -> Line<'static> {
     let prompt = &model.prompt;
     let room = usize::from(width).saturating_sub(4);

@@ -1,4 +1,4 @@
-//! The reasoning and the answer of one judge, as they arrive.
+//! Reasoning and answer of one judge, streamed.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -154,7 +154,7 @@ fn answer<'a>(model: &Model, column: &Column, text: Option<Part<'a>>) -> Vec<Par
     };
     let said = !column.text.is_empty() || !column.reasoning.is_empty();
     let how = || Part::Line(Line::styled(column.how.clone(), dim));
-    // Where nothing was said, the reason is what there is to read: it comes first.
+    // Without an answer, the reason for that is the content: it comes first.
     if !column.how.is_empty() && (said || why_missing(column).is_none()) {
         parts.push(how());
         parts.push(Part::Line(Line::default()));

@@ -1,4 +1,4 @@
-//! The list of scenarios: names with the letters that match, and what is known of each.
+//! The list of scenarios: names with matched letters, and their facts.
 
 mod columns;
 

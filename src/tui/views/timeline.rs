@@ -1,4 +1,4 @@
-//! Danger over time: a strip for everyone together and for the most dangerous obstacles.
+//! Danger over time: strips for all obstacles together and for the most dangerous ones.
 
 mod ruler;
 

@@ -1,4 +1,4 @@
-//! Messages: in the line at the bottom where they fit, else in boxes where they cover neither plot nor timeline.
+//! Notices: in the bottom line if they fit, else in boxes that cover neither plot nor timeline.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

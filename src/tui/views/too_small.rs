@@ -1,4 +1,4 @@
-//! What is shown where the workbench does not fit.
+//! Shown when the terminal is too small.
 
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Flex, Layout};

@@ -1,4 +1,4 @@
-//! Verdicts side by side, the built-in judge's last; what differs from it is marked.
+//! Verdicts side by side, the built-in judge last; differences from it are marked.
 
 mod heads;
 mod other;

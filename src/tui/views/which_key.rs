@@ -1,4 +1,4 @@
-//! What can follow the beginning of a chord: a box above the footer, made from the live keymap.
+//! Which-key: possible continuations of a started chord, in a box above the footer.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

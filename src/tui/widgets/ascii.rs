@@ -1,4 +1,4 @@
-//! A frame in ASCII, for terminals that show nothing else: every sign becomes one of the same width that is like it.
+//! Converts a frame to ASCII: every symbol becomes a similar one of the same width.
 
 use ratatui::buffer::Buffer;
 use unicode_width::UnicodeWidthStr;
@@ -62,7 +62,7 @@ pub fn only(buffer: &mut Buffer) {
             continue;
         }
         let like = like(cell.symbol());
-        // The second column of a wide sign is a cell of its own, which is left out when a wide one is drawn.
+        // The second column of a wide symbol is a separate cell, left out when a wide one is drawn.
         match cell.symbol().width() {
             0 | 1 => {
                 cell.set_char(like);

@@ -1,4 +1,4 @@
-//! Text with the claims in it marked: underlined, with a sign that says whether they hold.
+//! Text with claims underlined, each with a symbol for whether it holds.
 
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};

@@ -1,4 +1,4 @@
-//! Filled polygons for the canvas, which draws outlines only.
+//! Filled polygons for ratatui's canvas, which only draws outlines.
 
 use ratatui::style::Color;
 use ratatui::widgets::canvas::{Painter, Shape};

@@ -1,4 +1,4 @@
-//! The frame of a pane: a border, a title, and a sign of who has the keys.
+//! The frame of a pane: border, title and focus indicator.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,6 +1,6 @@
-//! Highlighting by syntect, in the colours of the theme: Markdown, JSON, XML, and templates.
+//! Syntax highlighting by syntect in the theme's colours: Markdown, JSON, XML and templates.
 //!
-//! The syntaxes are loaded in the background after the start; until then texts are plain.
+//! Syntaxes load in the background after the start; until then text is plain.
 
 mod answer;
 mod template;
@@ -25,7 +25,7 @@ pub use template::template;
 
 static SYNTAXES: OnceLock<SyntaxSet> = OnceLock::new();
 
-/// What a text is written in.
+/// Language of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
     /// Markdown.

@@ -1,4 +1,4 @@
-//! Keys with a word or two on what they do, for the footer.
+//! Key hints for the footer: keys with a word or two on what they do.
 
 use crate::tui::action::{ACTIONS, Action, Entry, Scope};
 use crate::tui::model::Model;
@@ -33,7 +33,7 @@ pub fn entries(scope: Scope) -> Vec<&'static Entry> {
     entries
 }
 
-/// The keys of a screen of its own, and those that leave it.
+/// The keys of a full screen, and those that leave it.
 pub fn own(model: &Model, scope: Scope) -> Vec<Hint> {
     let key = |entry: &Entry| {
         let key = model.look.keymap.keys(entry).next()?;

@@ -1,4 +1,4 @@
-//! Lines of a window at the right: names with what is said about them, under titles.
+//! Lines of a side window: names with values, under titles.
 
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
@@ -10,7 +10,7 @@ use crate::tui::theme::Theme;
 /// Columns of the window at most, its borders included.
 const COLUMNS: u16 = 54;
 
-/// Columns before what is said about a word.
+/// Columns before a value.
 const INDENT: usize = 11;
 
 /// Columns before a number with a bar.
@@ -25,7 +25,7 @@ pub fn width(screen: Rect) -> u16 {
     COLUMNS.min(screen.width * 48 / 100).min(screen.width)
 }
 
-/// Names with what is said about them, under titles.
+/// Names with values, under titles.
 pub struct Lines {
     /// The lines so far.
     pub text: Text<'static>,
@@ -55,7 +55,7 @@ impl Lines {
             .push_line(Line::styled(words.to_string(), self.title));
     }
 
-    /// A name, and what is said about it.
+    /// Adds a name with its value.
     pub fn say(&mut self, name: &str, said: &str) {
         self.say_in(name, said, Style::new());
     }

@@ -1,4 +1,4 @@
-//! Pieces that several views are made of.
+//! Widgets shared by several views.
 
 pub mod ascii;
 pub mod claimed;

@@ -1,4 +1,4 @@
-//! A line to type into and what matches below it.
+//! A picker: an input line with the matching items below.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

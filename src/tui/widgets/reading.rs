@@ -1,4 +1,4 @@
-//! A long text that is read and may grow: wrapped once, highlighted as far as it was seen, claims marked where seen.
+//! A long, growing text: wrapped once; highlighting and claims only as far as it was displayed.
 
 use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
@@ -19,7 +19,7 @@ pub struct Marks<'a> {
     pub picked: Option<usize>,
 }
 
-/// A text as it was drawn last; what is drawn next is worked out from there, so that a frame costs what changed.
+/// A text as last drawn; the next frame starts from it and costs only what changed.
 #[derive(Debug)]
 pub struct Reading {
     text: String,

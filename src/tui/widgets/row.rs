@@ -1,4 +1,4 @@
-//! A row of a table whose cells are wrapped, so that nothing is cut.
+//! A table row whose cells wrap instead of being cut.
 
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};

@@ -1,4 +1,4 @@
-//! A wrapped text with a position, and what is above and below it.
+//! A wrapped, scrollable text, and how much of it is above and below.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -39,7 +39,7 @@ pub enum Part<'a> {
     Text(&'a mut Reading, &'a str, Marks<'a>),
 }
 
-/// Draws parts below each other like [`text`]; of long texts only what is seen is worked out.
+/// Draws parts below each other like [`text`]; of long texts only the visible part is laid out.
 pub fn page(
     frame: &mut Frame<'_>,
     area: Rect,

@@ -1,4 +1,4 @@
-//! Windows over the main screen: in the middle or at the right, with text that scrolls.
+//! Windows over the main screen: centred or at the right, with scrollable text.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -40,7 +40,7 @@ pub fn scrolled(
     scrolled_in(frame, screen, model, &title, text, (COLUMNS, scroll));
 }
 
-/// The same, with a title and a width of its own.
+/// The same, with its own title and width.
 pub fn scrolled_in(
     frame: &mut Frame<'_>,
     screen: Rect,

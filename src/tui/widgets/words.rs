@@ -1,4 +1,4 @@
-//! Words in lines: what comes from outside is made visible, what is too long is cut.
+//! Single-line text: untrusted characters made visible, long text truncated, numbers and times formatted.
 
 use unicode_segmentation::UnicodeSegmentation;
 use unicode_width::UnicodeWidthStr;

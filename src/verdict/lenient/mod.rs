@@ -1,7 +1,7 @@
-//! JSON as models write it: somewhere in a text, with the slips of people and of Python, possibly cut off.
+//! Lenient JSON: embedded in text, with mistakes of people and Python, possibly truncated.
 //!
-//! One pass from left to right with bounded look-ahead and bounded depth: linear in the text, whatever it holds. Valid
-//! JSON is read exactly; every departure from it is named as a [`Repair`].
+//! One pass from left to right with bounded look-ahead and depth, linear in any text. Valid JSON is read exactly; every
+//! departure from it is reported as a [`Repair`].
 
 mod opening;
 mod reader;
@@ -20,7 +20,7 @@ pub(super) use repair::Repair;
 /// Deeper values end the reading of the piece they are in.
 const MOST_DEPTH: usize = 48;
 
-/// One object or list found in a text.
+/// An object or list found in a text.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Piece {
     /// What it holds; of a broken or cut one, what was complete.

@@ -1,11 +1,11 @@
-//! Whether a bracket in a text opens JSON, or is prose, mathematics or code.
+//! Decides whether a bracket opens JSON, or is prose, mathematics or code.
 
 use super::text::{closing, is_bare_key, is_quote, skip_blank, window};
 
 /// Bytes looked at; a longer first key is no key.
 const WINDOW: usize = 400;
 
-/// What a bracket is.
+/// Meaning of a bracket.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Opening {
     /// It opens an object with a key, or a list of such objects or of lists.

@@ -1,4 +1,4 @@
-//! The reader itself: a recursive descent that never goes back.
+//! The lenient reader: recursive descent without backtracking.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! What is put right in JSON that is none.
+//! Repairs of malformed JSON.
 
 use std::fmt;
 
@@ -37,7 +37,7 @@ pub(in crate::verdict) enum Repair {
     MissingValues,
     /// `(…)` for a list, or a bracket of one kind closed by another or not at all.
     Brackets,
-    /// A key that is there twice, with different values.
+    /// A duplicate key with different values.
     DoubledKeys,
 }
 

@@ -1,4 +1,4 @@
-//! Strings: where they end when not every quotation mark is where it should be.
+//! Finds the end of strings with misplaced quotation marks.
 
 use super::Repair;
 use super::reader::Reader;

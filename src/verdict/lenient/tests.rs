@@ -1,4 +1,4 @@
-//! Slips of models, one by one, and what is read all the same.
+//! Tests of typical mistakes of models, one by one.
 #![allow(clippy::unwrap_used)]
 
 use proptest::prelude::*;

@@ -1,4 +1,4 @@
-//! Characters and words of JSON that is none.
+//! Characters and words of malformed JSON.
 
 /// Bytes of white space at the beginning of a text, with those that only typesetters know.
 pub(super) fn skip_blank(text: &str) -> usize {

@@ -1,4 +1,4 @@
-//! Attackers and trajectories in many words, all invented, and what is read from them.
+//! Tests of attackers and trajectories in many wordings, all invented.
 #![allow(clippy::unwrap_used)]
 use super::*;
 

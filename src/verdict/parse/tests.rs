@@ -1,4 +1,4 @@
-//! Answers in many words, all invented, and what is read from them.
+//! Tests of answers in many wordings, all invented.
 #![allow(clippy::unwrap_used)]
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Stopping a batch on its way, and how much of all batches is on its way at once.
+//! Cancels a running batch, and limits how many requests of all batches run at once.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -28,7 +28,7 @@ impl BatchControl {
         self.advance(Phase::Stopped);
     }
 
-    /// Cancels what was sent, too; the store says so.
+    /// Cancels also requests already sent, and records that in the store.
     pub fn cancel(&self) {
         self.advance(Phase::Cancelled);
     }

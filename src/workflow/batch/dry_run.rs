@@ -1,4 +1,4 @@
-//! What a batch would ask: its questions, and what they take, before anything is sent.
+//! A dry run: a batch's questions and their estimated consumption, before anything is sent.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -20,13 +20,13 @@ pub struct DryRun {
     pub estimate: Estimate,
     /// Scenarios that are left out because their truth is unknown.
     pub unlabelled: Vec<String>,
-    /// What is doubtful about the scenarios, in words.
+    /// Warnings about the scenarios.
     pub doubts: Vec<String>,
     /// For each model a question that would be sent to it.
     first: BTreeMap<String, Arc<Question>>,
 }
 
-/// What happens while questions are made.
+/// Events while questions are built.
 #[derive(Debug)]
 pub enum DryRunEvent<'a> {
     /// The questions about more scenarios are there.

@@ -1,4 +1,4 @@
-//! Why a batch cannot be begun or gone on with.
+//! Why a batch cannot be started or resumed.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use crate::evaluation::batch::{SpecError, TruthError};
 use crate::store::{BatchId, StoreError};
 use crate::system;
 
-/// Why a batch cannot be begun or gone on with.
+/// Why a batch cannot be started or resumed.
 #[derive(Debug, thiserror::Error)]
 pub enum BatchError {
     /// A relative path cannot be resolved.

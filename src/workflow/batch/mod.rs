@@ -1,7 +1,7 @@
-//! A batch: scenarios × tasks × frames × techniques × samples × models, in the store before anything is sent.
+//! A batch: scenarios × tasks × frames × techniques × samples × models, stored before anything is sent.
 //!
-//! [`BatchRequest::plan`] begins one and [`ResumeRequest::plan`] goes on with one. Of either plan, [`BatchPlan::dry_run`]
-//! makes the questions, [`BatchPlan::write`] stores them and [`BatchRun::ask`] asks them.
+//! [`BatchRequest::plan`] starts a batch and [`ResumeRequest::plan`] resumes one. On either plan,
+//! [`BatchPlan::dry_run`] builds the questions, [`BatchPlan::write`] stores them and [`BatchRun::ask`] asks them.
 
 mod control;
 mod dry_run;

@@ -1,4 +1,4 @@
-//! Models that are asked nothing more for now: their server does not answer, or takes no question of theirs.
+//! Paused models: those whose server does not answer, or accepts none of their questions.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ pub struct Paused {
     pub open: usize,
 }
 
-/// What the questions to one provider meet.
+/// Consecutive outages of one provider.
 #[derive(Debug)]
 pub(super) struct Watch {
     provider: String,
@@ -39,7 +39,7 @@ impl Watch {
         }
     }
 
-    /// What became of a question that was sent, or that should have been: what stood in its way, and that in words.
+    /// Records the outcome of a question: the outage it met, if any, and its description.
     pub fn hear(&mut self, model: &str, met: Option<(ProviderOutage, String)>) {
         let Some((barrier, why)) = met else {
             self.silent = 0;

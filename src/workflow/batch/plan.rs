@@ -1,4 +1,4 @@
-//! What a batch asks about which scenarios, and writing it into the store.
+//! Plans a batch: what it asks about which scenarios, and its record in the store.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ pub struct BatchRequest {
     pub paths: Vec<PathBuf>,
     /// The scenarios in them.
     pub entries: Vec<Entry>,
-    /// What is asked about each.
+    /// Questions about each scenario.
     pub matrix: Matrix,
     /// Whose ego they have.
     pub ego: EgoSelection,
@@ -33,25 +33,25 @@ pub struct BatchRequest {
     pub base_url: Option<String>,
 }
 
-/// A batch that can be asked: a new one, or one that is gone on with.
+/// A batch ready to run: a new or a resumed one.
 pub struct BatchPlan {
     /// What it asks.
     pub spec: Spec,
     /// What makes its questions.
     pub builder: Arc<QuestionBuilder>,
-    /// What is doubtful about the truth, in words.
+    /// Warnings about the ground truth.
     pub doubts: Vec<String>,
     /// Which of its questions are asked.
     pub selection: Selection,
-    /// Another truth, of a batch that is gone on with.
+    /// Changed ground truth of a resumed batch.
     pub relabelling: Option<Relabelling>,
     pub(super) truth: Truth,
-    /// What is asked about each scenario.
+    /// Questions to ask about each scenario.
     pub(super) scenarios: Vec<(Entry, Vec<Ask>)>,
     pub(super) origin: Origin,
 }
 
-/// Whether the store has the batch.
+/// Whether the batch is already stored.
 pub(super) enum Origin {
     New { shard: Option<Shard> },
     Stored(Box<StoredBatch>),
@@ -138,7 +138,7 @@ impl BatchPlan {
         self.scenarios.len()
     }
 
-    /// Writes a new batch into the store, or what is added to the one that is gone on with.
+    /// Writes a new batch to the store, or the additions to a resumed one.
     ///
     /// # Errors
     /// The store cannot be written.

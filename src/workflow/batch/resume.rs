@@ -1,4 +1,4 @@
-//! Going on with a batch: what is not answered yet, what failed, more models, techniques and samples, another truth.
+//! Resumes a batch: unanswered and failed questions, added models, techniques and samples, another ground truth.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::prompts::Library;
 use crate::store::{Batch, BatchId, Identity, Item, NewItem, Store, StoreError};
 use crate::verdict::Task;
 
-/// A batch that is to be gone on with.
+/// A batch to resume.
 #[derive(Debug)]
 pub struct ResumeRequest {
     /// Which one; the last one where none is named.
@@ -233,7 +233,7 @@ fn entry(path: &str) -> Entry {
     Entry::of_argument(Path::new(path))
 }
 
-/// What is to be asked about each scenario: what of the batch is selected, and what an extension has more.
+/// Questions about each scenario: the batch's selected ones, and those an extension adds.
 fn scenarios(
     items: &[Item],
     selection: Selection,

@@ -1,4 +1,4 @@
-//! Asking the questions of a batch: several at once of every provider, each outcome written down as it comes.
+//! Runs a batch: asks several questions at once of every provider, and stores each outcome as it arrives.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
@@ -20,7 +20,7 @@ use crate::llm::ProviderOutage;
 use crate::store::{BatchId, Item, ItemState, Key, RunId, Store, StoreError};
 use crate::workflow::{AskOutcome, AskRequest, ask};
 
-/// Which questions of a batch are asked.
+/// Selection of a batch's questions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Selection {
     /// Those that have no whole answer, without those that the server cut off: it would do so again.
@@ -43,7 +43,7 @@ impl Selection {
     }
 }
 
-/// What became of one question.
+/// Outcome of one question.
 #[derive(Debug, Clone)]
 pub struct Ended {
     /// The question, as the store had it before.
@@ -52,7 +52,7 @@ pub struct Ended {
     pub state: ItemState,
     /// Why it has no whole answer, or was not asked.
     pub error: Option<String>,
-    /// What was asked, and what was answered; nothing where it was not asked.
+    /// The question and its answer; `None` if it was not asked.
     pub answered: Option<(Arc<Question>, Box<Answer>)>,
 }
 
@@ -133,8 +133,8 @@ impl BatchRun {
         }
     }
 
-    /// The questions that are to be asked, and how many others a provider has already. What was never asked comes first:
-    /// what failed before may fail again and again.
+    /// The questions to ask, and how many others are already with a provider. Never-asked questions come first: those
+    /// that failed before may fail again and again.
     ///
     /// # Errors
     /// The store cannot be read.
@@ -146,12 +146,12 @@ impl BatchRun {
         self.without_submitted(items)
     }
 
-    /// Asks these questions and tells what becomes of each; returns when all are through, or when it was stopped and
-    /// everything that was on its way is. Models whose server does not answer or refuses them are asked no further: their
-    /// questions stay as they were, and who that is comes back. Dropping the future cancels what is on its way.
+    /// Asks these questions and reports the outcome of each; returns when all are done, or when it was stopped and
+    /// requests in progress have ended. Models whose server does not answer or refuses them are asked no further: their
+    /// questions keep their state, and those models are returned. Dropping the future cancels requests in progress.
     ///
     /// # Errors
-    /// The store cannot keep what arrives; nothing more is asked then.
+    /// The store cannot record what arrives; nothing more is asked then.
     pub async fn ask(
         self: Arc<Self>,
         items: Vec<Item>,

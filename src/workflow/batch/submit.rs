@@ -1,4 +1,4 @@
-//! Questions of a batch submitted to their providers at half the price, instead of being asked one by one.
+//! Submits a batch's questions to their providers' batch APIs at half the price, instead of asking one by one.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::evaluation::{Judge, Question, RunOptions};
 use crate::formats::Entry;
 use crate::store::{Item, StoreError};
 
-/// What became of the questions of a batch that were to be submitted.
+/// Outcome of submitting a batch's questions.
 #[derive(Debug, Default)]
 pub struct SubmittedItems {
     /// By model.

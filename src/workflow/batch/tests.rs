@@ -1,4 +1,4 @@
-//! Which questions are asked again, and what a lead and a change make of a question.
+//! Tests of which questions are asked again, and how leads and changes vary a question.
 
 use std::sync::Arc;
 

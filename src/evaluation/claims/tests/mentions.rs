@@ -1,4 +1,4 @@
-//! Whom texts are about.
+//! Tests of which obstacles texts are about.
 
 use super::*;
 

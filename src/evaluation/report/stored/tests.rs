@@ -1,4 +1,4 @@
-//! Runs of the store beside the truth: what is counted, and what is not.
+//! Tests of which stored runs are counted, and how.
 
 use super::*;
 use crate::store::{Consumed, Origin};

@@ -1,4 +1,4 @@
-//! Makes a scenario of what the readers of XML and protobuf translate: checks it, fills in defaults, and notes both.
+//! Builds a scenario from the parts translated by the XML and protobuf readers: checks, defaults and diagnostics.
 
 mod numbers;
 mod place;

@@ -1,4 +1,4 @@
-//! Numbers: which can be meant, and the quantities and time steps that they make.
+//! Checks numbers, and turns them into quantities and time steps.
 
 use super::Place;
 use crate::formats::commonroad::ReadError;

@@ -1,4 +1,4 @@
-//! Where the parts of a scenario are in their file, and the list of what is found there.
+//! Places of a scenario's parts in their file, and the list of diagnostics.
 
 use std::cell::{Cell, RefCell};
 

@@ -1,10 +1,10 @@
-//! What elements of a scenario can refer to.
+//! Elements of a scenario that others can refer to.
 
 use std::collections::HashSet;
 
 use crate::scenario::LaneletNetwork;
 
-/// What kind of element a reference is to.
+/// Kind of element that a reference points to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Target {
     Lanelet,

@@ -1,4 +1,4 @@
-//! Shapes: those that enclose something, and the trucks and footprints that they make.
+//! Checks that shapes enclose an area, and builds trucks and footprints from them.
 
 use super::Place;
 use crate::formats::commonroad::ReadError;

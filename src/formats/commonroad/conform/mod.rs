@@ -1,8 +1,8 @@
-//! Making a scenario fit the schema of version 2020a, and saying what that took.
+//! Makes a scenario conform to the schema of version 2020a, and reports what that changed.
 //!
-//! Real files hold what the schema has no place for: intersections without roads, signs that say
-//! nothing, references to nothing, states without a heading. A scenario is written as it is; whoever
-//! needs a file that a validator accepts asks for this first.
+//! Real files hold what the schema has no place for: intersections without roads, signs without meaning, dangling
+//! references, states without a heading. A scenario is written as it is; callers that need a file a validator accepts
+//! run this first.
 
 mod road;
 mod traffic;
@@ -18,7 +18,7 @@ pub struct Conformed {
     pub scenario: Scenario,
     /// What was left out, filled in or replaced, one sentence each.
     pub changes: Vec<String>,
-    /// What the schema does not allow and nobody but the author can mend, one sentence each.
+    /// Schema violations that only the author can fix, one sentence each.
     pub violations: Vec<String>,
 }
 

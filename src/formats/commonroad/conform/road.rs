@@ -1,4 +1,4 @@
-//! Lanelets, signs, lights and intersections that fit the schema.
+//! Makes lanelets, signs, lights and intersections conform to the schema.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! Obstacles and planning problems that fit the schema.
+//! Makes obstacles and planning problems conform to the schema.
 
 use super::Report;
 use crate::geometry::Shape;

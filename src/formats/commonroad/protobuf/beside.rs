@@ -1,4 +1,4 @@
-//! Finding the other files of a scenario of 2024: beside the one that is opened, by the ids in them and by their names.
+//! Finds the sibling files of a 2024 scenario by the ids in them and by their names.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -23,7 +23,7 @@ pub(super) struct Folder {
     by_id: Option<HashMap<(Kind, String), Vec<PathBuf>>>,
 }
 
-/// Why a part was not found.
+/// Why a sibling file was not found.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum NotFound {
     /// No file is it.

@@ -1,4 +1,4 @@
-//! What can be said only of a whole scenario: references to nothing, and what cannot be true; with the fields they are in.
+//! Checks that need the whole scenario: dangling references and contradictions, with their fields.
 
 use super::report::{At, Report};
 use crate::formats::commonroad::builder::{Place, Target, Targets};

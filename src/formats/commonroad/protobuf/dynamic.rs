@@ -1,4 +1,4 @@
-//! The dynamic file of 2024: the traffic on a map, and what lights and signs do meanwhile.
+//! The dynamic file of 2024: the traffic on a map, and the changing states of lights and signs.
 
 use std::collections::BTreeMap;
 
@@ -13,14 +13,14 @@ use crate::formats::commonroad::ReadError;
 use crate::formats::commonroad::builder::{Place, ScenarioBuilder};
 use crate::scenario::{Environment, Header, LightPhase, Sign, SignElement, TrafficLight};
 
-/// What a dynamic file says, beside the obstacles.
+/// Contents of a dynamic file, except obstacles.
 pub(super) struct Dynamic {
     pub header: Header,
     pub environment: Option<Environment>,
     pub changes: Changes,
 }
 
-/// What lights and signs of the map do, by their ids, each with its place in the file.
+/// Changes to the map's lights and signs, by id, each with its place in the file.
 #[derive(Default)]
 pub(super) struct Changes {
     cycles: BTreeMap<i64, (usize, Cycle)>,

@@ -1,4 +1,4 @@
-//! The repeated elements of a file's own message.
+//! Repeated elements of a file's top-level message.
 
 use prost::Message;
 

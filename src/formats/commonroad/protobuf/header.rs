@@ -1,4 +1,4 @@
-//! What a file says about itself.
+//! File metadata.
 
 use std::collections::BTreeMap;
 

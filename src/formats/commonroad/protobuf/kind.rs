@@ -1,4 +1,4 @@
-//! Which of CommonRoad's protobuf messages some bytes are, from how they begin.
+//! Detects which CommonRoad protobuf message a file holds, from its first bytes.
 
 use super::wire::{Fields, Value, first};
 
@@ -15,7 +15,7 @@ pub(super) enum Kind {
     Scenario,
 }
 
-/// What the beginning of a file says.
+/// Information from the beginning of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Head {
     pub kind: Kind,

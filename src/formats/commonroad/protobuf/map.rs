@@ -1,4 +1,4 @@
-//! The map file of 2024: the road, and what stands beside it for good.
+//! The map file of 2024: the road and its permanent surroundings.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;

@@ -1,4 +1,4 @@
-//! The elements of the map file of 2024, one by one.
+//! Single elements of the map file of 2024.
 
 use super::messages::{IncomingGroup, MapIntersection, MapLanelet, MapLight, MapSign, MapStopLine};
 use super::report::At;

@@ -1,4 +1,4 @@
-//! Where a scenario takes place, and in what surroundings.
+//! The location of a scenario, and its environment.
 
 use super::messages;
 use super::report::At;

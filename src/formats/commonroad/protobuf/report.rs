@@ -1,4 +1,4 @@
-//! Where a message is in its file, and what is noted there.
+//! The position of a message in its file, and diagnostics at it.
 
 use std::cell::{Cell, RefCell};
 use std::fmt;
@@ -57,7 +57,7 @@ impl Report {
     }
 }
 
-/// Where a field is: the names of the fields that lead to it. Written out only where something is said about it.
+/// Path of a field: the names of the fields that lead to it. Formatted only for diagnostics.
 #[derive(Clone, Copy)]
 pub(super) struct At<'a> {
     pub report: &'a Report,

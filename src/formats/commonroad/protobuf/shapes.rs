@@ -1,4 +1,4 @@
-//! Regions and bodies.
+//! Regions and body shapes.
 
 use super::messages::shape::Shape as Content;
 use super::messages::{self, SemiTrailerTruckShape, ShapeGroup, TruckShape};
@@ -10,7 +10,7 @@ use crate::geometry::{Point, Shape, Truck};
 /// Groups inside groups, deeper than any file needs.
 const DEEPEST_GROUP: usize = 4;
 
-/// How the message of a shape is read, which differs between the versions.
+/// Decoder of a shape message, which differs between versions.
 pub(super) type Decode = fn(&At<'_>, &messages::Shape) -> Result<Option<Shape>, ReadError>;
 
 /// The body of an obstacle of 2024; nothing, with a diagnostic, where there is no shape in it.

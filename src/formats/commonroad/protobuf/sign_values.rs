@@ -1,4 +1,4 @@
-//! What signs of 2024 say: in the map, and anew in the dynamic file.
+//! Sign values of 2024: in the map, and updated in the dynamic file.
 
 use super::messages::MapSignElement;
 use super::report::At;

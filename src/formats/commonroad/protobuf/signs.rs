@@ -1,7 +1,7 @@
-//! Traffic signs: the countries' own numbers of them behind the numbers of the enumerations.
+//! Traffic signs: national sign numbers for the values of the enumerations.
 //!
-//! Files in XML carry the country's number (`274`), protobuf the place in an enumeration: one a country in 2020a
-//! (commonroad-io 2024.3), one for all in 2024 (commonroad-io 2026.1), which has the German signs at the same places.
+//! XML files carry the national number (`274`), protobuf an enumeration value: one enumeration a country in 2020a
+//! (commonroad-io 2024.3), one for all in 2024 (commonroad-io 2026.1), with the German signs at the same values.
 
 use super::messages::traffic_sign_element::Number;
 
@@ -107,7 +107,7 @@ pub(super) fn of_2020a(number: Number) -> Option<&'static str> {
     at(signs, place)
 }
 
-/// What a sign of 2024 is in a country.
+/// A sign of 2024 in a country.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sign2024 {
     /// The country's number.

@@ -38,7 +38,7 @@ fn position(at: &At<'_>, message: &messages::State) -> Result<Option<Position>, 
     Ok(region(&at.field("shape"), shape)?.map(Position::Region))
 }
 
-/// What is said of each quantity.
+/// The quantities of a state.
 fn quantities(m: &messages::State) -> [(F, Option<&messages::FloatExactOrInterval>); 34] {
     [
         (F::Orientation, m.orientation.as_ref()),

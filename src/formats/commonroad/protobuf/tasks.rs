@@ -1,4 +1,4 @@
-//! The scenario file of 2024: the planning problems, and which map and which traffic they are for.
+//! The scenario file of 2024: planning problems, and the map and traffic they refer to.
 
 use super::elements::Elements;
 use super::header::{self, Map};

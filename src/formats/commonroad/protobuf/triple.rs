@@ -1,4 +1,4 @@
-//! The scenario of 2024: a map, the traffic on it and the planning problems, in a file each.
+//! A scenario of 2024: map, traffic and planning problems, one file each.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Texts, numbers, points and words out of messages.
+//! Strings, numbers, points and enumeration names from messages.
 
 use std::borrow::Cow;
 

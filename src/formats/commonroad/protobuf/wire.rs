@@ -1,8 +1,8 @@
-//! The fields of a message one after the other, before it is known which message it is, and where it is cut off.
+//! Scans the fields of a message before its type is known, and finds where it is truncated.
 
 use prost::encoding::{WireType, decode_key, decode_varint};
 
-/// One field as it stands in the bytes.
+/// A field as encoded.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Field<'a> {
     /// Its number in the schema.
@@ -14,7 +14,7 @@ pub(super) struct Field<'a> {
     pub missing: u64,
 }
 
-/// What a field holds, as far as the bytes alone tell.
+/// Value of a field, as far as the encoding tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Value<'a> {
     Varint(u64),

@@ -1,4 +1,4 @@
-//! The words behind the numbers of the enumerations, in the order of the schemas (commonroad-io 2024.3 and 2026.1).
+//! Names of enumeration values, in schema order (commonroad-io 2024.3 and 2026.1).
 
 use crate::scenario::{
     LaneletType, LineMarking, ObstacleType, RoadUser, SignalColor, TrafficDirection,

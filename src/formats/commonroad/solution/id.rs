@@ -22,7 +22,7 @@ pub(super) struct BenchmarkId {
 
 impl BenchmarkId {
     /// # Errors
-    /// What is wrong with it, in words.
+    /// It is invalid, and why.
     pub fn parse(text: &str) -> Result<Self, String> {
         let bare: String = text.chars().filter(|c| !c.is_whitespace()).collect();
         let parts: Vec<&str> = bare.split(':').collect();

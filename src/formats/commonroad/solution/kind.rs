@@ -1,4 +1,4 @@
-//! The kinds of trajectories in a solution, and what their states hold.
+//! Trajectory kinds of a solution, and the quantities of their states.
 
 use crate::scenario::VehicleModel;
 use crate::scenario::plausibility::limits::{LARGEST_COORDINATE, LARGEST_NUMBER};
@@ -22,7 +22,7 @@ impl Field {
     }
 }
 
-/// What a trajectory of a solution is made of, in the schema's order.
+/// Trajectory kinds of a solution, in schema order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum TrajectoryKind {
     /// Accelerations along the world's axes; no states.

@@ -1,4 +1,4 @@
-//! CommonRoad solutions: the motions with which vehicles solve the planning problems of a scenario.
+//! CommonRoad solutions: vehicle motions that solve a scenario's planning problems.
 
 mod id;
 mod kind;
@@ -22,7 +22,7 @@ pub struct Solution {
     pub scenario_id: String,
     /// The version of the scenario's format, e.g. `2020a`.
     pub version: String,
-    /// When it was made, by a clock nobody knows the zone of; whole seconds are kept.
+    /// Creation time in an unknown time zone; whole seconds are kept.
     pub date: Option<DateTime>,
     /// How long it took to compute, seconds; positive.
     pub computation_time: Option<f64>,
@@ -34,7 +34,7 @@ pub struct Solution {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// How one vehicle solves one planning problem.
+/// One vehicle's solution of one planning problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProblemSolution {
     /// Id of the planning problem.
@@ -65,7 +65,7 @@ pub struct SolutionState {
     pub values: Vec<f64>,
 }
 
-/// Why something is not a solution that can be written.
+/// Why a solution cannot be written.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SolutionError {
     /// There is nothing in it.

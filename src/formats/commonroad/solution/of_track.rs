@@ -1,4 +1,4 @@
-//! A solution made of an ego's motion.
+//! Builds a solution from an ego's motion.
 
 use super::{
     ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory, TrajectoryKind,
@@ -6,7 +6,7 @@ use super::{
 use crate::geometry::angle_between;
 use crate::scenario::{Header, Motion, Track, VehicleModel, VehicleType};
 
-/// The cost function that is named where nobody chose one; it is defined for every model that is not a point mass.
+/// The default cost function; it is defined for every model except the point mass.
 const COST: &str = "SM1";
 
 /// The one that is defined for a point mass.
@@ -35,10 +35,10 @@ impl Solution {
 impl ProblemSolution {
     /// The recorded steps of `track`, `dt` seconds apart, as states of `model`.
     ///
-    /// Positions stay the centre of the vehicle, as solutions have them. A point mass gets the velocity along
-    /// the heading. The kinematic single-track model gets the steering angle with which a vehicle of this
-    /// wheelbase turns as the track does until the next step, δ = atan(l · Δψ / Δs); at standstill and at the end it
-    /// is held, and it is 0 before the first movement. Nobody checks here whether the vehicle could steer so.
+    /// Positions stay the centre of the vehicle, as solutions have them. A point mass gets the velocity along the
+    /// heading. The kinematic single-track model gets the steering angle with which a vehicle of this wheelbase turns
+    /// as the track does until the next step, δ = atan(l · Δψ / Δs); at standstill and at the end it is held, and it is
+    /// 0 before the first movement. Whether the vehicle could steer so is not checked.
     ///
     /// # Errors
     /// The track is empty, or the model has states that do not follow from an ego's motion.

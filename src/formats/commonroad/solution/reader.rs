@@ -1,4 +1,4 @@
-//! Solutions from XML: elements in any order, every mistake with its place.
+//! Reads solutions from XML: elements in any order, every error with its place.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! Solutions as XML that follows the schema.
+//! Writes solutions as schema-valid XML.
 
 use std::collections::HashSet;
 

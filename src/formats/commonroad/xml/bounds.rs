@@ -1,4 +1,4 @@
-//! Bounds of what is read: depth, attributes, and how many there are of anything.
+//! Limits on input: nesting depth, attributes, and counts of elements.
 
 use super::{Element, Xml, short};
 use crate::formats::commonroad::error::ReadError;

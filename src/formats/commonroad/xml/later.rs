@@ -1,4 +1,4 @@
-//! What can be said of an element only once the whole file is read: it is remembered with those around it.
+//! Diagnostics deferred until the whole file is read, kept with the enclosing elements.
 
 use std::rc::Rc;
 
@@ -12,14 +12,14 @@ pub(in crate::formats::commonroad) struct Place<'a> {
     around: Rc<[Element<'a>]>,
 }
 
-/// What is remembered.
+/// Elements kept for later diagnostics.
 #[derive(Debug, Default)]
 pub(super) struct Later<'a> {
     /// References met so far.
     references: Vec<(Place<'a>, i64)>,
     /// Speed limits of version 2018b, by lanelet.
     speed_limits: Vec<(i64, f64, Place<'a>)>,
-    /// States and goals since the last top element, for what is found of them afterwards.
+    /// States and goals since the last top-level element, for later diagnostics.
     marks: Vec<Place<'a>>,
     /// The elements around the last one, which are those around the next one more often than not.
     around: Rc<[Element<'a>]>,

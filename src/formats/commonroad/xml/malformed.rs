@@ -1,4 +1,4 @@
-//! Words for what is no XML at all.
+//! Messages for malformed XML.
 
 use quick_xml::errors::{Error, SyntaxError};
 

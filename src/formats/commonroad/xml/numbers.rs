@@ -1,4 +1,4 @@
-//! Numbers in elements and attributes: those that cannot be meant are refused with their place.
+//! Numbers in elements and attributes: implausible ones are rejected with their place.
 
 use super::{Element, Xml, short};
 use crate::formats::commonroad::builder;

@@ -1,4 +1,4 @@
-//! Searching in the text: where a word stands, and going from one place to the next.
+//! Search in the editor: matches, and jumping between them.
 
 use super::Editor;
 

@@ -1,4 +1,4 @@
-//! What was changed in a text, to undo and redo it: typed words at a time, everything else change by change.
+//! Undo and redo: typed words are grouped, every other change is its own step.
 
 use edtui::Index2;
 
@@ -35,7 +35,7 @@ impl History {
         self.back.drain(..dropped);
     }
 
-    /// The cursor went elsewhere: what is typed next is a change of its own.
+    /// The cursor moved elsewhere: further typing starts a new undo step.
     pub fn rest(&mut self) {
         self.typing = None;
     }

@@ -1,4 +1,4 @@
-//! Moving in the text, and selecting on the way.
+//! Cursor movement and selection.
 
 use edtui::actions::{Execute, SwitchMode};
 use edtui::{EditorMode, Index2};

@@ -1,11 +1,11 @@
-//! Parts of the editor: where it was drawn, its styles, its clipboard.
+//! Parts of the editor: its area on the screen, styles and clipboard.
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
 use edtui::clipboard::ClipboardTrait;
 
-/// Where the text was drawn last.
+/// Position of the text on the screen.
 #[derive(Debug, Default, Clone)]
 pub struct EditorDrawn {
     /// Cells of the text, without line numbers: column, row, columns, rows.

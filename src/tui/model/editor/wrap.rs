@@ -1,4 +1,4 @@
-//! How long lines are wrapped: between words where there are any.
+//! Soft wrapping of long lines, between words where possible.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! What is typed above the list: words that match fuzzily, and terms such as `tag:cut_in` or `risk<3`.
+//! The list filter: fuzzy words, and terms such as `tag:cut_in` or `risk<3`.
 
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
@@ -40,7 +40,7 @@ impl Filter {
         !self.words.atoms.is_empty()
     }
 
-    /// Whether it asks for what is known only after a scenario was read.
+    /// Whether it needs facts known only after a scenario was read.
     #[must_use]
     pub fn needs_facts(&self) -> bool {
         self.terms.iter().any(|term| term.test.needs_facts())
@@ -81,7 +81,7 @@ impl Filter {
     }
 }
 
-/// What matching needs besides the texts; made once for many of them.
+/// Reusable state of the fuzzy matcher.
 #[derive(Debug)]
 pub struct Matching {
     matcher: Matcher,

@@ -1,4 +1,4 @@
-//! Groups of the list: by country, folder, tag or what stored answers say.
+//! Grouping of the list: by country, folder, tag or verdicts of stored answers.
 
 use super::Row;
 
@@ -52,7 +52,7 @@ impl Grouping {
         }
     }
 
-    /// Whether it asks for what is known only after a scenario was read.
+    /// Whether it needs facts known only after a scenario was read.
     #[must_use]
     pub fn needs_facts(self) -> bool {
         matches!(self, Self::Country | Self::Tag | Self::Verdict)
@@ -95,7 +95,7 @@ impl Grouping {
     }
 }
 
-/// What the stored answers about a scenario say, held against the built-in judge.
+/// Agreement of a scenario's stored answers with the built-in judge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Agreement {
     /// One or more of them differ.

@@ -1,4 +1,4 @@
-//! By what the list is sorted.
+//! Sort orders of the list.
 
 use std::cmp::Ordering;
 
@@ -75,7 +75,7 @@ impl Order {
         }
     }
 
-    /// Whether it asks for what is known only after a scenario was read.
+    /// Whether it needs facts known only after a scenario was read.
     #[must_use]
     pub fn needs_facts(self) -> bool {
         !matches!(self, Self::Found | Self::Name)

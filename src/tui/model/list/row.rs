@@ -1,4 +1,4 @@
-//! A scenario in the list, and what is known of it.
+//! One scenario of the list, with its facts.
 
 use super::group::Agreement;
 use super::terms::HEADLINE;
@@ -11,7 +11,7 @@ use crate::tui::loaded::{Facts, country_of};
 pub struct Row {
     /// The scenario.
     pub entry: Entry,
-    /// What is known of it, once it is.
+    /// Its facts, once known.
     pub facts: Option<Result<Facts, String>>,
     /// The most dangerous value of the measure by which the list is sorted; the outer one is whether it is known.
     pub value: Option<Option<f64>>,
@@ -34,7 +34,7 @@ impl Row {
         }
     }
 
-    /// What is known of it, if it could be read.
+    /// Its facts, if it could be read.
     #[must_use]
     pub fn facts(&self) -> Option<&Facts> {
         self.facts.as_ref()?.as_ref().ok()

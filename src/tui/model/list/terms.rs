@@ -1,10 +1,10 @@
-//! Terms of the filter: what they are called, what they ask of a scenario, and what is wrong with one.
+//! Filter terms: names, conditions on a scenario, and errors.
 
 use super::Row;
 use super::group::Agreement;
 use crate::metrics::{MEASURES, Measure};
 
-/// What there is to ask, for help: the term and its meaning.
+/// Filter terms for help: term and meaning.
 pub const TERMS: &[(&str, &str)] = &[
     (
         "tag:cut_in",
@@ -36,7 +36,7 @@ pub struct Term {
     pub negated: bool,
 }
 
-/// What is asked of a scenario.
+/// A condition on a scenario.
 #[derive(Debug, Clone)]
 pub enum Test {
     /// Whether a tag has this part, in small letters.
@@ -53,7 +53,7 @@ pub enum Test {
     Number(Number, Comparison, f64),
 }
 
-/// What a scenario may have.
+/// A property that a scenario may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Thing {
     /// A contact of the ego.
@@ -89,7 +89,7 @@ pub enum Number {
     Answers,
 }
 
-/// How numbers compare.
+/// Comparison operators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Comparison {
     Less,
@@ -201,7 +201,7 @@ fn number(
 }
 
 impl Test {
-    /// Whether it is about what is known only after a scenario was read.
+    /// Whether it needs facts known only after a scenario was read.
     pub fn needs_facts(&self) -> bool {
         !matches!(self, Self::Folder(_) | Self::Has(Thing::Tags, _))
     }

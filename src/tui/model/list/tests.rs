@@ -1,4 +1,4 @@
-//! The language of the filter, groups, and orders while rows arrive.
+//! Tests of filter terms, groups, and orders while rows arrive.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Everything about the picked obstacle at the cursor: words that the window shows and the clipboard gets.
+//! Details of the picked obstacle at the cursor, as lines for the window and the clipboard.
 
 use super::Model;
 use crate::metrics::{Encounter, Relation};
@@ -11,7 +11,7 @@ use crate::tui::widgets::words::{hundredths, number};
 pub enum Detail {
     /// What comes next is about this.
     Title(String),
-    /// A word and what there is to say about it.
+    /// A name and its value.
     Said(&'static str, String),
 }
 

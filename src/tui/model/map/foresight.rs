@@ -1,4 +1,4 @@
-//! Where somebody may be going: what the built-in judge predicts, and the way straight on.
+//! Predicted paths of an obstacle: those of the built-in judge, and constant velocity.
 
 use std::sync::Arc;
 
@@ -25,11 +25,11 @@ pub struct Future {
     pub who: On,
     /// The predicted courses at the middle speed, each with its probability, the likeliest first.
     pub courses: Vec<(f64, Vec<Point>)>,
-    /// Straight on with the recorded velocity: what would be if nobody did anything.
+    /// Constant velocity: straight on as recorded at the step.
     pub straight: Vec<Point>,
 }
 
-/// What was asked for: everything else follows from it.
+/// The request, from which everything else follows.
 #[derive(Debug, Clone)]
 struct Asked {
     scene: Arc<Scene>,

@@ -1,4 +1,4 @@
-//! What the map shows: layers that are switched on and off, in one struct that can be saved.
+//! Map layers that can be switched on and off, in one struct that can be saved.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Foreseen {
-    /// Nobody's.
+    /// No paths.
     #[default]
     Off,
     /// The picked obstacle's.
@@ -26,7 +26,7 @@ impl Foreseen {
         }
     }
 
-    /// In words.
+    /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -51,7 +51,7 @@ pub struct Layers {
     pub trails: bool,
     /// Predicted and counterfactual paths.
     pub paths: Foreseen,
-    /// Regions that somebody may cover.
+    /// Occupancy sets.
     pub occupancy: bool,
     /// Names beside vehicles.
     pub labels: bool,

@@ -1,11 +1,11 @@
-//! The measuring tape: two ends in the world, each free or on a body that it moves with.
+//! The measuring tape: two ends in world coordinates, each free or attached to a moving body.
 
 use super::Model;
 use crate::geometry::{Gap, Placed, Point, Tip};
 use crate::scenario::Motion;
 use crate::tui::loaded::Opened;
 
-/// Who an end of the tape is on.
+/// Attachment of a tape end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum On {
     /// The ego.
@@ -32,7 +32,7 @@ pub struct Tape {
     pub to: End,
 }
 
-/// What the tape says.
+/// The tape's measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measurement {
     /// The distance and where it was taken.

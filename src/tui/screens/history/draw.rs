@@ -1,4 +1,4 @@
-//! Draws the list of runs, and the selected run beside or below it.
+//! Draws the run list, and the selected run beside or below it.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};

@@ -1,4 +1,4 @@
-//! The history of runs: a list that is searched, and the selected run beside or below it.
+//! The run history: a searchable list, and the selected run beside or below it.
 
 mod draw;
 mod news;

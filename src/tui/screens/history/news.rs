@@ -1,4 +1,4 @@
-//! What the store says to the history.
+//! Replies of the store to the run history.
 
 use super::{HistoryScreen, details, read, runs};
 use crate::store::Edge;

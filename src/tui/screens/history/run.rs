@@ -1,4 +1,4 @@
-//! Everything about one run of the store, as text.
+//! All details of one stored run, as text.
 
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};

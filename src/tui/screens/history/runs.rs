@@ -1,4 +1,4 @@
-//! What is done with the selected run: pinning, deleting, noting, copying, reopening.
+//! Actions on the selected run: pin, delete, annotate, copy, reopen.
 
 use super::follow;
 use crate::store::RunId;

@@ -1,4 +1,4 @@
-//! What is typed in the history: words to search for, notes, names of files.
+//! Text input of the history: search words, notes, file names.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The answers behind a number of the matrix.
+//! The answers behind a cell of the matrix.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

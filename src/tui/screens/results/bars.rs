@@ -1,4 +1,4 @@
-//! What techniques make of a model: its F1 by techniques, as bars with their intervals.
+//! Bars of a model's F1 by technique, with confidence intervals.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! The list of what can be counted: batches with their own truth, and everything.
+//! Picker for what to count: batches with their own ground truth, or all answers.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};

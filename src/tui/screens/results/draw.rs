@@ -1,4 +1,4 @@
-//! Draws the matrix of all ways of asking, with what techniques make of the selected one below it.
+//! Draws the matrix of prompt configurations, and bars by technique for the selected one.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -23,7 +23,7 @@ pub const HEADS: [&str; 8] = ["n", "tp", "fp", "fn", "tn", "open", "unp", "fail"
 /// Columns of a way at most: the numbers stay near it on a wide screen.
 pub const NAMES: usize = 64;
 
-/// Head of the column of false negatives that say yes and name somebody else.
+/// Header of the column of false negatives that say yes but name another obstacle.
 const ANOTHER: &str = "named another";
 
 /// Columns from which on the intervals of F1 stand in the matrix too.

@@ -1,4 +1,4 @@
-//! What all stored answers come to: a matrix of all ways of asking, the answers of a cell, and what is counted.
+//! Results of all stored answers: a matrix of prompt configurations, the answers of a cell, and the source counted.
 
 mod answers;
 mod bars;

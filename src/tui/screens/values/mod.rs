@@ -1,4 +1,4 @@
-//! Every measure of the scene and of the picked obstacle at the current step, and the thresholds.
+//! All measures of the scene and of the picked obstacle at the current step, with thresholds.
 
 mod thresholds;
 
@@ -52,7 +52,7 @@ impl Screen for ValuesScreen {
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         let who = model
             .picked
-            .map_or("nobody".to_string(), |id| id.to_string());
+            .map_or("no obstacle".to_string(), |id| id.to_string());
         let (steps, scroll) = (hints::steps(model, "step"), hints::scroll(model));
         let title = format!(
             "{who} at {:.1} s, step {} · {} step · {} obstacle · {} scroll · {}",

@@ -1,4 +1,4 @@
-//! The thresholds in use and where each is from.
+//! The thresholds in use, and the source of each.
 
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Line;

@@ -1,4 +1,4 @@
-//! Who could attack; and what a model chose and wrote, what became of each answer, what it took, and its reasons.
+//! Possible attackers, and what a model chose and wrote: the outcome, cost and reasons of each answer.
 
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
@@ -115,7 +115,7 @@ fn chosen(choice: &Choice) -> String {
     }
 }
 
-/// Who could attack, each answer with what became of it, and what all of them took.
+/// Possible attackers, each answer with its outcome, and the total consumption.
 pub fn written(lines: &mut Lines, model: &Model, wrote: &Authorship, attacker: Option<i64>) {
     both(lines, wrote, attacker);
     let (authored, theme) = (&wrote.authored, &model.theme);

@@ -1,4 +1,4 @@
-//! What the variant is and leads to, and where it differs at the cursor, at the right, so that the map stays in sight.
+//! The variant: its attack, its outcome and its differences at the cursor, in a panel beside the map.
 
 mod authorship;
 

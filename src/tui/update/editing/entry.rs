@@ -1,4 +1,4 @@
-//! The line below the editor: a word to find, the number of a line, the name of a new template.
+//! The input line below the editor: search words, line numbers, names of new templates.
 
 use super::super::super::keymap::{Code, Key, edit_line};
 use super::super::super::message::Effect;
@@ -104,7 +104,7 @@ fn go(model: &mut Model, find: &Find, forward: bool) {
     }
 }
 
-/// Stays at what was found; of an empty line, at the next place of what was looked for last.
+/// Stays at the match; on an empty line, jumps to the next match of the last search.
 fn found(model: &mut Model) -> Vec<Effect> {
     let Some(EntryLine::Find(find)) = model.prompt.entry.take() else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! What keys mean in the editor: commands of the table, and everything else as its kind of keys has it.
+//! Editor keys: actions of the table, everything else by key style.
 
 use edtui::events::KeyInput;
 
@@ -7,7 +7,7 @@ use super::super::super::keymap::{Code, Key, Keymap, editor_input};
 use super::super::super::model::Editor;
 use crate::settings::Keys;
 
-/// What a key did to the text.
+/// Effect of a key on the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Typed {
     /// It is another one.

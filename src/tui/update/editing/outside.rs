@@ -1,4 +1,4 @@
-//! The user's own editor: the template goes there and comes back.
+//! Round trip of a template through the external editor.
 
 use super::super::super::action::{Action, Scope};
 use super::super::super::message::{Effect, Outside};

@@ -1,4 +1,4 @@
-//! Saving templates, choosing among them, and reading them again.
+//! Saves, selects and reloads templates.
 
 use super::super::super::action::Action;
 use super::super::super::message::Effect;

@@ -1,4 +1,4 @@
-//! What the list of tasks says of making a scenario dangerous.
+//! Entries of the task list about scenario generation.
 
 use std::time::Duration;
 

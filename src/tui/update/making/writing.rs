@@ -1,4 +1,4 @@
-//! A model makes the open scenario dangerous: begun, heard, and counted.
+//! Generation with a model as author: start, progress and cost.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -52,7 +52,7 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     model.say(format!(
         "{asked} is asked{anew} {what}; the ego is planned with {words}; {key} stops it"
     ));
-    // A variant has a name of its own, and the question is about its original.
+    // A variant has another name, and the question is about its original.
     let name = opened_name(model);
     let writer = Writer {
         model: asked,

@@ -1,4 +1,4 @@
-//! Planned egos that were planned before: shown again without planning, and written to files.
+//! Kept planner drives: shown without planning again, and exported.
 
 use super::super::super::action::Action;
 use super::super::super::loaded::{DriveFiles, DriveKey, Opened};

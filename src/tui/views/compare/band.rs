@@ -1,4 +1,4 @@
-//! Below the answers: the claims of the column that has the keys; over them: why one is wrong, and what ratings add up to.
+//! Bands around the answers: claims of the focused column below; over them why one is wrong, and rating totals.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! The fields of an answer, the same rows for every answer; rows in which answers differ are marked.
+//! Answer fields, one row each for all answers; rows that differ are marked.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};

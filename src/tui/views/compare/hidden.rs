@@ -1,4 +1,4 @@
-//! What must not be seen in blind mode: whose an answer is.
+//! Blind mode: hides which model wrote an answer.
 
 use std::borrow::Cow;
 

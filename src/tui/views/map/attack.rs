@@ -1,5 +1,5 @@
-//! The two motions of a variant's attacker over each other: as recorded dashed, as changed a thick line, and the body
-//! that is not driven in what is shown hollow.
+//! The attacker's two motions over each other: the recorded one dashed, the changed one a thick line; the body not
+//! driven in the shown scene is hollow.
 
 use ratatui::style::{Modifier, Style};
 use ratatui::widgets::canvas::{Context, Line};

@@ -1,4 +1,4 @@
-//! The words and signs on top of the map: each in cells of its own, what comes first has its place first.
+//! Places labels and symbols on the map without overlap, in order of priority.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -23,7 +23,7 @@ impl Area {
     }
 }
 
-/// What something covers on the canvas, metres from the middle.
+/// An area covered on the canvas, metres from the middle.
 #[derive(Clone, Copy)]
 pub struct Body {
     /// From left to right.

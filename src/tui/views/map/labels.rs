@@ -1,4 +1,4 @@
-//! Names beside the vehicles that matter now: few, and never one over another.
+//! Names beside the vehicles that matter now: few, and never overlapping.
 
 use ratatui::style::{Modifier, Style};
 

@@ -1,4 +1,4 @@
-//! What the signs on the map mean, on its lower border: only those that are there, as many as there is room for.
+//! The legend on the map's lower border: only symbols in view, as many as fit.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! Where everyone was and is recorded to go, and where they may go: each with a line of its own kind.
+//! Past, recorded and predicted paths, each with its own line style.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::{Context, Points};
@@ -15,7 +15,7 @@ use crate::tui::model::{Foreseen, Model, On};
 const TRAIL: f64 = 2.0;
 /// Dots of a dash and of the gap behind it.
 pub const DASH: (f64, f64) = (5.0, 4.0);
-/// Dots from one cross to the next where somebody goes straight on.
+/// Dots between the crosses of a constant-velocity path.
 const APART: f64 = 9.0;
 /// Pieces of a line that are longer than this are no pieces of a road, metres.
 const FARTHEST: f64 = 1e100;

@@ -1,7 +1,7 @@
-//! What the planner saw and chose at the cursor, and the recorded ego beside the planned one.
+//! The planner's view at the cursor, and the recorded ego beside the planned one.
 //!
-//! Candidates that can be driven are lines, rejected ones dots, the chosen one a thick line with the seconds written on
-//! it; predicted bodies are outlines; where the recorded ego went is dashed, and its body hollow.
+//! Feasible candidates are lines, rejected ones dots, the chosen one a thick line with its seconds; predicted bodies
+//! are outlines; the recorded ego's path is dashed and its body hollow.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::{Context, Points};
@@ -89,7 +89,7 @@ pub fn seconds(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection) {
     let places = cycle.chosen.iter().step_by(cycle.second).skip(1);
     let mut last = cycle.chosen.first().copied();
     for (place, second) in places.zip(1..10) {
-        // Whoever stands would have all of them in one cell.
+        // For a standing vehicle, all would fall into one cell.
         if last.is_some_and(|last| (place - last).norm() < 2.0 * view.cell.0) {
             continue;
         }

@@ -1,4 +1,4 @@
-//! Regions of the world: environment obstacles, regions that somebody may cover, goals.
+//! Regions: environment obstacles, occupancy sets, goals.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::Context;
@@ -115,7 +115,7 @@ fn place(opened: &Opened, goal: &Goal, view: &Projection) -> Option<Point> {
     seen.min_by(|a, b| away(a).total_cmp(&away(b)))
 }
 
-/// A goal in words.
+/// Describes a goal.
 pub fn words(goal: &Goal, dt: f64) -> String {
     let mut words = vec!["goal".to_string()];
     let lanelets = goal.lanelets();

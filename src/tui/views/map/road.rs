@@ -1,4 +1,4 @@
-//! Lane borders by their marking, crosswalks, driving directions, goal lanelets and stop lines.
+//! Lane borders by marking, crosswalks, driving directions, goal lanelets and stop lines.
 
 use ratatui::style::Color;
 use ratatui::widgets::canvas::{Context, Points};

@@ -22,7 +22,7 @@ const POST: &str = "▫";
 /// More letters than this of a sign's number are no number.
 const LONGEST: usize = 8;
 
-/// What was put on the map.
+/// Kinds of symbols placed on the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Placed {
     /// Whether there are lights.

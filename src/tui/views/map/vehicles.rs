@@ -1,4 +1,4 @@
-//! Bodies in their real sizes, filled, with the windscreen left out where there is room for it.
+//! Bodies to scale, filled, the windscreen left out where it fits.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::canvas::Context;
@@ -236,7 +236,7 @@ fn draw_body(ctx: &mut Context<'_>, view: &Projection, drawn: &Drawn<'_>) {
         let base = here + forward * part(POINTED);
         let nose = here + forward * front + aside * f64::midpoint(left, right);
         fill(&[base + aside * left, nose, base + aside * right]);
-        // Somebody narrow may lie between all dots.
+        // A narrow body may fall between all dots.
         stroke(ctx, view, &[here + forward * rear, nose], color);
         return;
     } else {

@@ -1,4 +1,4 @@
-//! Two axes with round numbers, and the area between them.
+//! Plot axes with round numbers, and the area between them.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -13,7 +13,7 @@ const ROWS_WITH_LINE: u16 = 8;
 /// Columns that a number of the lower axis needs.
 const COLUMNS: u16 = 7;
 
-/// What is at the two ends of an axis.
+/// Values at the two ends of an axis.
 pub type Range = (f64, f64);
 
 /// Numbers of the axis upwards that a plot of so many rows has room for.

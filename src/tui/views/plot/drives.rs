@@ -1,5 +1,5 @@
-//! The planned and the recorded ego over time: their speeds, or the distance between them; of a variant the attacker's
-//! risk scores before and after.
+//! Planned and recorded ego over time: speeds, or the distance between them; for a variant also the attacker's risk
+//! before and after.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -34,7 +34,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     let dt = opened.scenario.dt();
     let curves = curves(model, opened, planned, what);
     let now = model.clock.step() as f64 * dt;
-    // What is said where there is little room: the axis says the unit of speeds.
+    // The short label where room is scarce: the axis names the unit of speeds.
     let (name, unit, short) = match what {
         Drives::Risk => ("attacker's risk", "", ("risk", "")),
         Drives::Speed => ("speed", "m/s", ("", "")),

@@ -1,4 +1,4 @@
-//! What the template changes in the shipped one, and what else the user overrides.
+//! Differences from the shipped template, and the user's other overrides.
 
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};

@@ -1,4 +1,4 @@
-//! The editor in its full size: the template, its state, and what comes of it beside it.
+//! The full-size editor: the template, its status, and the rendered result beside it.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -66,7 +66,7 @@ fn template(f: &mut Frame<'_>, area: Rect, model: &Model, wide: bool) {
     f.render_widget(status(model, usize::from(below.width), wide), below);
 }
 
-/// The line below the text: what is asked for, or where the cursor is and what the question would cost.
+/// The line below the text: the input prompt, or the cursor position and the question's cost.
 fn status(model: &Model, width: usize, wide: bool) -> Line<'static> {
     let theme = &model.theme;
     let prompt = &model.prompt;
@@ -118,7 +118,7 @@ fn status(model: &Model, width: usize, wide: bool) -> Line<'static> {
     line
 }
 
-/// What comes of the template, and what it would cost.
+/// The rendered template and its cost.
 fn beside(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let prompt = &model.prompt;
     let theme = &model.theme;

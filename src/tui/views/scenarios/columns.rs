@@ -1,4 +1,4 @@
-//! The columns of the list behind the names: which of them fit, and what stands in them.
+//! Columns of the list after the names: which of them fit, and their contents.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Span;
@@ -69,7 +69,7 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
         Order::Duration => Some(Column::Duration),
         Order::Found | Order::Name | Order::Verdicts => None,
     };
-    // Names come first: whether answers agree is told where they fit beside them.
+    // Names come first: agreement of answers is shown if it fits beside them.
     let sorting: usize = sorted.iter().map(|c| c.width()).sum();
     let named = 2 + list.longest.min(LEAST) + Column::Risk { wide: false }.width() + sorting;
     let narrow = Column::Answers { wide: false };

@@ -1,4 +1,4 @@
-//! The ruler below the strips: seconds, the cursor, and marks for what is to be found where.
+//! The ruler below the strips: seconds, cursor, and marks for events.
 
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
@@ -34,7 +34,7 @@ pub fn marks(model: &Model, column: &dyn Fn(i64) -> usize) -> Vec<Mark> {
     marks
 }
 
-/// A row of its own for the marks, with a line along the window.
+/// A separate row for the marks, with a line along the window.
 pub fn marks_row(model: &Model, width: usize, column: &dyn Fn(i64) -> usize) -> Line<'static> {
     let dim = Style::new().fg(model.theme.dim);
     let mut cells = vec![Span::styled(" ", dim); width];

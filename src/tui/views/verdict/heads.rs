@@ -1,4 +1,4 @@
-//! What the columns of the table are headed: models in little room, and still told apart.
+//! Column headers of the verdict table: model names shortened but distinguishable.
 
 use unicode_width::UnicodeWidthStr;
 

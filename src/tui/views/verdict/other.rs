@@ -1,4 +1,4 @@
-//! Answers that are no yes or no: who could attack the ego, and how an attacker is to move.
+//! Answers beyond yes or no: possible attackers, and new motions for an attacker.
 
 use ratatui::style::Style;
 use ratatui::text::{Line, Text};

@@ -1,4 +1,4 @@
-//! Answers of models: Markdown, with the JSON in it as JSON.
+//! Highlighting of model answers: Markdown with embedded JSON.
 
 use ratatui::text::Line;
 

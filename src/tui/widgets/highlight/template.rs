@@ -1,4 +1,4 @@
-//! Templates: front matter, Markdown, and what the template language makes of it.
+//! Highlighting of templates: front matter, Markdown and template syntax.
 
 use ratatui::style::{Modifier, Style};
 
