@@ -4,7 +4,7 @@ mod verify;
 
 use std::sync::Arc;
 
-use super::avoidable::{Avoidance, Certificate, Finder, NotFound, Searched, Unavoidable};
+use super::certificate::{Avoidance, Certificate, Finder, NotFound, Searched, Unavoidable};
 use super::{ClosedLoop, Effect, Evasion};
 use crate::planner::{Forecast, VehicleState};
 use crate::scenario::{ObstacleRole, Scenario};

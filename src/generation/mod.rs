@@ -6,8 +6,8 @@
 mod attack;
 mod attack_context;
 pub mod attacker;
-mod avoidable;
 mod capability;
+mod certificate;
 mod change;
 mod choice;
 mod closed_loop;
@@ -33,10 +33,10 @@ mod waypoints;
 
 pub use attack::{Attack, Ground};
 pub use attack_context::AttackContext;
-pub use avoidable::{
+pub use capability::Capability;
+pub use certificate::{
     Avoidability, Avoidance, Certificate, DELAYS, Finder, NotFound, Searched, Unavoidable,
 };
-pub use capability::Capability;
 pub use change::{Change, ChangeError};
 pub use choice::{SelectedAttack, choose};
 pub use closed_loop::{Baseline, ClosedLoop, Consequence, Effect, RiskCurve};

@@ -16,8 +16,8 @@ use super::key_command::KeyCommand;
 use super::limits::Limits;
 use super::price::{Prices, Pricing};
 use super::quirks::Quirks;
+use super::redaction::is_loopback;
 use super::request::{Parameters, Request};
-use super::secrets::is_loopback;
 
 /// A server that serves models, and how to treat it.
 #[derive(Clone)]

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::attempt::RetryHint;
 use super::error_body::{LONGEST_QUOTE, tidy};
-use super::secrets::Secrets;
+use super::redaction::Secrets;
 
 /// Place of an error: the provider and the address without its secrets.
 #[derive(Clone, Debug, PartialEq, Eq)]

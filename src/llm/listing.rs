@@ -2,8 +2,8 @@
 
 use jiff::civil::Date;
 
+use super::api_keys::Environment;
 use super::dialect::Dialect;
-use super::environment::Environment;
 use super::price::Pricing;
 use super::provider::{ModelEntry, Provider, Words};
 use super::registry::Registry;

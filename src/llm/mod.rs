@@ -22,6 +22,7 @@
 //! ```
 
 mod accumulator;
+mod api_keys;
 mod attempt;
 /// Batches that providers work off at half the price.
 pub mod batch;
@@ -33,7 +34,6 @@ mod deadlines;
 mod decoder;
 mod dialect;
 mod endpoint;
-mod environment;
 mod error;
 mod error_body;
 mod events;
@@ -43,29 +43,29 @@ mod key_command;
 mod limits;
 mod listing;
 mod outage;
+mod portable_schema;
 mod price;
 mod probe;
 mod provider;
 mod quirks;
 mod reach;
 mod redact;
+mod redaction;
 mod registry;
 mod request;
 mod retry;
-mod schema;
-mod secrets;
 mod sending;
 mod streaming;
 mod text;
 mod think;
 
+pub use api_keys::{Environment, ResolvedKey, without_secrets};
 pub use attempt::RetryHint;
 pub use budget::{Budget, OverBudget};
 pub use chunk::{Chunk, Cost, CostSource, Finish, LONGEST_ANSWER, Usage};
 pub use client::Client;
 pub use dialect::{Auth, Dialect, body, notes};
 pub use endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
-pub use environment::{Environment, ResolvedKey, without_secrets};
 pub use error::{Error, Place, TimeoutKind};
 pub use frames::decode;
 pub use key_command::KeyCommand;
@@ -77,9 +77,9 @@ pub use probe::{Discovered, probe};
 pub use provider::RegistryError;
 pub use quirks::{Efforts, Quirks, StatedQuirks, Temperature};
 pub use reach::{Reach, Reached, reach};
+pub use redaction::Secrets;
 pub use registry::Registry;
 pub use request::{Effort, Message, Parameters, Request, Role, Schema};
-pub use secrets::Secrets;
 
 use futures_util::stream::{self, Stream, StreamExt};
 

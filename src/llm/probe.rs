@@ -5,11 +5,11 @@ use std::time::Duration;
 use futures_util::future::join_all;
 use serde_json::Value;
 
+use super::api_keys::Environment;
 use super::client::Client;
 use super::deadlines::Deadlines;
 use super::dialect::Dialect;
 use super::endpoint::{Endpoint, Timeouts};
-use super::environment::Environment;
 use super::error::Error;
 use super::registry::Registry;
 use super::text::whole;

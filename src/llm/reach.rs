@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use futures_util::future::join_all;
 
+use super::api_keys::Environment;
 use super::client::Client;
-use super::environment::Environment;
 use super::error::Error;
 use super::listing::KeyState;
 use super::probe::list;

@@ -1,7 +1,7 @@
 //! Redacts secrets in the two streamed texts of an answer.
 
 use super::chunk::Chunk;
-use super::secrets::{Redactor, Secrets};
+use super::redaction::{Redactor, Secrets};
 
 /// Takes secrets out of the two texts of an answer.
 #[derive(Debug, Default)]

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use serde::Deserialize;
 
+use super::api_keys::{Environment, ResolvedKey};
 use super::endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
-use super::environment::{Environment, ResolvedKey};
 use super::limits::Limits;
 use super::price::{PriceEntry, Prices};
 use super::provider::{PriceLine, Provider, RegistryError, Words};

@@ -22,8 +22,8 @@ use super::error::Error;
 use super::error_body::tidy;
 use super::frames::{Frames, ended, frames, step};
 use super::redact::Redactors;
+use super::redaction::Secrets;
 use super::request::Request;
-use super::secrets::Secrets;
 use super::sending::{Ready, Sending};
 use super::text::{texts, whole};
 

@@ -1,8 +1,8 @@
 //! What the user wants: folders, the configuration file, themes, tags; built-in defaults, then file, then environment.
 
 mod config;
+mod editor_keys;
 mod folders;
-mod keys;
 mod planner;
 mod tags;
 mod text_file;
@@ -11,8 +11,8 @@ mod validation;
 mod values;
 
 pub use config::{Config, ConfigError};
+pub use editor_keys::Keys;
 pub use folders::Folders;
-pub use keys::Keys;
 pub use planner::PlannerKey;
 pub use tags::Tags;
 pub use text_file::TextFile;

@@ -2,9 +2,9 @@
 //!
 //! Key bindings, footer, help and palette are generated from it.
 
-mod table;
+mod default_keys;
 
-pub use table::ACTIONS;
+pub use default_keys::ACTIONS;
 
 /// A user action, described in [`ACTIONS`].
 #[allow(missing_docs, reason = "the table has a sentence for each")]

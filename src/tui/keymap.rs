@@ -3,7 +3,7 @@
 mod chord;
 mod file;
 mod line;
-mod map;
+mod lookup;
 mod positions;
 mod print;
 
@@ -11,7 +11,7 @@ use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 pub use chord::Chord;
 pub use line::{edit_line, first_line};
-pub use map::{Keymap, Meaning, Preset};
+pub use lookup::{Keymap, Meaning, Preset};
 pub use positions::latin;
 pub use print::{as_file, as_table};
 

@@ -10,7 +10,7 @@ mod queue;
 pub mod results;
 mod scenarios;
 mod scenes;
-pub mod session;
+pub mod session_file;
 mod templates;
 
 use std::collections::HashMap;

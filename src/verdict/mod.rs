@@ -1,6 +1,6 @@
 //! Verdicts: a judge's statement about a scene as structured data, and parsing it from an answer.
 
-mod answer;
+mod answer_schema;
 mod attacker;
 mod decision;
 mod groups;
@@ -15,7 +15,7 @@ mod values;
 
 use serde::{Deserialize, Serialize};
 
-pub use answer::{CollisionAnswer, SafetyAnswer, schema};
+pub use answer_schema::{CollisionAnswer, SafetyAnswer, schema};
 pub use attacker::AttackerChoice;
 pub use parse::{NoVerdict, ParseQuality, Parsed, Reading, parse, read};
 pub use parsed_answer::ParsedAnswer;

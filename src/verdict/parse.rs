@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use serde_json::Value;
 
-use super::answer::{self, CollisionAnswer, SafetyAnswer};
+use super::answer_schema::{self, CollisionAnswer, SafetyAnswer};
 use super::lenient::{self, End, Piece};
 use super::notes::Notes;
 use super::trajectory::TrajectoryAnswer;
@@ -175,7 +175,7 @@ impl<'a> AnswerObjects<'a> {
         }
         let obstacles = decision::obstacles(object, &decision, &mut notes);
         if decision.as_asked {
-            answer::violations(task, object, &mut notes);
+            answer_schema::violations(task, object, &mut notes);
         } else {
             notes.add(decision.note.clone());
         }
@@ -291,7 +291,7 @@ fn strict<T: serde::de::DeserializeOwned>(task: Task, object: &Object) -> Option
         object.shift_remove("task");
     }
     let value = Value::Object(object);
-    answer::is_valid(task, &value).then(|| serde_json::from_value(value).ok())?
+    answer_schema::is_valid(task, &value).then(|| serde_json::from_value(value).ok())?
 }
 
 fn strict_verdict(task: Task, object: &Object) -> Option<Verdict> {

@@ -11,7 +11,6 @@ mod out;
 mod places;
 mod planning;
 mod protobuf;
-mod reader;
 mod references;
 mod road;
 mod root;
@@ -23,6 +22,7 @@ mod surroundings;
 mod trucks;
 mod writer;
 mod xml;
+mod xml_reader;
 
 use std::path::{Path, PathBuf};
 
@@ -70,7 +70,7 @@ fn dispatch(bytes: &[u8], file: &str, path: Option<&Path>) -> Result<Scenario, R
     if protobuf::is_meant(bytes, file) {
         protobuf::read(bytes, file, path)
     } else {
-        reader::scenario(bytes, file)
+        xml_reader::scenario(bytes, file)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Verifies an escape: it touches no obstacle, and a vehicle can drive it.
 
-use super::super::avoidable::{Avoidance, Finder};
+use super::super::certificate::{Avoidance, Finder};
 use super::Search;
 use crate::geometry::Pose;
 use crate::planner::{Feasibility, VehicleState};

@@ -14,8 +14,8 @@ use super::super::endpoint::Endpoint;
 use super::super::error::Error;
 use super::super::json::{MOST_VALUES, is_bounded};
 use super::super::limits::Gate;
+use super::super::redaction::Secrets;
 use super::super::retry::waits;
-use super::super::secrets::Secrets;
 use super::super::sending::authorised;
 
 /// Longest document, in bytes: some providers have all results of a batch in one.

@@ -8,9 +8,9 @@ use crate::llm::batch::{AnthropicBatches, BatchApi};
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
+use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Effort, Request, Role};
-use crate::llm::schema::portable;
 
 /// The version of the API that is spoken, sent as a header.
 const VERSION: &str = "2023-06-01";

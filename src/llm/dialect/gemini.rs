@@ -9,9 +9,9 @@ use crate::llm::batch::{BatchApi, GeminiBatches};
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
+use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Effort, Request, Role};
-use crate::llm::schema::portable;
 
 /// Google's Gemini.
 pub(super) struct Protocol;

@@ -7,9 +7,9 @@ use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
+use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Effort, Request};
-use crate::llm::schema::portable;
 
 /// Tokens kept free for the answer where no limit is set.
 const ROOM: u32 = 4096;

@@ -9,9 +9,9 @@ use crate::llm::chunk::{Cost, CostSource, Finish, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::error_body::ErrorBody;
+use crate::llm::portable_schema::{name, portable};
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Effort, Request, Schema};
-use crate::llm::schema::{name, portable};
 
 /// OpenAI's chat completions.
 pub(super) struct Protocol;

@@ -5,7 +5,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::map::Binding;
+use super::lookup::Binding;
 use super::{Chord, Keymap, Preset};
 use crate::settings::TextFile;
 use crate::system::{TomlText, nearest, shown_value};

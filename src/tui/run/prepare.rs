@@ -9,7 +9,7 @@ use super::super::message::session::Where;
 use super::super::model::{Glyphs, Look, Model, Prices};
 use super::super::tasks::{self, thresholds};
 use super::super::theme::{AUTO, Depth, Theme};
-use super::super::update::session;
+use super::super::update::session_restore;
 use super::super::user_file::first;
 use crate::evaluation::default_planning;
 use crate::formats::EgoSelection;
@@ -91,8 +91,8 @@ fn take_up_session(model: &mut Model, ego: &EgoSelection, folders: &Folders) {
         return;
     }
     model.recall.paths = Where::of_arguments(&model.paths, &model.recall.here);
-    match tasks::session::read(&folders.sessions(), &model.recall.paths) {
-        Ok(Some(found)) => session::restore(model, found, *ego != EgoSelection::Beside),
+    match tasks::session_file::read(&folders.sessions(), &model.recall.paths) {
+        Ok(Some(found)) => session_restore::restore(model, found, *ego != EgoSelection::Beside),
         Ok(None) => {}
         Err(error) => model.tell(format!("{error}; a new session begins")),
     }

@@ -7,7 +7,7 @@ use crate::formats::{Entry, Place, bundled};
 use crate::tui::message::session::Session;
 use crate::tui::message::{Effect, Msg};
 use crate::tui::model::{Grouping, Pane, Sizes};
-use crate::tui::update::session;
+use crate::tui::update::session_restore;
 use crate::verdict::Task;
 
 fn kept(bench: &mut Bench) -> Option<Session> {
@@ -49,7 +49,7 @@ fn the_workbench_comes_back_as_it_was_left() {
 
     let mut again = keeping(Bench::empty());
     again.model.config.model = Some("lab/small".into());
-    session::restore(&mut again.model, read(&left), false);
+    session_restore::restore(&mut again.model, read(&left), false);
     again.send(Msg::Found(Ok(bundled().into())));
     let after = &again.model;
     let name = |bench: &crate::tui::model::Model| bench.opened.as_ref().unwrap().name.clone();
@@ -85,7 +85,7 @@ fn what_the_configuration_says_anew_wins() {
     let restored = |configured: Option<&str>| {
         let mut again = Bench::empty();
         again.model.config.model = configured.map(Into::into);
-        session::restore(&mut again.model, read(&left), false);
+        session_restore::restore(&mut again.model, read(&left), false);
         again.model.model
     };
     assert_eq!(restored(None), "lab/small");
@@ -127,7 +127,7 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
         let mut again = keeping(Bench::empty());
         // From another folder, and so with other paths.
         again.model.recall.here = "/here/b".into();
-        session::restore(&mut again.model, read(&left), false);
+        session_restore::restore(&mut again.model, read(&left), false);
         again
     };
     let file = |name: &str| Entry {
@@ -195,14 +195,14 @@ fn an_ego_of_the_command_line_wins() {
     let left = kept(&mut bench).unwrap();
     for (chosen, ego) in [(false, taken), (true, None)] {
         let mut again = keeping(Bench::empty());
-        session::restore(&mut again.model, read(&left), chosen);
+        session_restore::restore(&mut again.model, read(&left), chosen);
         again.send(Msg::Found(Ok(bundled().into())));
         assert_eq!(again.model.taken, ego);
     }
     let mut stale = read(&left);
     stale.opened.as_mut().unwrap().ego = Some(-77);
     let mut again = keeping(Bench::empty());
-    session::restore(&mut again.model, stale, false);
+    session_restore::restore(&mut again.model, stale, false);
     again.send(Msg::Found(Ok(bundled().into())));
     assert!(again.model.opened.is_some() && again.model.taken.is_none());
     assert_eq!(again.model.open_error, None);
@@ -222,7 +222,7 @@ fn nonsense_in_a_session_changes_nothing() {
     opened.camera.cell = -3.0;
     opened.camera.center = [1e300, 0.0];
     let mut again = keeping(Bench::empty());
-    session::restore(&mut again.model, odd, false);
+    session_restore::restore(&mut again.model, odd, false);
     again.send(Msg::Found(Ok(bundled().into())));
     assert_eq!(again.model.task, Task::Collision);
     assert_eq!(again.model.focus, Pane::Scenarios);

@@ -6,7 +6,7 @@ use super::super::model::{Column, Model, Notice, Pane, PromptView, Shown, Toast}
 use super::super::screens;
 use super::{
     answers, batch, claims, clock, compare, editing, jobs, list, map, obstacles, open_current,
-    panes, planning, plot, rating, screens as on_screen, session, task, timeline,
+    panes, planning, plot, rating, screens as on_screen, session_restore, task, timeline,
 };
 use crate::scenario::EgoSource;
 
@@ -156,7 +156,7 @@ const AGAIN: f64 = 2.0;
 /// Leaves; the draft is kept for the next start.
 pub fn quit(model: &mut Model) -> Vec<Effect> {
     let mut effects = editing::keep(model);
-    effects.extend(session::keep(model));
+    effects.extend(session_restore::keep(model));
     effects.push(Effect::Quit);
     effects
 }

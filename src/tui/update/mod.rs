@@ -23,7 +23,7 @@ mod pointer;
 mod rating;
 mod reopen;
 mod screens;
-pub mod session;
+pub mod session_restore;
 mod task;
 mod timeline;
 mod values;
@@ -54,14 +54,14 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     settle(model);
     effects.extend(request_missing(model));
     jobs::note_requested(model, &effects);
-    effects.extend(session::remember(model));
+    effects.extend(session_restore::remember(model));
     effects
 }
 
 /// Writes down what a message tells of tasks and of the session, before it changes anything.
 fn note(model: &mut Model, msg: &Msg) {
     jobs::note(model, msg);
-    session::note(model, msg);
+    session_restore::note(model, msg);
 }
 
 /// Makes what is shown true again, whatever the message changed.
@@ -181,7 +181,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             picture::saved(model, saved);
             Vec::new()
         }
-        Msg::KeepSession => session::keep(model),
+        Msg::KeepSession => session_restore::keep(model),
         Msg::Complaint(text) => {
             model.complain(text);
             Vec::new()

@@ -5,7 +5,7 @@ use super::super::clock::Clock;
 use super::super::loaded::Opened;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, Notice, Shown, Values};
-use super::{actions, answers, clock, planning, reopen, session, timeline};
+use super::{actions, answers, clock, planning, reopen, session_restore, timeline};
 use crate::evaluation::Answer;
 use crate::geometry::Bounds;
 use crate::scenario::Transform;
@@ -13,7 +13,7 @@ use crate::scenario::Transform;
 /// Opens the selected scenario, if another one is open.
 pub fn open_current(model: &mut Model) -> Vec<Effect> {
     match model.list.current() {
-        Some(place) if session::held_back(model, place) => Vec::new(),
+        Some(place) if session_restore::held_back(model, place) => Vec::new(),
         Some(place) if model.list.opened != Some(place) => open(model, place, None),
         _ => Vec::new(),
     }
@@ -35,7 +35,7 @@ pub fn open_changed(
     model.opening = Some((id, ego));
     model.list.opened = Some(place);
     let entry = model.list.rows[place].entry.clone();
-    session::opening(model, &entry);
+    session_restore::opening(model, &entry);
     vec![match change {
         Some(change) => Effect::OpenChanged(id, entry, ego, change),
         None => Effect::Open(id, entry, ego),
@@ -58,7 +58,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     timeline::opened(model, id);
     let opened = match result {
         Ok(opened) => planning::instead(model, (id, ego), opened),
-        Err(_) if session::is_wanted(model) && ego.is_some() => {
+        Err(_) if session_restore::is_wanted(model) && ego.is_some() => {
             // The obstacle that was the ego is no longer in the file.
             let place = model.list.opened;
             return place.map_or_else(Vec::new, |place| open(model, place, None));
@@ -117,7 +117,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     }
     model.refresh();
     reopen::opened(model, id);
-    session::opened(model);
+    session_restore::opened(model);
     actions::load_stored(model).into_iter().collect()
 }
 

@@ -10,6 +10,8 @@ mod map;
 mod map_elements;
 #[rustfmt::skip]
 mod messages;
+mod format_2020a;
+mod format_2024;
 mod obstacles;
 mod place;
 mod planning;
@@ -18,10 +20,8 @@ mod road;
 mod shapes;
 mod sign_values;
 mod signs;
-mod single;
 mod states;
 mod tasks;
-mod triple;
 mod values;
 mod wire;
 mod words;
@@ -55,8 +55,8 @@ pub(super) fn read(bytes: &[u8], file: &str, path: Option<&Path>) -> Result<Scen
     match Head::of(bytes) {
         Some(Head {
             kind: Kind::Single, ..
-        }) => single::read(bytes, file),
-        Some(head) => triple::read(bytes, file, &head, path),
+        }) => format_2020a::read(bytes, file),
+        Some(head) => format_2024::read(bytes, file, &head, path),
         None => Err(fail(file, &no_message(bytes))),
     }
 }

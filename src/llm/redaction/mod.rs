@@ -5,20 +5,20 @@
 //! take on the way: percent-encoded, with JSON or HTML escapes (of all or some letters, also escaped again), in base64
 //! (also as part of a longer text, such as `Bearer …`), in hexadecimal, in other case.
 
+mod collect;
 mod escapes;
 mod finder;
 mod forms;
 mod redactor;
-mod sources;
 
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use secrecy::{ExposeSecret, SecretString};
 
+pub(super) use collect::is_loopback;
 use finder::Finder;
 pub(super) use redactor::Redactor;
-pub(super) use sources::is_loopback;
 
 /// The secrets of an endpoint. It prints none of them.
 #[derive(Clone, Default)]

@@ -4,7 +4,7 @@ use std::fs::Permissions;
 use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use super::part::{Part, Readers};
+use super::temporary_file::{Part, Readers};
 use crate::system;
 
 /// Why a file was not saved. An existing file at its path is unchanged.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use secrecy::SecretString;
 
-use super::secrets::Secrets;
+use super::redaction::Secrets;
 use crate::system;
 
 /// More than any file of variables is long, in bytes.

@@ -164,5 +164,5 @@ fn is_mixed(text: &str) -> bool {
 }
 
 #[cfg(test)]
-#[path = "sources_tests.rs"]
+#[path = "collect_tests.rs"]
 mod tests;
