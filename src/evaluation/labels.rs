@@ -273,7 +273,7 @@ impl Labels {
         })
     }
 
-    /// In words, that there are labels of scenarios that are not among these; nothing where there are none.
+    /// In words, that there are labels of scenarios that are not among these; `None` if there are none.
     #[must_use]
     pub fn strangers<'a>(&self, scenarios: impl Iterator<Item = &'a str>) -> Option<String> {
         let there: BTreeSet<&str> = scenarios.collect();

@@ -63,7 +63,7 @@ pub struct Alarms {
 /// One candidate's answers about one scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answers {
-    /// At each lead of the setting; nothing where the recording begins later than the window would end.
+    /// At each lead of the setting; `None` if the recording begins later than the window would end.
     pub said: Vec<Option<Yes>>,
     /// Over all windows, of a safe scenario.
     pub alarms: Alarms,
@@ -218,7 +218,7 @@ impl Alarms {
         self.seconds += other.seconds;
     }
 
-    /// Alarms a minute; nothing where nothing was looked at.
+    /// Alarms a minute; `None` if nothing was looked at.
     #[must_use]
     pub fn per_minute(&self) -> Option<f64> {
         (self.seconds > 0.0).then(|| f64::from(self.alarms) * 60.0 / self.seconds)

@@ -109,7 +109,7 @@ pub struct Pricing {
     pub longer: Option<Box<Pricing>>,
     /// The day on which its source had it so.
     pub as_of: Option<Date>,
-    /// Where it is stated; nothing where the user's configuration has it from nowhere.
+    /// Where it is stated; `None` if the user's configuration has it from nowhere.
     pub source: Option<String>,
     /// The dearer hours, if there are any.
     pub peak: Option<Peak>,

@@ -60,7 +60,7 @@ impl Truth {
     }
 }
 
-/// Where `--truth` says that the truth of a batch is from; nothing where it says nothing.
+/// Where `--truth` says that the truth of a batch is from; `None` if it says nothing.
 pub fn truth_source(said: &[PathBuf]) -> Result<Option<TruthSource>, Failure> {
     source(said, |file| {
         std::path::absolute(file).map_err(|error| Failure::system(file.display(), &error))

@@ -22,7 +22,7 @@ use crate::workflow::{
 
 /// The request.
 pub struct Wanted {
-    /// The model; nothing for the search.
+    /// The model; `None` for the search.
     pub writer: Option<Writer>,
     pub settings: Settings,
     pub problem: Option<i64>,
@@ -125,7 +125,7 @@ fn between(step: i64) -> String {
     )
 }
 
-/// Makes a variant of a scenario; nothing where `cancel` asked for an end before it was done.
+/// Makes a variant of a scenario; `None` if `cancel` asked for an end before it was done.
 pub fn make(entry: &Entry, wanted: &Wanted, cancel: &Cancel) -> Option<Result<Product, PlanError>> {
     make_or_error(entry, wanted, cancel).transpose()
 }

@@ -17,7 +17,7 @@ pub struct Described {
 }
 
 impl Spec {
-    /// What its ways describe; nothing where the library no longer has the templates that the batch was begun with.
+    /// What its ways describe; `None` if the library no longer has the templates that the batch was begun with.
     #[must_use]
     pub fn described(&self, library: &Library) -> Option<Described> {
         let library = &self.library(library).ok()?;

@@ -38,7 +38,7 @@ pub struct RequestSettings {
     pub history: Option<usize>,
     /// Obstacles farther from the ego are left out, metres.
     pub radius: Option<f64>,
-    /// Where windows of the safety task end; nothing for the usual one, two steps before the last recorded one.
+    /// Where windows of the safety task end; `None` for the usual one, two steps before the last recorded one.
     pub lead: Option<Lead>,
     /// Sampling temperature.
     pub temperature: Option<f64>,

@@ -60,7 +60,7 @@ pub struct Ask {
 /// The questions about a scenario.
 #[derive(Debug, Default)]
 pub struct PreparedQuestions {
-    /// The questions about it, and what asking them takes; nothing for those that cannot be asked.
+    /// The questions about it, and what asking them takes; `None` for those that cannot be asked.
     pub items: Vec<(NewItem, Option<Size>)>,
     /// Whether its truth is unknown; nothing is asked then.
     pub unlabelled: bool,
@@ -307,7 +307,7 @@ impl QuestionBuilder {
     }
 }
 
-/// The key of the request that a question is to a judge; nothing where none is sent.
+/// The key of the request that a question is to a judge; `None` if none is sent.
 ///
 /// # Errors
 /// Something cannot be written as JSON.

@@ -174,7 +174,7 @@ impl Truth {
         }
     }
 
-    /// What is true about a scenario; nothing where it is unknown. The geometry needs the scene.
+    /// What is true about a scenario; `None` if it is unknown. The geometry needs the scene.
     #[must_use]
     pub fn of(&self, entry: &Entry, scene: Option<&Scene>) -> Option<Label> {
         match self {

@@ -49,7 +49,7 @@ pub struct Checked {
     pub claim: Claim,
     /// The step it was checked at.
     pub step: i64,
-    /// What is so, in the quantity's unit; nothing where there is no such number.
+    /// What is so, in the quantity's unit; `None` if there is no such number.
     pub truth: Option<f64>,
     /// The true state, described.
     pub is: String,

@@ -146,7 +146,7 @@ pub struct Claim {
     pub quantity: Quantity,
     /// What it is said to be.
     pub stated: Stated,
-    /// The time step that is named; nothing where none is.
+    /// The time step that is named; `None` if none is.
     pub step: Option<i64>,
 }
 
@@ -155,7 +155,7 @@ pub struct Claim {
 pub struct Subject<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// First and last step that were described; nothing where that is not known.
+    /// First and last step that were described; `None` if that is not known.
     pub window: Option<(i64, i64)>,
 }
 

@@ -48,7 +48,7 @@ pub struct Author {
     pub thresholds: Arc<Thresholds>,
     /// What the user says about descriptions and techniques. The obstacle in it is not looked at.
     pub settings: Settings,
-    /// How the choice of the attacker is described; nothing for the usual frame, which is the metrics.
+    /// How the choice of the attacker is described; `None` for the usual frame, which is the metrics.
     pub frame: Option<Frame>,
     /// Number of motions requested, each in a separate conversation.
     pub samples: u32,
@@ -102,14 +102,14 @@ pub enum Progress {
     },
     /// What happens to a request: of a conversation, or of the choice.
     Heard {
-        /// Which conversation; nothing for the choice.
+        /// Which conversation; `None` for the choice.
         sample: Option<u32>,
         /// What happens.
         event: Event,
     },
     /// An answer is complete, whatever it says.
     Answered {
-        /// Which conversation; nothing for the choice.
+        /// Which conversation; `None` for the choice.
         sample: Option<u32>,
         /// What it consumed.
         consumed: Consumed,

@@ -60,7 +60,7 @@ pub struct Part {
 pub struct Comparison {
     /// The row.
     pub published: Published,
-    /// The recorded answers; nothing where there are none.
+    /// The recorded answers; `None` if there are none.
     pub recorded: Option<Cell>,
     /// The built-in judge on the scenarios of the recorded answers of any way.
     pub reference: Option<Cell>,

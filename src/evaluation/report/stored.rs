@@ -244,7 +244,7 @@ fn question(outcome: &Outcome) -> Question<'_> {
     (&outcome.scenario, hash, outcome.task, window)
 }
 
-/// How a run was asked; nothing where its words are not known.
+/// How a run was asked; `None` if its words are not known.
 fn way(outcome: &Outcome) -> Option<PromptConfig> {
     let is_judge = outcome.model == judge::MODEL;
     let (frame, techniques) = match is_judge {

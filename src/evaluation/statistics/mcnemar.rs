@@ -12,7 +12,7 @@ pub struct McNemar {
     pub only_first: u32,
     /// Scenarios that the second alone is right about.
     pub only_second: u32,
-    /// The chi-square statistic; nothing where the test is exact.
+    /// The chi-square statistic; `None` if the test is exact.
     pub chi_square: Option<f64>,
     /// The two-sided p value.
     pub p: f64,

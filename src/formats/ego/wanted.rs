@@ -31,7 +31,7 @@ pub enum WantedEgo {
 }
 
 impl WantedEgo {
-    /// This ego of the scenario of an entry; nothing where it was to lie beside it and does not.
+    /// This ego of the scenario of an entry; `None` if it was to lie beside it and does not.
     ///
     /// # Errors
     /// The file cannot be read or has no such ego, or the obstacle cannot be one.

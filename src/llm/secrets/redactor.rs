@@ -55,7 +55,7 @@ impl Layer {
         Some((start?, unit.end))
     }
 
-    /// Where so many of the last bytes begin; nothing for none.
+    /// Where so many of the last bytes begin; `None` for none.
     fn start_of_last(&self, count: usize) -> Option<usize> {
         let at = self.starts.len().checked_sub(count.max(1))?;
         self.starts.get(at).copied().filter(|_| count > 0)

@@ -31,9 +31,9 @@ pub struct How<'a> {
 /// Events of a generation.
 #[derive(Debug)]
 pub enum Heard {
-    /// What is being done.
+    /// The current stage.
     Working(Working),
-    /// What happens while a model writes.
+    /// Progress of the authoring model.
     Model(generating::Progress),
 }
 

@@ -57,7 +57,7 @@ impl Marks {
 pub struct Card {
     /// Its number.
     pub id: BatchId,
-    /// What would be asked.
+    /// The batch.
     pub batch: Arc<Batch>,
     /// Counts so far.
     pub counts: Counts,

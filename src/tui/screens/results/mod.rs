@@ -88,7 +88,7 @@ fn back(model: &mut Model) -> Step {
     if results.choosing.take().is_some() || results.inside.take().is_some() {
         return Step::stay();
     }
-    // What is still read is not waited for.
+    // A reading still in progress is abandoned.
     model.results.asked = PageId(model.new_id());
     model.results.reading = false;
     Step::Close(vec![Effect::Results(ResultsAsk::Stop)])
@@ -184,7 +184,7 @@ fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
     }
 }
 
-/// What the store says.
+/// Handles a reply of the store.
 pub fn hear(model: &mut Model, news: ResultsNews) -> Step {
     match news {
         ResultsNews::Read(id, result) if id == model.results.asked => match result {
