@@ -28,7 +28,7 @@ pub struct Answer {
     pub text: String,
     /// The reasoning's text, where it came apart from the answer.
     pub reasoning: String,
-    /// What it consumed.
+    /// Its consumption.
     pub consumed: Consumed,
     /// Where the cost comes from.
     pub price_source: Option<String>,

@@ -72,7 +72,7 @@ pub struct GroundTruth {
 const CRITICAL: u8 = 2;
 
 impl GroundTruth {
-    /// What the built-in judge said, of whose obstacles those are meant that it calls critical.
+    /// The built-in judge's verdict as ground truth, with the obstacles it rates critical.
     #[must_use]
     pub fn judged(dangerous: bool, obstacles: impl IntoIterator<Item = (i64, u8)>) -> Self {
         let critical = obstacles

@@ -41,7 +41,7 @@ pub struct Scored {
     pub way: PromptConfig,
     /// Which of several answers to the same question, from 0.
     pub sample: u32,
-    /// What is true; `None` if it is unknown.
+    /// Its label; `None` if unknown.
     pub truth: Option<Label>,
     /// Its status.
     pub status: AnswerStatus,

@@ -83,7 +83,7 @@ fn source(
     })
 }
 
-/// What is doubtful, as far as there is room for it.
+/// Prints warnings, as far as there is room.
 pub fn say_each(doubts: &[String]) {
     for doubt in doubts.iter().take(NAMED) {
         output::say(&format!("nearmiss: {doubt}"));

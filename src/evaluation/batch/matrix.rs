@@ -49,7 +49,7 @@ pub struct RequestSettings {
 }
 
 impl RequestSettings {
-    /// What decides how a scene is described.
+    /// The settings that determine a scene's description.
     #[must_use]
     pub fn settings(&self, techniques: Option<Techniques>) -> Settings {
         Settings {
@@ -60,7 +60,7 @@ impl RequestSettings {
         }
     }
 
-    /// What is sent beside the messages.
+    /// The parameters sent beside the messages.
     #[must_use]
     pub fn parameters(&self) -> Parameters {
         Parameters {

@@ -16,7 +16,7 @@ pub struct Mention {
     pub compared: bool,
 }
 
-/// What an obstacle is called.
+/// Nouns for obstacles.
 const CALLED: &[&str] = &[
     "obstacle",
     "obstacles",

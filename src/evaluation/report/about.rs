@@ -13,7 +13,7 @@ pub struct About {
     pub truth: String,
     /// The same as words of `--truth`: `auto`, `layout`, files.
     pub sources: Vec<String>,
-    /// What a reader has to know of the answers, in sentences.
+    /// Notes for the reader, in sentences.
     pub notes: Vec<String>,
 }
 

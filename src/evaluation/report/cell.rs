@@ -96,7 +96,7 @@ pub struct Cell {
     pub calibration: Calibration,
     /// Agreement of several samples.
     pub spread: Spread,
-    /// What most samples of each scenario say, beside the truth.
+    /// The majority of samples for each scenario, against the ground truth.
     pub majority: Confusion,
     /// Scenarios whose samples say yes and no equally often, or nothing at all: no vote.
     pub undecided: u32,

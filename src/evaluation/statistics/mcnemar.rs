@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Below so many discordant scenarios the test is exact.
+/// Below this many discordant scenarios the test is exact.
 pub const EXACT_BELOW: u32 = 25;
 
 /// Two ways on the same scenarios, and whether one is right more often.

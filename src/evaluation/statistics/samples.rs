@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// What most answers say; nothing without an answer, and nothing of a tie.
+/// The majority of answers; `None` without answers or on a tie.
 #[must_use]
 pub fn majority(yes: u32, no: u32) -> Option<bool> {
     (yes != no).then_some(yes > no)
