@@ -7,7 +7,7 @@ use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nearmiss::evaluation::batch::{Matrix, RequestSettings, Spec, TruthSource};
-use nearmiss::formats::{WantedEgo, bundled};
+use nearmiss::formats::{EgoSelection, bundled};
 use nearmiss::prompts::Techniques;
 use nearmiss::store::{Ending, NewItem, NewRun, Origin, Run, RunId, RunState, Store};
 use nearmiss::text::Frame;
@@ -126,7 +126,7 @@ fn spec() -> String {
         templates: Default::default(),
         thresholds: Vec::new(),
         base_url: None,
-        ego: WantedEgo::Beside,
+        ego: EgoSelection::Beside,
         drafts: Default::default(),
     };
     spec.to_json()

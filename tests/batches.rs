@@ -17,7 +17,7 @@ use std::time::Duration;
 use nearmiss::evaluation::batch::{QuestionBuilder, RequestSettings, Variant};
 use nearmiss::evaluation::remote::{Progress, RemoteError, Submitted, cancel, collect, submit};
 use nearmiss::evaluation::{ModelJudge, PromptConfig, Question, RunOptions};
-use nearmiss::formats::{WantedEgo, bundled};
+use nearmiss::formats::{EgoSelection, bundled};
 use nearmiss::llm::{Client, Dialect, Endpoint, Parameters, Price, PriceEntry, Prices, Retry};
 use nearmiss::metrics::Thresholds;
 use nearmiss::prompts::{Library, Techniques};
@@ -142,7 +142,12 @@ fn endpoint(base_url: &str, dialect: Dialect) -> Endpoint {
 fn questions(samples: u32) -> Vec<(Question, RunOptions)> {
     let thresholds = Arc::new(Thresholds::shipped().clone());
     let request = RequestSettings::default();
-    let builder = QuestionBuilder::new(Library::load(None), thresholds, request, WantedEgo::Beside);
+    let builder = QuestionBuilder::new(
+        Library::load(None),
+        thresholds,
+        request,
+        EgoSelection::Beside,
+    );
     let way = PromptConfig {
         task: Task::Collision,
         frame: Some(Frame::Ego),

@@ -49,6 +49,8 @@ mod manual;
 mod metrics;
 #[path = "cli/models.rs"]
 mod models;
+#[path = "cli/older_store.rs"]
+mod older_store;
 #[path = "cli/paused.rs"]
 mod paused;
 #[path = "cli/piped.rs"]

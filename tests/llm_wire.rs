@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 use futures_util::StreamExt;
 use nearmiss::llm::{
     Chunk, Client, Endpoint, Error, Finish, Message, Parameters, Request, Retry, Role, Schema,
-    Timeouts, Usage, Which, body, stream,
+    TimeoutKind, Timeouts, Usage, body, stream,
 };
 use serde_json::json;
 use support::server::{Script, Server};

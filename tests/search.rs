@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use nearmiss::formats::{Found, LibraryError, Why, find};
+use nearmiss::formats::{LibraryError, PassedOverReason, SearchResults, find};
 use tempfile::{TempDir, tempdir};
 
 #[path = "support/program.rs"]
@@ -18,7 +18,7 @@ fn put(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) {
     std::fs::write(path, bytes).unwrap();
 }
 
-fn search(folder: &TempDir) -> Result<Found, LibraryError> {
+fn search(folder: &TempDir) -> Result<SearchResults, LibraryError> {
     find(&[folder.path().to_path_buf()])
 }
 
@@ -199,7 +199,10 @@ fn what_may_not_be_read_is_named() {
         ]
     );
     let found = found.unwrap();
-    assert!(matches!(found.passed_over[0].why, Why::Folder(_)));
+    assert!(matches!(
+        found.passed_over[0].why,
+        PassedOverReason::Folder(_)
+    ));
     let words = found.passed_over_in_short().unwrap();
     assert!(
         words.starts_with("1 file and 1 folder passed over: "),

@@ -15,7 +15,7 @@ use clap::builder::PossibleValuesParser;
 use super::cost;
 use super::interrupt::{self, INTERRUPTED};
 use super::open::configuration;
-use super::prompt::Asked;
+use super::prompt::QuestionArguments;
 use super::time;
 use super::{Failure, Outcome, output};
 use crate::evaluation::{Answer, Case, Event, Judge, Judged, RunOptions, StoredOrigin};
@@ -30,7 +30,7 @@ use crate::workflow::{AskOutcome, AskRequest, Models, Server, ask};
 #[derive(Debug, clap::Args)]
 pub struct Ask {
     #[command(flatten)]
-    asked: Asked,
+    asked: QuestionArguments,
     /// Who is asked, as provider/model [default: `model` in config.toml, else reference/geometry].
     #[arg(long)]
     model: Option<String>,

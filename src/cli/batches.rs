@@ -21,14 +21,14 @@ use crate::store::{HandedState, ProviderBatch, ProviderBatchId, Store};
 #[command(args_conflicts_with_subcommands = true)]
 pub struct Batches {
     #[command(subcommand)]
-    what: Option<What>,
+    what: Option<BatchesCommand>,
     /// One JSON object a line.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, clap::Subcommand)]
-enum What {
+enum BatchesCommand {
     /// Take the answers of a batch into the store, as far as the provider has them.
     Collect {
         /// Its number [default: every batch that is not over].
@@ -65,7 +65,7 @@ pub fn run(arguments: &Batches) -> Outcome {
         .map_err(Failure::input)?;
     match &arguments.what {
         None => list(&store, arguments.json),
-        Some(What::Collect { id, wait }) => {
+        Some(BatchesCommand::Collect { id, wait }) => {
             let wanted = match id {
                 Some(id) => vec![known(&store, *id)?],
                 None => open(&store)?,
@@ -76,11 +76,11 @@ pub fn run(arguments: &Batches) -> Outcome {
             }
             runtime.block_on(interruptible(collect(&store, wanted, *wait)))
         }
-        Some(What::Cancel { id }) => {
+        Some(BatchesCommand::Cancel { id }) => {
             let batch = known(&store, *id)?;
             runtime.block_on(interruptible(cancel(&store, batch)))
         }
-        Some(What::GiveUp { id, force }) => {
+        Some(BatchesCommand::GiveUp { id, force }) => {
             let batch = known(&store, *id)?;
             runtime.block_on(interruptible(give_up(&store, batch, *force)))
         }

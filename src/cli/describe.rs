@@ -1,6 +1,6 @@
 //! `nearmiss describe`: describes a window of a scene, and the source of each number in the text.
 
-use super::open::{Which, configuration, frame, user_thresholds};
+use super::open::{ScenarioArguments, configuration, frame, user_thresholds};
 use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::metrics::Context;
@@ -11,7 +11,7 @@ use crate::text::{self, Frame, TextError};
 #[derive(Debug, clap::Args)]
 pub struct Describe {
     #[command(flatten)]
-    which: Which,
+    which: ScenarioArguments,
     /// From where, or as what: ego, cartesian, metrics, or trajectory (of one --obstacle).
     #[arg(long, default_value = "ego", value_parser = frame)]
     frame: Frame,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::{Arguments, Failure, output};
 use crate::formats::{
-    EgoError, Entry, LibraryError, Place, WantedEgo, bundled, find, not_standard_input,
+    EgoError, EgoSelection, Entry, LibraryError, Place, bundled, find, not_standard_input,
 };
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
@@ -18,7 +18,7 @@ use crate::workflow::{OpenError, OpenRequest, OpenedScene, open};
 
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
-pub struct Which {
+pub struct ScenarioArguments {
     /// A CommonRoad file, or the name of a bundled scenario.
     file: PathBuf,
     #[command(flatten)]
@@ -42,12 +42,12 @@ impl EgoChoice {
     ///
     /// # Errors
     /// An obstacle is named and a planning problem too, or standard input.
-    pub fn wanted(&self) -> Result<WantedEgo, Failure> {
+    pub fn wanted(&self) -> Result<EgoSelection, Failure> {
         let planning_problem = self.planning_problem;
         let Some(wanted) = &self.ego else {
             return Ok(match planning_problem {
-                Some(planning_problem) => WantedEgo::BesideFor { planning_problem },
-                None => WantedEgo::Beside,
+                Some(planning_problem) => EgoSelection::BesideFor { planning_problem },
+                None => EgoSelection::Beside,
             });
         };
         // A file that is called like a number is meant by `./7`.
@@ -55,10 +55,10 @@ impl EgoChoice {
             Some(_) if planning_problem.is_some() => Err(Failure::input(
                 "--planning-problem chooses among the egos of a file; --ego names an obstacle",
             )),
-            Some(id) => Ok(WantedEgo::Obstacle(id)),
+            Some(id) => Ok(EgoSelection::Obstacle(id)),
             None => {
                 not_standard_input(wanted).map_err(Failure::input)?;
-                Ok(WantedEgo::File {
+                Ok(EgoSelection::File {
                     path: wanted.clone(),
                     planning_problem,
                 })
@@ -67,7 +67,7 @@ impl EgoChoice {
     }
 }
 
-impl Which {
+impl ScenarioArguments {
     /// Opens the scene.
     pub fn open(&self) -> Result<(Entry, Arc<Scene>), Failure> {
         let entry = entry(&self.file)?;
@@ -104,9 +104,9 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
 ///
 /// # Errors
 /// An ego is chosen, and there is a command, or the paths are not one scenario, or it cannot be the ego there.
-pub fn chosen_ego(arguments: &Arguments) -> Result<WantedEgo, Failure> {
+pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
     let wanted = arguments.ego.wanted()?;
-    if wanted == WantedEgo::Beside {
+    if wanted == EgoSelection::Beside {
         return Ok(wanted);
     }
     if arguments.command.is_some() {
@@ -182,7 +182,7 @@ pub fn scene(entry: &Entry, choice: &EgoChoice) -> Result<Arc<Scene>, Failure> {
 }
 
 /// The same with an ego given by id, file or place.
-pub fn scene_with(entry: &Entry, wanted: &WantedEgo) -> Result<Arc<Scene>, Failure> {
+pub fn scene_with(entry: &Entry, wanted: &EgoSelection) -> Result<Arc<Scene>, Failure> {
     let (scene, doubts) = wanted_scene(entry, wanted)?;
     doubts.iter().for_each(|doubt| output::say(doubt));
     Ok(scene)
@@ -194,7 +194,7 @@ pub fn scene_and_doubts(entry: &Entry, choice: &EgoChoice) -> Result<Opened, Fai
 }
 
 /// The same with an ego that is already told by id, file or place.
-fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<Opened, Failure> {
+fn wanted_scene(entry: &Entry, wanted: &EgoSelection) -> Result<Opened, Failure> {
     let opened = opened(entry, wanted)?;
     match opened.scene {
         Ok(scene) => Ok(with_doubts(entry, scene)),
@@ -209,11 +209,11 @@ fn wanted_scene(entry: &Entry, wanted: &WantedEgo) -> Result<Opened, Failure> {
 
 /// The scene of an entry with the ego beside it, and warnings about that; `None` if there is none.
 pub fn scene_beside(entry: &Entry) -> Result<Option<Opened>, Failure> {
-    let scene = opened(entry, &WantedEgo::Beside)?.scene.ok();
+    let scene = opened(entry, &EgoSelection::Beside)?.scene.ok();
     Ok(scene.map(|scene| with_doubts(entry, scene)))
 }
 
-fn opened(entry: &Entry, wanted: &WantedEgo) -> Result<OpenedScene, Failure> {
+fn opened(entry: &Entry, wanted: &EgoSelection) -> Result<OpenedScene, Failure> {
     let request = OpenRequest {
         entry,
         ego: wanted,

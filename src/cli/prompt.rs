@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::describe::advised;
-use super::open::{Which, configuration, frame, task, techniques, user_thresholds};
+use super::open::{ScenarioArguments, configuration, frame, task, techniques, user_thresholds};
 use super::span::Span;
 use super::{Failure, Outcome, output};
 use crate::evaluation::{Case, CaseError, Question, default_frame, prepare, template, validate};
@@ -14,9 +14,9 @@ use crate::verdict::Task;
 
 /// What is asked, about what, and how: shared by `prompt` and `ask`.
 #[derive(Debug, clap::Args)]
-pub struct Asked {
+pub struct QuestionArguments {
     #[command(flatten)]
-    which: Which,
+    which: ScenarioArguments,
     /// What is asked: one of the tasks that `nearmiss prompts` lists.
     #[arg(long, default_value = "collision", value_parser = task)]
     pub task: Task,
@@ -32,7 +32,7 @@ pub struct Asked {
     pub span: Span,
 }
 
-impl Asked {
+impl QuestionArguments {
     /// The question, ready to be sent.
     pub fn question(&self, folders: &Folders, config: &Config) -> Result<Question, Failure> {
         let (entry, scene) = self.which.open()?;
@@ -75,7 +75,7 @@ impl Asked {
 #[derive(Debug, clap::Args)]
 pub struct PromptArguments {
     #[command(flatten)]
-    asked: Asked,
+    asked: QuestionArguments,
     /// The messages as a JSON array.
     #[arg(long)]
     json: bool,

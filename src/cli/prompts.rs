@@ -16,12 +16,12 @@ use crate::system;
 #[derive(Debug, clap::Args)]
 pub struct Prompts {
     #[command(subcommand)]
-    what: Option<What>,
+    what: Option<PromptsCommand>,
 }
 
 /// What about the templates.
 #[derive(Debug, clap::Subcommand)]
-enum What {
+enum PromptsCommand {
     /// Every template with task, frame, version, hash and origin, and what is wrong with yours [default].
     List {
         /// As JSON.
@@ -63,13 +63,13 @@ pub fn run(arguments: &Prompts) -> Outcome {
     match arguments
         .what
         .as_ref()
-        .unwrap_or(&What::List { json: false })
+        .unwrap_or(&PromptsCommand::List { json: false })
     {
-        What::List { json } => list(&library, *json),
-        What::Show { name } => output::text(&output::visible(known(&library, name)?.1)),
-        What::Path => output::text(&format!("{}\n", folder.display())),
-        What::Diff { name } => diff(&library, name),
-        What::Copy { name, new: None } => {
+        PromptsCommand::List { json } => list(&library, *json),
+        PromptsCommand::Show { name } => output::text(&output::visible(known(&library, name)?.1)),
+        PromptsCommand::Path => output::text(&format!("{}\n", folder.display())),
+        PromptsCommand::Diff { name } => diff(&library, name),
+        PromptsCommand::Copy { name, new: None } => {
             let (file, _) = known(&library, name)?;
             let shipped = Library::shipped(&file)
                 .ok_or_else(|| Failure::input(format!("{file} does not come with the program")))?;
@@ -77,7 +77,7 @@ pub fn run(arguments: &Prompts) -> Outcome {
             write_new(&path, shipped)?;
             output::text(&format!("{}\n", path.display()))
         }
-        What::Copy {
+        PromptsCommand::Copy {
             name,
             new: Some(new),
         } => {
@@ -92,7 +92,7 @@ pub fn run(arguments: &Prompts) -> Outcome {
             write_new(&path, &renamed(&template.source, &file))?;
             output::text(&format!("{}\n", path.display()))
         }
-        What::Use { name } => {
+        PromptsCommand::Use { name } => {
             let (template, file) = template(&library, name)?;
             let front = &template.front;
             choose_template(&folder, &front.task, &front.frame, &file).map_err(Failure::input)?;

@@ -17,7 +17,7 @@ use crate::store::{Choice, Rating};
 #[command(args_conflicts_with_subcommands = true)]
 pub struct Ratings {
     #[command(subcommand)]
-    what: Option<What>,
+    what: Option<RatingsCommand>,
     /// Whose standing: that of models, or of ways of asking.
     #[arg(long, value_enum, default_value = "model")]
     by: Of,
@@ -35,7 +35,7 @@ enum Of {
 }
 
 #[derive(Debug, clap::Subcommand)]
-enum What {
+enum RatingsCommand {
     /// Every rating, as a file or on standard output.
     Export(Export),
 }
@@ -64,7 +64,7 @@ enum Format {
 /// Runs `ratings`.
 pub fn run(arguments: &Ratings) -> Outcome {
     match &arguments.what {
-        Some(What::Export(wanted)) => export(wanted),
+        Some(RatingsCommand::Export(wanted)) => export(wanted),
         None => summary(arguments),
     }
 }

@@ -12,13 +12,13 @@ use crate::store::{Origin, Run, RunId, Store, StoreError};
 #[command(args_conflicts_with_subcommands = true)]
 pub struct Runs {
     #[command(subcommand)]
-    what: Option<What>,
+    what: Option<RunsCommand>,
     #[command(flatten)]
     list: List,
 }
 
 #[derive(Debug, clap::Subcommand)]
-enum What {
+enum RunsCommand {
     /// The newest runs, newest first; the same as `runs` alone.
     List(List),
     /// Everything about one run; its messages with --json.
@@ -76,22 +76,25 @@ struct Ids {
 /// Runs `runs`.
 pub fn run(arguments: &Runs) -> Outcome {
     let store = match &arguments.what {
-        None | Some(What::List(_) | What::Search { .. } | What::Show { .. }) => store_to_read()?,
+        None
+        | Some(RunsCommand::List(_) | RunsCommand::Search { .. } | RunsCommand::Show { .. }) => {
+            store_to_read()?
+        }
         _ => store()?,
     };
     match &arguments.what {
         None => list(&store, &arguments.list, None),
-        Some(What::List(wanted)) => list(&store, wanted, None),
-        Some(What::Search {
+        Some(RunsCommand::List(wanted)) => list(&store, wanted, None),
+        Some(RunsCommand::Search {
             words,
             list: wanted,
         }) => list(&store, wanted, Some(words.join(" "))),
-        Some(What::Show { id, json }) => show(&store, RunId(*id), *json),
-        Some(What::Delete(ids)) => each(&store, ids, Change::Delete),
-        Some(What::Restore(ids)) => each(&store, ids, Change::Restore),
-        Some(What::Pin(ids)) => each(&store, ids, Change::Pin),
-        Some(What::Unpin(ids)) => each(&store, ids, Change::Unpin),
-        Some(What::Note { id, words }) => note(&store, RunId(*id), words),
+        Some(RunsCommand::Show { id, json }) => show(&store, RunId(*id), *json),
+        Some(RunsCommand::Delete(ids)) => each(&store, ids, Change::Delete),
+        Some(RunsCommand::Restore(ids)) => each(&store, ids, Change::Restore),
+        Some(RunsCommand::Pin(ids)) => each(&store, ids, Change::Pin),
+        Some(RunsCommand::Unpin(ids)) => each(&store, ids, Change::Unpin),
+        Some(RunsCommand::Note { id, words }) => note(&store, RunId(*id), words),
     }
 }
 

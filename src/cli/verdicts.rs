@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::open::{found, scene_with};
 use super::{Failure, Outcome, output};
-use crate::formats::{Entry, WantedEgo, bundled};
+use crate::formats::{EgoSelection, Entry, bundled};
 use crate::judge::{self, judge};
 use crate::scenario::{Scene, Window};
 use crate::verdict::Task;
@@ -32,7 +32,7 @@ fn dumb() -> bool {
 ///
 /// # Errors
 /// No scenario can be found or judged.
-pub fn without_terminal(paths: &[PathBuf], ego: &WantedEgo) -> Outcome {
+pub fn without_terminal(paths: &[PathBuf], ego: &EgoSelection) -> Outcome {
     // What cannot be found is said alone: nothing comes after the heading then.
     let entries = if paths.is_empty() {
         bundled()

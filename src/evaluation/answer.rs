@@ -1,7 +1,7 @@
 //! The outcome of a question: a verdict or the reason there is none, and the text in either case.
 
 use super::ended::too_long;
-use super::how::how;
+use super::prompt_summary::how;
 use crate::llm::Secrets;
 use crate::scenario::Scenario;
 use crate::store::{Consumed, Ending, Origin, Run, RunId, RunState};

@@ -1,6 +1,6 @@
 //! Builds the messages of a case: the same for workbench, command line and batches.
 
-use super::how::how;
+use super::prompt_summary::how;
 use std::sync::Arc;
 
 use super::values::Values;

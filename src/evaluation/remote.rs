@@ -15,7 +15,7 @@ use super::case::RunOptions;
 use super::judges::{Judge, ModelJudge};
 use super::question::Question;
 use super::request::{record, request};
-use crate::llm::batch::{Batches, Found, Item, Mark, split, surely_not_created};
+use crate::llm::batch::{Batches, Item, Lookup, Mark, split, surely_not_created};
 use crate::llm::{self, Error, Request};
 use crate::store::{
     Ending, HandedState, NewProviderBatch, NewRun, Opened, ProviderBatch, ProviderBatchId,
@@ -266,15 +266,17 @@ async fn find(
         others: &others,
     };
     match batches.look_up(mark).await? {
-        Found::Batch(id) => {
+        Lookup::Batch(id) => {
             store.submitted(batch.id, &id)?;
             Ok(Some(id))
         }
-        Found::Nothing if since.as_millisecond() + GRACE_MS < Timestamp::now().as_millisecond() => {
+        Lookup::Nothing
+            if since.as_millisecond() + GRACE_MS < Timestamp::now().as_millisecond() =>
+        {
             let why = "the program ended before the batch had reached the provider";
             never_sent(batch.id, why, store)?;
             Ok(None)
         }
-        Found::Nothing | Found::Perhaps(_) => Ok(None),
+        Lookup::Nothing | Lookup::Perhaps(_) => Ok(None),
     }
 }

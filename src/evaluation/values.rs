@@ -126,14 +126,16 @@ impl<'a> Values<'a> {
 
 fn critical(thresholds: &Thresholds) -> Vec<ThresholdValues> {
     let of = MEASURES.iter().flat_map(|measure| {
-        thresholds.of(measure.id).map(|threshold| ThresholdValues {
-            measure: measure.id,
-            name: measure.name,
-            value: threshold.value,
-            unit: measure.unit,
-            level: threshold.name.clone(),
-            source: threshold.source.clone(),
-        })
+        thresholds
+            .for_measure(measure.id)
+            .map(|threshold| ThresholdValues {
+                measure: measure.id,
+                name: measure.name,
+                value: threshold.value,
+                unit: measure.unit,
+                level: threshold.name.clone(),
+                source: threshold.source.clone(),
+            })
     });
     of.collect()
 }

@@ -6,8 +6,11 @@ mod library;
 mod search;
 
 pub use ego::{
-    EgoError, WantedEgo, ego_of_solution, find_recording, read_ego, read_ego_file, read_recording,
-    write_recording,
+    EgoError, EgoSelection, ego_of_solution, find_recording, read_ego, read_ego_file,
+    read_recording, write_recording,
 };
 pub use library::{Entry, Place, bundled};
-pub use search::{Found, LibraryError, PassedOver, Why, find, find_in_pieces, not_standard_input};
+pub use search::{
+    LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces,
+    not_standard_input,
+};

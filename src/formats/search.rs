@@ -11,7 +11,7 @@ use crate::system;
 
 /// Results of a search.
 #[derive(Debug, Default)]
-pub struct Found {
+pub struct SearchResults {
     /// The scenarios.
     pub entries: Vec<Entry>,
     /// Files that are named like scenarios and cannot be told to be any, and folders that could not be searched. XML
@@ -25,12 +25,12 @@ pub struct PassedOver {
     /// Where it is.
     pub path: PathBuf,
     /// Why it was.
-    pub why: Why,
+    pub why: PassedOverReason,
 }
 
 /// Why something was skipped.
 #[derive(Debug, thiserror::Error)]
-pub enum Why {
+pub enum PassedOverReason {
     /// A file that is not known to be a scenario.
     #[error(transparent)]
     File(#[from] Unrecognised),
@@ -73,7 +73,7 @@ pub enum LibraryError {
 /// So many of those that were passed over are named where there is little room.
 const NAMED: usize = 3;
 
-impl Found {
+impl SearchResults {
     /// Describes how many files and folders were skipped; `None` if none.
     #[must_use]
     pub fn passed_over_count(&self) -> Option<String> {
@@ -94,7 +94,7 @@ impl Found {
     }
 }
 
-impl From<Vec<Entry>> for Found {
+impl From<Vec<Entry>> for SearchResults {
     fn from(entries: Vec<Entry>) -> Self {
         Self {
             entries,
@@ -105,7 +105,7 @@ impl From<Vec<Entry>> for Found {
 
 /// Describes how many files and folders these are; `None` if none.
 fn count(all: &[PassedOver]) -> Option<String> {
-    let is_folder = |p: &&PassedOver| matches!(p.why, Why::Folder(_));
+    let is_folder = |p: &&PassedOver| matches!(p.why, PassedOverReason::Folder(_));
     let folders = all.iter().filter(is_folder).count();
     let words = |count: usize, one: &str, many: &str| match count {
         0 => None,
@@ -144,7 +144,7 @@ pub fn not_standard_input(path: &Path) -> Result<(), LibraryError> {
 ///
 /// # Errors
 /// A path that cannot be read, or not one scenario at any of them.
-pub fn find(paths: &[PathBuf]) -> Result<Found, LibraryError> {
+pub fn find(paths: &[PathBuf]) -> Result<SearchResults, LibraryError> {
     let mut entries = Vec::new();
     let mut passed_over = Vec::new();
     let mut seen = HashSet::new();
@@ -155,7 +155,7 @@ pub fn find(paths: &[PathBuf]) -> Result<Found, LibraryError> {
         of_path.retain(|p| seen.insert(p.clone()));
         entries.extend(of_path.iter().map(|p| Entry::of_argument(p)));
     }
-    let found = Found {
+    let found = SearchResults {
         entries,
         passed_over,
     };
@@ -189,7 +189,7 @@ pub fn find_in_pieces(
     }
     match paths.first() {
         Some(first) if seen.is_empty() => {
-            let found = Found {
+            let found = SearchResults {
                 entries: Vec::new(),
                 passed_over,
             };
@@ -272,7 +272,7 @@ impl<'a> Search<'a> {
             };
             // A folder that may not be entered hides its scenarios, not its neighbours'.
             if let Err(error) = entered {
-                search.pass_over(folder, Why::Folder(error));
+                search.pass_over(folder, PassedOverReason::Folder(error));
             }
         }
         search.give_out();
@@ -344,7 +344,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn pass_over(&mut self, path: PathBuf, why: Why) {
+    fn pass_over(&mut self, path: PathBuf, why: PassedOverReason) {
         self.passed_over.push(PassedOver { path, why });
     }
 }

@@ -3,7 +3,7 @@
 use crate::geometry::{Contact, Pose, Vector};
 use crate::scenario::ObstacleType;
 use crate::scenario::prediction::{
-    Model, Observed, ObservedHistory, Prediction, Predictor, Trajectory, Way,
+    Model, Observed, ObservedHistory, PredictedPath, Prediction, Predictor, Trajectory,
 };
 
 /// When a predicted contact is called critical.
@@ -30,7 +30,7 @@ pub struct CollisionPrediction {
     /// motions meet.
     pub time: Option<f64>,
     /// The likeliest ways of the ego and of the obstacle that meet.
-    pub ways: Option<(Way, Way)>,
+    pub ways: Option<(PredictedPath, PredictedPath)>,
 }
 
 /// Seconds between two moments of a predicted motion; in between it is a straight line.

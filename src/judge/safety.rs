@@ -12,7 +12,7 @@ use super::Judgement;
 use super::collision_prediction::{CollisionPrediction, Criterion};
 use super::reasoning::{moment, name, risk, situation, value};
 use crate::metrics::{Encounter, Thresholds};
-use crate::scenario::prediction::{ObservedHistory, Way};
+use crate::scenario::prediction::{ObservedHistory, PredictedPath};
 use crate::scenario::{Participant, Scene, Window};
 use crate::verdict::{ObstacleRisk, Task, Verdict};
 
@@ -224,11 +224,11 @@ fn probability(p: f64) -> String {
     }
 }
 
-fn words(way: &Way) -> String {
+fn words(way: &PredictedPath) -> String {
     match way {
-        Way::Straight => "straight on".into(),
-        Way::Turn => "on with its turn".into(),
-        Way::Lanes(lanelets) => {
+        PredictedPath::Straight => "straight on".into(),
+        PredictedPath::Turn => "on with its turn".into(),
+        PredictedPath::Lanes(lanelets) => {
             let ids: Vec<String> = lanelets.iter().take(6).map(i64::to_string).collect();
             let more = if lanelets.len() > ids.len() {
                 " …"

@@ -11,7 +11,7 @@ use reqwest::header::LOCATION;
 use super::client::{deepest, has_io_kind, is_tls};
 use super::deadlines::{Deadlines, Elapsed};
 use super::endpoint::{Endpoint, plain};
-use super::error::{Error, Which};
+use super::error::{Error, TimeoutKind};
 use super::error_body::ErrorBody;
 use super::retry::{asked_wait, may_pass};
 use super::text::whole;
@@ -71,7 +71,7 @@ impl Error {
             | Self::Redirected { retry, .. }
             | Self::Server { retry, .. } => *retry,
             Self::Unreachable { .. } => RetryHint::new(true, None),
-            Self::Timeout { which, .. } => RetryHint::new(*which == Which::Connect, None),
+            Self::Timeout { which, .. } => RetryHint::new(*which == TimeoutKind::Connect, None),
             _ => RetryHint::default(),
         }
     }
@@ -119,7 +119,7 @@ impl Error {
         } else if error.is_connect() && error.is_timeout() {
             Self::Timeout {
                 place,
-                which: Which::Connect,
+                which: TimeoutKind::Connect,
                 after: endpoint.timeouts.connect,
             }
         } else if error.is_connect() {

@@ -6,7 +6,7 @@ use tokio::task::yield_now;
 use tokio::time::{Instant, timeout};
 
 use super::endpoint::Timeouts;
-use super::error::Which;
+use super::error::TimeoutKind;
 
 /// Remaining time of one exchange.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +19,7 @@ pub(super) struct Deadlines {
 /// The limit that was hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Elapsed {
-    pub which: Which,
+    pub which: TimeoutKind,
     pub after: Duration,
 }
 
@@ -43,12 +43,12 @@ impl Deadlines {
         let left = self.left();
         let elapsed = if left < self.idle {
             Elapsed {
-                which: Which::Total,
+                which: TimeoutKind::Total,
                 after: self.total,
             }
         } else {
             Elapsed {
-                which: Which::Idle,
+                which: TimeoutKind::Idle,
                 after: self.idle,
             }
         };
@@ -98,7 +98,10 @@ mod tests {
             }
             assert!(begun.elapsed() < 10_000 * MS, "the total time is not kept");
         };
-        assert_eq!((elapsed.which, elapsed.after), (Which::Total, 50 * MS));
+        assert_eq!(
+            (elapsed.which, elapsed.after),
+            (TimeoutKind::Total, 50 * MS)
+        );
     }
 
     #[tokio::test]
@@ -121,7 +124,10 @@ mod tests {
         let whole = patience(60_000 * MS);
         let part = whole.at_most(30 * MS);
         let late = part.wait(std::future::pending::<()>()).await;
-        assert_eq!(late.map_err(|elapsed| elapsed.which), Err(Which::Total));
+        assert_eq!(
+            late.map_err(|elapsed| elapsed.which),
+            Err(TimeoutKind::Total)
+        );
         assert!(whole.left() > 30_000 * MS);
         assert!(patience(10 * MS).at_most(60_000 * MS).left() <= 10 * MS);
     }

@@ -33,7 +33,7 @@ struct File {
 
 /// A key that was found.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct ResolvedKey {
     /// The key.
     pub key: SecretString,
     /// The variable, and the file it is in if it is in one.
@@ -95,9 +95,9 @@ impl Environment {
     }
 
     /// The key in the first of these variables that has one; the process comes before the files.
-    pub(super) fn key(&self, names: &[String]) -> Option<Found> {
+    pub(super) fn key(&self, names: &[String]) -> Option<ResolvedKey> {
         let of_process = names.iter().find_map(|name| {
-            Some(Found {
+            Some(ResolvedKey {
                 key: SecretString::from(self.variable(name)?),
                 source: name.clone(),
             })
@@ -107,7 +107,7 @@ impl Environment {
                 names.iter().find_map(|name| {
                     let key = file.variables.get(name)?;
                     let blank = secrecy::ExposeSecret::expose_secret(key).trim().is_empty();
-                    (!blank).then(|| Found {
+                    (!blank).then(|| ResolvedKey {
                         key: key.clone(),
                         source: format!("{name} in {}", file.path.display()),
                     })

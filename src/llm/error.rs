@@ -24,7 +24,7 @@ impl fmt::Display for Place {
 
 /// The deadline that passed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Which {
+pub enum TimeoutKind {
     /// No connection.
     Connect,
     /// Nothing was received for a while.
@@ -79,7 +79,7 @@ pub enum Error {
         /// Where.
         place: Place,
         /// Which limit was hit.
-        which: Which,
+        which: TimeoutKind,
         /// The limit.
         after: Duration,
     },
@@ -217,21 +217,21 @@ impl Error {
             | Self::Unreachable { .. }
             | Self::Tls { .. }
             | Self::Budget { .. } => true,
-            Self::Timeout { which, .. } => *which == Which::Connect,
+            Self::Timeout { which, .. } => *which == TimeoutKind::Connect,
             _ => false,
         }
     }
 }
 
-fn timeout_text(place: &Place, which: Which, after: Duration) -> String {
+fn timeout_text(place: &Place, which: TimeoutKind, after: Duration) -> String {
     match which {
-        Which::Connect => {
+        TimeoutKind::Connect => {
             format!("no connection to {place} within {after:?}; check the network and the address")
         }
-        Which::Idle => {
+        TimeoutKind::Idle => {
             format!("{place} sent nothing for {after:?}; try again, or raise the idle timeout")
         }
-        Which::Total => format!(
+        TimeoutKind::Total => format!(
             "{place} did not finish within {after:?}; ask for less, or raise the total timeout"
         ),
     }

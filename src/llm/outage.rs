@@ -1,6 +1,6 @@
 //! Provider outages: errors that the next question would most likely meet too.
 
-use super::error::{Error, Which};
+use super::error::{Error, TimeoutKind};
 
 /// An obstacle between a server and every question to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,9 +24,9 @@ impl Error {
                 Some(ProviderOutage::Silence)
             }
             Self::Timeout { which, .. } => match which {
-                Which::Connect | Which::Idle => Some(ProviderOutage::Silence),
+                TimeoutKind::Connect | TimeoutKind::Idle => Some(ProviderOutage::Silence),
                 // A model may need longer for one question than for another.
-                Which::Total => None,
+                TimeoutKind::Total => None,
             },
             Self::Truncated { received: 0, .. } => Some(ProviderOutage::Silence),
             Self::Unauthorized { status: 403, .. } => Some(ProviderOutage::Forbidden),

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde::Deserialize;
 
 use super::endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
-use super::environment::{Environment, Found};
+use super::environment::{Environment, ResolvedKey};
 use super::limits::Limits;
 use super::price::{PriceEntry, Prices};
 use super::provider::{PriceLine, Provider, RegistryError, Words};
@@ -171,7 +171,7 @@ impl Provider {
         }
     }
 
-    pub(super) fn key(&self, environment: &Environment) -> Option<Found> {
+    pub(super) fn key(&self, environment: &Environment) -> Option<ResolvedKey> {
         environment.key(self.key_env.as_ref().map_or(&[], Words::list))
     }
 

@@ -119,7 +119,7 @@ impl<'a> Encounter<'a> {
             Place::Context(context, participant, index) => context.relation(participant, index),
             _ => None,
         };
-        known.unwrap_or_else(|| Relation::of(self))
+        known.unwrap_or_else(|| Relation::new(self))
     }
 
     /// Asks the whole recording: `question` is given the places of the other and of the step.

@@ -26,7 +26,7 @@ pub struct Limit {
 impl Limit {
     /// Its value, in its unit.
     #[must_use]
-    pub fn of(&self, limits: &Limits) -> f64 {
+    pub fn value(&self, limits: &Limits) -> f64 {
         (self.get)(limits)
     }
 
@@ -98,7 +98,11 @@ mod tests {
         assert_eq!(Limits::SHIPPED.mistake(), None);
         let mut limits = Limits::SHIPPED;
         for (place, limit) in LIMITS.iter().enumerate() {
-            assert!(limit.allowed.contains(&limit.of(&limits)), "{}", limit.id);
+            assert!(
+                limit.allowed.contains(&limit.value(&limits)),
+                "{}",
+                limit.id
+            );
             for id in limit.measures {
                 assert!(MEASURES.iter().any(|m| m.id == *id), "{id}");
             }
@@ -106,7 +110,7 @@ mod tests {
             limit.set(&mut limits, 1000.0 + place as f64);
         }
         for (place, limit) in LIMITS.iter().enumerate() {
-            assert_eq!(limit.of(&limits), 1000.0 + place as f64, "{}", limit.id);
+            assert_eq!(limit.value(&limits), 1000.0 + place as f64, "{}", limit.id);
         }
     }
 }

@@ -38,7 +38,7 @@ impl Context<'_> {
         let rows = self.pair(participant).relations.get_or_init(|| {
             let relation = |index| {
                 let encounter = self.encounter(participant, self.step(index))?;
-                Some(Relation::of(&encounter))
+                Some(Relation::new(&encounter))
             };
             (0..self.length()).map(relation).collect()
         });
@@ -76,7 +76,7 @@ impl Context<'_> {
     pub(super) fn following(&self, participant: usize, index: usize) -> Result<Following, NoValue> {
         let rows = self.pair(participant).following.get_or_init(|| {
             let rows = 0..self.length();
-            rows.map(|index| Following::of(self, participant, index))
+            rows.map(|index| Following::find(self, participant, index))
                 .collect()
         });
         rows[index]
@@ -99,13 +99,13 @@ impl Context<'_> {
     /// The latest starts of manoeuvres that avoid this one.
     pub(super) fn starts_before(&self, participant: usize) -> &Starts {
         let starts = &self.pair(participant).starts;
-        starts.get_or_init(|| Starts::of(self, participant..participant + 1))
+        starts.get_or_init(|| Starts::new(self, participant..participant + 1))
     }
 
     /// The latest starts of manoeuvres that avoid everyone.
     pub(super) fn starts(&self) -> &Starts {
         self.starts
-            .get_or_init(|| Starts::of(self, 0..self.participants().len()))
+            .get_or_init(|| Starts::new(self, 0..self.participants().len()))
     }
 
     /// The lanes that the other stands on.

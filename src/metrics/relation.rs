@@ -73,7 +73,7 @@ pub struct Relation {
 impl Relation {
     /// The relation in an encounter.
     #[must_use]
-    pub fn of(encounter: &Encounter<'_>) -> Self {
+    pub fn new(encounter: &Encounter<'_>) -> Self {
         let frame = encounter.ego.pose;
         let gap = |axis: &Vector| {
             let (ego_from, ego_to) = encounter.ego_placed().extent(&frame.position, axis);

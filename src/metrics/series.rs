@@ -19,12 +19,12 @@ impl Series {
     /// Computes `measures` over a scene.
     #[must_use]
     pub fn compute(scene: &Scene, measures: Vec<&'static Measure>) -> Self {
-        Self::of(&Context::new(scene), measures)
+        Self::from_context(&Context::new(scene), measures)
     }
 
     /// Computes `measures` over a prepared scene.
     #[must_use]
-    pub fn of(context: &Context<'_>, measures: Vec<&'static Measure>) -> Self {
+    pub fn from_context(context: &Context<'_>, measures: Vec<&'static Measure>) -> Self {
         let everyone = 0..context.participants().len();
         Self::among(context, measures, &everyone.collect::<Vec<_>>())
     }

@@ -4,12 +4,12 @@ use super::display::{Area, Picture, Provenance};
 use super::map::Map;
 use super::palette::Palette;
 use super::plot::Plot;
-use super::view::{Seen, Subject, Variation, View};
+use super::view::{MapExtent, Subject, Variation, View};
 use crate::metrics::{Context, MEASURES, Measure, Series, Thresholds};
 
 /// What is on a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum What {
+pub enum FigureContent {
     /// The map from above.
     Map,
     /// Measures over time.
@@ -22,9 +22,9 @@ pub enum What {
 #[derive(Debug, Clone)]
 pub struct Look {
     /// What is on it.
-    pub what: What,
+    pub what: FigureContent,
     /// Which part of the map.
-    pub seen: Seen,
+    pub seen: MapExtent,
     /// Whether the ego drives upwards, and not north.
     pub ego_up: bool,
     /// Obstacles that are pointed out; the most dangerous one where none are named.
@@ -48,8 +48,8 @@ impl Default for Look {
     /// A map in a column of a paper.
     fn default() -> Self {
         Self {
-            what: What::Map,
-            seen: Seen::USUAL,
+            what: FigureContent::Map,
+            seen: MapExtent::USUAL,
             ego_up: false,
             obstacles: Vec::new(),
             measures: MEASURES.iter().filter(|m| m.id == "distance").collect(),
@@ -104,7 +104,7 @@ impl<'a> Figure<'a> {
                 return Err(FigureError::IsEgo(id));
             }
         }
-        if look.what != What::Map && subject.scene.is_none() {
+        if look.what != FigureContent::Map && subject.scene.is_none() {
             return Err(FigureError::NoEgo);
         }
         let mut telling = subject.steps().start;
@@ -112,7 +112,7 @@ impl<'a> Figure<'a> {
         if let Some(scene) = subject.scene {
             let context = Context::under(scene, thresholds);
             let distance = MEASURES.iter().filter(|m| m.id == "distance").collect();
-            let distances = Series::of(&context, distance);
+            let distances = Series::from_context(&context, distance);
             if let Some((step, _)) = distances.most_dangerous("distance") {
                 telling = step;
                 let who = distances.most_dangerous_at("distance", step);
@@ -120,8 +120,8 @@ impl<'a> Figure<'a> {
                     look.obstacles.extend(who.map(|(id, _)| id));
                 }
             }
-            if look.what != What::Map {
-                series = Some(Series::of(&context, look.measures.clone()));
+            if look.what != FigureContent::Map {
+                series = Some(Series::from_context(&context, look.measures.clone()));
             }
         }
         Ok(Self {
@@ -173,10 +173,10 @@ impl<'a> Figure<'a> {
         let panels = look.measures.len().max(1) as f64;
         let plot_height = panels * 0.36 * width + 5.0 * letters;
         let (map_height, plot_height) = match (look.what, height) {
-            (What::Map, height) => (height.unwrap_or(0.68 * width), 0.0),
-            (What::Plot, height) => (0.0, height.unwrap_or(plot_height)),
-            (What::Both, None) => (0.62 * width, plot_height),
-            (What::Both, Some(all)) => {
+            (FigureContent::Map, height) => (height.unwrap_or(0.68 * width), 0.0),
+            (FigureContent::Plot, height) => (0.0, height.unwrap_or(plot_height)),
+            (FigureContent::Both, None) => (0.62 * width, plot_height),
+            (FigureContent::Both, Some(all)) => {
                 let part = panels / (panels + 1.4);
                 (all * (1.0 - part), all * part)
             }
@@ -231,9 +231,9 @@ impl<'a> Figure<'a> {
         let seconds = step as f64 * scenario.dt();
         let name = self.name;
         let what = match self.look.what {
-            What::Map => "The scene from above",
-            What::Plot => "Measures over time",
-            What::Both => "The scene from above and measures over time",
+            FigureContent::Map => "The scene from above",
+            FigureContent::Plot => "Measures over time",
+            FigureContent::Both => "The scene from above and measures over time",
         };
         let mut facts = vec![
             (
@@ -256,7 +256,7 @@ impl<'a> Figure<'a> {
             let words = format!("obstacle {id} after step {from}, as recorded and as changed");
             facts.push(("variant", words));
         }
-        if self.look.what != What::Map {
+        if self.look.what != FigureContent::Map {
             let ids: Vec<&str> = self.look.measures.iter().map(|m| m.id).collect();
             facts.push(("measures", ids.join(", ")));
         }

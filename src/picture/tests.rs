@@ -4,7 +4,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::*;
-use crate::formats::{WantedEgo, bundled};
+use crate::formats::{EgoSelection, bundled};
 use crate::geometry::Point;
 use crate::metrics::{MEASURES, Thresholds};
 use crate::scenario::Scene;
@@ -15,7 +15,7 @@ fn scene(name: &str) -> Scene {
         .find(|e| e.name.contains(name))
         .unwrap();
     let scenario = entry.read().unwrap();
-    let ego = WantedEgo::Beside.of(&entry, &scenario).unwrap().unwrap();
+    let ego = EgoSelection::Beside.of(&entry, &scenario).unwrap().unwrap();
     Scene::new(scenario, ego)
 }
 
@@ -85,7 +85,7 @@ fn labels_lie_over_nothing_that_matters() {
     for name in ["RedLight", "CutIn", "Merge", "JamTail"] {
         let scene = scene(name);
         let look = Look {
-            seen: Seen::Ego { width: 200.0 },
+            seen: MapExtent::Ego { width: 200.0 },
             ..Look::default()
         };
         let picture = figure(&scene, look).at(30);
@@ -132,7 +132,7 @@ fn the_contact_is_marked_at_its_step_alone() {
 fn the_same_figure_is_the_same_bytes() {
     let scene = scene("CutIn");
     let look = || Look {
-        what: What::Both,
+        what: FigureContent::Both,
         measures: MEASURES
             .iter()
             .filter(|m| ["ttc", "risk"].contains(&m.id))
@@ -232,7 +232,7 @@ fn who_is_not_there_cannot_be_pointed_out() {
         scene: None,
     };
     let plot = Look {
-        what: What::Plot,
+        what: FigureContent::Plot,
         ..Look::default()
     };
     let none = Figure::new(alone, "test", plot, Thresholds::shipped()).err();

@@ -6,7 +6,7 @@ use crate::scenario::{Motion, Obstacle, ObstacleRole, Scenario, Scene};
 
 /// Which part of the map is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Seen {
+pub enum MapExtent {
     /// Around the ego, so many metres wide; without an ego, everything.
     Ego {
         /// Metres from left to right.
@@ -23,7 +23,7 @@ pub enum Seen {
     },
 }
 
-impl Seen {
+impl MapExtent {
     /// Metres around the ego that are seen unless something else is asked for.
     pub const USUAL: Self = Self::Ego { width: 60.0 };
 
@@ -80,7 +80,13 @@ pub struct View {
 impl View {
     /// The view of a scenario at a step.
     #[must_use]
-    pub fn new(seen: Seen, ego_up: bool, subject: &Subject<'_>, step: i64, area: Area) -> Self {
+    pub fn new(
+        seen: MapExtent,
+        ego_up: bool,
+        subject: &Subject<'_>,
+        step: i64,
+        area: Area,
+    ) -> Self {
         let ego = subject.scene.and_then(|scene| scene.ego.track.at(step));
         let up = match ego {
             Some(motion) if ego_up => motion.pose.heading,
@@ -95,8 +101,8 @@ impl View {
             area,
         };
         match (seen, ego) {
-            (Seen::Around { center, width }, _) => around(center, width),
-            (Seen::Ego { width }, Some(motion)) => around(motion.pose.position, width),
+            (MapExtent::Around { center, width }, _) => around(center, width),
+            (MapExtent::Ego { width }, Some(motion)) => around(motion.pose.position, width),
             _ => {
                 let turned = Pose {
                     position: Point::origin(),
@@ -258,10 +264,13 @@ mod tests {
 
     #[test]
     fn views_are_read_and_nonsense_is_refused() {
-        assert_eq!(Seen::parse("all"), Ok(Seen::All));
-        assert_eq!(Seen::parse("ego,80"), Ok(Seen::Ego { width: 80.0 }));
-        let around = Seen::parse("-12.5, 3e1,40").unwrap();
-        let Seen::Around { center, width } = around else {
+        assert_eq!(MapExtent::parse("all"), Ok(MapExtent::All));
+        assert_eq!(
+            MapExtent::parse("ego,80"),
+            Ok(MapExtent::Ego { width: 80.0 })
+        );
+        let around = MapExtent::parse("-12.5, 3e1,40").unwrap();
+        let MapExtent::Around { center, width } = around else {
             panic!("{around:?}")
         };
         assert_eq!((center.x, center.y, width), (-12.5, 30.0, 40.0));
@@ -269,7 +278,7 @@ mod tests {
             "", "me", "1,2", "1,2,0", "1,2,nan", "ego,-3", "1,2,3,4", "inf,2,3",
         ] {
             assert!(
-                Seen::parse(wrong).unwrap_err().contains("X,Y,WIDTH"),
+                MapExtent::parse(wrong).unwrap_err().contains("X,Y,WIDTH"),
                 "{wrong}"
             );
         }

@@ -10,7 +10,7 @@ pub struct Cancel(Arc<AtomicBool>);
 impl Cancel {
     /// The wish that `flag` stands for.
     #[must_use]
-    pub fn of(flag: &Arc<AtomicBool>) -> Self {
+    pub fn from_flag(flag: &Arc<AtomicBool>) -> Self {
         Self(Arc::clone(flag))
     }
 

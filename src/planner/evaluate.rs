@@ -5,7 +5,7 @@ use super::lateral::Lateral;
 use super::motion::{Moved, Station, state};
 use super::profile::Profile;
 use super::traffic::{Occupied, Own, Traffic};
-use super::{Bends, Limit, Limits, Settings};
+use super::{CurvatureSpeedLimit, Limit, Limits, Settings};
 
 /// Shared checks for all candidates of a plan.
 #[derive(Debug, Clone, Copy)]
@@ -15,7 +15,7 @@ pub(super) struct Judge<'a> {
     pub traffic: &'a Traffic,
     /// m/s, where no bend is.
     pub wanted: f64,
-    pub bends: &'a Bends,
+    pub bends: &'a CurvatureSpeedLimit,
     /// Seconds between two steps.
     pub dt: f64,
     pub steps: usize,

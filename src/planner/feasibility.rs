@@ -259,7 +259,7 @@ impl Feasibility {
         turns: &[Turn],
         last_angle: f64,
     ) -> Result<Feasible, FeasibilityError> {
-        let mut found = Found {
+        let mut found = Violations {
             check: self,
             broken: Vec::new(),
         };
@@ -298,12 +298,12 @@ impl Feasibility {
 }
 
 /// What is broken so far.
-struct Found<'a> {
+struct Violations<'a> {
     check: &'a Feasibility,
     broken: Vec<Broken>,
 }
 
-impl Found<'_> {
+impl Violations<'_> {
     /// A value that is no number keeps no bound.
     fn ask(&mut self, step: i64, bound: Bound, value: f64, most: f64) {
         let broken = value.partial_cmp(&most).is_none_or(Ordering::is_gt);

@@ -24,7 +24,7 @@ const MARGIN: f64 = 3.0;
 impl Arrival {
     /// Of the goal that `route` leads to; nothing where no goal says where.
     #[must_use]
-    pub fn of(
+    pub fn new(
         scenario: &Scenario,
         problem: &PlanningProblem,
         route: &Route,

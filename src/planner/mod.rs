@@ -5,10 +5,10 @@
 //! cannot drive, that leave the road or that touch an obstacle's predicted body are rejected, and the cheapest
 //! remaining one is driven. The planner is deterministic: the same input gives the same plan.
 
-mod bends;
 mod brake;
 mod cancel;
 mod candidate;
+mod curvature_speed_limit;
 mod emergency;
 mod evaluate;
 mod feasibility;
@@ -32,9 +32,9 @@ mod tests;
 mod traffic;
 mod unavoided;
 
-pub use bends::Bends;
 pub use cancel::Cancel;
 pub use candidate::{Candidate, Cost, Rejection};
+pub use curvature_speed_limit::CurvatureSpeedLimit;
 pub use emergency::Emergency;
 pub use feasibility::{Bound, Broken, Feasibility, FeasibilityError, Feasible, Tolerance};
 pub use forecast::{Forecast, Forecaster};

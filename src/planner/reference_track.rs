@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::smooth::smooth;
-use super::{Arrival, Bends, VehicleState};
+use super::{Arrival, CurvatureSpeedLimit, VehicleState};
 use crate::geometry::{LateralProfile, Pose, ReferencePath, ReferencePathError, angle_between};
 use crate::scenario::{LaneGraph, PlanningProblem, Route, RouteError, Scenario};
 
@@ -23,7 +23,7 @@ pub struct ReferenceTrack {
     /// The fastest that is driven to arrive in time, m/s: an ego that is late may stay late.
     pub fastest: f64,
     /// How fast the bends ahead let one be.
-    pub bends: Bends,
+    pub bends: CurvatureSpeedLimit,
 }
 
 /// Why there is no reference track.
@@ -102,7 +102,7 @@ impl ReferenceTrack {
         let start = start.map_or(BEHIND, |at| at.s);
         let velocity = problem.initial.velocity.map_or(0.0, |q| q.middle());
         let cruise = velocity.max(SLOWEST_CRUISE);
-        let arrival = Arrival::of(scenario, problem, &route, &path);
+        let arrival = Arrival::new(scenario, problem, &route, &path);
         let mean = arrival.map_or(0.0, |arrival| {
             let time = (arrival.step - problem.initial.time.from) as f64 * scenario.dt();
             (arrival.from - start) / time.max(scenario.dt())
@@ -111,7 +111,7 @@ impl ReferenceTrack {
             arrival,
             fastest: HASTE * cruise.max(mean),
             cruise,
-            bends: Bends::of(&path),
+            bends: CurvatureSpeedLimit::new(&path),
             path: Arc::new(path),
             start,
             route: Arc::new(route),

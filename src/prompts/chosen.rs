@@ -14,9 +14,9 @@ const LARGEST: u64 = 1 << 16;
 
 /// Files of templates, by task and frame.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Chosen(BTreeMap<String, BTreeMap<String, String>>);
+pub struct TemplateChoices(BTreeMap<String, BTreeMap<String, String>>);
 
-impl Chosen {
+impl TemplateChoices {
     /// What was chosen; nothing where there is no file.
     ///
     /// # Errors
@@ -79,7 +79,7 @@ impl Chosen {
 pub fn choose_template(folder: &Path, task: &str, frame: &str, file: &str) -> Result<(), String> {
     let path = folder.join(FILE);
     let named = |words: String| format!("{}: {words}", path.display());
-    let mut chosen = Chosen::read(folder).map_err(named)?;
+    let mut chosen = TemplateChoices::read(folder).map_err(named)?;
     chosen.set(task, frame, Some(file));
     chosen
         .write(folder)

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::chosen::{self, Chosen};
+use super::chosen::{self, TemplateChoices};
 use super::render::syntax;
 use super::{Template, TemplateError, includes};
 use crate::system;
@@ -106,7 +106,7 @@ pub struct Library {
     fragments: BTreeMap<String, String>,
     fragment_origins: BTreeMap<String, Origin>,
     /// Which of several templates for the same is used.
-    chosen: Chosen,
+    chosen: TemplateChoices,
     /// Files of the user that could not be used.
     pub problems: Vec<Problem>,
 }
@@ -247,9 +247,9 @@ impl Library {
                 instead: Instead::Usual,
             });
         };
-        let mut chosen = Chosen::read(folder).unwrap_or_else(|message| {
+        let mut chosen = TemplateChoices::read(folder).unwrap_or_else(|message| {
             problem(message);
-            Chosen::default()
+            TemplateChoices::default()
         });
         for (task, frame, file) in chosen.all() {
             let front = self.templates.get(&file).map(|(t, _)| &t.front);

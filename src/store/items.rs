@@ -108,7 +108,7 @@ pub(super) const STATE: &str = "CASE WHEN items.state = 'answered' AND items.key
 
 /// The newest whole answer to a question.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct NewestAnswer {
     /// The run.
     pub run: RunId,
     /// The answer's text; the reasoning where that is all that was said.
@@ -281,7 +281,7 @@ impl Store {
     pub fn items_with_answers(
         &self,
         batch: BatchId,
-    ) -> Result<Vec<(Item, Option<Found>)>, StoreError> {
+    ) -> Result<Vec<(Item, Option<NewestAnswer>)>, StoreError> {
         self.some_items_with_answers(batch, 0, None)
     }
 
@@ -294,7 +294,7 @@ impl Store {
         batch: BatchId,
         from: u64,
         most: Option<u32>,
-    ) -> Result<Vec<(Item, Option<Found>)>, StoreError> {
+    ) -> Result<Vec<(Item, Option<NewestAnswer>)>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
             &format!("SELECT items.*, {STATE} AS now, found.id AS found,
@@ -315,7 +315,7 @@ impl Store {
         let rows = statement.query_map(params![batch.0, from, most], |row| {
             let found = match row.get::<_, Option<i64>>("found")? {
                 None => None,
-                Some(run) => Some(Found {
+                Some(run) => Some(NewestAnswer {
                     run: RunId(run),
                     text: {
                         let text = row.get_ref("text")?.as_str()?;

@@ -1,6 +1,5 @@
 //! The store: every run in SQLite, chunk by chunk as it arrives; nothing is lost, nothing is asked twice.
 
-mod asides;
 mod batches;
 mod bound;
 mod claim;
@@ -23,12 +22,12 @@ mod reading;
 mod record;
 mod rows;
 mod run;
+mod secondary_runs;
 mod truths;
 mod unstored;
 mod verdicts;
 mod write;
 
-pub use asides::SecondaryRuns;
 pub use batches::{Batch, BatchId, Progress};
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
@@ -36,7 +35,7 @@ pub use decisions::StoredOutcome;
 pub use filter::{Decision, Filter, FilterError, moment};
 pub use health::Health;
 pub use identity::Identity;
-pub use items::{Found, Item, ItemState, NewItem};
+pub use items::{Item, ItemState, NewItem, NewestAnswer};
 pub use key::Key;
 pub use list::{MOST_SHOWN, Summary};
 pub use merge::Merged;
@@ -48,6 +47,7 @@ pub use provider_batches::{
 pub use ratings::{Choice, NewRating, RatedAnswer, Rating};
 pub use record::RecordError;
 pub use run::{Consumed, Ending, NewRun, Origin, Piece, Run, RunId, RunState};
+pub use secondary_runs::SecondaryRuns;
 pub use truths::RunLabel;
 pub use unstored::Unstored;
 pub use verdicts::StoredVerdict;

@@ -22,7 +22,7 @@ pub use planned::Planned;
 pub use source::Source;
 pub use variant::{Generated, Made, VariantRequest, VariantShown, Working};
 
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::judge::{Judgement, judge_under};
 use crate::metrics::{
     Context, Headline, MEASURES, Measure, Reading, SCENE_MEASURES, Series, Thresholds,
@@ -80,7 +80,7 @@ impl Opened {
     /// It cannot be read, or the obstacle or file that was asked for cannot be the ego.
     pub fn read(
         entry: &Entry,
-        wanted: &WantedEgo,
+        wanted: &EgoSelection,
         thresholds: &Thresholds,
     ) -> Result<Self, String> {
         Self::changed(entry, wanted, thresholds, None)
@@ -92,7 +92,7 @@ impl Opened {
     /// As of [`Opened::read`]; or it has no ego, without which nothing can be changed.
     pub fn changed(
         entry: &Entry,
-        wanted: &WantedEgo,
+        wanted: &EgoSelection,
         thresholds: &Thresholds,
         change: Option<Transform>,
     ) -> Result<Self, String> {
@@ -104,7 +104,7 @@ impl Opened {
         };
         let OpenedScene { scenario, scene } = open(&request).map_err(|error| error.to_string())?;
         let mut opened = Self::with(entry, change, scenario, scene, thresholds);
-        opened.chosen = matches!(wanted, WantedEgo::File { .. });
+        opened.chosen = matches!(wanted, EgoSelection::File { .. });
         Ok(opened)
     }
 
@@ -165,7 +165,7 @@ impl Opened {
 fn series(scene: &Scene, thresholds: &Thresholds) -> Series {
     let wanted = |m: &&'static Measure| SHOWN.contains(&m.id);
     let context = Context::under(scene, thresholds);
-    Series::of(&context, MEASURES.iter().filter(wanted).collect())
+    Series::from_context(&context, MEASURES.iter().filter(wanted).collect())
 }
 
 /// Obstacles by their lowest risk, then their smallest distance.
@@ -194,7 +194,7 @@ fn ranking(series: &Series) -> Vec<i64> {
 #[must_use]
 pub fn worst_of(
     entry: &Entry,
-    ego: &WantedEgo,
+    ego: &EgoSelection,
     measure: &str,
     thresholds: &Thresholds,
 ) -> Option<f64> {
@@ -202,7 +202,7 @@ pub fn worst_of(
     let scenario = entry.read().ok()?;
     let ego = ego.of(entry, &scenario).ok()??;
     let scene = Scene::new(scenario, ego);
-    let series = Series::of(&Context::under(&scene, thresholds), vec![measure]);
+    let series = Series::from_context(&Context::under(&scene, thresholds), vec![measure]);
     let rows = series
         .obstacles()
         .iter()
@@ -231,7 +231,7 @@ pub fn judged(
 /// A measure over a scene, for the plot.
 #[must_use]
 pub fn plotted(scene: &Scene, measure: &'static Measure, thresholds: &Thresholds) -> Series {
-    Series::of(&Context::under(scene, thresholds), vec![measure])
+    Series::from_context(&Context::under(scene, thresholds), vec![measure])
 }
 
 /// Every measure of one obstacle, and those of the whole scene, at every step.

@@ -15,7 +15,7 @@ use super::keymap::{Key, Keymap};
 use super::loaded::{Facts, Measured, Opened, PictureJob, Source};
 use super::theme::Named;
 use crate::evaluation::{Answer, Event, Question};
-use crate::formats::{Entry, Found, PassedOver};
+use crate::formats::{Entry, PassedOver, SearchResults};
 use crate::llm::Discovered;
 use crate::metrics::{Measure, Series, Thresholds};
 use crate::prompts::Library;
@@ -38,7 +38,7 @@ pub enum Msg {
     /// Time passed; sent only while something moves.
     Passed(Duration),
     /// The scenarios were found, or why not.
-    Found(Result<Found, String>),
+    Found(Result<SearchResults, String>),
     /// More scenarios were found; the search continues.
     Listed(Vec<Entry>),
     /// The search has ended: what was passed over, or why nothing was found.

@@ -23,7 +23,7 @@ use super::tasks::{Remaining, Tasks, session};
 use super::terminal::{self, Events, Screen, give_back_on_panic};
 use super::update::{start, update};
 use super::{screen, views, widgets};
-use crate::formats::{Entry, Place, WantedEgo, not_standard_input};
+use crate::formats::{EgoSelection, Entry, Place, not_standard_input};
 use crate::settings::Folders;
 use crate::store::{Filter, Store};
 use crate::system;
@@ -36,7 +36,7 @@ pub type Ended = Result<(), String>;
 ///
 /// # Errors
 /// A path is not there; the terminal cannot be taken, or went away.
-pub fn run(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
+pub fn run(paths: Vec<PathBuf>, ego: EgoSelection) -> Ended {
     // Better said on the shell, where the mistake was made.
     for path in &paths {
         not_standard_input(path).map_err(|error| error.to_string())?;
@@ -75,7 +75,7 @@ fn the_terminal(error: &std::io::Error) -> String {
     format!("the terminal: {}", system::words(error))
 }
 
-async fn workbench(paths: Vec<PathBuf>, ego: WantedEgo) -> Ended {
+async fn workbench(paths: Vec<PathBuf>, ego: EgoSelection) -> Ended {
     give_back_on_panic();
     let folders = Folders::find()?;
     folders.close();

@@ -13,7 +13,7 @@ use super::theme::Theme;
 use super::update::{self, update};
 use super::views;
 use crate::metrics::Thresholds;
-use crate::picture::{Cell, Color, Palette, Screen, ScreenWanted};
+use crate::picture::{Cell, Color, Palette, Screen, ScreenRequest};
 use crate::prompts::Library;
 use crate::settings::{Config, Folders};
 
@@ -21,7 +21,7 @@ use crate::settings::{Config, Folders};
 ///
 /// # Errors
 /// The theme or the scenario cannot be read, or a named obstacle does not exist.
-pub fn screen(wanted: &ScreenWanted) -> Result<(Screen, i64), String> {
+pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
     let folders = Folders::find()?;
     let theme = Theme::load(&wanted.theme, &folders.themes(), true)?;
     let config = Config::read(&folders.config_file()).map_err(|e| e.in_short())?;
@@ -78,7 +78,7 @@ pub fn screen(wanted: &ScreenWanted) -> Result<(Screen, i64), String> {
 
 fn read(
     entry: &crate::formats::Entry,
-    wanted: &ScreenWanted,
+    wanted: &ScreenRequest,
     thresholds: &Thresholds,
 ) -> Result<Opened, String> {
     let opened = Opened::read(entry, &wanted.ego, thresholds);
@@ -180,13 +180,13 @@ fn indexed(index: u8) -> Color {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::formats::{WantedEgo, bundled};
+    use crate::formats::{EgoSelection, bundled};
 
     #[test]
     fn the_workbench_is_a_picture_of_its_cells() {
-        let wanted = ScreenWanted {
+        let wanted = ScreenRequest {
             entry: bundled().remove(2),
-            ego: WantedEgo::Beside,
+            ego: EgoSelection::Beside,
             size: (120, 40),
             step: None,
             obstacle: None,
@@ -198,7 +198,7 @@ mod tests {
         assert_eq!(painted.cells.len(), 120 * 40);
         let words: String = painted.cells.iter().map(|c| c.symbol.as_str()).collect();
         assert!(words.contains("ZAM_RedLight-1_1_T-1") && words.contains("contact"));
-        let unknown = ScreenWanted {
+        let unknown = ScreenRequest {
             obstacle: Some(-7),
             ..wanted
         };

@@ -17,7 +17,7 @@ use super::theme::Theme;
 use super::update::update;
 use super::{tasks, views, widgets};
 use crate::evaluation::{Answer, Event, Judged, Missing, default_planning};
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::llm::Chunk;
 use crate::planner::Cancel;
 use crate::prompts::Library;
@@ -53,7 +53,7 @@ impl Stage {
         stage.draw();
         for effect in stage.send(Msg::Found(Ok(vec![entry.clone()].into()))) {
             if let Effect::Open(id, entry, _) = effect {
-                let opened = Opened::read(&entry, &WantedEgo::Beside, &stage.model.thresholds)?;
+                let opened = Opened::read(&entry, &EgoSelection::Beside, &stage.model.thresholds)?;
                 stage.send(Msg::Opened(id, Ok(Box::new(opened))));
             }
         }
@@ -163,7 +163,7 @@ impl Stage {
         let request = PlanRequest {
             open: OpenRequest {
                 entry: &entry,
-                ego: &WantedEgo::Beside,
+                ego: &EgoSelection::Beside,
                 transform: change,
                 strict: false,
             },
@@ -195,7 +195,7 @@ impl Stage {
     pub fn read_results(&mut self, store: &Store) {
         let key = Key::parse("%").unwrap_or_else(|| panic!("% is a key"));
         let judging = Judging {
-            ego: WantedEgo::Beside,
+            ego: EgoSelection::Beside,
             thresholds: self.model.thresholds.clone(),
         };
         let mut asks = self.send(Msg::Key(key)).into_iter();

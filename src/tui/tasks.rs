@@ -25,7 +25,7 @@ use self::queue::Queue;
 use super::loaded::{PictureJob, Source};
 use super::message::{AskId, Effect, Msg, Outside, StoredOf};
 use crate::evaluation::{Answer, Judge, Question, RunOptions};
-use crate::formats::WantedEgo;
+use crate::formats::EgoSelection;
 use crate::llm::{Effort, Environment, Parameters, Registry, probe};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
@@ -50,7 +50,7 @@ pub struct Tasks {
     thresholds: Arc<Thresholds>,
     store: Option<Arc<Store>>,
     /// The ego of a scenario where no obstacle is taken in its place.
-    ego: WantedEgo,
+    ego: EgoSelection,
     asking: HashMap<AskId, AbortHandle>,
     pictures: pictures::Drawing,
     driving: planning::Driving,
@@ -96,7 +96,7 @@ impl Tasks {
         config: &Config,
         thresholds: Arc<Thresholds>,
         store: Option<Arc<Store>>,
-        ego: WantedEgo,
+        ego: EgoSelection,
     ) -> Self {
         Self {
             survey: Queue::new(sender.clone()),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::formats::commonroad::ReadError;
-use crate::formats::{EgoError, Entry, WantedEgo};
+use crate::formats::{EgoError, EgoSelection, Entry};
 use crate::scenario::{Scenario, Scene, Transform};
 
 /// A request to open a scenario.
@@ -12,7 +12,7 @@ pub struct OpenRequest<'a> {
     /// The scenario.
     pub entry: &'a Entry,
     /// Its ego. An obstacle is named as it is called after the change.
-    pub ego: &'a WantedEgo,
+    pub ego: &'a EgoSelection,
     /// What of the scene is changed.
     pub transform: Option<Transform>,
     /// Whether a file beside the scenario that cannot be used is an error; otherwise the scenario has no ego then.
@@ -71,16 +71,16 @@ pub fn open(request: &OpenRequest<'_>) -> Result<OpenedScene, OpenError> {
     } = *request;
     let scenario = entry.read()?;
     let ego = match (transform, ego) {
-        (Some(transform), WantedEgo::Obstacle(id)) => {
+        (Some(transform), EgoSelection::Obstacle(id)) => {
             let before = transform.ids(&scenario).get(id).copied();
-            &WantedEgo::Obstacle(before.unwrap_or(*id))
+            &EgoSelection::Obstacle(before.unwrap_or(*id))
         }
         _ => ego,
     };
     let scene = match ego.of(entry, &scenario) {
         Ok(Some(ego)) => Ok(Arc::new(Scene::new(Arc::clone(&scenario), ego))),
         Ok(None) => Err(MissingEgo::NotRecorded),
-        Err(error) if *ego == WantedEgo::Beside && !strict => {
+        Err(error) if *ego == EgoSelection::Beside && !strict => {
             Err(MissingEgo::Unusable(error.to_string()))
         }
         Err(error) => return Err(error.into()),

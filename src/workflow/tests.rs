@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::formats::{Entry, WantedEgo, bundled};
+use crate::formats::{EgoSelection, Entry, bundled};
 use crate::planner::{Cancel, Forecast};
 use crate::simulation::Settings;
 
@@ -18,7 +18,7 @@ fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> {
     PlanRequest {
         open: OpenRequest {
             entry,
-            ego: &WantedEgo::Beside,
+            ego: &EgoSelection::Beside,
             transform: None,
             strict: false,
         },

@@ -332,7 +332,7 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
         assert!(whole.stderr.contains(words), "{words}: {}", whole.stderr);
     }
     assert!(
-        !whole.stderr.contains("ground truth is unknown"),
+        !whole.stderr.contains("scenarios is unknown"),
         "{}",
         whole.stderr
     );

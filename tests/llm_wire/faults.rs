@@ -531,7 +531,7 @@ async fn silence_is_noticed_in_every_dialect() {
             matches!(
                 answer.error,
                 Some(Error::Timeout {
-                    which: Which::Idle,
+                    which: TimeoutKind::Idle,
                     ..
                 })
             ),

@@ -26,7 +26,7 @@ async fn a_connection_that_is_never_made() {
         matches!(
             answer.error,
             Some(Error::Timeout {
-                which: Which::Connect,
+                which: TimeoutKind::Connect,
                 ..
             })
         ),
@@ -58,7 +58,7 @@ async fn silence_ends_the_wait_and_comments_are_no_silence() {
     let answer = ask(endpoint.clone()).await;
     assert_eq!(answer.text, "so far");
     assert!(
-        matches!(answer.error, Some(Error::Timeout { which: Which::Idle, after, .. }) if after == 600 * MS),
+        matches!(answer.error, Some(Error::Timeout { which: TimeoutKind::Idle, after, .. }) if after == 600 * MS),
         "{answer:?}"
     );
     let answer = ask(endpoint).await;
@@ -66,7 +66,7 @@ async fn silence_ends_the_wait_and_comments_are_no_silence() {
         matches!(
             answer.error,
             Some(Error::Timeout {
-                which: Which::Idle,
+                which: TimeoutKind::Idle,
                 ..
             })
         ),
@@ -96,7 +96,7 @@ async fn the_total_time_does_not_start_again() {
     assert!(begun.elapsed() < Duration::from_millis(4000));
     assert!(!answer.text.is_empty());
     assert!(
-        matches!(answer.error, Some(Error::Timeout { which: Which::Total, after, .. }) if after == 800 * MS),
+        matches!(answer.error, Some(Error::Timeout { which: TimeoutKind::Total, after, .. }) if after == 800 * MS),
         "{answer:?}"
     );
 }

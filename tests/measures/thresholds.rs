@@ -20,7 +20,7 @@ fn read(text: &str) -> Thresholds {
 }
 
 fn series(scene: &Scene, thresholds: &Thresholds) -> Series {
-    Series::of(
+    Series::from_context(
         &Context::under(scene, thresholds),
         MEASURES.iter().collect(),
     )
@@ -42,7 +42,7 @@ fn changed(scene: &Scene, before: &Series, thresholds: &Thresholds) -> BTreeSet<
 
 /// Another value that is allowed.
 fn other(limit: &Limit) -> f64 {
-    let shipped = limit.of(&Thresholds::shipped().limits);
+    let shipped = limit.value(&Thresholds::shipped().limits);
     // What must stay below something is lowered, what must stay above something is raised.
     let factor = match limit.id {
         "rss_brake_most" | "madr_most" | "rss_lateral_margin" => 1.3,

@@ -332,7 +332,7 @@ fn the_same_scene_has_the_same_judgement() {
 
 #[test]
 fn a_fork_is_followed_both_ways() {
-    use nearmiss::scenario::prediction::{ObservedHistory, Predictor, Way};
+    use nearmiss::scenario::prediction::{ObservedHistory, PredictedPath, Predictor};
     let ego: Motion = |t| (-10.0 + 10.0 * (t - T), 0.0, 0.0);
     let scene = stage(crossing(), ego, vec![]).at(HERE);
     let past = ObservedHistory::of(&scene, &Window::ending_at(&scene, NOW, 10));
@@ -342,7 +342,7 @@ fn a_fork_is_followed_both_ways() {
         let of = prediction
             .courses
             .iter()
-            .filter(|c| c.way == Way::Lanes(way.to_vec()));
+            .filter(|c| c.way == PredictedPath::Lanes(way.to_vec()));
         of.map(|c| c.weight).sum()
     };
     assert!((weight(&[1, 2]) - 0.375).abs() < 1e-9 && (weight(&[1, 3]) - 0.375).abs() < 1e-9);
@@ -352,7 +352,7 @@ fn a_fork_is_followed_both_ways() {
     let turned = prediction.trajectories(0.1, 20);
     let right = turned
         .iter()
-        .filter(|t| prediction.courses[t.course].way == Way::Lanes(vec![1, 3]));
+        .filter(|t| prediction.courses[t.course].way == PredictedPath::Lanes(vec![1, 3]));
     let ends: Vec<Point> = right.map(|t| t.poses[20].position).collect();
     assert!(
         ends.iter().all(|p| p.y < -1.0) && ends.len() == 5,

@@ -11,7 +11,7 @@ use crate::cli::open::{found, frame, techniques};
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::{Matrix, More, RequestSettings, Shard};
 use crate::evaluation::{Lead, default_frame};
-use crate::formats::WantedEgo;
+use crate::formats::EgoSelection;
 use crate::llm::{Effort, Endpoint};
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
@@ -20,11 +20,11 @@ use crate::text::Frame;
 use crate::verdict::Task;
 use crate::workflow::batch::{BatchError, BatchPlan, BatchRequest, BatchRun};
 
-use super::asked::{self, Table};
 use super::context::BatchContext;
 use super::dry_run;
 use super::listed;
 use super::resume;
+use super::running::{self, Table};
 use super::shown::Rows;
 use super::truth::{say_each, truth_source};
 
@@ -216,7 +216,7 @@ fn begin(arguments: &Evaluate) -> Outcome {
         matrix: matrix(arguments, &context)?,
         paths: arguments.paths.clone(),
         entries: found(&arguments.paths)?,
-        ego: WantedEgo::Beside,
+        ego: EgoSelection::Beside,
         truth: truth_source(&arguments.truth)?,
         shard: options.shard,
         drafts: BTreeMap::new(),
@@ -247,7 +247,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan)
             plan.spec.truth.words()
         )));
     }
-    let runtime = asked::runtime()?;
+    let runtime = running::runtime()?;
     let refused = runtime.block_on(dry_run.refused(&judges));
     if options.dry_run {
         return dry_run::write(&dry_run, &refused, context.budget(options), json(arguments));
@@ -265,7 +265,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan)
     };
     if plan.scenarios() == 0 {
         output::say(&format!("nearmiss: {id}: there is nothing to ask"));
-        return asked::show(context, id, table);
+        return running::show(context, id, table);
     }
     let run = Arc::new(BatchRun::new(
         (id, plan),
@@ -274,7 +274,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan)
         context.concurrency(options),
         Arc::default(),
     ));
-    asked::ask(&runtime, context, &run, &dry_run, (options.batch, table))
+    running::ask(&runtime, context, &run, &dry_run, (options.batch, table))
 }
 
 /// Whether the table is to be JSON.

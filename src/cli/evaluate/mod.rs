@@ -1,12 +1,12 @@
 //! `nearmiss evaluate`: measures how good the built-in judge and language models are on many scenarios.
 
-mod asked;
 mod batch;
 mod collision;
 mod context;
 mod dry_run;
 mod listed;
 mod resume;
+mod running;
 mod safety;
 mod shown;
 mod submit;

@@ -26,7 +26,7 @@ pub fn truth(paths: &[PathBuf], entries: &[Entry]) -> Result<Truth, Failure> {
 impl Truth {
     /// The label of a scenario; `None` if unknown.
     pub fn of(&self, entry: &Entry) -> Option<Label> {
-        self.known.of(entry, None)
+        self.known.label(entry, None)
     }
 
     /// Whether the label of an entry can be of its scene.

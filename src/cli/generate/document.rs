@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use super::made::Generated;
+use super::variant::Generated;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
 use crate::formats::Entry;

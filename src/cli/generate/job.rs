@@ -7,9 +7,9 @@ use serde_json::json;
 
 use super::document;
 use super::line::Line;
-use super::made::{Generated, Product};
 use super::summary::Summary;
 use super::table::Table;
+use super::variant::{Generated, Product};
 use crate::cli::{Failure, output};
 use crate::formats::Entry;
 use crate::generation::{Saved, Variant};
@@ -59,7 +59,7 @@ impl Job<'_> {
             }
         }
         let document = document::document(generated, saved.as_ref(), self.by);
-        self.tell(&Line::of(document).map_err(Failure::input)?)
+        self.tell(&Line::from_document(document).map_err(Failure::input)?)
     }
 
     /// Counts a line and writes it.

@@ -21,7 +21,7 @@ pub struct Line {
 #[derive(Debug, Clone, Deserialize)]
 pub struct Figures {
     pub scenario: String,
-    pub outcome: Named,
+    pub outcome: OutcomeName,
     pub attacker: Option<i64>,
     pub manoeuvre: Option<String>,
     pub min_risk_before: Option<u8>,
@@ -44,7 +44,7 @@ pub struct Figures {
 /// The outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Named {
+pub enum OutcomeName {
     Collision,
     NearMiss,
     NoEffect,
@@ -65,7 +65,7 @@ pub struct Consumed {
     pub stopped: Option<String>,
 }
 
-impl Named {
+impl OutcomeName {
     pub fn name(self) -> &'static str {
         match self {
             Self::Collision => "collision",
@@ -85,7 +85,7 @@ impl Line {
     ///
     /// # Errors
     /// A field is missing or of another type.
-    pub fn of(document: Value) -> Result<Self, String> {
+    pub fn from_document(document: Value) -> Result<Self, String> {
         match Figures::deserialize(&document) {
             Ok(figures) => Ok(Self { document, figures }),
             Err(error) => Err(error.to_string()),

@@ -5,11 +5,11 @@ mod document;
 mod inputs;
 mod job;
 mod line;
-mod made;
 mod model;
 mod resume;
 mod summary;
 mod table;
+mod variant;
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ use super::ask::budget;
 use super::in_order::in_order_and_kept;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{configuration, found};
-use super::plan::How;
+use super::plan::PlanOptions;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use crate::evaluation::generating::{RETRIES, SAMPLES};
@@ -27,11 +27,11 @@ use crate::formats::commonroad::NewFile;
 use crate::generation::{DELAYS, Effort};
 use crate::planner::Cancel;
 use job::Job;
-use made::Wanted;
 use model::Writer;
-use resume::Past;
+use resume::EarlierRun;
 use summary::Summary;
 use table::Table;
+use variant::GenerateJob;
 
 /// Arguments of `nearmiss generate`.
 #[derive(Debug, clap::Args)]
@@ -78,7 +78,7 @@ pub struct GenerateArguments {
     #[arg(long, value_name = "S", default_value = "0.5", value_parser = reaction_time)]
     survive: f64,
     #[command(flatten)]
-    how: How,
+    how: PlanOptions,
     /// One line of JSON a scenario.
     #[arg(long)]
     json: bool,
@@ -143,7 +143,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     };
     let entries = inputs::originals(entries, &arguments.paths)?;
     let past = prepared(arguments)?;
-    let wanted = Wanted {
+    let wanted = GenerateJob {
         writer,
         settings,
         problem: arguments.how.planning_problem,
@@ -152,7 +152,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         past,
     };
     let stop = interrupted(true);
-    let cancel = Cancel::of(&stop);
+    let cancel = Cancel::from_flag(&stop);
     let mut job = Job {
         folder: arguments.output.as_deref(),
         json: arguments.json,
@@ -167,7 +167,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     in_order_and_kept(
         entries.len(),
         &stop,
-        |i| (i, made::make(&entries[i], &wanted, &cancel)),
+        |i| (i, variant::make(&entries[i], &wanted, &cancel)),
         |(i, made)| {
             let Some(made) = made else {
                 return ControlFlow::Continue(());
@@ -213,7 +213,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
 
 /// Creates the folder for variants, and checks now, not at the end, whether files can be written. Returns the earlier
 /// run to resume.
-fn prepared(arguments: &GenerateArguments) -> Result<Option<Past>, Failure> {
+fn prepared(arguments: &GenerateArguments) -> Result<Option<EarlierRun>, Failure> {
     let mut past = None;
     if let Some(folder) = &arguments.output {
         let shown = folder.display();
@@ -228,7 +228,7 @@ fn prepared(arguments: &GenerateArguments) -> Result<Option<Past>, Failure> {
             ))
         })?);
         if arguments.resume {
-            let (found, doubts) = Past::read(folder)?;
+            let (found, doubts) = EarlierRun::read(folder)?;
             for doubt in doubts {
                 output::say(&format!("nearmiss: {doubt}"));
             }

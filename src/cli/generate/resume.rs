@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::document;
-use super::line::{Line, Named};
+use super::line::{Line, OutcomeName};
 use crate::cli::{Failure, output};
 use crate::formats::Entry;
 use crate::scenario::ContentHash;
@@ -14,7 +14,7 @@ use crate::system;
 
 /// Results of an earlier run, by the hash of the original.
 #[derive(Debug, Default)]
-pub struct Past {
+pub struct EarlierRun {
     papers: HashMap<String, Vec<Papers>>,
 }
 
@@ -27,14 +27,14 @@ struct Papers {
 }
 
 /// Contents of a file.
-enum Said {
+enum FileKind {
     /// How a variant was made.
     Papers(Box<Papers>),
     /// The figures of a run.
     Report,
 }
 
-impl Past {
+impl EarlierRun {
     /// Contents of `folder`, with descriptions of untrusted files.
     ///
     /// # Errors
@@ -53,11 +53,11 @@ impl Past {
         let (mut past, mut doubts) = (Self::default(), Vec::new());
         for path in paths {
             match read(&path) {
-                Ok(Said::Papers(papers)) => {
+                Ok(FileKind::Papers(papers)) => {
                     let same = past.papers.entry(papers.original.clone()).or_default();
                     same.push(*papers);
                 }
-                Ok(Said::Report) => {}
+                Ok(FileKind::Report) => {}
                 Err(why) => doubts.push(format!("{}: not taken over: {why}", path.display())),
             }
         }
@@ -66,7 +66,12 @@ impl Past {
 
     /// The line of a variant of a scenario with this content that was made with these settings: first of all of one that
     /// was called so.
-    pub fn of(&self, entry: &Entry, original: &ContentHash, settings: &Value) -> Option<Line> {
+    pub fn line_for(
+        &self,
+        entry: &Entry,
+        original: &ContentHash,
+        settings: &Value,
+    ) -> Option<Line> {
         // As a file says it: digits that no file keeps make no difference.
         let settings: Value = serde_json::from_str(&settings.to_string()).ok()?;
         let same = self.papers.get(&original.to_string())?.iter();
@@ -82,12 +87,12 @@ impl Past {
 }
 
 /// Reads a manifest, and compares it with its variant.
-fn read(path: &Path) -> Result<Said, String> {
+fn read(path: &Path) -> Result<FileKind, String> {
     let bytes = system::read_file(path, system::LARGEST).map_err(|e| system::words(&e))?;
     let papers: Value =
         serde_json::from_slice(&bytes).map_err(|e| format!("no papers of a variant: {e}"))?;
     if says_report(&papers) {
-        return Ok(Said::Report);
+        return Ok(FileKind::Report);
     }
     let word = |value: &Value, what: &str| match value.as_str() {
         Some(word) => Ok(word.to_owned()),
@@ -120,8 +125,9 @@ fn read(path: &Path) -> Result<Said, String> {
     line["rejected"] = papers["rejected"].clone();
     line["taken_over"] = true.into();
     document::place(&mut line, &id, &scenario, &ego);
-    let line = Line::of(line).map_err(|e| format!("no papers of a variant: made.line: {e}"))?;
-    if line.figures.outcome == Named::None {
+    let line =
+        Line::from_document(line).map_err(|e| format!("no papers of a variant: made.line: {e}"))?;
+    if line.figures.outcome == OutcomeName::None {
         return Err("no papers of a variant: nothing was made".into());
     }
     let stopped = line.figures.model.as_ref();
@@ -130,7 +136,7 @@ fn read(path: &Path) -> Result<Said, String> {
             "the model did not get to the end of its work: {why}"
         ));
     }
-    Ok(Said::Papers(Box::new(Papers {
+    Ok(FileKind::Papers(Box::new(Papers {
         original,
         settings: made["settings"].clone(),
         line,

@@ -50,10 +50,10 @@ fn a_variant_of_the_same_content_made_with_the_same_settings_is_taken_over() {
     lay(folder.path(), "A_T-3", &papers("A_T-3", "mine"));
     let report = json!({"scenarios": 2, "asked_for": 2});
     std::fs::write(folder.path().join("report.json"), report.to_string()).unwrap();
-    let (past, doubts) = Past::read(folder.path()).unwrap();
+    let (past, doubts) = EarlierRun::read(folder.path()).unwrap();
     assert_eq!(doubts, Vec::<String>::new());
     let original = ContentHash::of(b"original");
-    let of = |name: &str| past.of(&entry(name), &original, &settings()).unwrap();
+    let of = |name: &str| past.line_for(&entry(name), &original, &settings()).unwrap();
     let mine = of("mine");
     assert_eq!(mine.figures.id.as_deref(), Some("A_T-3"));
     assert!(mine.figures.taken_over && mine.document["taken_over"] == true);
@@ -66,10 +66,13 @@ fn a_variant_of_the_same_content_made_with_the_same_settings_is_taken_over() {
     assert_eq!(third.figures.id.as_deref(), Some("A_T-2"));
     assert_eq!(third.document["scenario"], "third");
     let changed = ContentHash::of(b"another original");
-    assert!(past.of(&entry("mine"), &changed, &settings()).is_none());
+    assert!(
+        past.line_for(&entry("mine"), &changed, &settings())
+            .is_none()
+    );
     let mut others = settings();
     others["survive"] = 1.0.into();
-    assert!(past.of(&entry("mine"), &original, &others).is_none());
+    assert!(past.line_for(&entry("mine"), &original, &others).is_none());
 }
 
 #[test]
@@ -80,7 +83,7 @@ fn what_cannot_be_trusted_is_named_with_the_reason() {
         lay(folder.path(), "A", &said);
         spoil(folder.path(), &mut said);
         std::fs::write(folder.path().join("A.json"), said.to_string()).unwrap();
-        let (past, doubts) = Past::read(folder.path()).unwrap();
+        let (past, doubts) = EarlierRun::read(folder.path()).unwrap();
         assert!(past.papers.is_empty());
         let [doubt] = &doubts[..] else {
             panic!("{doubts:?}")
@@ -121,7 +124,7 @@ fn a_file_that_is_no_papers_is_named() {
     std::fs::write(folder.path().join("half.json"), "{\"variant\": ").unwrap();
     std::fs::write(folder.path().join("list.json"), "[1, 2]").unwrap();
     std::fs::write(folder.path().join("notes.txt"), "nothing").unwrap();
-    let (_, doubts) = Past::read(folder.path()).unwrap();
+    let (_, doubts) = EarlierRun::read(folder.path()).unwrap();
     assert_eq!(doubts.len(), 2, "{doubts:?}");
     assert!(doubts.iter().all(|doubt| doubt.contains("no papers")));
     assert!(is_report(&folder.path().join("half.json")).is_err());

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::line::{Figures, Named};
+use super::line::{Figures, OutcomeName};
 use crate::cli::{Failure, Outcome, output};
 use crate::formats::commonroad::NewFile;
 use crate::workflow::PlanError;
@@ -82,10 +82,10 @@ impl Summary {
             *self.refused.entry(reason.clone()).or_default() += count;
         }
         match figures.outcome {
-            Named::Collision => self.collisions += 1,
-            Named::NearMiss => self.near_misses += 1,
-            Named::NoEffect => self.no_effect += 1,
-            Named::None => {
+            OutcomeName::Collision => self.collisions += 1,
+            OutcomeName::NearMiss => self.near_misses += 1,
+            OutcomeName::NoEffect => self.no_effect += 1,
+            OutcomeName::None => {
                 self.none += 1;
                 return;
             }

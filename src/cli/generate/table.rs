@@ -109,7 +109,7 @@ mod tests {
             "refused": {}, "id": "B_T-2", "note": "not safe as it is", "safe_before": false, "drive": "off_road",
             "model": null, "taken_over": true, "seconds": 1.25,
         });
-        let line = Line::of(document.clone()).unwrap();
+        let line = Line::from_document(document.clone()).unwrap();
         let mut table = Table::new(&[]);
         let text = table.row(&line.figures);
         let rows: Vec<&str> = text.lines().collect();
@@ -132,6 +132,6 @@ mod tests {
         let drive = rows[0].find("drive").unwrap();
         assert_eq!(rows[1].find("off_road"), Some(drive));
         document["drive"] = 3.into();
-        assert!(Line::of(document).is_err());
+        assert!(Line::from_document(document).is_err());
     }
 }

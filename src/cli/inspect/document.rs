@@ -9,7 +9,7 @@ use crate::scenario::{Ego, Scenario, benchmark_id};
 
 pub fn document(scenario: &Scenario, of_ego: &Result<Option<Ego>, EgoError>) -> Value {
     let (header, network) = (&scenario.header, &scenario.network);
-    let references = traffic::References::of(network);
+    let references = traffic::References::from_network(network);
     json!({
         "benchmark_id": benchmark_id::normalized(&header.benchmark_id),
         "benchmark_id_as_written": header.benchmark_id,

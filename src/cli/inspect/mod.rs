@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use super::open::{self, EgoChoice};
 use super::{Failure, Outcome, output};
 use crate::formats::commonroad::{Root, root_of_file};
-use crate::formats::{Place, WantedEgo};
+use crate::formats::{EgoSelection, Place};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
@@ -36,7 +36,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
     if let Place::File(path) = &entry.place
         && root_of_file(path) == Root::Solution
     {
-        if wanted != WantedEgo::Beside {
+        if wanted != EgoSelection::Beside {
             return Err(Failure::input(format!(
                 "{0}: this is a solution, and --ego chooses an ego of a scenario; name the scenario, and this with --ego {0}",
                 path.display()

@@ -20,7 +20,7 @@ struct Referring {
 }
 
 impl References {
-    pub fn of(network: &LaneletNetwork) -> Self {
+    pub fn from_network(network: &LaneletNetwork) -> Self {
         let mut found = Self {
             signs: Referring::default(),
             lights: Referring::default(),

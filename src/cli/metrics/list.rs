@@ -39,7 +39,7 @@ fn lines(rows: Rows, thresholds: &Thresholds) -> Result<Vec<Line<'_>>, Failure> 
                 unit: m.unit,
                 danger: m.danger,
                 source: m.source,
-                thresholds: thresholds.of(m.id).collect(),
+                thresholds: thresholds.for_measure(m.id).collect(),
             })
             .collect(),
         Rows::Scene => SCENE_MEASURES
@@ -50,7 +50,7 @@ fn lines(rows: Rows, thresholds: &Thresholds) -> Result<Vec<Line<'_>>, Failure> 
                 unit: m.unit,
                 danger: m.danger,
                 source: m.source,
-                thresholds: thresholds.of(m.id).collect(),
+                thresholds: thresholds.for_measure(m.id).collect(),
             })
             .collect(),
         Rows::Paper => {

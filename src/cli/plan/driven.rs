@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::cli::output;
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::planner::{Cancel, Emergency};
 use crate::scenario::Scenario;
 use crate::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
@@ -32,7 +32,7 @@ pub fn drive(
     let request = PlanRequest {
         open: OpenRequest {
             entry,
-            ego: &WantedEgo::Beside,
+            ego: &EgoSelection::Beside,
             transform: None,
             strict: false,
         },

@@ -3,7 +3,7 @@
 mod document;
 mod driven;
 mod files;
-mod how;
+mod options;
 mod places;
 mod table;
 
@@ -23,7 +23,7 @@ use crate::scenario::VehicleType;
 use crate::workflow::PlanError;
 use driven::Driven;
 use files::{Files, Targets};
-pub use how::How;
+pub use options::PlanOptions;
 use table::Table;
 
 /// Arguments of `plan`.
@@ -37,7 +37,7 @@ pub struct PlanArguments {
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     #[command(flatten)]
-    how: how::How,
+    how: options::PlanOptions,
     /// One JSON object a scenario, each on a line of its own, instead of the table; one that could not be planned has
     /// `error`.
     #[arg(long)]
@@ -67,7 +67,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         ));
     }
     let stop = interrupted(true);
-    let cancel = Cancel::of(&stop);
+    let cancel = Cancel::from_flag(&stop);
     let names = entries
         .iter()
         .map(|entry| output::visible(&entry.name).chars().count());

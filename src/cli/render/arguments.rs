@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::cli::Failure;
 use crate::cli::open::EgoChoice;
 use crate::metrics::{MEASURES, Measure, measure};
-use crate::picture::{Format, Look, MILLIMETRE, PIXEL, Seen, What};
+use crate::picture::{FigureContent, Format, Look, MILLIMETRE, MapExtent, PIXEL};
 
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]
@@ -29,10 +29,10 @@ pub struct Render {
     pub all: bool,
     /// What is drawn.
     #[arg(long, value_enum, default_value = "map")]
-    pub what: Shown,
+    pub what: RenderContent,
     /// Which part of the map, in metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego,60].
-    #[arg(long, value_name = "VIEW", value_parser = Seen::parse, allow_hyphen_values = true)]
-    pub view: Option<Seen>,
+    #[arg(long, value_name = "VIEW", value_parser = MapExtent::parse, allow_hyphen_values = true)]
+    pub view: Option<MapExtent>,
     /// What a variant of `nearmiss generate` was made of, a CommonRoad file or the name of a bundled scenario: drawn is
     /// the attacker's motion before the change, too [default: looked for where the variant's papers say].
     #[arg(long, value_name = "FILE")]
@@ -74,7 +74,7 @@ pub struct Render {
 
 /// What is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Shown {
+pub enum RenderContent {
     /// The map from above.
     Map,
     /// Measures over time.
@@ -163,9 +163,9 @@ fn dpi(text: &str) -> Result<f64, String> {
 impl Render {
     /// Refuses what does not go together.
     pub fn check(&self) -> Result<(), Failure> {
-        let screen = self.what == Shown::Screen;
+        let screen = self.what == RenderContent::Screen;
         let unit = self.size.map(|s| s.unit);
-        let no_map = matches!(self.what, Shown::Plot | Shown::Screen);
+        let no_map = matches!(self.what, RenderContent::Plot | RenderContent::Screen);
         let wrong = if screen && matches!(unit, Some(Unit::Millimetres | Unit::Pixels)) {
             "the size of a screen is in columns and rows: --size 160x45"
         } else if screen && self.size.is_some_and(|s| !s.is_cells()) {
@@ -178,7 +178,7 @@ impl Render {
             "--rotate is about the map, and --what does not ask for one"
         } else if no_map && self.original.is_some() {
             "--original is about the map, and --what does not ask for one"
-        } else if self.what == Shown::Map && !self.plot.is_empty() {
+        } else if self.what == RenderContent::Map && !self.plot.is_empty() {
             "--plot needs --what plot or --what both"
         } else {
             return Ok(());
@@ -190,9 +190,9 @@ impl Render {
     pub fn look(&self) -> Result<Look, Failure> {
         let usual = Look::default();
         let what = match self.what {
-            Shown::Map | Shown::Screen => What::Map,
-            Shown::Plot => What::Plot,
-            Shown::Both => What::Both,
+            RenderContent::Map | RenderContent::Screen => FigureContent::Map,
+            RenderContent::Plot => FigureContent::Plot,
+            RenderContent::Both => FigureContent::Both,
         };
         let points = |size: Size| {
             let unit = if size.unit == Unit::Pixels {
@@ -242,7 +242,7 @@ impl Render {
             Some(dpi) => dpi,
             None if pixels => 96.0,
             // A cell of 4.5 points is 9 pixels wide then.
-            None if self.what == Shown::Screen => 144.0,
+            None if self.what == RenderContent::Screen => 144.0,
             None => format.usual_dpi(),
         })
     }
@@ -250,7 +250,7 @@ impl Render {
     /// The name of the theme; of a screen that of the configuration.
     pub fn theme(&self, configured: Option<&str>) -> String {
         let usual = match self.what {
-            Shown::Screen => configured.unwrap_or("dark"),
+            RenderContent::Screen => configured.unwrap_or("dark"),
             _ => "paper",
         };
         self.theme.as_deref().unwrap_or(usual).to_string()

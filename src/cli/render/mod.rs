@@ -7,7 +7,7 @@ mod target;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use arguments::Render;
-use arguments::Shown;
+use arguments::RenderContent;
 use original::Original;
 use target::Target;
 
@@ -16,10 +16,10 @@ use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{Opened, configuration, found, scene_and_doubts, scene_beside, user_thresholds};
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::metrics::Thresholds;
 use crate::picture::{
-    Figure, FigureError, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenWanted,
+    Figure, FigureError, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenRequest,
     Subject, animate,
 };
 
@@ -28,7 +28,7 @@ struct Job<'a> {
     arguments: &'a Render,
     thresholds: Thresholds,
     palette: Palette,
-    ego: WantedEgo,
+    ego: EgoSelection,
     target: Target,
     dpi: f64,
     painter: ScreenPainter,
@@ -100,7 +100,7 @@ impl Job<'_> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(stopped());
         }
-        if self.arguments.what == Shown::Screen {
+        if self.arguments.what == RenderContent::Screen {
             return self.screens(entry, theme);
         }
         let opened = self.open(entry)?;
@@ -112,7 +112,7 @@ impl Job<'_> {
             }
             None => {
                 scenario = entry.read().map_err(Failure::input)?;
-                if self.arguments.what == Shown::Map {
+                if self.arguments.what == RenderContent::Map {
                     without_ego(entry);
                 }
                 Subject {
@@ -128,9 +128,9 @@ impl Job<'_> {
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
         let (original, missing) = match (self.arguments.what, &self.arguments.original) {
-            (Shown::Plot, _) => (None, None),
+            (RenderContent::Plot, _) => (None, None),
             (_, Some(named)) => (Some(Original::named(entry, named)?), None),
-            (_, None) => match Original::of(entry) {
+            (_, None) => match Original::find(entry) {
                 Ok(original) => (original, None),
                 Err(why) => (None, Some(why)),
             },
@@ -164,7 +164,7 @@ impl Job<'_> {
 
     fn open(&self, entry: &Entry) -> Result<Option<Opened>, Failure> {
         match self.ego {
-            WantedEgo::Beside => scene_beside(entry),
+            EgoSelection::Beside => scene_beside(entry),
             _ => scene_and_doubts(entry, &self.arguments.ego).map(Some),
         }
     }
@@ -201,7 +201,7 @@ impl Job<'_> {
     }
 
     fn screens(&self, entry: &Entry, theme: &str) -> Outcome {
-        let wanted = |step| ScreenWanted {
+        let wanted = |step| ScreenRequest {
             entry: entry.clone(),
             ego: self.ego.clone(),
             size: self.arguments.cells(),

@@ -34,7 +34,7 @@ impl Original {
     ///
     /// # Errors
     /// The original is not available, and why.
-    pub fn of(entry: &Entry) -> Result<Option<Self>, String> {
+    pub fn find(entry: &Entry) -> Result<Option<Self>, String> {
         let Place::File(file) = &entry.place else {
             return Ok(None);
         };

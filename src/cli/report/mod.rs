@@ -101,7 +101,7 @@ impl Format {
 }
 
 /// A report, of the one kind or the other.
-enum Made {
+enum AnyReport {
     Report(Report),
     Paper(Paper),
 }
@@ -185,7 +185,7 @@ fn finding(message: String) -> Failure {
     Failure { message, status: 1 }
 }
 
-impl Made {
+impl AnyReport {
     fn report(&self) -> &Report {
         match self {
             Self::Report(report) => report,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Made;
+use super::AnyReport;
 use crate::cli::{Failure, open, output};
 use crate::evaluation::batch::{
     self, Answers, Described, QuestionBuilder, Spec, SpecError, Unjudged, beside_the_judge,
@@ -13,7 +13,7 @@ use crate::prompts::Library;
 use crate::store::{BatchId, Item, Store};
 
 /// A batch of `evaluate`: every question of it, also those without an answer, beside the truth that it was begun with.
-pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
+pub fn made(store: &Store, id: BatchId) -> Result<AnyReport, Failure> {
     let Some(batch) = store.batch(id).map_err(Failure::input)? else {
         return Err(Failure::input(format!(
             "there is no batch {id}; `nearmiss evaluate --list` lists them"
@@ -58,7 +58,7 @@ pub fn made(store: &Store, id: BatchId) -> Result<Made, Failure> {
         sources: spec.truth.sources(),
         notes,
     };
-    Ok(Made::Report(
+    Ok(AnyReport::Report(
         Report::from_scored(scored)
             .about(about)
             .varied(Varied::from_answers(&answers)),

@@ -2,24 +2,24 @@
 
 use std::path::Path;
 
-use super::Made;
+use super::AnyReport;
 use crate::cli::{Failure, output};
 use crate::evaluation::Scored;
 use crate::evaluation::recorded::{self, Loss, Problem};
 use crate::evaluation::report::{self, About, Paper, Report};
 
 /// The recorded answers beside the paper's tables, and how many files could not be read.
-pub fn paper(folder: &Path) -> Result<(Made, usize), Failure> {
+pub fn paper(folder: &Path) -> Result<(AnyReport, usize), Failure> {
     let (scored, about, lost) = read(folder)?;
     let paper = Paper::from_scored(&scored).map_err(Failure::input)?;
-    Ok((Made::Paper(paper.about(about)), lost))
+    Ok((AnyReport::Paper(paper.about(about)), lost))
 }
 
 /// The recorded answers alone, and how many files could not be read.
-pub fn made(folder: &Path) -> Result<(Made, usize), Failure> {
+pub fn made(folder: &Path) -> Result<(AnyReport, usize), Failure> {
     let (scored, about, lost) = read(folder)?;
     Ok((
-        Made::Report(Report::from_scored(&scored).about(about)),
+        AnyReport::Report(Report::from_scored(&scored).about(about)),
         lost,
     ))
 }

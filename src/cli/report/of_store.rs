@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Made, ReportArguments, finding, of_batch, truth};
+use super::{AnyReport, ReportArguments, finding, of_batch, truth};
 use crate::cli::filters::store_to_read;
 use crate::cli::progress::Progress;
 use crate::cli::{Failure, output};
@@ -11,7 +11,7 @@ use crate::store::{Filter, Outcome as Run, Store};
 use crate::verdict;
 
 /// The report of the runs that the filters choose.
-pub fn made(arguments: &ReportArguments) -> Result<Made, Failure> {
+pub fn made(arguments: &ReportArguments) -> Result<AnyReport, Failure> {
     let sources = match arguments.truth.is_empty() {
         true => [truth::BATCH, truth::AUTO].map(PathBuf::from).to_vec(),
         false => arguments.truth.clone(),
@@ -76,7 +76,7 @@ pub fn made(arguments: &ReportArguments) -> Result<Made, Failure> {
         notes,
         ..About::default()
     };
-    Ok(Made::Report(
+    Ok(AnyReport::Report(
         Report::from_scored(&stored.scored).about(about),
     ))
 }

@@ -83,7 +83,7 @@ fn of_scenario(path: &str, asked: &[(usize, &NewItem)], builder: &QuestionBuilde
                         model: String::new(),
                         ..way_of(asked)?
                     };
-                    let variant = Variant::of(asked)?;
+                    let variant = Variant::from_item(asked)?;
                     builder.judged(&entry, scene, &way, &variant, label_of(asked))
                 })
                 .clone(),

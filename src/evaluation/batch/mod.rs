@@ -3,12 +3,12 @@
 //! [`crate::workflow::batch`] asks them.
 
 mod agreement;
-mod asked_words;
 mod counted;
 mod estimate;
 mod matrix;
 mod question_builder;
 mod recent;
+mod request_summary;
 mod scored;
 mod shard;
 mod spec;
@@ -16,11 +16,11 @@ mod truth;
 mod variant;
 
 pub use agreement::{Unjudged, beside_the_judge};
-pub use asked_words::Described;
 pub use counted::{BatchResults, Counting, Offer, Part, counted, offers};
 pub use estimate::Estimate;
 pub use matrix::{Matrix, More, RequestSettings};
 pub use question_builder::{Ask, PreparedQuestions, QuestionBuilder, Reading, question_key};
+pub use request_summary::Described;
 pub use scored::{Answers, Relabelled, answers, label_of, retold, scored, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};

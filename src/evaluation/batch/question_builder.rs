@@ -12,7 +12,7 @@ use crate::evaluation::{
     Case, Decided, Judge, Judges, Label, LabelError, Labelled, Lead, PromptConfig, Question,
     RunOptions, default_frame, prepare, template,
 };
-use crate::formats::{Entry, Place, WantedEgo};
+use crate::formats::{EgoSelection, Entry, Place};
 use crate::judge;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
@@ -29,7 +29,7 @@ pub struct QuestionBuilder {
     /// How all are asked.
     request: RequestSettings,
     /// Whose ego scenarios have.
-    ego: WantedEgo,
+    ego: EgoSelection,
     scenes: Recent<String, Result<Reading, String>>,
     questions: Recent<Asked, Result<Arc<Question>, String>>,
 }
@@ -82,7 +82,7 @@ impl QuestionBuilder {
         library: Library,
         thresholds: Arc<Thresholds>,
         request: RequestSettings,
-        ego: WantedEgo,
+        ego: EgoSelection,
     ) -> Self {
         Self {
             library,
@@ -241,7 +241,7 @@ impl QuestionBuilder {
             prepared.wrong = Some(wrong);
             return Ok(prepared);
         }
-        let label = truth.of(entry, scene);
+        let label = truth.label(entry, scene);
         if label.is_none() && truth.leaves_out() {
             prepared.unlabelled = true;
             return Ok(prepared);

@@ -10,7 +10,7 @@ use crate::formats::Entry;
 use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
-use crate::store::{BatchId, Consumed, Found, Item, ItemState, NewItem, Store, StoreError};
+use crate::store::{BatchId, Consumed, Item, ItemState, NewItem, NewestAnswer, Store, StoreError};
 use crate::text::Frame;
 use crate::verdict::{self, Task, Verdict};
 
@@ -102,9 +102,11 @@ pub fn answers(store: &Store, batch: BatchId) -> Result<Answers, StoreError> {
 ///
 /// # Errors
 /// The store holds words that this version does not know.
-pub(super) fn read(found: &[(Item, Option<Found>)]) -> Result<Vec<(Variant, Scored)>, StoreError> {
-    let one = |(item, found): &(Item, Option<Found>)| {
-        let variant = Variant::of(&item.asked).map_err(StoreError::Word)?;
+pub(super) fn read(
+    found: &[(Item, Option<NewestAnswer>)],
+) -> Result<Vec<(Variant, Scored)>, StoreError> {
+    let one = |(item, found): &(Item, Option<NewestAnswer>)| {
+        let variant = Variant::from_item(&item.asked).map_err(StoreError::Word)?;
         let scored = one(item, found.as_ref())?;
         Ok((variant, told_back(item, variant.transform, scored)))
     };
@@ -139,7 +141,7 @@ fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scor
     }
 }
 
-fn one(item: &Item, found: Option<&Found>) -> Result<Scored, StoreError> {
+fn one(item: &Item, found: Option<&NewestAnswer>) -> Result<Scored, StoreError> {
     let asked = &item.asked;
     let status = match found {
         Some(found) => match verdict::parse(asked.task, &found.text) {
@@ -201,7 +203,7 @@ pub fn retold(
             };
             let scene = scene.as_ref().map(|reading| &*reading.scene);
             truth.fits(&entry, scene)?;
-            let label = truth.of(&entry, scene);
+            let label = truth.label(&entry, scene);
             Ok((item.place, label.map(Label::collides), obstacle(label)))
         })
         .collect()

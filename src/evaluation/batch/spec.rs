@@ -10,7 +10,7 @@ use super::matrix::{Matrix, RequestSettings};
 use super::question_builder::QuestionBuilder;
 use super::truth::TruthSource;
 use crate::evaluation::{Lead, default_frame, template};
-use crate::formats::WantedEgo;
+use crate::formats::EgoSelection;
 use crate::llm::Effort;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
@@ -33,7 +33,7 @@ pub struct Spec {
     /// The address of the server, where it is not the provider's own.
     pub base_url: Option<String>,
     /// Whose ego the scenarios have.
-    pub ego: WantedEgo,
+    pub ego: EgoSelection,
     /// Texts of templates that were not saved, by file name.
     pub drafts: BTreeMap<String, String>,
 }
@@ -75,7 +75,7 @@ struct Written {
     thresholds: Vec<String>,
     base_url: Option<String>,
     #[serde(default, skip_serializing_if = "is_default")]
-    ego: WantedEgo,
+    ego: EgoSelection,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     drafts: BTreeMap<String, String>,
 }

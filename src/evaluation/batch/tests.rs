@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::*;
 use crate::evaluation::{Label, Lead, PromptConfig};
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::judge;
 use crate::llm::Effort;
 use crate::prompts::Techniques;
@@ -175,7 +175,7 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
             templates: BTreeMap::from([("collision-ego.md".into(), "ab".into())]),
             thresholds: vec!["risk 1 distance = 3 m".into()],
             base_url: Some("http://127.0.0.1:1".into()),
-            ego: WantedEgo::Beside,
+            ego: EgoSelection::Beside,
             drafts: BTreeMap::new(),
         };
         let json = spec.to_json();
@@ -189,7 +189,7 @@ fn a_spec_comes_back_from_the_store_as_it_was() {
         let mut varied = spec;
         varied.matrix.more_leads = vec![Lead::Paper, Lead::Seconds(0.5)];
         varied.matrix.transforms = vec![Transform::Mirror, Transform::Move(1000.0, -500.0)];
-        varied.ego = WantedEgo::File {
+        varied.ego = EgoSelection::File {
             path: "/data/ego.csv".into(),
             planning_problem: Some(3),
         };
@@ -211,7 +211,7 @@ fn a_changed_template_is_noticed() {
         templates: Spec::templates_of(&matrix(), &library),
         thresholds: Vec::new(),
         base_url: None,
-        ego: WantedEgo::Beside,
+        ego: EgoSelection::Beside,
         drafts: BTreeMap::new(),
     };
     assert_eq!(spec.templates.len(), 4, "two tasks, two frames");
@@ -238,7 +238,7 @@ fn a_draft_is_part_of_its_batch() {
         templates: BTreeMap::new(),
         thresholds: Vec::new(),
         base_url: None,
-        ego: WantedEgo::Beside,
+        ego: EgoSelection::Beside,
         drafts,
     };
     spec.templates = Spec::templates_of(&spec.matrix, &spec.library(&library).unwrap());
@@ -268,7 +268,7 @@ fn what_templates_decide_is_told_in_numbers() {
         templates: Spec::templates_of(&matrix(), &library),
         thresholds: Vec::new(),
         base_url: None,
-        ego: WantedEgo::Beside,
+        ego: EgoSelection::Beside,
         drafts: BTreeMap::new(),
     };
     let described = spec.described(&library).unwrap();
@@ -325,7 +325,10 @@ fn folders_say_which_half_and_annotations_whom() {
     assert_eq!(TruthSource::usual(&entries), TruthSource::Layout);
     assert_eq!(TruthSource::usual(&entries[4..]), TruthSource::Geometry);
     let (truth, doubts) = Truth::open(&TruthSource::Layout, &entries).unwrap();
-    let found: Vec<_> = entries.iter().map(|entry| truth.of(entry, None)).collect();
+    let found: Vec<_> = entries
+        .iter()
+        .map(|entry| truth.label(entry, None))
+        .collect();
     let wanted = [
         Some(Label::Collision(Some(30308))),
         Some(Label::Collision(None)),

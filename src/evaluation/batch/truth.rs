@@ -176,7 +176,7 @@ impl Truth {
 
     /// The label of a scenario; `None` if unknown. Exact geometry needs the scene.
     #[must_use]
-    pub fn of(&self, entry: &Entry, scene: Option<&Scene>) -> Option<Label> {
+    pub fn label(&self, entry: &Entry, scene: Option<&Scene>) -> Option<Label> {
         match self {
             Self::Geometry => scene.map(|scene| Labelled::new(scene, None).label),
             Self::Labels(labels) => labels.get(&entry.name),

@@ -18,7 +18,7 @@ impl Variant {
     ///
     /// # Errors
     /// A value written by an unknown version.
-    pub fn of(asked: &NewItem) -> Result<Self, String> {
+    pub fn from_item(asked: &NewItem) -> Result<Self, String> {
         let lead = asked.lead.as_deref().map(|word| {
             word.parse()
                 .map_err(|why| format!("the lead {word} is not known to this version: {why}"))

@@ -287,7 +287,7 @@ fn others(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<(Basis, f64)> {
 }
 
 fn told(encounter: &Encounter<'_>) -> Option<paper::Relation> {
-    paper::Relation::of(encounter.ego, encounter.other).map(paper::Relation::rounded)
+    paper::Relation::new(encounter.ego, encounter.other).map(paper::Relation::rounded)
 }
 
 /// Where bodies overlap along an axis, the centres decide, and only for, not against.

@@ -5,10 +5,10 @@ mod error;
 mod find;
 mod log;
 mod recording;
+mod selection;
 mod sized;
 mod solution;
 mod table;
-mod wanted;
 
 use std::path::Path;
 
@@ -16,9 +16,9 @@ use checks::Lines;
 pub use error::EgoError;
 pub use find::find_recording;
 pub use recording::{read_recording, write_recording};
+pub use selection::EgoSelection;
 pub(super) use sized::sized;
 pub use solution::ego_of_solution;
-pub use wanted::WantedEgo;
 
 use super::commonroad::{Root, foreign, read_solution, root_of, without_marks};
 use crate::scenario::{Diagnostic, Ego, Scenario, Severity};

@@ -126,7 +126,7 @@ pub struct Answered {
 
 /// Result of looking up a batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Found {
+pub enum Lookup {
     /// The batch with this id of the provider's.
     Batch(String),
     /// No such batch.
@@ -272,7 +272,7 @@ impl Batches {
     ///
     /// # Errors
     /// As `Batches::prepare`.
-    pub async fn look_up(&self, mark: Mark<'_>) -> Result<Found, Error> {
+    pub async fn look_up(&self, mark: Mark<'_>) -> Result<Lookup, Error> {
         let (api, calls) = (self.api, &self.calls);
         let mut after: Option<String> = None;
         let mut perhaps = Vec::new();
@@ -282,12 +282,12 @@ impl Batches {
             let batches = api.batches(calls, &page)?;
             for batch in batches {
                 match api.recognise(calls, batch, &mark)? {
-                    Match::Yes(id) => return Ok(Found::Batch(id)),
+                    Match::Yes(id) => return Ok(Lookup::Batch(id)),
                     Match::No => {}
                     Match::TooOld => break 'pages,
                     Match::Perhaps(id) => perhaps.push(id),
                     Match::ByResults(id) if self.is_ours(&id, batch, mark.ids).await? => {
-                        return Ok(Found::Batch(id));
+                        return Ok(Lookup::Batch(id));
                     }
                     Match::ByResults(_) => {}
                 }
@@ -299,8 +299,8 @@ impl Batches {
             }
         }
         Ok(match perhaps.is_empty() {
-            true => Found::Nothing,
-            false => Found::Perhaps(perhaps),
+            true => Lookup::Nothing,
+            false => Lookup::Perhaps(perhaps),
         })
     }
 

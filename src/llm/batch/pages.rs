@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::time::Instant;
 
-use super::super::error::{Error, Which};
+use super::super::error::{Error, TimeoutKind};
 use super::call::Calls;
 
 /// Most pages of a list. With a hundred batches each this is more than any account has.
@@ -51,7 +51,7 @@ impl Pages {
         if self.begun.elapsed() > after {
             return Err(Error::Timeout {
                 place: calls.endpoint().place(),
-                which: Which::Total,
+                which: TimeoutKind::Total,
                 after,
             });
         }

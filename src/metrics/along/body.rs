@@ -26,7 +26,7 @@ pub struct LaneBody {
 }
 
 impl LaneBody {
-    pub(super) fn of(
+    pub(super) fn new(
         at: Frenet,
         beside: &PathPoint,
         motion: &Motion,
@@ -140,7 +140,7 @@ mod tests {
             acceleration: -2.0,
         };
         let (at, point) = path.project_point(&motion.pose.position).unwrap();
-        let found = LaneBody::of(at, &point, &motion, &body).unwrap();
+        let found = LaneBody::new(at, &point, &motion, &body).unwrap();
         let corners: Vec<Frenet> = body.at(motion.pose).outlines()[0]
             .iter()
             .map(|p| path.project(p).unwrap())
@@ -171,7 +171,7 @@ mod tests {
             acceleration: 0.0,
         };
         let (at, point) = path.project_point(&motion.pose.position).unwrap();
-        let found = LaneBody::of(at, &point, &motion, &disc).unwrap();
+        let found = LaneBody::new(at, &point, &motion, &disc).unwrap();
         for (value, expected) in [
             (found.rear, 39.7),
             (found.front, 40.7),

@@ -25,7 +25,7 @@ pub(super) const STILL: f64 = 1e-6;
 
 impl Following {
     /// The two, if the other is ahead and stands on a lane that the ego stands on.
-    pub fn of(context: &Context<'_>, participant: usize, index: usize) -> Result<Self, NoValue> {
+    pub fn find(context: &Context<'_>, participant: usize, index: usize) -> Result<Self, NoValue> {
         let ego = context.ego_along(index)?;
         let other = context.along(participant, index)?;
         if other.front < ego.rear {

@@ -81,7 +81,7 @@ impl Road {
     /// A body along the route; `None` if it is not beside it.
     pub(in crate::metrics) fn along(&self, motion: &Motion, body: &Footprint) -> Option<LaneBody> {
         let (at, point) = self.route.path.project_point(&motion.pose.position).ok()?;
-        LaneBody::of(at, &point, motion, body)
+        LaneBody::new(at, &point, motion, body)
     }
 
     /// The lanes of the road that a body stands on.

@@ -36,7 +36,7 @@ pub struct Direction {
 impl Direction {
     /// The direction of a centre, metres forward and to the left of the ego's.
     #[must_use]
-    pub fn of(d_long: f64, d_lat: f64) -> Self {
+    pub fn from_offsets(d_long: f64, d_lat: f64) -> Self {
         let along = if d_long > LENGTH {
             Along::Front
         } else if d_long < -LENGTH {
@@ -100,7 +100,7 @@ mod tests {
             (1.0, 1.0, "Collision", 0.5),
         ];
         for (d_long, d_lat, name, weight) in expected {
-            let direction = Direction::of(d_long, d_lat);
+            let direction = Direction::from_offsets(d_long, d_lat);
             assert_eq!(direction.name(), name);
             assert_eq!(direction.longitudinal_weight(), weight, "{name}");
         }
@@ -108,10 +108,10 @@ mod tests {
 
     #[test]
     fn exactly_a_length_or_a_width_away_is_not_outside() {
-        assert_eq!(Direction::of(LENGTH, WIDTH).name(), "Collision");
-        assert_eq!(Direction::of(-LENGTH, -WIDTH).name(), "Collision");
+        assert_eq!(Direction::from_offsets(LENGTH, WIDTH).name(), "Collision");
+        assert_eq!(Direction::from_offsets(-LENGTH, -WIDTH).name(), "Collision");
         assert_eq!(
-            Direction::of(LENGTH.next_up(), WIDTH.next_up()).name(),
+            Direction::from_offsets(LENGTH.next_up(), WIDTH.next_up()).name(),
             "Front-left"
         );
     }

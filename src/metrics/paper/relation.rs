@@ -43,7 +43,7 @@ pub struct Relation {
 impl Relation {
     /// The relation at one step, not yet rounded; `None` if the numbers are too large to be told apart.
     #[must_use]
-    pub fn of(ego: &Motion, other: &Motion) -> Option<Self> {
+    pub fn new(ego: &Motion, other: &Motion) -> Option<Self> {
         let apart = other.pose.position - ego.pose.position;
         let (sin, cos) = (ego.pose.heading.sin(), ego.pose.heading.cos());
         let d_long = apart.x * cos + apart.y * sin;
@@ -58,7 +58,7 @@ impl Relation {
         if !numbers.iter().all(|n| n.is_finite()) {
             return None;
         }
-        let direction = Direction::of(d_long, d_lat);
+        let direction = Direction::from_offsets(d_long, d_lat);
         let motion_long = AlongMotion::of(direction.along, v_rel_long);
         let motion_lat = AcrossMotion::of(direction.across, v_rel_lat);
         Some(Self {
@@ -152,7 +152,7 @@ mod tests {
     /// An obstacle with the ego's heading, seen by an ego at the origin at 10 m/s.
     fn seen(x: f64, y: f64, velocity: f64) -> Relation {
         let ego = motion(0.0, 0.0, 0.0, 10.0, 0.0);
-        Relation::of(&ego, &motion(x, y, 0.0, velocity, 0.0)).unwrap()
+        Relation::new(&ego, &motion(x, y, 0.0, velocity, 0.0)).unwrap()
     }
 
     #[test]
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn the_ego_frame_turns_positions_and_velocities_but_not_accelerations() {
         let ego = motion(5.0, 5.0, FRAC_PI_2, 10.0, 2.0);
-        let r = Relation::of(&ego, &motion(5.0, 25.0, PI, 4.0, 1.0)).unwrap();
+        let r = Relation::new(&ego, &motion(5.0, 25.0, PI, 4.0, 1.0)).unwrap();
         assert!((r.d_long - 20.0).abs() < 1e-9 && r.d_lat.abs() < 1e-9);
         // It drives to the left across the ego's way.
         assert!((r.v_rel_long + 10.0).abs() < 1e-9 && (r.v_rel_lat - 4.0).abs() < 1e-9);
@@ -198,7 +198,7 @@ mod tests {
         let ego = motion(0.0, 0.0, 0.0, 10.0, 0.0);
         let crossing = |y, heading| {
             let other = motion(0.0, y, heading, 2.0, 0.0);
-            Relation::of(&ego, &other).unwrap().ttc_lat
+            Relation::new(&ego, &other).unwrap().ttc_lat
         };
         assert_eq!(crossing(5.61, -FRAC_PI_2), Some(2.0), "from the left");
         assert_eq!(crossing(5.61, FRAC_PI_2), None, "off to the left");
@@ -211,16 +211,16 @@ mod tests {
     #[test]
     fn nothing_is_infinite() {
         let ego = motion(0.0, 0.0, 0.0, 0.0, 0.0);
-        let crawling = Relation::of(&ego, &motion(1e9, 0.0, 0.0, -1e-310, 0.0)).unwrap();
+        let crawling = Relation::new(&ego, &motion(1e9, 0.0, 0.0, -1e-310, 0.0)).unwrap();
         assert_eq!(crawling.motion_long, AlongMotion::ClosingAhead);
         assert_eq!(crawling.ttc_long, None);
         let (far, back) = (
             motion(1.5e308, 0.0, 0.0, 0.0, 0.0),
             motion(-1.5e308, 0.0, 0.0, 0.0, 0.0),
         );
-        assert_eq!(Relation::of(&back, &far), None);
+        assert_eq!(Relation::new(&back, &far), None);
         assert!(
-            Relation::of(&ego, &far)
+            Relation::new(&ego, &far)
                 .unwrap()
                 .rounded()
                 .d_long

@@ -32,7 +32,7 @@ pub struct Risk {
 impl Risk {
     /// The score of a relation; the published ones are those of rounded relations.
     #[must_use]
-    pub fn of(relation: &Relation) -> Self {
+    pub fn score(relation: &Relation) -> Self {
         let wdominant = relation.direction.longitudinal_weight();
         let weighted =
             |long: u8, lat: u8| wdominant * f64::from(long) + (1.0 - wdominant) * f64::from(lat);
@@ -98,7 +98,7 @@ mod tests {
     }
 
     fn relation(d_long: f64, d_lat: f64, adjusted: [f64; 2], ttc: [Option<f64>; 2]) -> Relation {
-        let direction = Direction::of(d_long, d_lat);
+        let direction = Direction::from_offsets(d_long, d_lat);
         Relation {
             direction,
             d_long,
@@ -119,20 +119,20 @@ mod tests {
     #[test]
     fn the_weight_follows_the_direction_and_fractions_are_cut() {
         // Diagonal: (5 + 0) / 2 = 2.5 and (5 + 1) / 2 = 3, so 2.75.
-        let risk = Risk::of(&relation(-12.11, 1.84, [-7.6, 0.23], [None, Some(0.18)]));
+        let risk = Risk::score(&relation(-12.11, 1.84, [-7.6, 0.23], [None, Some(0.18)]));
         assert_eq!((risk.wdominant, risk.dsc, risk.tsc), (0.5, 2.5, 3.0));
         assert_eq!(risk.risk_score, 2);
-        let ahead = Risk::of(&relation(5.0, 0.0, [0.49, 0.0], [Some(0.5), Some(0.0)]));
+        let ahead = Risk::score(&relation(5.0, 0.0, [0.49, 0.0], [Some(0.5), Some(0.0)]));
         assert_eq!((ahead.wdominant, ahead.dsc, ahead.tsc), (1.0, 1.0, 1.0));
         assert_eq!(ahead.risk_score, 1);
         // The same behind is taken for a diagonal.
-        let behind = Risk::of(&relation(-5.0, 0.0, [-0.49, 0.0], [Some(0.5), Some(0.0)]));
+        let behind = Risk::score(&relation(-5.0, 0.0, [-0.49, 0.0], [Some(0.5), Some(0.0)]));
         assert_eq!((behind.wdominant, behind.dsc, behind.tsc), (0.5, 0.5, 0.5));
         assert_eq!(behind.risk_score, 0);
-        let beside = Risk::of(&relation(1.0, 4.0, [0.0, 2.39], [Some(0.0), None]));
+        let beside = Risk::score(&relation(1.0, 4.0, [0.0, 2.39], [Some(0.0), None]));
         assert_eq!((beside.wdominant, beside.dsc, beside.tsc), (0.0, 3.0, 5.0));
         assert_eq!(beside.risk_score, 4);
-        let inside = Risk::of(&relation(1.0, 1.0, [0.0, 0.0], [Some(0.0), Some(0.0)]));
+        let inside = Risk::score(&relation(1.0, 1.0, [0.0, 0.0], [Some(0.0), Some(0.0)]));
         assert_eq!((inside.wdominant, inside.risk_score), (0.5, 0));
     }
 }

@@ -78,7 +78,7 @@ pub fn rows(scene: &Scene) -> Result<Vec<Row>, TooLarge> {
                 obstacle: obstacle.id,
                 timestep,
             };
-            let relation = Relation::of(&ego, &other).ok_or(unknown)?.rounded();
+            let relation = Relation::new(&ego, &other).ok_or(unknown)?.rounded();
             let apart = other.pose.position - ego.pose.position;
             let distance = apart.x.hypot(apart.y);
             if !distance.is_finite() {
@@ -89,7 +89,7 @@ pub fn rows(scene: &Scene) -> Result<Vec<Row>, TooLarge> {
                 obstacle: obstacle.id,
                 distance,
                 relation,
-                risk: Risk::of(&relation),
+                risk: Risk::score(&relation),
             });
         }
     }

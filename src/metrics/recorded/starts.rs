@@ -25,7 +25,7 @@ pub(in crate::metrics) struct Starts {
 
 impl Starts {
     /// For the overlap with any of some participants; the manoeuvres avoid them all.
-    pub fn of(context: &Context<'_>, participants: Range<usize>) -> Self {
+    pub fn new(context: &Context<'_>, participants: Range<usize>) -> Self {
         let (mut first, mut last): (Option<usize>, usize) = (None, 0);
         for participant in participants.clone() {
             for (index, distance) in context.distances(participant).iter().enumerate() {

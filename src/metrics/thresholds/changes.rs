@@ -48,7 +48,7 @@ impl Thresholds {
         let limits = LIMITS.iter().filter(|l| self.own_limit(l));
         let limits = limits.map(|limit| Change {
             entry: format!("limit {}", limit.id),
-            value: limit.of(&self.limits),
+            value: limit.value(&self.limits),
             unit: limit.unit,
         });
         critical.chain(bounds.flatten()).chain(limits).collect()

@@ -86,7 +86,7 @@ impl Thresholds {
         let measure = known(&own.measure)?;
         let names = shipped.iter().filter(|t| t.measure == measure.id);
         let names: Vec<&str> = names.map(|t| t.name.as_str()).collect();
-        let value = |name: &str| self.of(measure.id).find(|t| t.name == name);
+        let value = |name: &str| self.for_measure(measure.id).find(|t| t.name == name);
         for pair in names.windows(2) {
             let [Some(worse), Some(better)] = [value(pair[0]), value(pair[1])] else {
                 continue;

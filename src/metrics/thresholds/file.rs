@@ -139,12 +139,12 @@ mod tests {
         "#;
         let own = read(text).unwrap();
         let ttc: Vec<_> = own
-            .of("ttc")
+            .for_measure("ttc")
             .map(|t| (t.name.as_str(), t.value, t.own))
             .collect();
         assert_eq!(ttc, [("critical", 1.0, true), ("conflict", 3.0, false)]);
-        assert_eq!(own.of("ttc").next().unwrap().source, "a study");
-        assert_eq!(own.of("ttb").next().unwrap().source, "mine.toml");
+        assert_eq!(own.for_measure("ttc").next().unwrap().source, "a study");
+        assert_eq!(own.for_measure("ttb").next().unwrap().source, "mine.toml");
         assert_eq!(
             own.reached(measure("ttb").unwrap(), 0.4).unwrap().name,
             "late"
@@ -158,8 +158,8 @@ mod tests {
         let others = LIMITS.iter().filter(|l| l.id != "full_braking");
         for limit in others {
             assert_eq!(
-                limit.of(&own.limits),
-                limit.of(&shipped.limits),
+                limit.value(&own.limits),
+                limit.value(&shipped.limits),
                 "{}",
                 limit.id
             );
@@ -178,7 +178,14 @@ mod tests {
     #[test]
     fn a_strict_threshold_stays_strict_unless_it_is_said() {
         let text = "[[threshold]]\nmeasure = \"rss_margin\"\nname = \"dangerous\"\nvalue = 0.2\n";
-        let strict = |text: &str| read(text).unwrap().of("rss_margin").next().unwrap().strict;
+        let strict = |text: &str| {
+            read(text)
+                .unwrap()
+                .for_measure("rss_margin")
+                .next()
+                .unwrap()
+                .strict
+        };
         assert!(strict(text));
         assert!(!strict(&format!("{text}strict = false\n")));
     }
@@ -325,7 +332,7 @@ mod tests {
         let file = |count: usize| (0..count).map(entry).collect::<String>();
         // Two are shipped.
         let most = read(&file(6)).unwrap();
-        let values: Vec<f64> = most.of("ttc").map(|t| t.value).collect();
+        let values: Vec<f64> = most.for_measure("ttc").map(|t| t.value).collect();
         assert_eq!(
             values,
             [0.0, 1.0, 1.5, 2.0, 3.0, 3.0, 4.0, 5.0],

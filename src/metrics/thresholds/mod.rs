@@ -98,14 +98,15 @@ impl Thresholds {
     }
 
     /// The critical values of a measure, the most dangerous first.
-    pub fn of(&self, measure: &str) -> impl Iterator<Item = &Threshold> {
+    pub fn for_measure(&self, measure: &str) -> impl Iterator<Item = &Threshold> {
         self.critical.iter().filter(move |t| t.measure == measure)
     }
 
     /// The most dangerous threshold that a value of a measure is at or beyond.
     #[must_use]
     pub fn reached(&self, measure: &Measure, value: f64) -> Option<&Threshold> {
-        self.of(measure.id).find(|t| t.reached(measure, value))
+        self.for_measure(measure.id)
+            .find(|t| t.reached(measure, value))
     }
 
     /// The file that changes them; none for those that come with the program.
@@ -143,10 +144,10 @@ mod tests {
                 "{threshold:?}"
             );
         }
-        assert_eq!(shipped.of("ttc").count(), 2);
+        assert_eq!(shipped.for_measure("ttc").count(), 2);
         assert_eq!(shipped.file(), None);
         for measure in MEASURES {
-            let values: Vec<f64> = shipped.of(measure.id).map(|t| t.value).collect();
+            let values: Vec<f64> = shipped.for_measure(measure.id).map(|t| t.value).collect();
             let ordered = |pair: &[f64]| measure.danger.compare(pair[0], pair[1]).is_lt();
             assert!(values.windows(2).all(ordered), "{}", measure.id);
         }

@@ -82,7 +82,7 @@ impl Plot<'_> {
         let (palette, size) = (self.palette, self.letters);
         let curves = self.curves(measure);
         let (from, to) = self.time();
-        let thresholds: Vec<_> = self.thresholds.of(measure.id).collect();
+        let thresholds: Vec<_> = self.thresholds.for_measure(measure.id).collect();
         let values: Vec<f64> = thresholds.iter().map(|t| t.value).collect();
         let most = (area.height / (1.9 * size)).clamp(2.0, 6.0) as usize;
         let upwards = upwards(measure, &curves, &values, most);

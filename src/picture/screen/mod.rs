@@ -4,7 +4,7 @@ mod shapes;
 
 use super::Color;
 use super::display::{Area, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::metrics::Measure;
 
 /// A cell of the screen.
@@ -35,11 +35,11 @@ pub struct Screen {
 
 /// Which screen of the workbench is wanted.
 #[derive(Debug, Clone)]
-pub struct ScreenWanted {
+pub struct ScreenRequest {
     /// The scenario that is open.
     pub entry: Entry,
     /// Its ego.
-    pub ego: WantedEgo,
+    pub ego: EgoSelection,
     /// Columns and rows.
     pub size: (u16, u16),
     /// The time step; the one of the first contact or the lowest risk if none.
@@ -53,7 +53,7 @@ pub struct ScreenWanted {
 }
 
 /// Draws a screen, and says which step it shows; the command line gets it from the terminal's side, which it does not know.
-pub type ScreenPainter = fn(&ScreenWanted) -> Result<(Screen, i64), String>;
+pub type ScreenPainter = fn(&ScreenRequest) -> Result<(Screen, i64), String>;
 
 /// Width and height of a cell, points.
 const CELL: (f64, f64) = (4.5, 9.0);

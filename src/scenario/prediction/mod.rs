@@ -9,8 +9,8 @@ mod predictor;
 mod present;
 mod speeds;
 
-pub use observed_history::{Observed, ObservedHistory, Who};
+pub use observed_history::{Observed, ObservedHistory, TrackedObject};
 pub use path::Path;
-pub use predictor::{Course, Model, Prediction, Predictor, Trajectory, Way};
+pub use predictor::{Course, Model, PredictedPath, Prediction, Predictor, Trajectory};
 pub use present::Present;
 pub use speeds::Speeds;

@@ -23,7 +23,7 @@ pub struct ObservedHistory<'a> {
 
 /// Who an obstacle is, without what it will do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Who {
+pub struct TrackedObject {
     /// Its id.
     pub id: i64,
     /// What it is; of the ego it is not known.
@@ -36,7 +36,7 @@ pub struct Who {
 #[derive(Debug, Clone, Copy)]
 pub struct Observed<'a> {
     /// Who.
-    pub who: Who,
+    pub who: TrackedObject,
     /// The region it covers now, in its own frame.
     pub footprint: &'a Footprint,
     /// Now.
@@ -62,7 +62,7 @@ impl<'a> Observed<'a> {
     }
 
     fn at_end(
-        who: Who,
+        who: TrackedObject,
         footprint: &'a Footprint,
         motions: &'a [(i64, Motion)],
         end: Option<i64>,
@@ -84,7 +84,7 @@ impl<'a> ObservedHistory<'a> {
     #[must_use]
     pub fn of(scene: &'a Scene, window: &Window) -> Self {
         let (now, dt, steps) = (window.last(), scene.scenario.dt(), window.steps());
-        let who = Who {
+        let who = TrackedObject {
             id: scene.ego.id,
             kind: None,
             parked: false,
@@ -165,7 +165,7 @@ fn observed<'a>(
     dt: f64,
 ) -> Option<Observed<'a>> {
     let parked = obstacle.role == ObstacleRole::Static;
-    let who = Who {
+    let who = TrackedObject {
         id: obstacle.id,
         kind: Some(obstacle.kind),
         parked,

@@ -18,7 +18,7 @@ pub enum Model {
 
 /// Which way an obstacle goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Way {
+pub enum PredictedPath {
     /// Straight on.
     Straight,
     /// On with the present turn, a little less or a little more of it.
@@ -31,7 +31,7 @@ pub enum Way {
 #[derive(Debug, Clone)]
 pub struct Course {
     /// Which way.
-    pub way: Way,
+    pub way: PredictedPath,
     /// Its line.
     pub path: Path,
     /// How likely, 0 to 1.
@@ -117,7 +117,7 @@ impl<'a> Predictor<'a> {
         let reach = reach(&speeds, horizon);
         let courses = if self.model != Model::AlongLanes || seen.who.parked {
             vec![Course {
-                way: Way::Straight,
+                way: PredictedPath::Straight,
                 path: Path::Straight(present.pose),
                 weight: 1.0,
             }]
@@ -161,7 +161,7 @@ impl<'a> Predictor<'a> {
         let spread = LATERAL / present.speed.powi(2);
         let spread = spread.min(MOST_CURVATURE);
         let turns = THREE.iter().map(|(z, weight)| Course {
-            way: Way::Turn,
+            way: PredictedPath::Turn,
             path: Path::Arc {
                 start: present.pose,
                 curvature: present.curvature + z * spread,
@@ -170,7 +170,7 @@ impl<'a> Predictor<'a> {
         });
         let along = lanes.into_iter().map(|way| Course {
             path: Path::along(way.line, &present.pose),
-            way: Way::Lanes(way.lanelets),
+            way: PredictedPath::Lanes(way.lanelets),
             weight: LANES * way.weight / total,
         });
         turns.chain(along).collect()

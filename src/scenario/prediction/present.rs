@@ -147,7 +147,7 @@ impl Line {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use super::super::Who;
+    use super::super::TrackedObject;
     use super::*;
     use crate::geometry::{Footprint, Shape};
 
@@ -165,7 +165,7 @@ mod tests {
             .collect();
         let footprint = Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap();
         Present::of(&Observed {
-            who: Who {
+            who: TrackedObject {
                 id: 1,
                 kind: None,
                 parked: false,

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::series;
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::judge::judge_under;
 use crate::metrics::{Headline, Thresholds};
 use crate::scenario::{EgoSource, Scenario, Scene, Window};
@@ -82,7 +82,7 @@ impl Facts {
     /// It or its ego cannot be read.
     pub fn read(
         entry: &Entry,
-        ego: &WantedEgo,
+        ego: &EgoSelection,
         thresholds: &Thresholds,
         verdicts: &Verdicts,
     ) -> Result<Self, String> {

@@ -7,7 +7,7 @@ use super::planned::Recorder;
 use super::variant::{Generated, Made, VariantRequest, Working};
 use super::{Opened, Planned};
 use crate::evaluation::generating;
-use crate::formats::WantedEgo;
+use crate::formats::EgoSelection;
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{
     Attack, ClosedLoop, Effort, Passed, Progress, SearchResult, SelectedAttack,
@@ -46,7 +46,7 @@ impl Opened {
     /// obstacle that could attack.
     pub fn generated(
         wish: &VariantRequest,
-        ego: &WantedEgo,
+        ego: &EgoSelection,
         thresholds: &Thresholds,
         how: &How<'_>,
         cancel: &Cancel,

@@ -20,7 +20,7 @@ pub use terms::{HEADLINE, TERMS};
 
 use unicode_width::UnicodeWidthStr;
 
-use crate::formats::{Entry, Found, PassedOver};
+use crate::formats::{Entry, PassedOver, SearchResults};
 use crate::metrics::Measure;
 use crate::settings::Tags;
 use crate::tui::loaded::Facts;
@@ -84,7 +84,7 @@ pub enum Line {
 
 impl List {
     /// The list of these scenarios, which are all there are.
-    pub fn fill(&mut self, found: Found) {
+    pub fn fill(&mut self, found: SearchResults) {
         self.rows.clear();
         self.known = 0;
         self.longest = 0;

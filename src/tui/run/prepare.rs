@@ -12,7 +12,7 @@ use super::super::theme::{AUTO, Depth, Theme};
 use super::super::update::session;
 use super::super::user_file::first;
 use crate::evaluation::default_planning;
-use crate::formats::WantedEgo;
+use crate::formats::EgoSelection;
 use crate::llm::{Environment, Registry};
 use crate::prompts::Library;
 use crate::settings::{Config, Folders};
@@ -21,7 +21,7 @@ use crate::system;
 /// The model at the start; errors in the user's files are reported, and defaults are used.
 pub fn prepare(
     paths: Vec<PathBuf>,
-    ego: &WantedEgo,
+    ego: &EgoSelection,
     folders: &Folders,
 ) -> (Model, (Registry, Environment), Background) {
     let mut complaints = Vec::new();
@@ -84,7 +84,7 @@ pub fn prepare(
 }
 
 /// Takes up the last session of the same paths, unless the configuration says that sessions are not kept.
-fn take_up_session(model: &mut Model, ego: &WantedEgo, folders: &Folders) {
+fn take_up_session(model: &mut Model, ego: &EgoSelection, folders: &Folders) {
     model.recall.here = std::env::current_dir().unwrap_or_default();
     model.recall.on = model.config.session;
     if !model.recall.on {
@@ -92,7 +92,7 @@ fn take_up_session(model: &mut Model, ego: &WantedEgo, folders: &Folders) {
     }
     model.recall.paths = Where::of_arguments(&model.paths, &model.recall.here);
     match tasks::session::read(&folders.sessions(), &model.recall.paths) {
-        Ok(Some(found)) => session::restore(model, found, *ego != WantedEgo::Beside),
+        Ok(Some(found)) => session::restore(model, found, *ego != EgoSelection::Beside),
         Ok(None) => {}
         Err(error) => model.tell(format!("{error}; a new session begins")),
     }

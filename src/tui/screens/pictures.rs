@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 
 use super::Step;
 use super::picker::{self, Choice};
-use crate::picture::{Format, Look, Seen, What};
+use crate::picture::{FigureContent, Format, Look, MapExtent};
 use crate::tui::loaded::{PictureJob, PictureKind};
 use crate::tui::message::Effect;
 use crate::tui::model::{Model, Pane, Picker, matching};
@@ -72,8 +72,8 @@ fn look(model: &Model, kind: PictureKind) -> Look {
     let (columns, _) = model.drawn.map_size();
     let width = (model.camera.cell * f64::from(columns)).max(2.0);
     let seen = match model.camera.follow {
-        true => Seen::Ego { width },
-        false => Seen::Around {
+        true => MapExtent::Ego { width },
+        false => MapExtent::Around {
             center: model.camera.center,
             width,
         },
@@ -90,9 +90,9 @@ fn look(model: &Model, kind: PictureKind) -> Look {
     obstacles.retain(|id| Some(*id) != ego);
     Look {
         what: match kind {
-            PictureKind::Plot => What::Plot,
-            PictureKind::Both => What::Both,
-            _ => What::Map,
+            PictureKind::Plot => FigureContent::Plot,
+            PictureKind::Both => FigureContent::Both,
+            _ => FigureContent::Map,
         },
         seen,
         ego_up: model.camera.ego_up,

@@ -12,7 +12,7 @@ use tokio::task::{AbortHandle, JoinSet};
 use super::Tasks;
 use crate::evaluation::batch::Matrix;
 use crate::evaluation::{Judge, Judges};
-use crate::formats::{Place, WantedEgo};
+use crate::formats::{EgoSelection, Place};
 use crate::planner::Cancel;
 use crate::store::{Item, Store, StoreError};
 use crate::tui::message::Msg;
@@ -55,7 +55,7 @@ struct Counting {
     batch: Arc<Batch>,
     judge: Judge,
     store: Arc<Store>,
-    ego: WantedEgo,
+    ego: EgoSelection,
     cancel: Cancel,
     counts: Counts,
     sender: UnboundedSender<Msg>,
@@ -180,7 +180,7 @@ impl Tasks {
 
 impl Batch {
     /// What the store is to keep of it.
-    fn request(&self, ego: &WantedEgo) -> BatchRequest {
+    fn request(&self, ego: &EgoSelection) -> BatchRequest {
         let paths = self.entries.iter().map(|entry| match &entry.place {
             Place::File(path) => path.clone(),
             Place::Bundled(_) => PathBuf::from(&entry.name),

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::Tasks;
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::judge::{self, judge_under};
 use crate::metrics::Thresholds;
 use crate::scenario::{Scene, Transform, Window};
@@ -37,7 +37,7 @@ pub struct Reader {
 #[derive(Debug, Clone)]
 pub struct Judging {
     /// The ego of a scenario where no obstacle is taken in its place.
-    pub ego: WantedEgo,
+    pub ego: EgoSelection,
     /// What risk scores are.
     pub thresholds: Arc<Thresholds>,
 }
@@ -332,7 +332,7 @@ pub(super) fn scene_of(
     question: &Question<'_>,
 ) -> Option<Arc<Scene>> {
     let (_, change) = Transform::of_name(question.scenario);
-    let taken = obstacle_taken(question.ego).map(WantedEgo::Obstacle);
+    let taken = obstacle_taken(question.ego).map(EgoSelection::Obstacle);
     let ego = taken.unwrap_or_else(|| judging.ego.clone());
     let request = OpenRequest {
         entry,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Tasks;
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::metrics::{Measure, Thresholds};
 use crate::scenario::{Scene, Transform};
 use crate::tui::loaded::{Measured, Opened, judged, plotted};
@@ -19,7 +19,7 @@ impl Tasks {
         obstacle: Option<i64>,
         change: Option<Transform>,
     ) {
-        let ego = obstacle.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
+        let ego = obstacle.map_or_else(|| self.ego.clone(), EgoSelection::Obstacle);
         let thresholds = self.thresholds.clone();
         self.background(move || {
             let opened = Opened::changed(&entry, &ego, &thresholds, change);

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use self::server::{Script, Server};
-use crate::formats::WantedEgo;
+use crate::formats::EgoSelection;
 use crate::llm::{Environment, Registry};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
@@ -63,7 +63,7 @@ impl Whole {
             &config,
             thresholds,
             Some(store),
-            WantedEgo::Beside,
+            EgoSelection::Beside,
         );
         let library = Library::load(None);
         let model = Model::new(

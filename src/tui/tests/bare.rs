@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use super::driven::{coarse, request};
 use super::everywhere::VIEWS;
-use crate::formats::{Entry, WantedEgo, bundled};
+use crate::formats::{EgoSelection, Entry, bundled};
 use crate::planner::Cancel;
 use crate::tui::loaded::Opened;
 use crate::tui::message::planning::{PlanAsk, PlanNews};
@@ -121,9 +121,9 @@ fn every_view_of_bare_scenarios_is_drawn() {
             .obstacles
             .first()
             .map(|obstacle| obstacle.id);
-        for ego in [WantedEgo::Beside]
+        for ego in [EgoSelection::Beside]
             .into_iter()
-            .chain(id.map(WantedEgo::Obstacle))
+            .chain(id.map(EgoSelection::Obstacle))
         {
             let mut bench = Bench::empty();
             bench.ego = ego.clone();

@@ -7,7 +7,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use crate::evaluation::{Answer, Judged, Missing};
-use crate::formats::{Entry, Place, WantedEgo, bundled};
+use crate::formats::{EgoSelection, Entry, Place, bundled};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::settings::Config;
@@ -24,7 +24,7 @@ use crate::verdict::{ObstacleRisk, ParseQuality, Parsed, Task, Verdict};
 pub struct Bench {
     pub model: Model,
     /// The ego of a scenario where no obstacle is taken in its place.
-    pub ego: WantedEgo,
+    pub ego: EgoSelection,
     /// What was asked for and not done.
     pub effects: Vec<Effect>,
 }
@@ -52,7 +52,7 @@ impl Bench {
                 library,
                 offers,
             ),
-            ego: WantedEgo::Beside,
+            ego: EgoSelection::Beside,
             effects: Vec::new(),
         }
     }
@@ -62,12 +62,12 @@ impl Bench {
         for effect in update(&mut self.model, msg) {
             match effect {
                 Effect::Open(id, entry, ego) => {
-                    let ego = ego.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
+                    let ego = ego.map_or_else(|| self.ego.clone(), EgoSelection::Obstacle);
                     let opened = opened(&entry, &ego, &self.model.thresholds);
                     self.send(Msg::Opened(id, opened.map(Box::new)));
                 }
                 Effect::OpenChanged(id, entry, ego, change) => {
-                    let ego = ego.map_or_else(|| self.ego.clone(), WantedEgo::Obstacle);
+                    let ego = ego.map_or_else(|| self.ego.clone(), EgoSelection::Obstacle);
                     let thresholds = self.model.thresholds.clone();
                     let opened = Opened::changed(&entry, &ego, &thresholds, Some(change));
                     self.send(Msg::Opened(id, opened.map(Box::new)));
@@ -148,12 +148,16 @@ impl Bench {
 }
 
 /// A scenario as it is opened; bundled ones under the shipped thresholds are read once for all tests.
-pub fn opened(entry: &Entry, ego: &WantedEgo, thresholds: &Thresholds) -> Result<Opened, String> {
+pub fn opened(
+    entry: &Entry,
+    ego: &EgoSelection,
+    thresholds: &Thresholds,
+) -> Result<Opened, String> {
     type Read = HashMap<(Place, Option<i64>), Result<Opened, String>>;
     static READ: Mutex<Option<Read>> = Mutex::new(None);
     let taken = match ego {
-        WantedEgo::Beside => None,
-        WantedEgo::Obstacle(id) => Some(*id),
+        EgoSelection::Beside => None,
+        EgoSelection::Obstacle(id) => Some(*id),
         _ => return Opened::read(entry, ego, thresholds),
     };
     if !matches!(entry.place, Place::Bundled(_)) || !thresholds.changes().is_empty() {

@@ -9,7 +9,7 @@ use super::kept::{FIRST, Kept};
 use super::results::{counts, four, press, settle};
 use crate::evaluation::batch::{Counting, Matrix, Part, RequestSettings, Spec, TruthSource};
 use crate::evaluation::report::{Half, Report};
-use crate::formats::{WantedEgo, bundled};
+use crate::formats::{EgoSelection, bundled};
 use crate::metrics::Thresholds;
 use crate::prompts::Techniques;
 use crate::scenario::Transform;
@@ -60,7 +60,7 @@ pub(super) fn spec() -> Spec {
         templates: BTreeMap::new(),
         thresholds: Vec::new(),
         base_url: None,
-        ego: WantedEgo::Beside,
+        ego: EgoSelection::Beside,
         drafts: BTreeMap::new(),
     }
 }
@@ -71,7 +71,7 @@ fn mirrored(kept: &mut Kept) -> RunId {
     let thresholds = Thresholds::shipped();
     let opened = Opened::changed(
         &entry,
-        &WantedEgo::Beside,
+        &EgoSelection::Beside,
         thresholds,
         Some(Transform::Mirror),
     );
@@ -264,7 +264,7 @@ fn what_is_known_is_shown_while_the_judge_is_at_work() {
         panic!("the store is to be read");
     };
     let judging = crate::tui::tasks::history::Judging {
-        ego: WantedEgo::Beside,
+        ego: EgoSelection::Beside,
         thresholds: std::sync::Arc::new(Thresholds::shipped().clone()),
     };
     let mut said = Vec::new();

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::metrics::Thresholds;
 use crate::planner::{self, Cancel, Forecast, Sampling};
 use crate::simulation::Settings;
@@ -38,7 +38,7 @@ pub fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> 
     PlanRequest {
         open: OpenRequest {
             entry,
-            ego: &WantedEgo::Beside,
+            ego: &EgoSelection::Beside,
             transform: None,
             strict: false,
         },

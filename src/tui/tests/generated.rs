@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::driven::coarse;
-use crate::formats::WantedEgo;
+use crate::formats::EgoSelection;
 use crate::generation::Effort;
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
@@ -56,7 +56,7 @@ pub fn generated(wish: &VariantRequest) -> Result<Generated, String> {
         };
         let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
         let (how, cancel) = (with(&settings), Cancel::default());
-        let ego = WantedEgo::Beside;
+        let ego = EgoSelection::Beside;
         let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {});
         let mut made = made?.expect("nobody stopped it");
         in_12_ms(&mut made);

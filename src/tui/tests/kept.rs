@@ -1,7 +1,7 @@
 //! A workbench whose history reads a store in memory with three runs.
 
 use super::bench::Bench;
-use crate::formats::WantedEgo;
+use crate::formats::EgoSelection;
 use crate::metrics::Thresholds;
 use crate::store::{Claim, Consumed, Ending, NewRun, Piece, RunId, RunState, Store};
 use crate::tui::message::{Effect, Msg};
@@ -88,7 +88,7 @@ impl Kept {
     /// Answers what the history asked for, until nothing is left.
     pub fn settle(&mut self) {
         let judging = Judging {
-            ego: WantedEgo::Beside,
+            ego: EgoSelection::Beside,
             thresholds: std::sync::Arc::new(Thresholds::shipped().clone()),
         };
         loop {

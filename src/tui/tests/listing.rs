@@ -3,7 +3,7 @@
 use ratatui::layout::Position;
 
 use super::bench::Bench;
-use crate::formats::{WantedEgo, bundled};
+use crate::formats::{EgoSelection, bundled};
 use crate::metrics::Thresholds;
 use crate::settings::Tags;
 use crate::store::{Origin, StoredVerdict};
@@ -45,7 +45,12 @@ pub fn surveyed() -> Bench {
     .into();
     let mut bench = Bench::bundled();
     for (place, entry) in bundled().iter().enumerate() {
-        let facts = Facts::read(entry, &WantedEgo::Beside, Thresholds::shipped(), &verdicts);
+        let facts = Facts::read(
+            entry,
+            &EgoSelection::Beside,
+            Thresholds::shipped(),
+            &verdicts,
+        );
         bench.send(Msg::Surveyed(place, facts));
     }
     bench

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::bench::Bench;
-use crate::formats::{Entry, WantedEgo, write_recording};
+use crate::formats::{EgoSelection, Entry, write_recording};
 use crate::tui::message::{Effect, Msg, OpenId};
 use crate::tui::model::{Notice, Pane};
 
@@ -109,7 +109,7 @@ fn a_chosen_file_is_shown_as_the_source_of_the_ego_and_comes_back() {
     let mut bench = Bench::bundled();
     let scene = bench.model.opened.as_ref().unwrap().scene.clone().unwrap();
     std::fs::write(&path, write_recording(77, &scene.ego.track).unwrap()).unwrap();
-    bench.ego = WantedEgo::File {
+    bench.ego = EgoSelection::File {
         path: path.clone(),
         planning_problem: None,
     };

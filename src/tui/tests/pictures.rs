@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use super::generated::generated;
-use crate::picture::Seen;
+use crate::picture::MapExtent;
 use crate::tui::loaded::{PictureJob, PictureKind};
 use crate::tui::message::making::{MakeAsk, MakeNews};
 use crate::tui::message::{Effect, Msg};
@@ -46,7 +46,7 @@ fn a_picture_is_of_what_is_seen_now() {
     assert_eq!(job.look.obstacles, [301]);
     let (columns, _) = bench.model.drawn.map_size();
     let width = 0.5 * f64::from(columns);
-    assert_eq!(job.look.seen, Seen::Ego { width });
+    assert_eq!(job.look.seen, MapExtent::Ego { width });
     assert!(!job.needs_screen());
 }
 

@@ -7,7 +7,7 @@ use super::bench::Bench;
 use super::everywhere::seen_in_every_theme;
 use super::kept::{FIRST, Kept};
 use crate::evaluation::Outcome;
-use crate::formats::WantedEgo;
+use crate::formats::EgoSelection;
 use crate::metrics::Thresholds;
 use crate::tui::keymap::{Keymap, Preset};
 use crate::tui::message::runs::ResultsNews;
@@ -19,7 +19,7 @@ use crate::tui::tasks::results::answer;
 /// Answers what the screen asked for, until nothing is left.
 pub(super) fn settle(kept: &mut Kept) {
     let judging = Judging {
-        ego: WantedEgo::Beside,
+        ego: EgoSelection::Beside,
         thresholds: Arc::new(Thresholds::shipped().clone()),
     };
     loop {

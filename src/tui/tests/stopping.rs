@@ -6,7 +6,7 @@ use super::driven::coarse;
 use super::generated::{SHORT, with};
 use super::written::Canned;
 use crate::evaluation;
-use crate::formats::{WantedEgo, bundled};
+use crate::formats::{EgoSelection, bundled};
 use crate::generation::{Ground, Progress, VariantGenerator, search_until};
 use crate::metrics::Thresholds;
 use crate::planner::{Cancel, Forecast};
@@ -48,7 +48,7 @@ fn who_cancels_hears_nothing_more() {
                 }
             }
         };
-        let (ego, how) = (WantedEgo::Beside, with(&settings));
+        let (ego, how) = (EgoSelection::Beside, with(&settings));
         let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut on_event);
         assert!(matches!(made, Ok(None)));
         let ended = heard.iter().position(|at| end(*at));
@@ -105,7 +105,7 @@ fn who_cancels_is_driven_against_nothing_more() {
             settings: &settings,
             source: AttackSource::Model(&Canned),
         };
-        let ego = WantedEgo::Beside;
+        let ego = EgoSelection::Beside;
         let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut on_event);
         assert!(matches!(made, Ok(None)));
         assert_eq!(heard.last(), Some(&end));

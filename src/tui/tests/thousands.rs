@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::bench::Bench;
-use crate::formats::{Entry, WantedEgo, bundled, find_in_pieces};
+use crate::formats::{EgoSelection, Entry, bundled, find_in_pieces};
 use crate::metrics::Thresholds;
 use crate::tui::loaded::{Facts, Verdicts};
 use crate::tui::message::{Effect, Msg};
@@ -34,7 +34,7 @@ fn facts() -> Facts {
     let read = |entry: &Entry| {
         Facts::read(
             entry,
-            &WantedEgo::Beside,
+            &EgoSelection::Beside,
             Thresholds::shipped(),
             &Verdicts::default(),
         )

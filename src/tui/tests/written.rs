@@ -12,7 +12,7 @@ use crate::evaluation::generating::{
     AuthorError, Authored, AuthoredAttack, Choice, ChosenBy, Declined, Progress, Proposal, Source,
     Spent,
 };
-use crate::formats::WantedEgo;
+use crate::formats::EgoSelection;
 use crate::generation::attacker::{self, Candidate};
 use crate::generation::{Ground, Reason, Refusal, admit};
 use crate::llm::Chunk;
@@ -163,7 +163,7 @@ fn written(wish: &VariantRequest) -> Result<Generated, String> {
         settings: &settings,
         source: AttackSource::Model(&Canned),
     };
-    let (ego, cancel) = (WantedEgo::Beside, Cancel::default());
+    let (ego, cancel) = (EgoSelection::Beside, Cancel::default());
     // A folder in which nothing lies decides the name.
     let wish = VariantRequest {
         folder: Some("/nonexistent".into()),

@@ -4,11 +4,11 @@ use super::super::action::Action;
 use super::super::message::{AskId, Effect};
 use super::super::model::{Line, Model, Pane};
 use super::{open, open_current, session};
-use crate::formats::{Entry, Found, PassedOver};
+use crate::formats::{Entry, PassedOver, SearchResults};
 use crate::settings::Tags;
 
 /// All scenarios were found at once.
-pub fn found(model: &mut Model, found: Result<Found, String>) -> Vec<Effect> {
+pub fn found(model: &mut Model, found: Result<SearchResults, String>) -> Vec<Effect> {
     match found {
         Ok(found) => {
             let survey = found.entries.iter().cloned().enumerate().collect();

@@ -56,7 +56,11 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let (from, to) = (steps.start as f64 * dt, (steps.end - 1) as f64 * dt);
     let to = to.max(from + dt);
     let measure = model.plot.measure;
-    let values: Vec<f64> = model.thresholds.of(measure.id).map(|t| t.value).collect();
+    let values: Vec<f64> = model
+        .thresholds
+        .for_measure(measure.id)
+        .map(|t| t.value)
+        .collect();
     let upwards = upwards(measure, &curves, &values, axes::most_upwards(inner));
     let plot = axes::draw(f, inner, (from, to), &upwards, measure.unit, theme.dim);
     let (low, high) = upwards.bounds();
@@ -100,7 +104,7 @@ fn stroke(ctx: &mut Context<'_>, points: &[(f64, f64)], color: Color) {
 fn beyond(f: &mut Frame<'_>, plot: Rect, model: &Model, (low, high): (f64, f64)) {
     let measure = model.plot.measure;
     let words = |above: bool| {
-        let of_measure = model.thresholds.of(measure.id);
+        let of_measure = model.thresholds.for_measure(measure.id);
         let there = of_measure.filter(|t| if above { t.value > high } else { t.value < low });
         let sign = if above { "↑" } else { "↓" };
         let each = there.map(|t| format!("{sign} {} {}", t.name, quantity(t.value, measure.unit)));
@@ -257,7 +261,7 @@ fn legend(f: &mut Frame<'_>, pane: Rect, inner: Rect, model: &Model, curves: &[C
             vec![Span::styled(words, Style::new().fg(color))]
         })
         .collect();
-    let thresholds = model.thresholds.of(measure.id).map(|threshold| {
+    let thresholds = model.thresholds.for_measure(measure.id).map(|threshold| {
         let words = format!(
             "╌{} {}{}",
             threshold.name,

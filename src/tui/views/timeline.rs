@@ -83,7 +83,7 @@ fn title(model: &Model, room: usize) -> Line<'static> {
         "risk" => " · bars: lowest risk score".to_string(),
         id => {
             let extreme = measure.danger.extreme();
-            let full = model.thresholds.of(id).next();
+            let full = model.thresholds.for_measure(id).next();
             let full = full.map(|t| format!(", full at {}", quantity(t.value, measure.unit)));
             let full = full.unwrap_or_else(|| ", within this scenario".into());
             format!(" · bars: {extreme} {id}{full}")
@@ -120,7 +120,11 @@ struct Scale {
 
 impl Scale {
     fn of(model: &Model, measure: &'static Measure, series: &Series) -> Self {
-        let threshold = model.thresholds.of(measure.id).next().map(|t| t.value);
+        let threshold = model
+            .thresholds
+            .for_measure(measure.id)
+            .next()
+            .map(|t| t.value);
         let mut range = (0.0, 0.0);
         if threshold.is_none() && measure.id != "risk" {
             let ids = series.obstacles().iter();

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::resume::StoredBatch;
 use super::{BatchError, DryRun, Relabelling, Selection};
 use crate::evaluation::batch::{Ask, Matrix, QuestionBuilder, Shard, Spec, Truth, TruthSource};
-use crate::formats::{Entry, Place, WantedEgo};
+use crate::formats::{EgoSelection, Entry, Place};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::store::{BatchId, Store, StoreError};
@@ -22,7 +22,7 @@ pub struct BatchRequest {
     /// Questions about each scenario.
     pub matrix: Matrix,
     /// Whose ego they have.
-    pub ego: WantedEgo,
+    pub ego: EgoSelection,
     /// Where the truth is from; by default the folders of a labelled repository, else the geometry.
     pub truth: Option<TruthSource>,
     /// The part of the scenarios that this machine asks about.

@@ -242,7 +242,7 @@ fn scenarios(
     let mut by_path: BTreeMap<&str, Vec<Ask>> = BTreeMap::new();
     for item in items.iter().filter(|item| selection.has(item.state)) {
         let way = way_of(&item.asked).map_err(BatchError::Question)?;
-        let variant = Variant::of(&item.asked).map_err(BatchError::Question)?;
+        let variant = Variant::from_item(&item.asked).map_err(BatchError::Question)?;
         let asks = by_path.entry(&item.asked.path).or_default();
         add(asks, way, variant, item.asked.sample);
     }

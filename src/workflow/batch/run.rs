@@ -300,7 +300,7 @@ impl BatchRun {
         let made = tokio::task::spawn_blocking(move || {
             let entry = Entry::of_argument(Path::new(&asked.path));
             let way = way_of(&asked)?;
-            builder.question(&entry, &way, &Variant::of(&asked)?, label_of(&asked))
+            builder.question(&entry, &way, &Variant::from_item(&asked)?, label_of(&asked))
         });
         let made = made.await;
         made.map_err(|error| format!("it could not be worked out: {error}"))?

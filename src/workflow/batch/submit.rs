@@ -91,7 +91,7 @@ impl BatchRun {
     fn made(&self, item: &Item) -> Result<Question, String> {
         let entry = Entry::of_argument(Path::new(&item.asked.path));
         let way = way_of(&item.asked)?;
-        let (variant, label) = (Variant::of(&item.asked)?, label_of(&item.asked));
+        let (variant, label) = (Variant::from_item(&item.asked)?, label_of(&item.asked));
         let question = self.builder.question(&entry, &way, &variant, label)?;
         Ok(Question::clone(&question))
     }

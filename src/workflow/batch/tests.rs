@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Selection;
 use crate::evaluation::batch::{QuestionBuilder, RequestSettings, Variant};
 use crate::evaluation::{Lead, PromptConfig, Question};
-use crate::formats::{Entry, WantedEgo, bundled};
+use crate::formats::{EgoSelection, Entry, bundled};
 use crate::judge::judge;
 use crate::metrics::Thresholds;
 use crate::prompts::{Library, Techniques};
@@ -25,7 +25,12 @@ fn what_is_asked_again_depends_on_where_it_stands() {
 fn builder() -> QuestionBuilder {
     let thresholds = Arc::new(Thresholds::shipped().clone());
     let request = RequestSettings::default();
-    QuestionBuilder::new(Library::load(None), thresholds, request, WantedEgo::Beside)
+    QuestionBuilder::new(
+        Library::load(None),
+        thresholds,
+        request,
+        EgoSelection::Beside,
+    )
 }
 
 fn way(task: Task, frame: Frame) -> PromptConfig {

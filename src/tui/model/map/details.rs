@@ -153,7 +153,7 @@ fn seen(lines: &mut Lines, opened: &Opened, scene: &Scene, obstacle: &Obstacle, 
     let Some(encounter) = Encounter::at(scene, &participant, step) else {
         return lines.say("relation", "the two are not there at the same time".into());
     };
-    let relation = Relation::of(&encounter);
+    let relation = Relation::new(&encounter);
     lines.say("direction", relation.direction.name().to_lowercase());
     let reading = |measure| {
         opened

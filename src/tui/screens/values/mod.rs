@@ -199,7 +199,7 @@ fn line(
 
 /// The threshold that a value that is not dangerous would reach first.
 fn nearest(model: &Model, id: &str, unit: &str) -> String {
-    let last = model.thresholds.of(id).last();
+    let last = model.thresholds.for_measure(id).last();
     last.map_or(String::new(), |t| words(t, unit))
 }
 

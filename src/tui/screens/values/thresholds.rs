@@ -55,7 +55,7 @@ pub fn text(model: &Model, width: usize) -> Vec<Line<'static>> {
 
 fn critical(thresholds: &Thresholds) -> Vec<(String, String, bool, String)> {
     let rows = MEASURES.iter().flat_map(|measure| {
-        thresholds.of(measure.id).map(|t| {
+        thresholds.for_measure(measure.id).map(|t| {
             let name = format!("{} {}", measure.id, t.name);
             (
                 name,
@@ -96,7 +96,7 @@ fn limits(thresholds: &Thresholds) -> Vec<(String, String, bool, String)> {
             "" => about,
             source => format!("{about} · {source}"),
         };
-        let value = quantity(limit.of(&thresholds.limits), limit.unit);
+        let value = quantity(limit.value(&thresholds.limits), limit.unit);
         (limit.id.to_string(), value, own, about)
     });
     rows.collect()

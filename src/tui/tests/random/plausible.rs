@@ -12,7 +12,7 @@ use super::world::{CLAIMS, HOSTILE};
 use crate::evaluation::Answer;
 use crate::evaluation::batch::Estimate;
 use crate::evaluation::generating::Progress as Heard;
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::generation::Progress;
 use crate::metrics::Thresholds;
 use crate::store::{Choice, RatedAnswer, Rating, RunId};
@@ -172,7 +172,7 @@ pub fn facts(entry: &Entry) -> Result<Facts, String> {
     let fresh = || {
         Facts::read(
             entry,
-            &WantedEgo::Beside,
+            &EgoSelection::Beside,
             Thresholds::shipped(),
             &Verdicts::default(),
         )

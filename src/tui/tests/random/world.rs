@@ -15,7 +15,7 @@ use super::super::kept::{FIRST, Kept};
 use super::plausible::{batch, facts, make, plan, rating, stored};
 use super::{ESCAPES, Input, sound};
 use crate::evaluation::Event;
-use crate::formats::{Entry, WantedEgo, bundled};
+use crate::formats::{EgoSelection, Entry, bundled};
 use crate::llm::{Chunk, Dialect, Discovered};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
@@ -257,14 +257,14 @@ impl World {
         let thresholds = Thresholds::shipped();
         match effect {
             Effect::Open(id, entry, ego) => {
-                let ego = ego.map_or(WantedEgo::Beside, WantedEgo::Obstacle);
+                let ego = ego.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
                 vec![Msg::Opened(
                     id,
                     opened(&entry, &ego, thresholds).map(Box::new),
                 )]
             }
             Effect::OpenChanged(id, entry, ego, change) => {
-                let ego = ego.map_or(WantedEgo::Beside, WantedEgo::Obstacle);
+                let ego = ego.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
                 let opened = Opened::changed(&entry, &ego, thresholds, Some(change));
                 vec![Msg::Opened(id, opened.map(Box::new))]
             }

@@ -10,7 +10,7 @@ use crate::scenario::{Ego, Scenario, Scene};
 /// Choice of a scenario's ego.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum WantedEgo {
+pub enum EgoSelection {
     /// The one whose file lies with the scenario; see [`super::find_recording`].
     #[default]
     Beside,
@@ -30,8 +30,8 @@ pub enum WantedEgo {
     },
 }
 
-impl WantedEgo {
-    /// This ego of the scenario of an entry; `None` if it was to lie beside it and does not.
+impl EgoSelection {
+    /// This ego of the scenario of an entry; nothing where it was to lie beside it and does not.
     ///
     /// # Errors
     /// The file cannot be read or has no such ego, or the obstacle cannot be one.

@@ -4,7 +4,7 @@ use crate::geometry::ReferencePath;
 
 /// The speed at each metre of a path.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Bends {
+pub struct CurvatureSpeedLimit {
     /// m/s at 0, 1, 2, … m.
     speeds: Vec<f64>,
 }
@@ -18,10 +18,10 @@ const BRAKING: f64 = 4.0;
 /// The ego drives no faster than this for the bends' sake, m/s.
 const FASTEST: f64 = 100.0;
 
-impl Bends {
+impl CurvatureSpeedLimit {
     /// Those of `path`.
     #[must_use]
-    pub fn of(path: &ReferencePath) -> Self {
+    pub fn new(path: &ReferencePath) -> Self {
         let metres = path.length().ceil().max(1.0) as usize;
         let curvature = |s: usize| path.at(s as f64).curvature.abs();
         let mut speeds: Vec<f64> = (0..=metres)
@@ -58,7 +58,7 @@ mod tests {
             Point::new(60.0 + 10.0 * sin, 10.0 - 10.0 * cos)
         });
         let path = ReferencePath::new(straight.chain(turn)).unwrap();
-        let bends = Bends::of(&path);
+        let bends = CurvatureSpeedLimit::new(&path);
         let in_it = bends.speed(68.0);
         assert!((in_it - (LATERAL * 10.0_f64).sqrt()).abs() < 0.3, "{in_it}");
         let before = bends.speed(30.0);

@@ -9,7 +9,7 @@ use crate::simulation::Settings;
 
 /// How to plan.
 #[derive(Debug, clap::Args)]
-pub struct How {
+pub struct PlanOptions {
     /// What the planner is told of the others' future: their recorded one (an oracle), straight on, or along their
     /// lanes [default: `prediction` in config.toml, else lane].
     #[arg(long, value_name = "KIND", value_parser = ["recorded", "constant-velocity", "lane"])]
@@ -37,7 +37,7 @@ fn value(id: &str, word: &str) -> Result<Value, String> {
     number.filter(|n| key.allows(n)).ok_or_else(|| key.needed())
 }
 
-impl How {
+impl PlanOptions {
     /// What is planned with.
     pub fn settings(&self, config: &Config) -> Result<Settings, Failure> {
         let mut settings = config.planning(default_planning());

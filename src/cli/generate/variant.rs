@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 use super::line::Line;
 use super::model::Writer;
-use super::resume::Past;
+use super::resume::EarlierRun;
 use crate::cli::output;
 use crate::evaluation::generating::Authored;
-use crate::formats::{Entry, WantedEgo};
+use crate::formats::{EgoSelection, Entry};
 use crate::generation::{Effort, Refusal, Selection, VariantGenerator};
 use crate::planner::Cancel;
 use crate::settings::PlannerKey;
@@ -21,18 +21,18 @@ use crate::workflow::{
 };
 
 /// The request.
-pub struct Wanted {
-    /// The model; `None` for the search.
+pub struct GenerateJob {
+    /// The model; nothing for the search.
     pub writer: Option<Writer>,
     pub settings: Settings,
     pub problem: Option<i64>,
     pub effort: Effort,
     pub only: Option<i64>,
     /// The results of an earlier run, if it is resumed.
-    pub past: Option<Past>,
+    pub past: Option<EarlierRun>,
 }
 
-impl Wanted {
+impl GenerateJob {
     /// All that decides what is made of a scenario but for its content: two runs with the same one make the same.
     pub fn said(&self, problem: i64) -> Value {
         let effort = &self.effort;
@@ -125,21 +125,25 @@ fn between(step: i64) -> String {
     )
 }
 
-/// Makes a variant of a scenario; `None` if `cancel` asked for an end before it was done.
-pub fn make(entry: &Entry, wanted: &Wanted, cancel: &Cancel) -> Option<Result<Product, PlanError>> {
+/// Makes a variant of a scenario; nothing where `cancel` asked for an end before it was done.
+pub fn make(
+    entry: &Entry,
+    wanted: &GenerateJob,
+    cancel: &Cancel,
+) -> Option<Result<Product, PlanError>> {
     make_or_error(entry, wanted, cancel).transpose()
 }
 
 fn make_or_error(
     entry: &Entry,
-    wanted: &Wanted,
+    wanted: &GenerateJob,
     cancel: &Cancel,
 ) -> Result<Option<Product>, PlanError> {
     let began = Instant::now();
     let prepared = prepare(&PlanRequest {
         open: OpenRequest {
             entry,
-            ego: &WantedEgo::Beside,
+            ego: &EgoSelection::Beside,
             transform: None,
             strict: false,
         },
@@ -148,7 +152,9 @@ fn make_or_error(
     })?;
     let settings = wanted.said(prepared.problem().id);
     let past = wanted.past.as_ref();
-    if let Some(line) = past.and_then(|past| past.of(entry, &prepared.scenario.hash, &settings)) {
+    if let Some(line) =
+        past.and_then(|past| past.line_for(entry, &prepared.scenario.hash, &settings))
+    {
         return Ok(Some(Product::TakenOver(Box::new(line))));
     }
     let writer = wanted.writer.as_ref();
