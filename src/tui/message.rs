@@ -227,7 +227,7 @@ pub enum Effect {
     Ask {
         /// The question's number.
         id: AskId,
-        /// The question.
+        /// What is asked.
         question: Box<Question>,
         /// Who is asked, `provider/model`.
         model: String,

@@ -31,7 +31,7 @@ pub struct How<'a> {
 /// Events of a generation.
 #[derive(Debug)]
 pub enum Heard {
-    /// The current stage.
+    /// What is being done.
     Working(Working),
     /// Progress of the authoring model.
     Model(generating::Progress),

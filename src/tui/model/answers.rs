@@ -41,7 +41,7 @@ pub enum Shown {
 /// A compared answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// The question it answers; `None` for one from the store.
+    /// The question it answers; nothing for one from the store.
     pub ask: Option<AskId>,
     /// The model asked, `provider/model`.
     pub model: String,

@@ -57,7 +57,7 @@ impl Marks {
 pub struct Card {
     /// Its number.
     pub id: BatchId,
-    /// The batch.
+    /// What would be asked.
     pub batch: Arc<Batch>,
     /// Counts so far.
     pub counts: Counts,

@@ -21,7 +21,7 @@ pub struct GenerationState {
     kept: Vec<KeptVariant>,
     /// Searches that shall end and have not yet.
     pub stopping: Vec<MakeId>,
-    /// Output of models without a dangerous result, newest last; one for each scenario and change.
+    /// What models wrote that came to nothing, the newest last; one of a scenario and change.
     unwritten: Vec<Unwritten>,
     /// Models that have had their say about a scenario, with the one obstacle that was allowed to attack.
     heard_out: Vec<(ContentHash, Option<i64>, String)>,
