@@ -156,7 +156,7 @@ fn running(model: &Model, width: u16) -> String {
         .all
         .iter()
         .filter(|job| job.is_running() && job.asks())
-        // Its progress is shown elsewhere.
+        // How far that one is, is said in another way.
         .filter(|job| !matches!(job.kind, JobKind::Make(_)));
     let mut parts: Vec<String> = Vec::new();
     match asking.clone().count() {

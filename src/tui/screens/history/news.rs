@@ -7,7 +7,7 @@ use crate::tui::message::runs::{HistoryAsk, HistoryNews};
 use crate::tui::model::Model;
 use crate::tui::screens::Step;
 
-/// Handles a reply of the store.
+/// What the store says.
 pub fn hear(model: &mut Model, news: HistoryNews) -> Step {
     let open = model.screens.find::<HistoryScreen>().is_some();
     match news {

@@ -184,7 +184,7 @@ fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
     }
 }
 
-/// Handles a reply of the store.
+/// What the store says.
 pub fn hear(model: &mut Model, news: ResultsNews) -> Step {
     match news {
         ResultsNews::Read(id, result) if id == model.results.asked => match result {
