@@ -245,7 +245,7 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
     Ok(())
 }
 
-/// What is to be known of a batch whose id did not come back from the provider: how to find it.
+/// Explains how to find a batch whose id did not come back from the provider.
 pub fn lost(batch: &ProviderBatch) -> Option<String> {
     let is_lost = batch.state == HandedState::Submitting && batch.remote_id.is_none();
     is_lost.then(|| {

@@ -59,7 +59,7 @@ fn topics() -> String {
     )
 }
 
-/// What `--help` after these words prints, in the colours of the terminal.
+/// Prints what `--help` after these words prints, in the terminal's colours.
 fn print(program: clap::Command, words: &[String]) -> Outcome {
     let words = words.iter().map(String::as_str);
     let asked = ["nearmiss"].into_iter().chain(words).chain(["--help"]);

@@ -26,7 +26,7 @@ const LATEST: Duration = Duration::from_millis(if cfg!(debug_assertions) { 3000 
 /// How long the last line on standard output is waited for.
 const LAST_LINE: Duration = Duration::from_millis(100);
 
-/// What the signals set.
+/// Flags set by the signals.
 struct Heard {
     flag: Arc<AtomicBool>,
     /// Whether the command has something to finish.

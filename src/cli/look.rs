@@ -39,11 +39,11 @@ pub type ThemeCheck = fn(&str, &Path) -> Vec<String>;
 
 /// Functions of the workbench, injected by the program so that commands and workbench stay independent.
 pub struct Workbench {
-    /// Previews of the theme of this name, or of all, from a folder of the user's, in so many colours.
+    /// Previews of the theme of this name, or of all, from the user's folder, at a colour depth.
     pub themes: ThemePainter,
     /// The keys of the user's keymap file, or of the preset of this name; as a file if so wished, else as a table.
     pub keys: KeyPrinter,
-    /// What is wrong with the theme of this name, and with all in a folder of the user's.
+    /// Errors of the theme of this name, and of all in the user's folder.
     pub theme_mistakes: ThemeCheck,
     /// Detects the terminal's capabilities.
     pub terminal: fn() -> Terminal,

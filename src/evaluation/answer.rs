@@ -16,7 +16,7 @@ pub struct Answer {
     pub past: Option<StoredOrigin>,
     /// The model asked, `provider/model`.
     pub model: String,
-    /// First and last time step that were described; nothing where that is not known of a recorded answer.
+    /// First and last time step that were described; `None` if that is not known of a recorded answer.
     pub window: Option<(i64, i64)>,
     /// How it was asked: frame and techniques.
     pub how: String,
@@ -28,7 +28,7 @@ pub struct Answer {
     pub text: String,
     /// The reasoning's text, where it came apart from the answer.
     pub reasoning: String,
-    /// What it consumed.
+    /// Its consumption.
     pub consumed: Consumed,
     /// Where the cost comes from.
     pub price_source: Option<String>,

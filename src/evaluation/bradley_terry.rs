@@ -51,7 +51,7 @@ impl Strength {
 }
 
 impl Comparisons {
-    /// Of so many things, without any result.
+    /// Without results, for this many players.
     #[must_use]
     pub fn new(count: usize) -> Self {
         Self {

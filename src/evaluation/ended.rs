@@ -4,7 +4,7 @@ use super::answer::{Answer, Judged, Missing, TOO_LONG};
 use crate::llm::{Finish, LONGEST_ANSWER};
 use crate::verdict::{self, Task};
 
-/// What an answer says whose text is whole, or stopped short, or is missing.
+/// Reads an answer whose text is complete, truncated or missing.
 pub(super) fn read(task: Task, answer: &Answer, failure: Option<Missing>) -> Judged {
     // A model that puts everything into its reasoning has still answered.
     let whole = if answer.text.trim().is_empty() {

@@ -23,7 +23,7 @@ pub struct Pair<'a> {
 pub struct Invariance {
     /// How it was asked.
     pub way: PromptConfig,
-    /// What was changed about the scenes.
+    /// The change of the scenes.
     pub transform: Transform,
     /// Verdicts that turned from yes to no or from no to yes, of the pairs with two verdicts.
     pub flipped: Share,

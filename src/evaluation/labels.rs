@@ -34,7 +34,7 @@ pub enum LabelError {
     Csv {
         /// The file.
         file: String,
-        /// What is wrong.
+        /// The problem.
         message: String,
     },
     /// A column is missing.
@@ -42,7 +42,7 @@ pub enum LabelError {
     Column {
         /// The file.
         file: String,
-        /// What the column says.
+        /// Contents of the column.
         what: &'static str,
         /// Names it may have.
         known: String,
@@ -56,7 +56,7 @@ pub enum LabelError {
         line: u64,
         /// The invalid value.
         value: String,
-        /// What it should be.
+        /// The expected content.
         what: &'static str,
     },
     /// A scenario has two different labels.
@@ -99,7 +99,7 @@ pub const DANGEROUS: [&str; 6] = ["collision", "critical", "dangerous", "yes", "
 pub const SAFE: [&str; 6] = ["safe", "normal", "none", "no", "false", "0"];
 const OBSTACLE: [&str; 2] = ["obstacle_id", "obstacle"];
 
-/// What a label may be.
+/// The allowed labels.
 fn known_labels() -> &'static str {
     static WORDS: std::sync::LazyLock<String> = std::sync::LazyLock::new(|| {
         format!(
@@ -273,7 +273,7 @@ impl Labels {
         })
     }
 
-    /// In words, that there are labels of scenarios that are not among these; nothing where there are none.
+    /// In words, that there are labels of scenarios that are not among these; `None` if there are none.
     #[must_use]
     pub fn strangers<'a>(&self, scenarios: impl Iterator<Item = &'a str>) -> Option<String> {
         let there: BTreeSet<&str> = scenarios.collect();

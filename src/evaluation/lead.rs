@@ -26,11 +26,11 @@ pub enum Lead {
 pub struct Candidate {
     /// As on the command line: `reference/…`.
     pub name: &'static str,
-    /// What it does.
+    /// Its criterion.
     pub criterion: Criterion,
 }
 
-/// What is looked at.
+/// Settings of the evaluation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     /// Where the windows of collisions end.
@@ -41,7 +41,7 @@ pub struct Setting {
     pub radius: f64,
     /// Who is evaluated.
     pub candidates: Vec<Candidate>,
-    /// What risk scores are: whom a yes names depends on them.
+    /// Thresholds of the risk scores: the obstacles that a yes names depend on them.
     pub thresholds: Arc<Thresholds>,
     /// Whether every window of safe scenarios is looked at, for [`Answers::alarms`].
     pub every_window: bool,
@@ -63,7 +63,7 @@ pub struct Alarms {
 /// One candidate's answers about one scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answers {
-    /// At each lead of the setting; nothing where the recording begins later than the window would end.
+    /// At each lead of the setting; `None` if the recording begins later than the window would end.
     pub said: Vec<Option<Yes>>,
     /// Over all windows, of a safe scenario.
     pub alarms: Alarms,
@@ -86,7 +86,7 @@ pub enum Yes {
 pub struct Labelled<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// What is true.
+    /// The label.
     pub label: Label,
     /// The first step with an exact overlap of the ego with anyone.
     pub contact: Option<i64>,
@@ -145,7 +145,7 @@ impl Alarms {
 }
 
 impl Setting {
-    /// What every candidate says about a scenario, in their order.
+    /// Every candidate's answers about a scenario, in order.
     #[must_use]
     pub fn ask(&self, case: &Labelled<'_>) -> Vec<Answers> {
         let ask = |candidate: &Candidate| {
@@ -218,7 +218,7 @@ impl Alarms {
         self.seconds += other.seconds;
     }
 
-    /// Alarms a minute; nothing where nothing was looked at.
+    /// Alarms a minute; `None` if nothing was looked at.
     #[must_use]
     pub fn per_minute(&self) -> Option<f64> {
         (self.seconds > 0.0).then(|| f64::from(self.alarms) * 60.0 / self.seconds)

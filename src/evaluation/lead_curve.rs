@@ -97,7 +97,7 @@ fn collisions(mut answers: Vec<Timed<'_>>) -> Vec<Timed<'_>> {
     answers
 }
 
-/// What is counted at one lead.
+/// Counts at one lead.
 #[derive(Default)]
 struct Counts<'a> {
     point: LeadPoint,

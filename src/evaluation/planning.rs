@@ -3,7 +3,7 @@
 use crate::planner::{self, Forecast};
 use crate::simulation::Settings;
 
-/// What is planned with by default: every step anew, the others along their lanes.
+/// The default: every step is planned again, and others follow their lanes.
 #[must_use]
 pub fn default_planning() -> Settings {
     Settings {

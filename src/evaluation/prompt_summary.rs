@@ -20,7 +20,7 @@ pub fn how(frame: &str, techniques: &str, template: &str, hash: &str) -> String 
     }
 }
 
-/// The name of a template and the beginning of its hash; nothing where it is the shipped one, or is not known.
+/// The name of a template and the beginning of its hash; `None` if it is the shipped one, or is not known.
 #[must_use]
 pub fn template_words(template: &str, hash: &str) -> Option<String> {
     if template.is_empty() || hash.is_empty() || shipped(template) == Some(hash) {

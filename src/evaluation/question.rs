@@ -29,7 +29,7 @@ pub struct Case {
     pub window: Window,
     /// How precisely, and how far around the ego.
     pub options: Options,
-    /// What the risk scores are, in the prompt and for the built-in judge.
+    /// Thresholds of the risk scores, in the prompt and for the built-in judge.
     pub thresholds: Arc<Thresholds>,
 }
 
@@ -40,7 +40,7 @@ pub struct Question {
     pub case: Case,
     /// The description of the scene.
     pub description: String,
-    /// What every number of the description stands for.
+    /// The meaning of every number in the description.
     pub spans: Vec<Span>,
     /// The filled template.
     pub prompt: Prompt,
@@ -77,7 +77,7 @@ pub enum CaseError {
     Draft {
         /// Which file it is a draft of.
         file: String,
-        /// What is wrong with it.
+        /// The error.
         error: prompts::TemplateError,
     },
     /// The template cannot be filled.

@@ -42,7 +42,7 @@ pub struct Problem {
     pub path: PathBuf,
     /// The problem and its consequence.
     pub message: String,
-    /// What is lost by it.
+    /// The data it loses.
     pub loss: Loss,
 }
 
@@ -171,7 +171,7 @@ pub fn truth(root: &Path) -> (Labels, Vec<Problem>) {
     (labels, search.problems)
 }
 
-/// What has been found so far.
+/// Results so far.
 #[derive(Default)]
 struct Search {
     found: Vec<Recorded>,
@@ -349,7 +349,7 @@ impl Search {
     }
 }
 
-/// What a folder's name says about the question.
+/// The question that a folder's name denotes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct FolderQuestion {
     task: Task,

@@ -39,7 +39,7 @@ pub struct Submitted {
     pub stored: usize,
     /// Questions that another run asks now, or that are with the provider already.
     pub taken: usize,
-    /// What people should know about the requests.
+    /// Notes for the user about the requests.
     pub notes: Vec<String>,
 }
 
@@ -59,7 +59,7 @@ pub enum RemoteError {
     Unknown {
         /// Its number.
         batch: ProviderBatchId,
-        /// What went wrong.
+        /// The error.
         error: Error,
     },
     /// The store cannot be read or written.
@@ -84,7 +84,7 @@ pub enum RemoteError {
     Gone {
         /// Its number.
         batch: ProviderBatchId,
-        /// What the provider said.
+        /// The provider's error.
         error: Error,
     },
     /// A batch shall be given up that may still bring answers.

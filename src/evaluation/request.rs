@@ -7,7 +7,7 @@ use crate::llm::{Parameters, Request, ResponseFormat, Schema};
 use crate::store::NewRun;
 use crate::verdict;
 
-/// What is sent.
+/// Builds the request.
 pub fn request(question: &Question, model: &ModelJudge) -> Request {
     let task = question.case.task;
     Request {
@@ -93,7 +93,7 @@ fn shape(format: ResponseFormat, schema: Option<&Schema>) -> Option<serde_json::
     }
 }
 
-/// What is changed of the thresholds that the built-in judge grades with.
+/// The changes to the thresholds that the built-in judge grades with.
 fn thresholds(case: &Case) -> Result<String, serde_json::Error> {
     let changes = case.thresholds.changes();
     let words: Vec<_> = changes.iter().map(ToString::to_string).collect();

@@ -34,7 +34,7 @@ pub enum Outcome {
 /// An answer of a prompt configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counted {
-    /// The run in the store; nothing where a question of a batch came to none.
+    /// The run in the store; `None` if a question of a batch came to none.
     pub run: Option<RunId>,
     /// Name of the scenario, with the change in brackets where the scene was changed.
     pub scenario: String,
@@ -53,7 +53,7 @@ pub struct Results {
     pub way: PromptConfig,
     /// The answers, by scenario and sample.
     pub answers: Vec<Counted>,
-    /// The bootstrap interval of F1, over scenarios; nothing before [`with_intervals`] worked it out.
+    /// The bootstrap interval of F1, over scenarios; `None` before [`with_intervals`] worked it out.
     pub f1: Option<Interval>,
     /// How many answers came to each outcome, in their order.
     counts: [u32; Outcome::ALL.len()],
@@ -72,7 +72,7 @@ pub struct GroundTruth {
 const CRITICAL: u8 = 2;
 
 impl GroundTruth {
-    /// What the built-in judge said, of whose obstacles those are meant that it calls critical.
+    /// The built-in judge's verdict as ground truth, with the obstacles it rates critical.
     #[must_use]
     pub fn judged(dangerous: bool, obstacles: impl IntoIterator<Item = (i64, u8)>) -> Self {
         let critical = obstacles
@@ -145,7 +145,7 @@ impl Outcome {
         self == Self::FalseNegative && said == Some(true)
     }
 
-    /// Whether the answer was right; nothing where there is no verdict or no truth.
+    /// Whether the answer was right; `None` if there is no verdict or no truth.
     #[must_use]
     pub fn is_right(self) -> Option<bool> {
         match self {

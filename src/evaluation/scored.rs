@@ -41,7 +41,7 @@ pub struct Scored {
     pub way: PromptConfig,
     /// Which of several answers to the same question, from 0.
     pub sample: u32,
-    /// What is true; nothing where it is unknown.
+    /// Its label; `None` if unknown.
     pub truth: Option<Label>,
     /// Its status.
     pub status: AnswerStatus,
@@ -54,7 +54,7 @@ pub struct Scored {
 }
 
 impl Scored {
-    /// Whether it says yes; nothing where it holds no verdict.
+    /// Whether it says yes; `None` if it holds no verdict.
     ///
     /// In the safety task a yes about a scenario whose truth names an obstacle has to name that obstacle as the danger,
     /// see [`super::recorded::accused`]; else it is a no.

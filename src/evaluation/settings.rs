@@ -8,7 +8,7 @@ use crate::text::{Form, Options};
 pub struct Settings {
     /// Steps in the window.
     pub history: Option<usize>,
-    /// Every so many steps are described.
+    /// Steps between described ones.
     pub stride: Option<usize>,
     /// Obstacles farther from the ego are left out, metres.
     pub radius: Option<f64>,
@@ -39,7 +39,7 @@ pub struct Decided {
 const HISTORY: usize = 10;
 
 impl Settings {
-    /// What holds with a template that has these defaults.
+    /// The effective settings with a template of these defaults.
     #[must_use]
     pub fn with(&self, template: &Defaults) -> Decided {
         let usual = Options::default();

@@ -31,7 +31,7 @@ impl<'a> Tally<'a> {
         self.scenarios.insert(scenario);
     }
 
-    /// What was counted.
+    /// The counted proportion.
     pub fn share(&self) -> Share {
         Share {
             hits: self.hits,

@@ -33,7 +33,7 @@ pub struct Standing {
     pub losses: u32,
     /// How often it was marked as wrong, or was among answers that were all called wrong.
     pub wrong: u32,
-    /// Its strength, a logarithm with mean 0; nothing where there is none.
+    /// Its strength, a logarithm with mean 0; `None` if there is none.
     pub strength: Option<f64>,
     /// The lower end of its interval of 95 %.
     pub low: Option<f64>,

@@ -19,7 +19,7 @@ pub fn validate(mut library: Library) -> Library {
     library
 }
 
-/// Which file of the user spoils a template, and how; nothing where it can be filled or none of it is the user's.
+/// Which file of the user spoils a template, and how; `None` if it can be filled or none of it is the user's.
 fn at_fault(library: &Library, file: &str) -> Option<(String, String)> {
     let users = library.users_in(file);
     let first = users.first()?;

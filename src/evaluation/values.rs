@@ -65,7 +65,7 @@ struct ThresholdValues {
     source: String,
 }
 
-/// What vehicles can do, m/s² and 1/m.
+/// Vehicle capabilities, m/s² and 1/m.
 #[derive(Debug, Serialize)]
 struct LimitValues {
     acceleration: f64,

@@ -38,7 +38,7 @@ pub(super) const FARTHEST: f64 = 5000.0;
 const MEMORY: f64 = 1.0;
 
 impl<'a> AttackContext<'a> {
-    /// The stage with the ego's motion; nothing where the ego never moves.
+    /// The stage with the ego's motion; `None` if the ego never moves.
     #[must_use]
     pub fn new(scenario: &'a Scenario, footprint: &'a Footprint, ego: &'a Track) -> Option<Self> {
         let range = ego.steps();

@@ -23,7 +23,7 @@ const LONG_WHEELBASE: f64 = 0.5;
 const LONG_REAR: f64 = 0.25;
 
 impl Capability {
-    /// That of an obstacle; nothing for what has no body of one size, or does not move by itself.
+    /// That of an obstacle; `None` for what has no body of one size, or does not move by itself.
     ///
     /// Cars have the limits of CommonRoad's vehicle 2 (BMW 320i), whose axles they are given; trucks and buses those of
     /// vehicle 4 with axles by their length. Motorcycles, bicycles and pedestrians are single-track vehicles with

@@ -68,7 +68,7 @@ pub struct Effect {
     pub before: RiskCurve,
     /// The attacker's risk scores in this drive.
     pub after: RiskCurve,
-    /// The lowest risk score of any obstacle in the baseline; nothing where none ever is there.
+    /// The lowest risk score of any obstacle in the baseline; `None` if none ever is there.
     pub anyone_before: Option<u8>,
     /// The lowest risk score of any obstacle in this drive.
     pub anyone_after: Option<u8>,
@@ -197,7 +197,7 @@ impl ClosedLoop {
         })
     }
 
-    /// The last step in whose planning cycle all that the planner is told is as it was recorded; nothing where it may
+    /// The last step in whose planning cycle all that the planner is told is as it was recorded; `None` if it may
     /// differ from the beginning.
     ///
     /// A forecast that looks at the past knows nothing of a change before its first other state; one that is told the
@@ -236,7 +236,7 @@ impl Baseline {
         curve(&self.scores, obstacle)
     }
 
-    /// The lowest risk score of an obstacle; nothing where it never is there.
+    /// The lowest risk score of an obstacle; `None` if it never is there.
     #[must_use]
     pub fn lowest_of(&self, obstacle: i64) -> Option<u8> {
         lowest(&self.risk_of(obstacle))
@@ -250,7 +250,7 @@ impl Baseline {
 }
 
 impl Effect {
-    /// The attacker's lowest risk score in the baseline; nothing where it never is there.
+    /// The attacker's lowest risk score in the baseline; `None` if it never is there.
     #[must_use]
     pub fn lowest_before(&self) -> Option<u8> {
         lowest(&self.before)

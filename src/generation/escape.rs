@@ -212,7 +212,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// A manoeuvre to the end; nothing where it touches an obstacle, or leaves the road or the path.
+    /// A manoeuvre to the end; `None` if it touches an obstacle, or leaves the road or the path.
     fn drive(&self, begun: &Begun<'_>, manoeuvre: &Evasion) -> Option<Rollout> {
         let driver = self.closed.driver();
         let (mut step, mut state) = *begun.states.last()?;

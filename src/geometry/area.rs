@@ -138,7 +138,7 @@ impl Area {
         cut.is_continue() && body.inner_points().all(enclosed)
     }
 
-    /// The parts of `body` that are not on the area; nothing where the area covers it.
+    /// The parts of `body` that are not on the area; `None` if the area covers it.
     #[must_use]
     pub fn outside(&self, body: &Placed<'_>) -> Option<Outside> {
         if self.covers(body) {

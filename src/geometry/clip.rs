@@ -2,7 +2,7 @@
 
 use super::{Bounds, Point};
 
-/// The part of the way from `from` (0) to `to` (1) that lies within `bounds`; nothing where none does, or where a
+/// The part of the way from `from` (0) to `to` (1) that lies within `bounds`; `None` if none does, or where a
 /// coordinate is not finite.
 ///
 /// Source: Liang and Barsky, A New Concept and Method for Line Clipping, ACM Transactions on Graphics 3(1), 1984.
@@ -80,7 +80,7 @@ fn half_plane(ring: &[Point], axis: usize, edge: f64, sign: f64) -> Vec<Point> {
     kept
 }
 
-/// A point whose differences to others do not overflow; nothing for one that is not finite.
+/// A point whose differences to others do not overflow; `None` for one that is not finite.
 fn tamed(p: &Point) -> Option<Point> {
     const MOST: f64 = 1e300;
     let finite = p.x.is_finite() && p.y.is_finite();

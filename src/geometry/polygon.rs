@@ -13,7 +13,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The smallest box around `points`; nothing for no points.
+    /// The smallest box around `points`; `None` for no points.
     pub fn of<'a>(points: impl IntoIterator<Item = &'a Point>) -> Option<Self> {
         points.into_iter().fold(None, |bounds, p| {
             Some(bounds.map_or(Self { min: *p, max: *p }, |b: Self| Self {

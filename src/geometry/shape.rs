@@ -139,7 +139,7 @@ impl Shape {
         }
     }
 
-    /// Several shapes as one, those of groups one by one; nothing for none.
+    /// Several shapes as one, those of groups one by one; `None` for none.
     #[must_use]
     pub fn union(shapes: Vec<Self>) -> Option<Self> {
         let mut members = Vec::with_capacity(shapes.len());

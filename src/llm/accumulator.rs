@@ -59,7 +59,7 @@ impl ResponseAccumulator {
         &self.place
     }
 
-    /// What came is not of this protocol.
+    /// The response does not follow this protocol.
     pub fn malformed(&self, what: String) -> Error {
         Error::Malformed {
             place: self.place.clone(),

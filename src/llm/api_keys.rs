@@ -128,7 +128,7 @@ pub fn without_secrets(text: &str, folders: &[&Path]) -> String {
         let (name, value) = (name.into_string().ok()?, value.into_string().ok()?);
         says_secret(&name).then_some(value)
     });
-    // What lies in a file for keys is one, whatever it is called.
+    // All values in key files count as secrets, whatever their names.
     let of_files = environment.files.iter().flat_map(|file| {
         let values = file.variables.values();
         values.map(|value| value.expose_secret().to_string())

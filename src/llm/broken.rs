@@ -38,7 +38,7 @@ impl Registry {
         registry
     }
 
-    /// What is wrong with the user's entries, by the names of the providers; those are left out.
+    /// Errors in the user's entries, by provider; those providers are left out.
     pub fn broken(&self) -> impl Iterator<Item = (&str, &RegistryError)> {
         self.broken.iter().map(|(name, why)| (name.as_str(), why))
     }

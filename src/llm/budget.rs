@@ -20,16 +20,16 @@ struct Ledger {
     "it may cost ${needed:.4}, and of the budget of ${limit:.4} there is ${left:.4} left; raise the budget or lower max_tokens"
 )]
 pub struct OverBudget {
-    /// What the request may cost at most, US dollars.
+    /// Most that the request may cost, US dollars.
     pub needed: f64,
-    /// What is neither spent nor reserved.
+    /// Amount neither spent nor reserved.
     pub left: f64,
     /// The whole budget.
     pub limit: f64,
 }
 
 impl Budget {
-    /// A budget of so many US dollars; what is no positive number is nothing.
+    /// A budget in US dollars; an amount that is not a positive number counts as 0.
     #[must_use]
     pub fn new(usd: f64) -> Self {
         let limit = if usd.is_finite() { usd.max(0.0) } else { 0.0 };
@@ -46,7 +46,7 @@ impl Budget {
         self.with(|ledger| ledger.spent)
     }
 
-    /// What is neither spent nor reserved, US dollars.
+    /// Amount neither spent nor reserved, US dollars.
     #[must_use]
     pub fn left(&self) -> f64 {
         self.with(|ledger| ledger.left())

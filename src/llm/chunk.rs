@@ -22,7 +22,7 @@ pub enum Chunk {
     Reasoning(String),
     /// A piece of the answer itself.
     Text(String),
-    /// What the answer consumed, as the server counts it.
+    /// Usage as counted by the server.
     Usage(Usage),
     /// A try failed in a way that may pass; the next one follows after the wait.
     Retrying {
@@ -30,7 +30,7 @@ pub enum Chunk {
         attempt: u32,
         /// How long it waits before that try.
         wait: Duration,
-        /// What went wrong, in a few words.
+        /// The failure, in a few words.
         why: String,
     },
     /// The answer is complete.
@@ -60,7 +60,7 @@ pub struct Usage {
     pub cached_tokens: Option<u64>,
     /// Those of the input tokens that were written to the server's cache.
     pub cache_write_tokens: Option<u64>,
-    /// What it cost.
+    /// Its cost.
     pub cost: Option<Cost>,
 }
 

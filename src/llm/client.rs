@@ -50,7 +50,7 @@ impl Client {
         endpoint: &Endpoint,
         connect: Duration,
     ) -> Result<reqwest::Client, String> {
-        // What goes to this machine is not encrypted, and would pass a proxy elsewhere with its key.
+        // Requests to this machine are unencrypted, and a proxy would carry them elsewhere with their key.
         let direct = self.direct || endpoint.is_here();
         let mut built = self.built.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(client) = built.get(&(connect, direct)) {

@@ -33,7 +33,7 @@ impl Deadlines {
         }
     }
 
-    /// What is left of the total time.
+    /// Remaining total time.
     pub fn left(&self) -> Duration {
         self.total.saturating_sub(self.started.elapsed())
     }

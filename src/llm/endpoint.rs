@@ -52,7 +52,7 @@ pub struct Endpoint {
     pub quirks: Quirks,
     /// How much may be asked at a time; shared by everyone who uses the same [`super::Client`] and provider's name.
     pub limits: Limits,
-    /// What its models cost, as far as that is known.
+    /// Known prices of its models.
     pub prices: Prices,
     /// The money that requests share; none is sent that could exceed it.
     pub budget: Option<Budget>,
@@ -264,7 +264,7 @@ impl Endpoint {
     }
 }
 
-/// What an address lacks, where that can be told.
+/// The missing part of an address, if that can be told.
 fn not_an_address(error: &str) -> &'static str {
     match error {
         "relative URL without a base" => ", as it does not begin with http:// or https://",

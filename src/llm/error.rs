@@ -42,7 +42,7 @@ pub enum Error {
     Setup {
         /// Where.
         place: Place,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         why: String,
     },
     /// Nothing listens there, or the name is unknown.
@@ -177,14 +177,14 @@ pub enum Error {
         /// How it broke off.
         why: String,
     },
-    /// What came is not this protocol.
+    /// The response does not follow the protocol.
     #[error(
         "{place} sent something that is no answer: {what}; check the address and the provider's dialect"
     )]
     Malformed {
         /// Where.
         place: Place,
-        /// What came.
+        /// The unexpected response.
         what: String,
     },
     /// The request was not sent, because of money.
@@ -192,7 +192,7 @@ pub enum Error {
     Budget {
         /// Where.
         place: Place,
-        /// What is missing and what to do.
+        /// The missing setting and its remedy.
         why: String,
     },
     /// The server reported an error inside an answer that had begun well.

@@ -3,7 +3,7 @@
 /// Most values in the document of one answer.
 pub(super) const MOST_VALUES: usize = 1_000_000;
 
-/// Whether a document has at most so many values; each stands behind a comma or the beginning of a list or an object.
+/// Whether a document has at most `most` values; each follows a comma or the start of a list or object.
 pub(super) fn is_bounded(document: &[u8], most: usize) -> bool {
     if document.len() <= most {
         return true;

@@ -8,7 +8,7 @@ use super::price::Pricing;
 use super::provider::{ModelEntry, Provider, Words};
 use super::registry::Registry;
 
-/// From so many days before a model's end on, lists warn of it.
+/// Lists warn of a model's retirement this many days ahead.
 const NEAR: i32 = 90;
 
 /// A model that can be chosen.
@@ -152,7 +152,7 @@ impl Registry {
         all.collect()
     }
 
-    /// What a model, `provider/model`, costs on a day, if that is known.
+    /// Price of a model, `provider/model`, on a day, if known.
     #[must_use]
     pub fn pricing(&self, id: &str, day: Date) -> Option<Pricing> {
         let (name, model) = id.split_once('/')?;

@@ -26,7 +26,7 @@ pub struct Prices {
     pub entries: Vec<PriceEntry>,
     /// The dearer hours, if there are any.
     pub peak: Option<Peak>,
-    /// What a batch costs, as a factor.
+    /// Price factor of batches.
     pub batch_factor: Option<f64>,
 }
 
@@ -50,7 +50,7 @@ pub struct PriceEntry {
 }
 
 impl Prices {
-    /// What a model costs on a day, if that is known.
+    /// Price of a model on a day, if known.
     #[must_use]
     pub fn of(&self, model: &str, day: Date) -> Option<Pricing> {
         let mut fitting = self.entries.iter().filter(|entry| {
@@ -105,15 +105,15 @@ pub struct Pricing {
     pub price: Price,
     /// The longest question it holds for, tokens.
     pub up_to: Option<u64>,
-    /// What longer questions cost, if that is known.
+    /// Price of longer questions, if known.
     pub longer: Option<Box<Pricing>>,
     /// The day on which its source had it so.
     pub as_of: Option<Date>,
-    /// Where it is stated; nothing where the user's configuration has it from nowhere.
+    /// Where it is stated; `None` if the user's configuration has it from nowhere.
     pub source: Option<String>,
     /// The dearer hours, if there are any.
     pub peak: Option<Peak>,
-    /// What a batch costs of it, as a factor; see [`Pricing::batch_cost`].
+    /// Price factor of batches; see [`Pricing::batch_cost`].
     pub batch_factor: Option<f64>,
 }
 
@@ -131,7 +131,7 @@ pub struct Peak {
 }
 
 impl Pricing {
-    /// What a question of so many tokens costs, if that is known.
+    /// Cost of a question with this many tokens, if known.
     #[must_use]
     pub fn at(&self, input: u64) -> Option<&Self> {
         match self.up_to {

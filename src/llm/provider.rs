@@ -343,7 +343,7 @@ pub enum RegistryError {
     Entry {
         /// Which provider.
         name: String,
-        /// What is wrong, with the key.
+        /// The error, with the key.
         message: String,
     },
     /// A provider's entry in a file is not right, and the provider is left out.
@@ -353,7 +353,7 @@ pub enum RegistryError {
         place: String,
         /// Which provider.
         name: String,
-        /// What is wrong, with the line's text.
+        /// The error, with the line's text.
         message: String,
     },
 }

@@ -13,7 +13,7 @@ pub struct Quirks {
     pub seed: bool,
     /// The model reasons only if reasoning is requested.
     pub reasoning: bool,
-    /// How the effort of reasoning is said; `None` is the dialect's own way.
+    /// Encoding of reasoning effort; `None` for the dialect's default.
     pub efforts: Option<Efforts>,
     /// Token limit of an answer, sent if the request sets none.
     pub max_tokens: Option<u32>,

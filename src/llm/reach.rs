@@ -18,7 +18,7 @@ const ELSEWHERE: Duration = Duration::from_secs(10);
 /// Outcome of trying to reach a provider.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reach {
-    /// It serves so many models.
+    /// It serves this many models.
     Serves(usize),
     /// It refused the key, with this status.
     Refused(u16),
@@ -45,7 +45,7 @@ pub struct Reached {
     pub key: KeyState,
     /// Whether the user's configuration wants the key sent.
     pub key_wanted: bool,
-    /// What came of it.
+    /// The outcome.
     pub reach: Reach,
 }
 
@@ -100,7 +100,7 @@ pub async fn reach(registry: &Registry, environment: &Environment, online: bool)
     join_all(all).await
 }
 
-/// What it means that a provider did not say what it serves.
+/// Interprets a provider's refusal to list its models.
 fn unlisted(error: &Error) -> Reach {
     match (error, error.status()) {
         (_, Some(status @ (401 | 403))) => Reach::Refused(status),

@@ -161,7 +161,7 @@ impl Provider {
         })
     }
 
-    /// What its models cost, as far as that is known.
+    /// Known prices of its models.
     pub(super) fn prices(&self) -> Prices {
         let entries: Vec<PriceEntry> = self.prices.iter().flat_map(PriceLine::entries).collect();
         Prices {

@@ -24,7 +24,7 @@ pub(super) struct Sending {
     pub headers: HeaderMap,
     pub body: Vec<u8>,
     pub gate: Arc<Gate>,
-    /// What the request counts as towards the tokens of a minute.
+    /// The request's share of the tokens per minute.
     pub tokens: u32,
     pub patience: Deadlines,
     pub waits: ExponentialBackoff,
@@ -34,7 +34,7 @@ pub(super) struct Sending {
 /// A request that may be sent now.
 pub(super) struct Ready {
     pub sending: Sending,
-    /// What people should know about it.
+    /// Notes for the user.
     pub notes: Vec<String>,
     /// Its place among the requests on their way.
     pub place: Option<OwnedSemaphorePermit>,

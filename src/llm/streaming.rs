@@ -40,7 +40,7 @@ pub(super) struct StreamingRequest {
     request: Request,
     queue: VecDeque<Result<Chunk, Error>>,
     state: State,
-    /// What was sent and is not to come back; known once the key is.
+    /// Secrets sent, which must not appear in the answer; known once the key is.
     secrets: Secrets,
     redactors: Redactors,
     /// Money set aside for this request.
@@ -125,7 +125,7 @@ impl StreamingRequest {
                 self.returned.clone_from(&model);
                 return Some(Ok(Chunk::Started { model }));
             }
-            // Nothing more is said, so what is held back was no secret, or it broke off.
+            // At the end, held text was no secret, or a truncated one.
             last => match self.redactors.held() {
                 Some(held) => {
                     self.queue.push_front(last);
@@ -213,7 +213,7 @@ impl StreamingRequest {
             Err(error) => error,
         };
         let (retry, status) = (error.retry(), error.status());
-        // What the server refused is not paid for; what it may be working on may be.
+        // A refused request is not paid for; one that may be in progress may be.
         self.may_be_paid(status.is_none() && !retry.may_pass);
         if let (Some(401 | 403), Some(command)) = (status, &self.endpoint.key_command) {
             self.client.forget_key(command);

@@ -3,9 +3,9 @@
 /// Parameters of the measures; [`super::LIMITS`] has a line for each, with its unit and what it may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Deceleration that the brake-threat number is held against, m/s².
+    /// Reference deceleration of the brake-threat number, m/s².
     pub brake_threat: f64,
-    /// Lateral acceleration that the steer-threat number is held against, m/s².
+    /// Reference lateral acceleration of the steer-threat number, m/s².
     pub steer_threat: f64,
     /// Full braking, m/s².
     pub full_braking: f64,

@@ -7,7 +7,7 @@ use super::recorded::{Closest, Conflict, Starts};
 use super::{Context, NoValue, Relation};
 use crate::scenario::ObstacleRole;
 
-/// What is known of the ego and one other, by step of the ego.
+/// The ego and one other, by step of the ego.
 #[derive(Debug, Default)]
 pub(super) struct Pair {
     distances: OnceCell<Vec<Option<f64>>>,

@@ -32,7 +32,7 @@ pub fn each(picture: &Picture, mut paint: impl FnMut(&Item)) {
     }
 }
 
-/// What can be seen of an item that reaches farther than `near` points from the page; nothing for one that does not.
+/// What can be seen of an item that reaches farther than `near` points from the page; `None` for one that does not.
 fn cut(item: &Item, page: &Area, near: f64) -> Option<Vec<Item>> {
     let near = page.grown(near);
     let holds =

@@ -37,7 +37,7 @@ impl Area {
         (self.x + self.width / 2.0, self.y + self.height / 2.0)
     }
 
-    /// The box around some points; nothing for none.
+    /// The box around some points; `None` for none.
     #[must_use]
     pub fn around(spots: &[Spot]) -> Option<Self> {
         let range = |value: fn(&Spot) -> f64| {

@@ -13,7 +13,7 @@ pub type Contour = Vec<(f32, f32)>;
 pub struct Glyph {
     /// Outlines, filled by the even-odd rule.
     pub contours: Vec<Contour>,
-    /// Where its ink begins and ends; nothing for a space.
+    /// Where its ink begins and ends; `None` for a space.
     pub ink: Option<(f32, f32)>,
 }
 

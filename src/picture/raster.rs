@@ -185,7 +185,7 @@ fn outline(path: &[Segment]) -> Option<Path> {
     builder.finish()
 }
 
-/// The outlines of a line of text from its beginning on, and its width, points; nothing for nothing but spaces.
+/// The outlines of a line of text from its beginning on, and its width, points; `None` for nothing but spaces.
 fn letters(text: &Text) -> Option<(Path, f32)> {
     let size = text.size as f32;
     let mut builder = PathBuilder::new();

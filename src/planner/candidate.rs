@@ -78,6 +78,6 @@ pub struct Candidate {
     pub(super) lateral: Lateral,
     /// What it costs, up to where it was rejected.
     pub cost: Cost,
-    /// Step (from now) and reason of its end; nothing for one that can be driven.
+    /// Step (from now) and reason of its end; `None` for one that can be driven.
     pub rejected: Option<(usize, Rejection)>,
 }

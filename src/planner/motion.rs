@@ -52,7 +52,7 @@ pub(super) struct Moved {
 /// Nearer to the centre of the path's curvature than this share of its radius nothing is planned.
 const NEAREST: f64 = 0.05;
 
-/// The state at a station with an offset; nothing where the offset all but reaches the centre of curvature.
+/// The state at a station with an offset; `None` if the offset all but reaches the centre of curvature.
 #[inline]
 pub(super) fn state(at: &Station, offset: Offset) -> Option<Moved> {
     let [d, d1, d2] = offset;

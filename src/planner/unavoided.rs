@@ -6,7 +6,7 @@ use crate::scenario::{Prediction, Scenario};
 const NAMED: usize = 4;
 
 /// Which obstacles of a scenario are given as regions that they may cover (set-based predictions), and that planner and
-/// closed loop take no notice of these, in a sentence; nothing where there is no such obstacle.
+/// closed loop take no notice of these, in a sentence; `None` if there is no such obstacle.
 #[must_use]
 pub fn unavoided(scenario: &Scenario) -> Option<String> {
     let as_regions = |p: &Prediction| matches!(p, Prediction::Occupancies(all) if !all.is_empty());

@@ -133,7 +133,7 @@ pub struct Environment {
     pub underground: Option<String>,
 }
 
-/// Something that reading had to assume or skip.
+/// A note on what reading assumed or skipped.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Diagnostic {
     /// How much it matters.
@@ -142,7 +142,7 @@ pub struct Diagnostic {
     pub line: usize,
     /// The element, or in protobuf the field, as a path; may be empty.
     pub element: String,
-    /// What was found and what was assumed.
+    /// The problem, and the assumption made.
     pub message: String,
 }
 

@@ -247,7 +247,7 @@ impl LaneletNetwork {
         self.bounds[place]
     }
 
-    /// The box around the whole road; nothing where there is no road.
+    /// The box around the whole road; `None` if there is no road.
     #[must_use]
     pub fn bounds(&self) -> Option<Bounds> {
         self.bounds.iter().copied().reduce(|a, b| a.union(&b))

@@ -145,7 +145,7 @@ impl Obstacle {
     }
 }
 
-/// The footprint with the trailer turned as the state says; nothing where nothing turns.
+/// The footprint with the trailer turned as the state says; `None` if nothing turns.
 fn bent(straight: &Footprint, state: &State) -> Option<(i64, Footprint)> {
     let angle = state.quantity(StateField::HitchAngle)?;
     let shape = straight.shape().hitched_at(angle.middle())?;
@@ -155,7 +155,7 @@ fn bent(straight: &Footprint, state: &State) -> Option<(i64, Footprint)> {
 /// A point mass slower than this has no heading, m/s.
 const STANDSTILL: f64 = 1e-3;
 
-/// What a state says of the motion; nothing where it says no place.
+/// What a state says of the motion; `None` if it says no place.
 pub(super) fn sample(state: &State) -> Option<Sample> {
     let vector = state.point_mass_velocity();
     let direction = vector.filter(|v| v.norm() > STANDSTILL);

@@ -19,7 +19,7 @@ impl Obstacle {
         Some(self.footprint_at(step)?.at(self.motion_at(step)?.pose))
     }
 
-    /// What it signals at a step; nothing where the file does not say.
+    /// What it signals at a step; `None` if the file does not say.
     #[must_use]
     pub fn signals_at(&self, step: i64) -> Option<&SignalState> {
         let covers = |time: &Steps| (time.from..=time.to).contains(&step);

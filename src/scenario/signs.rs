@@ -119,7 +119,7 @@ const WORDS: &[(&str, &str)] = &[
 const LIMITS: &[&str] = &["274", "274.1", "R2-1", "r301", "C43", "B14", "3.24"];
 
 impl SignElement {
-    /// What it means; nothing where its number is not known here.
+    /// What it means; `None` if its number is not known here.
     #[must_use]
     pub fn meaning(&self) -> Option<SignMeaning> {
         let speed = || self.values.iter().find_map(|v| v.trim().parse().ok());

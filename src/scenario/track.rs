@@ -112,7 +112,7 @@ impl Track {
         Self { motions, derived }
     }
 
-    /// The motion at a time step; nothing before, after and in gaps.
+    /// The motion at a time step; `None` before, after and in gaps.
     #[must_use]
     pub fn at(&self, step: i64) -> Option<&Motion> {
         let first = self.motions.first()?.0;

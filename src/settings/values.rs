@@ -9,7 +9,7 @@ use super::Config;
 pub struct Setting {
     /// The key.
     pub key: &'static str,
-    /// Its value; nothing where it is not set and has no value of its own.
+    /// Its value; `None` if unset and without a default.
     pub value: Option<Value>,
     /// What holds where it is not set.
     pub unset: &'static str,

@@ -197,7 +197,7 @@ fn middle(a: &Placed<'_>, b: &Placed<'_>) -> Point {
     Point::from(sum / shared.len() as f64)
 }
 
-/// Where two stretches of line cross; nothing for parallel ones.
+/// Where two stretches of line cross; `None` for parallel ones.
 fn crossing((a, b): (Point, Point), (c, d): (Point, Point)) -> Option<Point> {
     let (along, other, between) = (b - a, d - c, c - a);
     let cross = along.perp(&other);

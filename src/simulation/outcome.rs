@@ -2,7 +2,7 @@
 
 use super::Collision;
 
-/// How a drive ended.
+/// Outcome of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome {
     /// The goal with this place among the problem's was reached.

@@ -9,12 +9,12 @@ use crate::planner::{
 };
 use crate::scenario::{Motion, PlanningProblem, Sample, Scenario, StateField, Track};
 
-/// How to drive.
+/// Settings of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// The planner's.
     pub planner: planner::Settings,
-    /// What it is told of the others' future.
+    /// The forecast given to the planner.
     pub forecast: Forecast,
     /// Steps that are driven of a plan before the next one, at least 1.
     pub replan: usize,
@@ -48,7 +48,7 @@ pub struct Rollout {
     pub dt: f64,
 }
 
-/// Why nothing was driven.
+/// Why a drive could not start.
 #[derive(Debug, thiserror::Error)]
 pub enum DriveError {
     /// The planner has nothing to follow.

@@ -40,7 +40,7 @@ pub struct Batch {
     pub updated_ms: i64,
     /// Tasks, frames and other settings, as JSON.
     pub spec: String,
-    /// The parts of it that are here, such as `1/4`; nothing where it is whole.
+    /// The parts of it that are here, such as `1/4`; `None` if it is whole.
     pub shard: Option<String>,
 }
 
@@ -129,7 +129,7 @@ impl Store {
         })
     }
 
-    /// A batch; nothing where there is none with this number.
+    /// A batch; `None` if there is none with this number.
     ///
     /// # Errors
     /// SQLite refused.

@@ -20,16 +20,16 @@ pub struct Health {
     pub known: i64,
     /// Its size, bytes.
     pub bytes: u64,
-    /// Its runs, deleted ones too; nothing for a file without any tables yet.
+    /// Its runs, deleted ones too; `None` for a file without any tables yet.
     pub runs: Option<u64>,
     /// What SQLite's quick check found to be wrong, a line each.
     pub damage: Vec<String>,
-    /// Why nothing can be written to it now; nothing where it can.
+    /// Why nothing can be written to it now; `None` if it can.
     pub locked: Option<String>,
 }
 
 impl Health {
-    /// Looks at a file; nothing where there is none.
+    /// Looks at a file; `None` if there is none.
     ///
     /// # Errors
     /// It cannot be opened, or is no SQLite file: in SQLite's words.

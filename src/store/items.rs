@@ -14,9 +14,9 @@ pub struct NewItem {
     pub path: String,
     /// The scenario's name.
     pub scenario: String,
-    /// SHA-256 of its file; nothing where it could not be read.
+    /// SHA-256 of its file; `None` if it could not be read.
     pub scenario_hash: Option<String>,
-    /// The ego; nothing where it could not be read.
+    /// The ego; `None` if it could not be read.
     pub ego: Option<String>,
     /// The task.
     pub task: Task,
@@ -28,17 +28,17 @@ pub struct NewItem {
     pub model: String,
     /// Which of several answers to the same request, from 0.
     pub sample: u32,
-    /// Where its window ends: seconds before the collision, or `paper`; nothing for where all of the batch do.
+    /// Where its window ends: seconds before the collision, or `paper`; `None` for the common end of the batch.
     pub lead: Option<String>,
-    /// What is changed about the scene, such as `mirror`; nothing where it is as it is.
+    /// What is changed about the scene, such as `mirror`; `None` if it is as it is.
     pub transform: Option<String>,
-    /// The key of the request; nothing where none is sent.
+    /// The key of the request; `None` if none is sent.
     pub key: Option<Key>,
-    /// What is true; nothing where it is unknown.
+    /// What is true; `None` if it is unknown.
     pub collides: Option<bool>,
     /// The obstacle the ego collides with, if the ground truth names one.
     pub obstacle: Option<i64>,
-    /// Why it cannot be asked; nothing where it can.
+    /// Why it cannot be asked; `None` if it can.
     pub unaskable: Option<String>,
 }
 

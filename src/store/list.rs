@@ -40,7 +40,7 @@ pub struct Summary {
     pub model: String,
     /// Which of several answers to the same request.
     pub sample: u32,
-    /// What the verdict says; nothing where there is none, or none that says yes or no.
+    /// What the verdict says; `None` if there is none, or none that says yes or no.
     pub dangerous: Option<bool>,
     /// US dollars, where known.
     pub cost_usd: Option<f64>,

@@ -143,7 +143,7 @@ impl Store {
     }
 }
 
-/// The parts that two stores have together; nothing where that is the whole.
+/// The parts that two stores have together; `None` if that is the whole.
 fn both(ours: Option<&str>, theirs: Option<&str>) -> Option<String> {
     let mut parts: Vec<&str> = ours?.split(',').chain(theirs?.split(',')).collect();
     let place = |part: &&str| part.split('/').next().and_then(|n| n.parse::<u64>().ok());

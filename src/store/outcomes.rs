@@ -10,11 +10,11 @@ use crate::verdict::Task;
 pub struct Outcome {
     /// Its number.
     pub run: RunId,
-    /// The key of the request; nothing where none was sent.
+    /// The key of the request; `None` if none was sent.
     pub key: Option<Key>,
     /// Name of the scenario.
     pub scenario: String,
-    /// SHA-256 of its file; nothing where only its name is known.
+    /// SHA-256 of its file; `None` if only its name is known.
     pub scenario_hash: Option<String>,
     /// The ego, and where its motion comes from.
     pub ego: String,
@@ -96,7 +96,7 @@ impl Store {
         Ok(found.collect::<Result<_, _>>()?)
     }
 
-    /// The texts of a run: its answer and its reasoning; nothing where there is no such run.
+    /// The texts of a run: its answer and its reasoning; `None` if there is no such run.
     ///
     /// # Errors
     /// SQLite refused.

@@ -111,7 +111,7 @@ pub struct ProviderBatch {
     pub model: String,
     /// The server's address.
     pub address: String,
-    /// The provider's id; nothing until it arrived.
+    /// The provider's id; `None` until it arrived.
     pub remote_id: Option<String>,
     /// Where it stands.
     pub state: HandedState,

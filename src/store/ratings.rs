@@ -34,7 +34,7 @@ impl Choice {
 /// An answer as it was shown in a rating.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RatedAnswer {
-    /// Its run; nothing where it is in none.
+    /// Its run; `None` if it is in none.
     #[serde(serialize_with = "number")]
     pub run: Option<RunId>,
     /// Who was asked, `provider/model`.

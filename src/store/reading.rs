@@ -107,7 +107,7 @@ fn is_refusal(error: &rusqlite::Error) -> bool {
         .is_some_and(|code| refusals.contains(&code))
 }
 
-/// The address of a file that is not written to; nothing for a name that is not UTF-8.
+/// The address of a file that is not written to; `None` for a name that is not UTF-8.
 fn unchanging(path: &Path) -> Option<String> {
     let whole = std::path::absolute(path).ok()?;
     let name = whole.to_str()?;

@@ -24,7 +24,7 @@ pub struct NewRun {
     pub batch: Option<String>,
     /// Name of the scenario.
     pub scenario: String,
-    /// SHA-256 of its file, hexadecimal; nothing where an answer is known and the file is not.
+    /// SHA-256 of its file, hexadecimal; `None` if an answer is known and the file is not.
     pub scenario_hash: Option<String>,
     /// The ego, and where its motion comes from.
     pub ego: String,
@@ -34,17 +34,17 @@ pub struct NewRun {
     pub frame: String,
     /// Prompting techniques in use.
     pub techniques: String,
-    /// First and last time step of the window; nothing where an answer is known and its window is not.
+    /// First and last time step of the window; `None` if an answer is known and its window is not.
     pub window: Option<(i64, i64)>,
     /// `provider/model`, as asked for.
     pub model: String,
     /// Who serves the model.
     pub provider: String,
-    /// The protocol spoken; nothing where no request is sent.
+    /// The protocol spoken; `None` if no request is sent.
     pub dialect: Option<String>,
     /// Provider and address of the server, for people, without any key.
     pub endpoint: String,
-    /// The address alone, without user, password and query; nothing where no request is sent.
+    /// The address alone, without user, password and query; `None` if no request is sent.
     pub address: Option<String>,
     /// File name of the template.
     pub template: String,
@@ -61,7 +61,7 @@ pub struct NewRun {
 }
 
 impl NewRun {
-    /// The key of the request; nothing where none is sent, or where not all of it is known.
+    /// The key of the request; `None` if none is sent, or where not all of it is known.
     ///
     /// Two runs with the same key and sample are the same question: everything that the server is sent is the same.
     #[must_use]

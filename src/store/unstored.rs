@@ -20,7 +20,7 @@ const LONGEST: u64 = 64 << 20;
 pub struct Unstored {
     /// Why the store does not have it.
     pub why: StoreError,
-    /// The file that it was written to; nothing where none could be written.
+    /// The file that it was written to; `None` if none could be written.
     pub file: Option<PathBuf>,
     /// Whether that file is taken in by itself when the store is opened again.
     pub beside: bool,

@@ -8,7 +8,7 @@ use crate::verdict::Task;
 /// Verdict of a stored answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredVerdict {
-    /// SHA-256 of the scenario's file; nothing where only its name is known.
+    /// SHA-256 of the scenario's file; `None` if only its name is known.
     pub scenario_hash: Option<String>,
     /// Name of the scenario.
     pub scenario: String,

@@ -10,7 +10,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::activity::{self, Crashed};
 use super::marks::make_private;
 
-/// The exit status of a program that failed by a fault of its own.
+/// Exit status after an internal error.
 pub const STATUS: i32 = 101;
 
 /// Reports that are kept: the newest.
@@ -48,7 +48,7 @@ pub fn report_panics(folder: Option<PathBuf>, redact: Redact) {
     }));
 }
 
-/// What is said: what was being done, on which file, where the report lies.
+/// The crash message: activity, file and place of the report.
 fn sentence(crashed: &Crashed, command: &[String], written: Result<&Path, &String>) -> String {
     let fallback = || {
         command

@@ -25,7 +25,7 @@ pub enum Readers {
 #[derive(Debug)]
 pub struct Part {
     written: Written,
-    /// How its name begins while it has one of its own.
+    /// Prefix of its temporary name.
     prefix: String,
     readers: Readers,
 }
@@ -155,7 +155,7 @@ fn link(_: &File, _: &Path) -> Result<()> {
     Err(ErrorKind::Unsupported.into())
 }
 
-/// A link cannot take the place of a file, so it gets a name of its own for a moment.
+/// A link cannot replace a file, so it gets a temporary name first.
 fn link_over(file: &File, prefix: &str, target: &Path) -> Result<()> {
     // One that is locked is not removed by another program in that moment; without locks nothing is removed.
     let _ = file.try_lock();

@@ -3,7 +3,7 @@
 /// Detected capabilities of the terminal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Terminal {
-    /// Columns and rows; nothing where there is no terminal.
+    /// Columns and rows; `None` if there is no terminal.
     pub size: Option<(u16, u16)>,
     /// Columns and rows that the workbench needs.
     pub least: (u16, u16),
@@ -11,6 +11,6 @@ pub struct Terminal {
     pub colours: &'static str,
     /// Whether it shows more than ASCII.
     pub unicode: bool,
-    /// Whether its background is dark; nothing where it did not tell.
+    /// Whether its background is dark; `None` if it did not tell.
     pub dark: Option<bool>,
 }

@@ -31,7 +31,7 @@ impl<'a> TomlText<'a> {
         }
     }
 
-    /// The keys and values of the text; nothing where it is no TOML, which is noted as a mistake.
+    /// The keys and values of the text; `None` if it is no TOML, which is noted as a mistake.
     pub fn table(&mut self) -> Option<DeTable<'a>> {
         match DeTable::parse(self.text) {
             Ok(table) => Some(table.into_inner()),
@@ -138,7 +138,7 @@ impl<'a> KeyLines<'a> {
         }
     }
 
-    /// The line, from 1, of a key that is reached by these names; nothing where the text does not have it.
+    /// The line, from 1, of a key that is reached by these names; `None` if the text does not have it.
     #[must_use]
     pub fn line(&self, names: &[&str]) -> Option<usize> {
         let (last, tables) = names.split_last()?;

@@ -26,7 +26,7 @@ pub struct Span {
     pub start: usize,
     /// The byte after its last.
     pub end: usize,
-    /// The time step it holds at; nothing for what holds always.
+    /// The time step it holds at; `None` for what holds always.
     pub step: Option<i64>,
     /// Whose it is.
     #[serde(flatten)]

@@ -227,7 +227,7 @@ impl Scope {
     }
 }
 
-/// What holds everywhere, even on screens of their own.
+/// Global actions that work even on full screens.
 pub const EVEN_THERE: [Action; 7] = [
     Action::Help,
     Action::Palette,
@@ -241,7 +241,7 @@ pub const EVEN_THERE: [Action; 7] = [
 /// A line of the table.
 #[derive(Debug)]
 pub struct Entry {
-    /// What to do.
+    /// The action.
     pub action: Action,
     /// A word for it, for the palette and keymap files.
     pub id: &'static str,
@@ -263,7 +263,7 @@ impl Entry {
     #[must_use]
     pub fn holds_in(&self, scope: Scope) -> bool {
         let everywhere = match scope {
-            // What is no key of the editor's writes, and in blind mode little may be shown.
+            // The editor types unbound keys, and blind mode shows little.
             Scope::Editor | Scope::Compare => false,
             scope => !scope.is_own() || EVEN_THERE.contains(&self.action),
         };

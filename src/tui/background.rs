@@ -34,7 +34,7 @@ pub fn ask(env: impl Fn(&str) -> Option<String>) -> Background {
     }
 }
 
-/// What the environment says, without asking the terminal.
+/// Detects the background from the environment, without querying the terminal.
 #[must_use]
 pub fn of_environment(env: impl Fn(&str) -> Option<String>) -> Background {
     Background {
@@ -43,7 +43,7 @@ pub fn of_environment(env: impl Fn(&str) -> Option<String>) -> Background {
     }
 }
 
-/// What `COLORFGBG` says, such as `15;0` or `0;default;15`: its last number is the background's.
+/// Parses `COLORFGBG`, such as `15;0` or `0;default;15`: the last number is the background's.
 fn said(value: Option<&str>) -> Option<bool> {
     let background = value?.rsplit(';').next()?;
     match background.trim().parse::<u8>().ok()? {

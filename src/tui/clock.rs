@@ -63,7 +63,7 @@ impl Clock {
         }
     }
 
-    /// What is played.
+    /// The range played.
     #[must_use]
     pub fn lap(&self) -> Lap {
         self.lap

@@ -226,7 +226,7 @@ impl std::fmt::Display for Key {
     }
 }
 
-/// The key as the template editor takes it; nothing for keys it does not know.
+/// The key as the template editor takes it; `None` for keys it does not know.
 #[must_use]
 pub fn editor_input(key: Key) -> Option<edtui::events::KeyInput> {
     let code = match key.code {

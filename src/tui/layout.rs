@@ -20,7 +20,7 @@ pub struct Parts {
     pub footer: Rect,
 }
 
-/// Splits the screen; nothing where it is too small.
+/// Splits the screen; `None` if it is too small.
 #[must_use]
 pub fn split(screen: Rect, model: &Model) -> Option<Parts> {
     if screen.width < SMALLEST.0 || screen.height < SMALLEST.1 {

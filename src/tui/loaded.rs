@@ -31,7 +31,7 @@ use crate::scenario::{Scenario, Scene, Severity, Transform, Window};
 use crate::verdict::{Task, Verdict};
 use crate::workflow::{MissingEgo, OpenRequest, OpenedScene, open};
 
-/// The obstacle that is the ego, as the store writes an ego; nothing where its motion comes from a file.
+/// The obstacle that is the ego, as the store writes an ego; `None` if its motion comes from a file.
 #[must_use]
 pub fn obstacle_taken(ego: &str) -> Option<i64> {
     let (_, words) = ego.rsplit_once("obstacle ")?;
@@ -45,7 +45,7 @@ pub struct Opened {
     pub name: String,
     /// Where it was read from.
     pub file: String,
-    /// What of the file was changed, where an answer was about a changed scene.
+    /// The change of the scene, if an answer was about a changed one.
     pub change: Option<Transform>,
     /// The scenario.
     pub scenario: Arc<Scenario>,
@@ -211,7 +211,7 @@ pub fn worst_of(
     values.min_by(|a, b| measure.danger.compare(*a, *b))
 }
 
-/// What the built-in judge says about windows of a scene, given by their first and last steps.
+/// The built-in judge's verdicts on windows of a scene, given by their first and last steps.
 #[must_use]
 pub fn judged(
     scene: &Scene,

@@ -59,7 +59,7 @@ pub enum Msg {
     Measured(MeasureId, Box<Measured>),
     /// The values of the plotted measure over a scene.
     Plotted(SeriesId, Box<Series>),
-    /// What the built-in judge says about windows of a scene.
+    /// The built-in judge's verdicts on windows of a scene.
     Judged(Arc<Scene>, Task, Vec<WindowTruth>),
     /// The user's thresholds were read, or why they cannot be used.
     Thresholds(Result<Arc<Thresholds>, String>),
@@ -227,7 +227,7 @@ pub enum Effect {
     Ask {
         /// The question's number.
         id: AskId,
-        /// The question.
+        /// What is asked.
         question: Box<Question>,
         /// Who is asked, `provider/model`.
         model: String,

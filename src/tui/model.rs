@@ -117,15 +117,15 @@ pub struct Model {
     pub maker: GenerationState,
     /// The picked obstacle.
     pub picked: Option<i64>,
-    /// What is plotted over time.
+    /// The plot over time.
     pub plot: Plot,
-    /// What the strips of the timeline show.
+    /// The measure of the timeline's strips.
     pub heat: Heat,
     /// A disagreement that is looked for in a scenario that is being opened.
     pub seek: Option<Seek>,
     /// Every measure of the picked obstacle, while displayed.
     pub values: Values,
-    /// What the built-in judge said about steps looked at.
+    /// The built-in judge's cached verdicts.
     pub judged: Judged,
     /// From where on values are dangerous, and what measures take for granted.
     pub thresholds: Arc<Thresholds>,
@@ -149,7 +149,7 @@ pub struct Model {
     pub library: Library,
     /// The answers.
     pub answers: Answers,
-    /// What answers claim about obstacles.
+    /// Claims of answers about obstacles.
     pub claims: Claims,
     /// Answers side by side on the whole screen.
     pub compare: Compare,
@@ -169,11 +169,11 @@ pub struct Model {
     pub card: Option<Card>,
     /// Everything that runs, and what ran.
     pub jobs: Jobs,
-    /// What all stored answers come to.
+    /// Results of all stored answers.
     pub results: ResultsView,
     /// How long the program has been running; the loop sets it.
     pub uptime: Duration,
-    /// What lies over the main screen.
+    /// Screens over the main screen.
     pub screens: Screens,
     /// Messages.
     pub toasts: Vec<Toast>,

@@ -75,7 +75,7 @@ pub fn edit(command: &[String], name: &str, text: &str) -> Result<String, String
         Ok(_) => read(&path).map_err(|why| format!("`{shown}` left no text: {why}")),
     };
     result.map_err(|why| {
-        // What was written is not lost.
+        // The user's text is not lost.
         let differs =
             system::read_file(&path, system::LARGEST).is_ok_and(|bytes| bytes != text.as_bytes());
         if differs {

@@ -23,7 +23,7 @@ const SETTLED: Duration = Duration::from_millis(50);
 /// Looks that a file that does not settle is waited for.
 const PATIENCE: usize = 20;
 
-/// When a file was changed, and how long it is; nothing for a file that is not there.
+/// When a file was changed, and how long it is; `None` for a file that is not there.
 type Stamp = Option<(SystemTime, u64)>;
 
 /// Times and sizes of the files when last read.
@@ -88,7 +88,7 @@ pub async fn watch(folders: Folders, mut before: Stamps, sender: UnboundedSender
     }
 }
 
-/// What is in the files that changed; themes first, since the configuration may name a new one.
+/// Contents of the changed files; themes first, since the configuration may name a new one.
 fn changed(folders: &Folders, before: &Stamps, now: &Stamps) -> Vec<Reloaded> {
     let mut found = Vec::new();
     if before.themes != now.themes {

@@ -145,7 +145,7 @@ struct Loop {
     receiver: UnboundedReceiver<Msg>,
     /// Whether the terminal may still answer what it was asked before the start.
     stray: bool,
-    /// What is open.
+    /// Marks the open scenario on disk.
     tried: Tried,
 }
 
@@ -155,7 +155,7 @@ impl Loop {
         let Err(error) = self.turn(ending).await else {
             return Ok(());
         };
-        // What was done is kept all the same.
+        // Finished work is saved all the same.
         for effect in update(&mut self.model, Msg::Terminate) {
             self.tasks.perform(effect);
         }
@@ -238,7 +238,7 @@ impl Loop {
                             }
                             Err(why) => Err(why),
                         };
-                        // What it asks for needs no terminal.
+                        // These effects need no terminal.
                         for effect in update(&mut self.model, Msg::EditedOutside(sent, result)) {
                             self.tasks.perform(effect);
                         }
@@ -308,7 +308,7 @@ impl Loop {
                     Heard::Job(JobSignal::Continue) => {
                         let _ = job_control::was_continued();
                     }
-                    // What the user writes is not thrown away.
+                    // The user's text is not discarded.
                     Heard::End => ends = true,
                     Heard::Interrupt => {}
                 },

@@ -130,7 +130,7 @@ fn cells(buffer: &Buffer, palette: &Palette) -> Screen {
     }
 }
 
-/// A colour of the terminal; nothing for its own.
+/// A colour of the terminal; `None` for its own.
 fn ink(color: Ink) -> Option<Color> {
     let index = match color {
         Ink::Reset => return None,

@@ -39,7 +39,7 @@ pub fn keys(file: &Path, preset: Option<&str>, print: bool) -> Result<String, Ve
     Ok(if print { as_file(&map) } else { as_table(&map) })
 }
 
-/// What is wrong with the theme called `chosen`, and with every theme in the user's `folder`: with file, line and key.
+/// Errors of the theme `chosen` and of every theme in the user's `folder`, with file, line and key.
 #[must_use]
 pub fn theme_mistakes(chosen: &str, folder: &Path) -> Vec<String> {
     let all = Theme::all(folder).into_iter();

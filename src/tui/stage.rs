@@ -62,7 +62,7 @@ impl Stage {
 
     fn send(&mut self, msg: Msg) -> Vec<Effect> {
         let mut effects = update(&mut self.model, msg);
-        // What is plotted is there in every frame.
+        // The plot is complete in every frame.
         let plots = effects.extract_if(.., |effect| matches!(effect, Effect::Plot(..)));
         for effect in plots.collect::<Vec<_>>() {
             if let Effect::Plot(id, scene, measure, thresholds) = effect {
@@ -231,7 +231,7 @@ impl Stage {
         assert!(drawn.is_ok(), "the screen is in memory");
     }
 
-    /// What is on the screen, row by row.
+    /// The screen's contents, row by row.
     #[must_use]
     pub fn screen(&self) -> String {
         let buffer = self.terminal.backend().buffer();

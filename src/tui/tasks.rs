@@ -361,7 +361,7 @@ impl Tasks {
     }
 }
 
-/// What is sent beside the messages.
+/// Request parameters beside the messages.
 fn parameters(config: &Config) -> Parameters {
     Parameters {
         temperature: config.temperature,

@@ -78,7 +78,7 @@ impl Task {
     }
 }
 
-/// An obstacle in a verdict.
+/// One obstacle in a verdict.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct ObstacleRisk {

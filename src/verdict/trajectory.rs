@@ -35,7 +35,7 @@ pub struct WaypointAnswer {
     pub velocity: Option<f64>,
 }
 
-/// Kinds of manoeuvre with which a driver endangers another.
+/// What a driver does to endanger another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ManoeuvreKind {

@@ -163,7 +163,7 @@ enum AttackError {
     Author(AuthorError),
 }
 
-/// Everything that was tried, and what a model wrote; nothing where it was cancelled.
+/// Everything that was tried, and what a model wrote; `None` if it was cancelled.
 type Attacked = Option<(Selection, Option<Authored>)>;
 
 fn attack(

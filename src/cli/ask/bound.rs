@@ -9,7 +9,7 @@ use crate::system::KeyLines;
 pub struct Bound {
     /// US dollars.
     pub usd: f64,
-    /// Where the configuration says it; nothing where the command line does.
+    /// Where the configuration says it; `None` if the command line does.
     said: Option<String>,
 }
 

@@ -71,7 +71,7 @@ pub(super) fn document(answer: &Answer, case: &Case, judge: &Judge) -> Value {
     value
 }
 
-/// What the built-in judge's verdict on safety rests on.
+/// The basis of the built-in judge's verdict on safety.
 fn prediction(case: &Case) -> Value {
     let rounded = |value: f64| (value * 1e6).round() / 1e6;
     let judgement = judge::judge_under(&case.scene, case.task, &case.window, &case.thresholds);

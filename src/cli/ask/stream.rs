@@ -14,7 +14,7 @@ pub(super) struct Words {
     part: Option<Part>,
 }
 
-/// What a piece belongs to.
+/// The text that a piece belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     Reasoning,
@@ -74,7 +74,7 @@ impl Words {
         self.part = Some(part);
         self.open = !text.ends_with('\n');
         let mut err = std::io::stderr().lock();
-        // Nothing can be done about a standard error that is gone.
+        // Errors of a closed standard error are ignored.
         let _ = write!(err, "{}", output::visible(text)).and_then(|()| err.flush());
     }
 }

@@ -146,7 +146,7 @@ impl FromStr for Resumed {
 }
 
 impl Options {
-    /// What is added to a batch that is resumed.
+    /// Additions to a resumed batch.
     pub fn more(&self) -> More {
         let changes = self.add_transform.iter().flat_map(|changes| &changes.0);
         More {
@@ -158,7 +158,7 @@ impl Options {
         }
     }
 
-    /// Whether anything is said that only a batch understands.
+    /// Whether any option is given that only a batch understands.
     pub fn any(&self) -> bool {
         !self.frame.is_empty()
             || !self.techniques.is_empty()
@@ -252,7 +252,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan)
     if options.dry_run {
         return dry_run::write(&dry_run, &refused, context.budget(options), json(arguments));
     }
-    // Nothing is begun where a model would refuse every question.
+    // Nothing is started if a model would refuse every question.
     if let Some((model, why)) = refused.first() {
         return Err(Failure::input(format!("{model}: {why}")));
     }

@@ -10,7 +10,7 @@ use crate::judge::{self, judge};
 use crate::scenario::Window;
 use crate::verdict::Task;
 
-/// What the judge says: who the ego collides with, first.
+/// The judge's answer: the first obstacle the ego collides with.
 type Said = Option<i64>;
 
 pub(super) fn run(arguments: &Evaluate, truth: &Truth, entries: &[Entry]) -> Outcome {

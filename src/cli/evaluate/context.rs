@@ -27,7 +27,7 @@ pub struct BatchContext {
 }
 
 impl BatchContext {
-    /// Opens everything; what is wrong with templates is said.
+    /// Opens everything, and reports errors of templates.
     pub fn new() -> Result<Self, Failure> {
         let (folders, config) = configuration()?;
         let library = validate(Library::load(Some(&folders.prompts())));

@@ -121,7 +121,7 @@ pub fn write(
     output::text(&output::visible(&text))
 }
 
-/// Whether a budget is enough for everything; nothing where that cost is unknown.
+/// Whether a budget is enough for everything; `None` if that cost is unknown.
 fn within(estimate: &Estimate, usd: f64) -> Option<bool> {
     let known = estimate.unbounded == 0 && estimate.unpriced == 0;
     match estimate.usd > usd {

@@ -120,7 +120,7 @@ fn unanswered(context: &BatchContext, id: BatchId) -> Outcome {
     if open.is_empty() {
         return Ok(());
     }
-    // What cannot be asked is no reason to try again.
+    // Questions that cannot be asked are no reason to try again.
     let (never, open): (Vec<&Item>, Vec<&Item>) = open
         .into_iter()
         .partition(|item| item.state == ItemState::Unaskable);

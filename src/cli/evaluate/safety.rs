@@ -52,7 +52,7 @@ const LEADS: [Lead; 6] = [
     Lead::Seconds(2.0),
 ];
 
-/// What one candidate reached.
+/// Results of one candidate.
 struct Row {
     candidate: Candidate,
     /// At each lead.
@@ -60,7 +60,7 @@ struct Row {
     alarms: Alarms,
 }
 
-/// What one candidate reached at one lead.
+/// Results of one candidate at one lead.
 struct Counts {
     /// Every yes counts, whomever it names.
     said: Confusion,
@@ -97,7 +97,7 @@ fn rows(setting: &Setting, batch: &Batch<Vec<Answers>>) -> Vec<Row> {
     setting.candidates.iter().enumerate().map(row).collect()
 }
 
-/// What a block of the table shows, and its number for one candidate and lead.
+/// Title of a table block, and its number for one candidate and lead.
 type Block = (&'static str, fn(&Counts) -> Option<f64>);
 
 const BLOCKS: [Block; 4] = [

@@ -60,7 +60,7 @@ impl Truth {
     }
 }
 
-/// Where `--truth` says that the truth of a batch is from; nothing where it says nothing.
+/// Where `--truth` says that the truth of a batch is from; `None` if it says nothing.
 pub fn truth_source(said: &[PathBuf]) -> Result<Option<TruthSource>, Failure> {
     source(said, |file| {
         std::path::absolute(file).map_err(|error| Failure::system(file.display(), &error))
@@ -83,7 +83,7 @@ fn source(
     })
 }
 
-/// What is doubtful, as far as there is room for it.
+/// Prints warnings, as far as there is room.
 pub fn say_each(doubts: &[String]) {
     for doubt in doubts.iter().take(NAMED) {
         output::say(&format!("nearmiss: {doubt}"));

@@ -130,7 +130,7 @@ fn read(store: &Store, number: RunId) -> Result<Option<Run>, Failure> {
     store.run(number).map_err(Failure::input)
 }
 
-/// A run; nothing where it is gone meanwhile.
+/// A run; `None` if it is gone meanwhile.
 type Item = Result<Option<Run>, Failure>;
 
 /// The runs, one after the other.

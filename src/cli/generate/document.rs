@@ -12,7 +12,7 @@ use crate::formats::Entry;
 use crate::generation::{Avoidability, Refusal, Saved, asked, attacker, refusal};
 use crate::workflow::PlanError;
 
-/// What was made of a scenario.
+/// Documents a scenario's variant.
 pub fn document(generated: &Generated, saved: Option<&Saved>, by: &str) -> Value {
     let mut line = unsaved(generated, by);
     line["rejected"] = generated.refusals().iter().map(refusal).collect();
@@ -94,7 +94,7 @@ fn ranking(generated: &Generated) -> Value {
     ranked.collect()
 }
 
-/// What has to be told of a model's work beside the table.
+/// Notes on a model's work beside the table.
 pub fn said(authored: &Authored) -> Vec<String> {
     let proposal = authored.choice.proposal.as_ref();
     let choice = proposal.and_then(|p| p.refused.as_ref()).map(|why| {

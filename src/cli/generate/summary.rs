@@ -50,7 +50,7 @@ const ASTRAY: [(&str, &str); 2] = [
 ];
 
 impl Summary {
-    /// Of so many scenarios.
+    /// Starts a summary of this many scenarios.
     pub fn new(all: usize) -> Self {
         Self {
             all,
@@ -181,7 +181,7 @@ impl Summary {
         text
     }
 
-    /// What models consumed.
+    /// Formats the consumption of models.
     fn consumed(&self) -> String {
         let sent = self.requests.saturating_sub(self.stored);
         let cost = match self.unpriced {

@@ -70,10 +70,10 @@ pub struct Generated {
     pub file: String,
     pub workshop: VariantGenerator,
     pub made: Selection,
-    /// What a model wrote, and what it took.
+    /// A model's output and consumption.
     pub authored: Option<Authored>,
     pub took: Duration,
-    /// What it was made with, see [`Wanted::said`].
+    /// The settings it was generated with, see [`Wanted::said`].
     pub settings: Value,
 }
 
@@ -101,7 +101,7 @@ impl Generated {
         (!notes.is_empty()).then(|| notes.join("; "))
     }
 
-    /// What a model chose and wrote, and what that took.
+    /// A model's choice, output and consumption.
     pub fn author(&self) -> Option<Value> {
         let taken = self.made.chosen.as_ref().map(|chosen| &chosen.attack);
         let authored = self.authored.as_ref()?;

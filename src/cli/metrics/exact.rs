@@ -4,7 +4,7 @@ use super::table::{Cell, Column, Form, Kind, Sheet, Values};
 use crate::metrics::{Context, MEASURES, Reading, Thresholds};
 use crate::scenario::Scene;
 
-/// What is at the head of every row: where and when.
+/// Leading columns of every row: scenario and time.
 pub const WHEN: [Column; 3] = [
     Column {
         name: "scenario",
@@ -97,7 +97,7 @@ pub fn sheet(name: String, scene: &Scene, radius: Option<f64>, thresholds: &Thre
     }
 }
 
-/// What a measure says, as a cell.
+/// A measure's reading as a cell.
 pub fn cell(reading: Reading) -> Cell {
     match reading {
         Reading::Value(value) => Cell::finite(rounded(value)),

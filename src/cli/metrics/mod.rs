@@ -84,7 +84,7 @@ impl Convention {
     }
 }
 
-/// What is in the rows.
+/// Contents of the rows.
 #[derive(Debug, Clone, Copy)]
 enum Rows {
     Exact,
@@ -102,7 +102,7 @@ impl Rows {
     }
 }
 
-/// What is measured, the same for every scenario.
+/// Settings of the measurement, the same for every scenario.
 struct Plan<'a> {
     arguments: &'a Metrics,
     rows: Rows,
@@ -122,7 +122,7 @@ impl Plan<'_> {
     }
 }
 
-/// What the rows are, and the thresholds that they are worked out with.
+/// The kind of rows, and the thresholds for computing them.
 fn measured(arguments: &Metrics) -> Result<(Rows, Thresholds), Failure> {
     if arguments.convention == Convention::Paper {
         if arguments.scene {
@@ -255,7 +255,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     }
 }
 
-/// What is doubtful about the ego, and the rows of one scenario.
+/// Warnings about the ego, and the rows of one scenario.
 fn measure(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Encoded, Failure>) {
     let (scene, doubts) = match scene_and_doubts(entry, &plan.arguments.ego) {
         Ok(opened) => opened,

@@ -146,7 +146,7 @@ impl Files {
         })
     }
 
-    /// The file that a scenario is written to, where that is wanted; nothing where it lies there already.
+    /// The file that a scenario is written to, where that is wanted; `None` if it lies there already.
     fn scenario_of(&self, entry: &Entry) -> Option<PathBuf> {
         let folder = self.output.as_deref().filter(|_| self.with_scenario)?;
         let path = folder.join(&entry.name).join(format!("{}.xml", entry.name));

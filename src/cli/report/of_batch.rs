@@ -65,7 +65,7 @@ pub fn made(store: &Store, id: BatchId) -> Result<AnyReport, Failure> {
     ))
 }
 
-/// What the templates say where the batch does not; nothing where they cannot be read or are no longer the same.
+/// What the templates say where the batch does not; `None` if they cannot be read or are no longer the same.
 fn described(spec: &Spec) -> Option<Described> {
     let (folders, _) = open::configuration().ok()?;
     spec.described(&validate(Library::load(Some(&folders.prompts()))))

@@ -12,7 +12,7 @@ pub struct Size {
     pub tokens: u64,
     /// Whether the store has a whole answer.
     pub stored: bool,
-    /// What it costs.
+    /// Its price.
     pub price: Price,
 }
 
@@ -35,7 +35,7 @@ pub enum Price {
 }
 
 impl Size {
-    /// What a question takes.
+    /// Estimates a question.
     #[must_use]
     pub fn estimate(question: &Question, judge: &Judge) -> Self {
         let tokens = question.tokens();

@@ -38,7 +38,7 @@ pub struct RequestSettings {
     pub history: Option<usize>,
     /// Obstacles farther from the ego are left out, metres.
     pub radius: Option<f64>,
-    /// Where windows of the safety task end; nothing for the usual one, two steps before the last recorded one.
+    /// Where windows of the safety task end; `None` for the usual one, two steps before the last recorded one.
     pub lead: Option<Lead>,
     /// Sampling temperature.
     pub temperature: Option<f64>,
@@ -49,7 +49,7 @@ pub struct RequestSettings {
 }
 
 impl RequestSettings {
-    /// What decides how a scene is described.
+    /// The settings that determine a scene's description.
     #[must_use]
     pub fn settings(&self, techniques: Option<Techniques>) -> Settings {
         Settings {
@@ -60,7 +60,7 @@ impl RequestSettings {
         }
     }
 
-    /// What is sent beside the messages.
+    /// The parameters sent beside the messages.
     #[must_use]
     pub fn parameters(&self) -> Parameters {
         Parameters {

@@ -24,7 +24,7 @@ use crate::verdict::{Task, Verdict};
 pub struct QuestionBuilder {
     /// The templates.
     library: Library,
-    /// What risk scores are.
+    /// Thresholds of the risk scores.
     thresholds: Arc<Thresholds>,
     /// How all are asked.
     request: RequestSettings,
@@ -34,7 +34,7 @@ pub struct QuestionBuilder {
     questions: Recent<Asked, Result<Arc<Question>, String>>,
 }
 
-/// What tells questions apart: the scenario, how it is asked about, the lead and the change.
+/// Identity of a question: the scenario, the prompt configuration, the lead and the change.
 type Asked = (String, PromptConfig, (Option<String>, Option<String>));
 
 /// A scenario that was opened, with its recorded ego.
@@ -60,7 +60,7 @@ pub struct Ask {
 /// The questions about a scenario.
 #[derive(Debug, Default)]
 pub struct PreparedQuestions {
-    /// The questions about it, and what asking them takes; nothing for those that cannot be asked.
+    /// The questions about it, and what asking them takes; `None` for those that cannot be asked.
     pub items: Vec<(NewItem, Option<Size>)>,
     /// Whether its truth is unknown; nothing is asked then.
     pub unlabelled: bool,
@@ -307,7 +307,7 @@ impl QuestionBuilder {
     }
 }
 
-/// The key of the request that a question is to a judge; nothing where none is sent.
+/// The key of the request that a question is to a judge; `None` if none is sent.
 ///
 /// # Errors
 /// Something cannot be written as JSON.
@@ -323,7 +323,7 @@ pub(super) fn obstacle(label: Option<Label>) -> Option<i64> {
     }
 }
 
-/// What an entry is found by again: its file, or the name of a bundled scenario.
+/// The stored path of an entry: its file, or the name of a bundled scenario.
 pub(super) fn path_of(entry: &Entry) -> String {
     match &entry.place {
         Place::File(path) => path.display().to_string(),

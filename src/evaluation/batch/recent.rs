@@ -10,7 +10,7 @@ pub struct Recent<K, V> {
 }
 
 impl<K: PartialEq + Clone, V: Clone> Recent<K, V> {
-    /// Keeps at most so many.
+    /// Keeps at most `most` results.
     pub fn new(most: usize) -> Self {
         Self {
             most,

@@ -7,7 +7,7 @@ use super::spec::Spec;
 use crate::evaluation::{default_frame, template};
 use crate::prompts::{Library, Techniques};
 
-/// What the ways of a batch describe, once its templates have said what the batch does not: each number once, in order.
+/// The scene descriptions of a batch, completed from its templates: each number once, in order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Described {
     /// Steps in a window.
@@ -17,7 +17,7 @@ pub struct Described {
 }
 
 impl Spec {
-    /// What its ways describe; nothing where the library no longer has the templates that the batch was begun with.
+    /// What its ways describe; `None` if the library no longer has the templates that the batch was begun with.
     #[must_use]
     pub fn described(&self, library: &Library) -> Option<Described> {
         let library = &self.library(library).ok()?;
@@ -81,7 +81,7 @@ impl Spec {
         asked
     }
 
-    /// What a reader of the table has to know to repeat it: window, sampling, templates.
+    /// Settings a reader needs to reproduce the table: window, sampling, templates.
     #[must_use]
     pub fn asked_words(&self, described: Option<&Described>) -> String {
         let request = &self.matrix.request;

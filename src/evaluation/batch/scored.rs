@@ -229,7 +229,7 @@ pub fn way_of(asked: &NewItem) -> Result<PromptConfig, String> {
     })
 }
 
-/// What is true, as the batch has it.
+/// The ground truth stored by the batch.
 #[must_use]
 pub fn label_of(asked: &NewItem) -> Option<Label> {
     asked.collides.map(|collides| match collides {

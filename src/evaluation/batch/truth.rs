@@ -33,7 +33,7 @@ pub enum Truth {
     Layout(BTreeMap<PathBuf, Labels>),
     /// Labels.
     Labels(Labels),
-    /// What a batch has written down, by the scenario's file, or the name of a bundled one.
+    /// Labels stored by a batch, by the scenario's file, or the name of a bundled one.
     Known(BTreeMap<String, Option<Label>>),
 }
 
@@ -48,7 +48,7 @@ pub enum TruthError {
     File {
         /// Which file.
         file: String,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// A file holds no labels.
@@ -174,7 +174,7 @@ impl Truth {
         }
     }
 
-    /// What is true about a scenario; nothing where it is unknown. The geometry needs the scene.
+    /// The label of a scenario; `None` if unknown. Exact geometry needs the scene.
     #[must_use]
     pub fn label(&self, entry: &Entry, scene: Option<&Scene>) -> Option<Label> {
         match self {

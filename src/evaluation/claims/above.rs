@@ -26,7 +26,7 @@ pub struct Above {
 /// A list item that names a participant.
 pub struct Item {
     indent: usize,
-    /// Whom it is about; nothing where that cannot be told.
+    /// Whom it is about; `None` if that cannot be told.
     obstacle: Option<i64>,
     /// Whether items beside it without a name have the same subject.
     stays: bool,

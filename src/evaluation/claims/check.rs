@@ -45,11 +45,11 @@ pub enum Judgement {
 /// A claim with the truth beside it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checked {
-    /// What is claimed.
+    /// The claim.
     pub claim: Claim,
     /// The step it was checked at.
     pub step: i64,
-    /// What is so, in the quantity's unit; nothing where there is no such number.
+    /// The true value, in the quantity's unit; `None` if there is no such number.
     pub truth: Option<f64>,
     /// The true state, described.
     pub is: String,
@@ -60,7 +60,7 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// What the answer says, with its unit.
+    /// The stated value with its unit.
     #[must_use]
     pub fn says(&self) -> String {
         match self.claim.stated {
@@ -252,7 +252,7 @@ fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
     }
 }
 
-/// What the answer may have been told instead of the exact number.
+/// Other values that the answer may have been given instead of the exact number.
 fn others(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<(Basis, f64)> {
     let centre: Point = encounter.ego.pose.to_local(&encounter.other.pose.position);
     let mut all = match quantity {

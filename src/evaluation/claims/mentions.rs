@@ -8,7 +8,7 @@ use super::number::Number;
 /// An obstacle that is named.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mention {
-    /// Its id; nothing for one that the scenario does not have.
+    /// Its id; `None` for one that the scenario does not have.
     pub id: Option<i64>,
     /// The number, bytes.
     pub span: Range<usize>,
@@ -16,7 +16,7 @@ pub struct Mention {
     pub compared: bool,
 }
 
-/// What an obstacle is called.
+/// Nouns for obstacles.
 const CALLED: &[&str] = &[
     "obstacle",
     "obstacles",

@@ -54,7 +54,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// What it is called, for people.
+    /// Its name for people.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -142,11 +142,11 @@ pub struct Claim {
     pub obstacle: i64,
     /// Whether its own sentence names the obstacle, not only what it stands under.
     pub named: bool,
-    /// What is claimed of it.
+    /// The claimed quantity.
     pub quantity: Quantity,
-    /// What it is said to be.
+    /// The claimed value.
     pub stated: Stated,
-    /// The time step that is named; nothing where none is.
+    /// The time step that is named; `None` if none is.
     pub step: Option<i64>,
 }
 
@@ -155,7 +155,7 @@ pub struct Claim {
 pub struct Subject<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// First and last step that were described; nothing where that is not known.
+    /// First and last step that were described; `None` if that is not known.
     pub window: Option<(i64, i64)>,
 }
 

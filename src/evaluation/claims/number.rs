@@ -121,7 +121,7 @@ fn sign(text: &str, at: usize) -> (usize, f64) {
     }
 }
 
-/// The unit behind a number, and where it ends; nothing for digits that go on as a word.
+/// The unit behind a number, and where it ends; `None` for digits that go on as a word.
 fn unit(text: &str, end: usize) -> (Option<Unit>, usize) {
     let rest = &text[end..];
     // Markup and backslashes of TeX may stand between: `3.2** m`, `3.2\,m`.

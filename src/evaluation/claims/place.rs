@@ -37,7 +37,7 @@ const FIELDS: &[(&str, Side)] = &[
     ("right", side(None, Some(false))),
 ];
 
-/// What makes a sentence say less than that it is so.
+/// Words that weaken a statement.
 const DOUBTFUL: &[&str] = &[
     "not",
     "no",

@@ -24,7 +24,7 @@ pub struct Sentence<'a> {
     pub step: Option<i64>,
 }
 
-/// What makes numbers conditions, examples, or values of other times.
+/// Words that make numbers conditions, examples, or values of other times.
 const SUPPOSED: &[&str] = &[
     "if",
     "would",
@@ -56,7 +56,7 @@ const SUPPOSED: &[&str] = &[
     "next",
 ];
 
-/// What makes a number a bound.
+/// Words that make a number a bound.
 const BOUNDS: &[&str] = &[
     "than",
     "below",
@@ -79,7 +79,7 @@ const BOUNDS: &[&str] = &[
     "last",
 ];
 
-/// What makes metres something else than a distance to the ego.
+/// Words for lengths other than a distance to the ego.
 const OTHER_LENGTHS: &[&str] = &[
     "mdc",
     "minimum",

@@ -14,7 +14,7 @@ use crate::verdict::{AttackerChoice, ParsedAnswer, Task};
 pub struct Choice {
     /// The reference's ranking, the one that needs the least change first.
     pub ranked: Vec<Candidate>,
-    /// What the model answered, where it was asked.
+    /// The model's answer, if it was asked.
     pub proposal: Option<Proposal>,
     /// The attacker, if there is one.
     pub attacker: Option<i64>,

@@ -44,11 +44,11 @@ pub struct Author {
     pub store: Option<Arc<Store>>,
     /// The templates.
     pub library: Library,
-    /// What risk scores are.
+    /// Thresholds of the risk scores.
     pub thresholds: Arc<Thresholds>,
-    /// What the user says about descriptions and techniques. The obstacle in it is not looked at.
+    /// The user's settings for descriptions and techniques. Their obstacle is ignored.
     pub settings: Settings,
-    /// How the choice of the attacker is described; nothing for the usual frame, which is the metrics.
+    /// How the choice of the attacker is described; `None` for the usual frame, which is the metrics.
     pub frame: Option<Frame>,
     /// Number of motions requested, each in a separate conversation.
     pub samples: u32,
@@ -100,18 +100,18 @@ pub enum Progress {
         /// Which answer in it.
         retry: u32,
     },
-    /// What happens to a request: of a conversation, or of the choice.
+    /// An event of a request: of a conversation, or of the choice.
     Heard {
-        /// Which conversation; nothing for the choice.
+        /// Which conversation; `None` for the choice.
         sample: Option<u32>,
-        /// What happens.
+        /// The event.
         event: Event,
     },
     /// An answer is complete, whatever it says.
     Answered {
-        /// Which conversation; nothing for the choice.
+        /// Which conversation; `None` for the choice.
         sample: Option<u32>,
-        /// What it consumed.
+        /// Its consumption.
         consumed: Consumed,
         /// Whether it was in the store before, so that nothing was sent for it.
         stored: bool,

@@ -14,7 +14,7 @@ pub struct Authored {
     pub attacks: Vec<AuthoredAttack>,
     /// Answers that are none, with all reasons; also those that were mended later.
     pub declined: Vec<Declined>,
-    /// What all of it consumed, the choice included.
+    /// Total consumption, the choice included.
     pub spent: Spent,
     /// Why the work ended before all conversations, where it did.
     pub stopped: Option<String>,
@@ -49,7 +49,7 @@ pub struct Source {
 pub struct Declined {
     /// Which answer.
     pub source: Source,
-    /// What it says, where that could be read.
+    /// The parsed motion, if it could be read.
     pub said: Option<NewMotion>,
     /// All that is wrong with it, never nothing; see [`crate::generation::summed`] for few words.
     pub refusals: Vec<Refusal>,

@@ -17,7 +17,7 @@ use crate::verdict::{NewMotion, ParsedAnswer, Task};
 /// The described steps go on for so long after the attacker could be at the ego, seconds.
 const AFTER: f64 = 2.0;
 
-/// What came of one conversation.
+/// Result of one conversation.
 #[derive(Default)]
 struct Conversation {
     attack: Option<AuthoredAttack>,
@@ -47,7 +47,7 @@ impl AuthorSession<'_> {
             refused = refused.or(talk.error);
         }
         match refused {
-            // Nothing was paid, and nothing is lost.
+            // No cost, no loss.
             Some(error) if authored.spent.requests == 0 => return Err(error.into()),
             Some(error) => authored.stopped = Some(error.to_string()),
             None if self.is_barred() => {

@@ -128,7 +128,7 @@ pub async fn collect(
     Ok(over(state, taken, without))
 }
 
-/// What a batch that the provider knew and knows no more is called.
+/// The error for a batch that the provider no longer knows.
 fn gone(batch: ProviderBatchId, error: RemoteError) -> RemoteError {
     match error {
         RemoteError::Provider(

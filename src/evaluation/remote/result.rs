@@ -89,7 +89,7 @@ fn answer(run: Run, answered: Answered, model: &ModelJudge) -> Settled {
     }
 }
 
-/// What an answer cost, US dollars, and where that comes from.
+/// Cost of an answer, US dollars, and its source.
 fn cost(
     answered: &Answered,
     asked: Timestamp,

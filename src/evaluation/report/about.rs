@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 /// Subject of a report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct About {
-    /// The batch, such as `b7`; nothing where the report is not of one.
+    /// The batch, such as `b7`; `None` if the report is not of one.
     pub batch: Option<String>,
     /// How the batch asks, as its [`Spec`](crate::evaluation::batch::Spec) says it.
     pub asked: Option<Value>,
@@ -13,7 +13,7 @@ pub struct About {
     pub truth: String,
     /// The same as words of `--truth`: `auto`, `layout`, files.
     pub sources: Vec<String>,
-    /// What a reader has to know of the answers, in sentences.
+    /// Notes for the reader, in sentences.
     pub notes: Vec<String>,
 }
 

@@ -88,7 +88,7 @@ pub struct Cell {
     pub wrong_obstacle: u32,
     /// The bootstrap interval of F1, over scenarios; of whole ways alone.
     pub f1_interval: Option<Interval>,
-    /// Agreement with the built-in judge in yes and no; nothing where its verdict is not known, and of itself.
+    /// Agreement with the built-in judge in yes and no; `None` if its verdict is not known, and of itself.
     pub kappa: Option<Kappa>,
     /// The obstacle that collides.
     pub named: NamingCounts,
@@ -96,7 +96,7 @@ pub struct Cell {
     pub calibration: Calibration,
     /// Agreement of several samples.
     pub spread: Spread,
-    /// What most samples of each scenario say, beside the truth.
+    /// The majority of samples for each scenario, against the ground truth.
     pub majority: Confusion,
     /// Scenarios whose samples say yes and no equally often, or nothing at all: no vote.
     pub undecided: u32,
@@ -113,7 +113,7 @@ struct Votes {
     counts: Confusion,
 }
 
-/// What a question took; nothing where it was not asked. The built-in judge, and what was not sent, cost nothing, which
+/// What a question took; `None` if it was not asked. The built-in judge, and what was not sent, cost nothing, which
 /// is known.
 fn taken(one: &Scored) -> Option<Consumed> {
     let free = match &one.status {

@@ -20,7 +20,7 @@ pub struct Consumption {
     pub output_tokens: u64,
     /// Answers whose cost is known.
     pub priced: u32,
-    /// Their cost, US dollars; nothing where none is known.
+    /// Their cost, US dollars; `None` if none is known.
     pub cost_usd: Option<f64>,
     /// All answers, known or not.
     pub n: u32,

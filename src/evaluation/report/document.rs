@@ -7,7 +7,7 @@ use crate::text::visible;
 pub struct Document {
     /// Its title.
     pub title: String,
-    /// What follows.
+    /// Its contents.
     pub blocks: Vec<Block>,
 }
 
@@ -27,7 +27,7 @@ pub enum Block {
 /// A picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Figure {
-    /// What it shows.
+    /// Its caption.
     pub caption: String,
     /// The picture as SVG, its texts escaped.
     pub svg: String,
@@ -36,7 +36,7 @@ pub struct Figure {
 /// A table.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Table {
-    /// What it shows.
+    /// Its caption.
     pub caption: String,
     /// Its name for references in LaTeX.
     pub name: String,

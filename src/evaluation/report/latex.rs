@@ -57,7 +57,7 @@ fn latex(table: &Table) -> String {
 /// Tables that are wider than the page are made smaller, others stay as they are.
 const FITTED: &str = "\\resizebox{\\ifdim\\width>\\textwidth\\textwidth\\else\\width\\fi}{!}";
 
-/// What is to be read beneath a table, one paragraph each.
+/// Notes beneath a table, one paragraph each.
 fn notes(notes: &[String]) -> String {
     if notes.is_empty() {
         return String::new();

@@ -37,7 +37,7 @@ pub(super) fn way(way: &PromptConfig) -> String {
 /// Stands where there is no value.
 pub(super) const NONE: &str = "–";
 
-/// With so many decimals, or a dash.
+/// Formats with this many decimals, or a dash.
 pub(super) fn number(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| NONE.into(), |v| format!("{v:.decimals$}"))
 }

@@ -51,7 +51,7 @@ pub struct Part {
     pub recorded: (u32, u32),
     /// The two-sided p value of the recorded ones being a random part of the published ones.
     pub p: Option<f64>,
-    /// What that means.
+    /// The conclusion.
     pub finding: Finding,
 }
 
@@ -60,7 +60,7 @@ pub struct Part {
 pub struct Comparison {
     /// The row.
     pub published: Published,
-    /// The recorded answers; nothing where there are none.
+    /// The recorded answers; `None` if there are none.
     pub recorded: Option<Cell>,
     /// The built-in judge on the scenarios of the recorded answers of any way.
     pub reference: Option<Cell>,
@@ -73,13 +73,13 @@ pub struct Comparison {
 /// The paper's tables beside the recorded answers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Paper {
-    /// What the recorded answers come to.
+    /// The report of the recorded answers.
     pub report: Report,
     /// Row by row.
     pub comparisons: Vec<Comparison>,
 }
 
-/// From which p value on a recorded count is said to agree.
+/// Lowest p value at which a recorded count is said to agree.
 const LEVEL: f64 = 0.05;
 
 #[derive(Deserialize)]

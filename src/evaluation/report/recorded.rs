@@ -15,7 +15,7 @@ use crate::store::Consumed;
 use crate::text::Frame;
 use crate::verdict::{Task, Verdict};
 
-/// What the built-in judge says to both tasks, as far as it can be asked.
+/// The built-in judge's verdicts on both tasks, as far as it can be asked.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Reference {
     collision: Option<Verdict>,

@@ -19,7 +19,7 @@ use crate::verdict::{Task, Verdict};
 pub struct Truth {
     /// Labels of people.
     pub labels: Labels,
-    /// What batches say of their scenarios, by run, with the name of the batch.
+    /// Labels from batches, by run, with the name of the batch.
     pub of_batches: HashMap<RunId, (String, Label)>,
     /// By name, worked out: of the exact geometry, or of the folder a scenario lies in.
     pub found: BTreeMap<String, Label>,
@@ -221,7 +221,7 @@ fn is_answer(outcome: &Outcome) -> bool {
     outcome.state != RunState::Failed
 }
 
-/// What makes two runs answers to the same question and of the same sample.
+/// Identifies runs that answer the same question with the same sample.
 type Identity<'a> = (Question<'a>, &'a str, [&'a str; 3], Option<Key>, u32);
 
 fn identity(outcome: &Outcome) -> Identity<'_> {
@@ -244,7 +244,7 @@ fn question(outcome: &Outcome) -> Question<'_> {
     (&outcome.scenario, hash, outcome.task, window)
 }
 
-/// How a run was asked; nothing where its words are not known.
+/// How a run was asked; `None` if its words are not known.
 fn way(outcome: &Outcome) -> Option<PromptConfig> {
     let is_judge = outcome.model == judge::MODEL;
     let (frame, techniques) = match is_judge {

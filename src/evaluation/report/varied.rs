@@ -20,7 +20,7 @@ pub struct Varied {
     pub leads: Vec<(Lead, PromptConfig, LeadPoint)>,
 }
 
-/// What `same words` means in tables of changed scenes.
+/// The meaning of `same words` in tables of changed scenes.
 pub const SAME_WORDS: &str =
     "same words: the change leaves the question as it is, so that it was not asked again; not in n";
 
@@ -76,7 +76,7 @@ impl Varied {
         some.map(|(name, rows)| (name, json!(rows))).collect()
     }
 
-    /// What the columns of leads mean, and where false alarms are.
+    /// Explains the columns of leads, and where false alarms are.
     #[must_use]
     pub fn about_leads(&self) -> [String; 2] {
         let alarms = match self

@@ -17,7 +17,7 @@ const LEAST: usize = 200;
 /// Where the draws begin: the same data give the same interval everywhere.
 pub const SEED: u64 = 20_250_101;
 
-/// The percentile bootstrap interval of 95 % of F1, from the counts of each scenario; nothing where no draw has an F1.
+/// The percentile bootstrap interval of 95 % of F1, from the counts of each scenario; `None` if no draw has an F1.
 ///
 /// [`RESAMPLES`] times as many scenarios as there are, are drawn with replacement, each with all its samples, as
 /// answers about the same scenario are not independent; the ends are the quantiles 0.025 and 0.975 of the F1 of the

@@ -11,7 +11,7 @@ pub struct Kappa {
     pub n: u32,
     /// The share of them on which both say the same.
     pub agreement: f64,
-    /// 1 for full agreement, 0 for that of chance; nothing where chance alone makes both agree always.
+    /// 1 for full agreement, 0 for that of chance; `None` if chance alone makes both agree always.
     pub kappa: Option<f64>,
     /// Its interval of 95 %.
     pub interval: Option<Interval>,

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Below so many discordant scenarios the test is exact.
+/// Below this many discordant scenarios the test is exact.
 pub const EXACT_BELOW: u32 = 25;
 
 /// Two ways on the same scenarios, and whether one is right more often.
@@ -12,7 +12,7 @@ pub struct McNemar {
     pub only_first: u32,
     /// Scenarios that the second alone is right about.
     pub only_second: u32,
-    /// The chi-square statistic; nothing where the test is exact.
+    /// The chi-square statistic; `None` if the test is exact.
     pub chi_square: Option<f64>,
     /// The two-sided p value.
     pub p: f64,

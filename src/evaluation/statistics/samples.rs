@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// What most answers say; nothing without an answer, and nothing of a tie.
+/// The majority of answers; `None` without answers or on a tie.
 #[must_use]
 pub fn majority(yes: u32, no: u32) -> Option<bool> {
     (yes != no).then_some(yes > no)
@@ -33,7 +33,7 @@ impl Spread {
         self.pairs += (pairs(yes) + pairs(no)) / (all * (all - 1.0));
     }
 
-    /// The share of unanimous scenarios; nothing where no scenario has two verdicts.
+    /// The share of unanimous scenarios; `None` if no scenario has two verdicts.
     #[must_use]
     pub fn unanimity(&self) -> Option<f64> {
         (self.scenarios > 0).then(|| f64::from(self.unanimous) / f64::from(self.scenarios))

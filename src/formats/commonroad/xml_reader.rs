@@ -132,7 +132,7 @@ fn is_name(word: &str) -> bool {
     word.starts_with(letter) && word.chars().all(more)
 }
 
-/// The role that an obstacle element's name says; nothing for other elements.
+/// The role that an obstacle element's name says; `None` for other elements.
 fn role_of(name: &str) -> Option<Option<ObstacleRole>> {
     Some(match name {
         "staticObstacle" => Some(ObstacleRole::Static),

@@ -218,7 +218,7 @@ fn choose(
     Ok((Some(problem), own))
 }
 
-/// A time step; nothing for fractions and for what no scenario reaches.
+/// A time step; `None` for fractions and for what no scenario reaches.
 pub(super) fn whole(value: f64) -> Option<i64> {
     (value.fract() == 0.0 && value.abs() <= LATEST_STEP as f64).then_some(value as i64)
 }

@@ -16,7 +16,7 @@ use crate::scenario::{Motion, Track};
 /// itself breaks there do not count against it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
-    /// Steering angles, radians; nothing where the body hardly moves, and the wheels may stand anyhow.
+    /// Steering angles, radians; `None` if the body hardly moves, and the wheels may stand anyhow.
     pub steering: Option<RangeInclusive<f64>>,
     /// Accelerations along the heading, m/s²: the said one, and those of the steps before and after.
     pub acceleration: RangeInclusive<f64>,
@@ -29,7 +29,7 @@ const AROUND: f64 = 0.3;
 const STANDING: f64 = 0.01;
 
 impl Joint {
-    /// The joint at a recorded step of a track with `dt` seconds between two steps; nothing where none is recorded.
+    /// The joint at a recorded step of a track with `dt` seconds between two steps; `None` if none is recorded.
     #[must_use]
     pub fn at(track: &Track, step: i64, can: &Capability, dt: f64) -> Option<Self> {
         let here = track.at(step)?;

@@ -11,7 +11,7 @@ use super::{Mark, Outcome, Status};
 
 /// The batches of one wire protocol.
 pub trait BatchApi: Debug + Sync {
-    /// What has to be sent for these questions, bodies by their ids.
+    /// The requests that submit these questions, bodies by their ids.
     fn submission(
         &self,
         calls: &Calls,
@@ -37,7 +37,7 @@ pub trait BatchApi: Debug + Sync {
         batches.map(Vec::as_slice).ok_or_else(no_list)
     }
 
-    /// What the next page is asked for by; `None` after the last.
+    /// The cursor of the next page; `None` after the last.
     fn next_page(&self, calls: &Calls, page: &Value) -> Result<Option<String>, Error> {
         let more = page.get("has_more").and_then(Value::as_bool) == Some(true);
         let last = page
@@ -53,7 +53,7 @@ pub trait BatchApi: Debug + Sync {
     /// Where the document about a batch is.
     fn status_url(&self, calls: &Calls, id: &str) -> Result<Url, Error>;
 
-    /// What the document about a batch says.
+    /// Parses the document about a batch.
     fn status(&self, calls: &Calls, document: Value) -> Result<Status, Error>;
 
     /// Where the results of a batch are, in order; an error stands for a place that cannot be read.

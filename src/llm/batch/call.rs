@@ -85,7 +85,7 @@ impl Calls {
         &self.endpoint
     }
 
-    /// What was sent and is not to come back.
+    /// Secrets sent, which must not appear in responses.
     pub fn secrets(&self) -> &Secrets {
         &self.secrets
     }

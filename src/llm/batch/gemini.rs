@@ -8,7 +8,7 @@ use super::api::{BatchApi, Match, Results, Submission};
 use super::call::Calls;
 use super::{Mark, Outcome, State, Status, read};
 
-/// What the address of questions ends in, before the model.
+/// Suffix of the questions' address, before the model.
 const MODELS: [&str; 1] = ["/models"];
 
 /// Gemini's batches.

@@ -37,7 +37,7 @@ const SLACK: i64 = 300;
 /// A question of a batch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Item {
-    /// What its answer is known by: at most 64 letters, digits, `-` and `_`, different within the batch.
+    /// Identifies its answer: at most 64 letters, digits, `-` and `_`, unique within the batch.
     pub id: String,
     /// The question.
     pub request: Request,
@@ -116,7 +116,7 @@ pub struct Answered {
     pub text: String,
     /// The reasoning's text, where it came apart from the answer.
     pub reasoning: String,
-    /// What it consumed, with the cost only where the server states it.
+    /// Its usage, with the cost only if the server states it.
     pub usage: Option<Usage>,
     /// The model that the server says it used.
     pub model: Option<String>,
@@ -234,7 +234,7 @@ impl Batches {
         let mut bodies = items.iter().map(|item| {
             let mut body = body(self.endpoint(), &item.request);
             if let Value::Object(fields) = &mut body {
-                // Nothing streams out of a batch.
+                // Batches do not stream.
                 fields.remove("stream");
                 fields.remove("stream_options");
             }

@@ -8,7 +8,7 @@ use super::api::{BatchApi, Match, Results, Submission};
 use super::call::Calls;
 use super::{Mark, Outcome, SLACK, State, Status, read};
 
-/// What the address of questions ends in.
+/// Suffixes of the questions' address.
 const METHODS: [&str; 2] = ["/chat/completions", "/responses"];
 
 /// The name under which a batch carries its tag.
@@ -34,7 +34,7 @@ impl BatchApi for OpenAiBatches {
                 + "\n"
         };
         let lines: String = questions.map(line).collect();
-        // Nothing in JSON on one line begins a line with two dashes.
+        // JSON on one line never begins a line with two dashes.
         let form = format!(
             "--{tag}\r\nContent-Disposition: form-data; name=\"purpose\"\r\n\r\nbatch\r\n\
              --{tag}\r\nContent-Disposition: form-data; name=\"file\"; filename=\"{tag}.jsonl\"\r\n\

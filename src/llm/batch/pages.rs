@@ -16,7 +16,7 @@ const MOST_ENTRIES: usize = 10_000;
 #[derive(Debug)]
 pub struct Pages {
     begun: Instant,
-    /// What the pages after the first were asked for by.
+    /// Cursors of the pages requested so far.
     seen: HashSet<String>,
 }
 

@@ -150,7 +150,7 @@ fn thinking(
     }
 }
 
-/// What is counted.
+/// Fields of usage.
 const COUNTS: [&str; 5] = [
     "input_tokens",
     "cache_read_input_tokens",
@@ -219,7 +219,7 @@ impl MessagesReader {
         let written = count("/cache_creation_input_tokens");
         let cached = read.unwrap_or(0).saturating_add(written.unwrap_or(0));
         answer.usage(Usage {
-            // What went through the cache is not in the count of the input.
+            // Cached tokens are not in the input count.
             input_tokens: count("/input_tokens").map(|n| n.saturating_add(cached)),
             output_tokens: count("/output_tokens"),
             reasoning_tokens: count("/output_tokens_details/thinking_tokens"),

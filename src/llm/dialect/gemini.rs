@@ -156,7 +156,7 @@ impl AnswerReader for GeminiReader {
             }
         }
         if let Some(reason) = string(candidate, "finishReason") {
-            // Nothing else says that the stream is over; usage may still follow.
+            // There is no other end marker; usage may still follow.
             answer.finish(finish(reason));
         }
         Ok(())

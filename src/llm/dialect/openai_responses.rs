@@ -30,7 +30,7 @@ impl WireProtocol for Protocol {
         out.put("model", json!(request.model));
         out.put("input", json!(request.messages));
         out.put("stream", json!(true));
-        // Nothing is left on the server that the store here keeps anyway.
+        // The server need not keep what the local store keeps anyway.
         out.put("store", json!(false));
         out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
         if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
@@ -178,7 +178,7 @@ impl ResponsesReader {
         Ok(())
     }
 
-    /// What the output items say, for servers that sent no pieces of it.
+    /// The text of the output items, for servers that did not stream it.
     fn output(&mut self, response: &Value, answer: &mut ResponseAccumulator) {
         let list = |value: &Value, key: &str| {
             let items = value.get(key).and_then(Value::as_array);

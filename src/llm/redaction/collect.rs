@@ -10,7 +10,7 @@ use super::super::error::Error;
 use super::Secrets;
 use super::escapes::taken_back;
 
-/// From so many characters on, what comes from a secret source is a secret.
+/// Shortest value, in characters, from a secret source that counts as a secret.
 const LONG: usize = 8;
 
 /// Parameters of addresses that are no secrets.
@@ -120,7 +120,7 @@ fn basic_password(value: &str) -> Option<String> {
         .map(|(_, password)| password.to_owned())
 }
 
-/// What an address holds that is secret: password, user, and values of its query.
+/// The secrets in an address: password, user, and values of its query.
 fn in_address(url: &Url) -> Vec<String> {
     // As it is written, and as it is sent.
     let both = |written: &str| {

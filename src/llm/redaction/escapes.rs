@@ -16,7 +16,7 @@ pub(super) fn begins(byte: u8) -> bool {
 /// Takes back one layer of escapes; what stands inside an escape of another kind needs another layer.
 #[derive(Default)]
 pub(super) struct Escapes {
-    /// What may become an escape.
+    /// Bytes that may become an escape.
     pending: Vec<Unit>,
 }
 
@@ -62,10 +62,10 @@ impl Escapes {
     }
 }
 
-/// What some bytes, at least one, begin with.
+/// Meaning of the first of some bytes, at least one.
 #[derive(Debug, PartialEq, Eq)]
 enum Meaning {
-    /// An escape of so many bytes, for a character.
+    /// An escape of this length in bytes, for a character.
     Character(usize, char),
     /// The same for a byte, which may be part of a character.
     Byte(usize, u8),
@@ -137,7 +137,7 @@ fn utf16(bytes: &[u8], otherwise: Meaning) -> Meaning {
     }
 }
 
-/// What follows `\u{`.
+/// Parses what follows `\u{`.
 fn braced(rest: &[u8], otherwise: Meaning) -> Meaning {
     let count = rest.iter().take_while(|b| b.is_ascii_hexdigit()).count();
     match (rest.get(count), digits(rest, count)) {
@@ -149,7 +149,7 @@ fn braced(rest: &[u8], otherwise: Meaning) -> Meaning {
     }
 }
 
-/// What follows `&`.
+/// Parses what follows `&`.
 fn entity(rest: &[u8]) -> Meaning {
     const NAMES: [(&[u8], char); 6] = [
         (b"amp;", '&'),
@@ -173,7 +173,7 @@ fn entity(rest: &[u8]) -> Meaning {
     }
 }
 
-/// What follows `&#`.
+/// Parses what follows `&#`.
 fn numbered(rest: &[u8]) -> Meaning {
     let (from, radix) = match rest {
         [b'x' | b'X', ..] => (1, 16),
@@ -202,7 +202,7 @@ enum Digits {
     Unfinished,
 }
 
-/// The value of so many hexadecimal digits.
+/// The value of `count` hexadecimal digits.
 fn digits(bytes: &[u8], count: usize) -> Digits {
     let mut value = 0;
     for at in 0..count {

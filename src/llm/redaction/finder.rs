@@ -19,7 +19,7 @@ struct Node {
 /// The texts that are looked for. They may be secret, so this prints nothing.
 pub(super) struct Finder {
     nodes: Vec<Node>,
-    /// What each byte counts as, such as a small letter for a capital one.
+    /// Case folding of bytes, such as a lower-case letter for a capital one.
     fold: [u8; 256],
 }
 

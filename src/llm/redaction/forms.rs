@@ -6,7 +6,7 @@ use base64::engine::general_purpose::STANDARD_NO_PAD;
 use super::escapes::taken_back;
 use super::redactor::LAYERS;
 
-/// From so many bytes on a secret is looked for in base64 and hexadecimal; shorter ones would be found where they are not.
+/// Shortest secret, in bytes, searched in base64 and hexadecimal; shorter ones would match by chance.
 const CODED_FROM: usize = 8;
 
 /// A secret as it is written, also with the escapes that it seems to hold itself taken back, and in hexadecimal.
@@ -44,7 +44,7 @@ pub(super) fn plain(secret: &str) -> Vec<Vec<u8>> {
     forms
 }
 
-/// What is certain of the base64 of any text that holds the secret: it may begin at each of three places of a group.
+/// The fixed part of the base64 of any text with the secret, which may begin at each of three places of a group.
 pub(super) fn base64(secret: &str) -> Vec<Vec<u8>> {
     if secret.len() < CODED_FROM {
         return Vec::new();

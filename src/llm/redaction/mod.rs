@@ -38,11 +38,11 @@ fn remember(secrets: &[String]) {
     }
 }
 
-/// What is looked for.
+/// The patterns to find.
 struct Search {
     /// The secrets themselves, in any case.
     plain: Finder,
-    /// What is certain of their base64, with either alphabet.
+    /// The fixed parts of their base64, in either alphabet.
     coded: Finder,
     /// Whether a secret or an escape can begin with a byte.
     begins: [bool; 256],

@@ -9,7 +9,7 @@ use super::{Search, Secrets};
 /// Layers of escapes that are taken back: JSON in JSON in JSON.
 pub(super) const LAYERS: usize = 3;
 
-/// What stands in the place of a secret.
+/// Replacement of a secret.
 const INSTEAD: &str = "[key]";
 
 /// Takes secrets out of one text. The end of what has arrived is held back while it may be the beginning of a secret,
@@ -55,7 +55,7 @@ impl Layer {
         Some((start?, unit.end))
     }
 
-    /// Where so many of the last bytes begin; nothing for none.
+    /// Where so many of the last bytes begin; `None` for none.
     fn start_of_last(&self, count: usize) -> Option<usize> {
         let at = self.starts.len().checked_sub(count.max(1))?;
         self.starts.get(at).copied().filter(|_| count > 0)
@@ -110,14 +110,14 @@ impl Redactor {
         self.release(begun.min().unwrap_or(base + bytes.len()))
     }
 
-    /// What was held back: the text is over, and whole.
+    /// Returns the held text at the end of a complete text.
     pub fn end(&mut self) -> String {
         let rest = self.release(self.at + self.held.len());
         *self = Self::new(&self.secrets);
         rest
     }
 
-    /// What was held back of a text that may have been cut anywhere: the larger part of a secret is taken out, too.
+    /// Returns the held text at the end of a possibly truncated text; the larger part of a secret is redacted, too.
     pub fn cut(&mut self) -> String {
         let end = self.at + self.held.len();
         if let Some(search) = self.secrets.search.clone() {
@@ -177,7 +177,7 @@ impl Redactor {
     }
 }
 
-// What is held may be half a secret.
+// The held text may be half a secret.
 impl std::fmt::Debug for Redactor {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Redactor")

@@ -78,7 +78,7 @@ impl Road {
         })
     }
 
-    /// A body along the route; nothing where it is not beside it.
+    /// A body along the route; `None` if it is not beside it.
     pub(in crate::metrics) fn along(&self, motion: &Motion, body: &Footprint) -> Option<LaneBody> {
         let (at, point) = self.route.path.project_point(&motion.pose.position).ok()?;
         LaneBody::new(at, &point, motion, body)

@@ -30,9 +30,9 @@ pub struct Relation {
     pub a_rel_long: f64,
     /// Its acceleration minus the ego's along the y axis of the map, m/s².
     pub a_rel_lat: f64,
-    /// Seconds until `adjusted_d_long` is closed, 0 within a length; nothing where it does not come closer.
+    /// Seconds until `adjusted_d_long` is closed, 0 within a length; `None` if it does not come closer.
     pub ttc_long: Option<f64>,
-    /// Seconds until `adjusted_d_lat` is closed, 0 within a width; nothing where it does not come closer.
+    /// Seconds until `adjusted_d_lat` is closed, 0 within a width; `None` if it does not come closer.
     pub ttc_lat: Option<f64>,
     /// Its relative motion along the ego's heading.
     pub motion_long: AlongMotion,
@@ -41,7 +41,7 @@ pub struct Relation {
 }
 
 impl Relation {
-    /// The relation at one step, not yet rounded; nothing where the numbers are too large to be told apart.
+    /// The relation at one step, not yet rounded; `None` if the numbers are too large to be told apart.
     #[must_use]
     pub fn new(ego: &Motion, other: &Motion) -> Option<Self> {
         let apart = other.pose.position - ego.pose.position;

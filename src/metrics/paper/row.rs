@@ -112,7 +112,7 @@ fn as_recorded(filled: &Motion, sample: Option<&Sample>) -> Motion {
     }
 }
 
-/// The motion that a state says; nothing where it has no position.
+/// The motion that a state says; `None` if it has no position.
 fn as_said(obstacle: &Obstacle, state: &State) -> Option<Motion> {
     let filled = *obstacle.track().at(state.time.from)?;
     let position = state.point()?;

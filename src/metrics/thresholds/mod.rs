@@ -24,12 +24,12 @@ pub struct Threshold {
     pub value: f64,
     /// What it is called.
     pub name: String,
-    /// Who says so.
+    /// Source of the threshold.
     pub source: String,
     /// Whether the value itself is not dangerous yet.
     #[serde(default)]
     pub strict: bool,
-    /// Whether a file of the user's says so.
+    /// Whether it comes from the user's file.
     #[serde(skip)]
     pub own: bool,
 }

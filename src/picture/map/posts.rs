@@ -55,7 +55,7 @@ fn end_of_lanelet(map: &Map<'_>, light: i64) -> Option<Point> {
     lanelet.right.points.last().copied()
 }
 
-/// What a light shows at a step; nothing where its cycle has no length.
+/// What a light shows at a step; `None` if its cycle has no length.
 pub fn shown(light: &TrafficLight, step: i64) -> Option<SignalColor> {
     if !light.active {
         return Some(SignalColor::Inactive);

@@ -186,7 +186,7 @@ fn stop_line(map: &Map<'_>, picture: &mut Picture, lanelet: &Lanelet) {
     let Some(line) = &lanelet.stop_line else {
         return;
     };
-    // Without ends of its own it lies at the end of the lanelet.
+    // Without its own ends it lies at the end of the lanelet.
     let ends = line.points.or(lanelet
         .left
         .points

@@ -15,7 +15,7 @@ pub struct Shape {
 const LIGHT: f64 = 0.55;
 const HEAVY: f64 = 1.1;
 
-/// The shape of a character; nothing for letters.
+/// The shape of a character; `None` for letters.
 pub fn shape(c: char, cell: &Area) -> Option<Shape> {
     let at = |x: f64, y: f64| (cell.x + x * cell.width, cell.y + y * cell.height);
     let part = |x: f64, y: f64, width: f64, height: f64| {

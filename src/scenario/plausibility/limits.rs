@@ -37,7 +37,7 @@ pub const FASTEST_BACKWARDS: f64 = 20.0;
 /// Headings beyond this many turns look like degrees.
 pub const MOST_TURNS: f64 = 3.0;
 
-/// Why a time step of `seconds` is not read; nothing for one that is.
+/// Why a time step of `seconds` is not read; `None` for one that is.
 pub fn refused_time_step(seconds: f64) -> Option<String> {
     let (shortest, longest) = TIME_STEPS;
     if seconds.is_nan() || seconds <= 0.0 {
@@ -50,7 +50,7 @@ pub fn refused_time_step(seconds: f64) -> Option<String> {
     })
 }
 
-/// Why a coordinate is not read; nothing for one that is.
+/// Why a coordinate is not read; `None` for one that is.
 pub fn refused_coordinate(metres: f64) -> Option<String> {
     (metres.abs() > LARGEST_COORDINATE).then(|| {
         format!(
@@ -60,7 +60,7 @@ pub fn refused_coordinate(metres: f64) -> Option<String> {
     })
 }
 
-/// Why a length, width or radius is not read; nothing for one that is.
+/// Why a length, width or radius is not read; `None` for one that is.
 pub fn refused_size(metres: f64) -> Option<String> {
     (metres.abs() > LARGEST_SHAPE).then(|| {
         format!(
@@ -75,7 +75,7 @@ pub fn is_tiny(value: f64) -> bool {
     value != 0.0 && value.abs() < SMALLEST_NUMBER
 }
 
-/// Why a quantity of a state can hardly be true, with its value; nothing for one that can.
+/// Why a quantity of a state can hardly be true, with its value; `None` for one that can.
 pub fn doubtful(field: StateField, quantity: Quantity) -> Option<String> {
     let (from, to) = match quantity {
         Quantity::Exact(value) => (value, value),
@@ -99,7 +99,7 @@ pub fn doubtful(field: StateField, quantity: Quantity) -> Option<String> {
     backwards.then(|| format!("it drives backwards at {} m/s", -from))
 }
 
-/// The largest magnitude that a quantity can have, and its unit; nothing where anything is possible.
+/// The largest magnitude that a quantity can have, and its unit; `None` if anything is possible.
 fn most(field: StateField) -> Option<(f64, &'static str)> {
     use StateField as F;
     Some(match field {

@@ -102,7 +102,7 @@ fn along(network: &LaneletNetwork, lanelet: &Lanelet, say: &mut impl FnMut(Strin
     }
 }
 
-/// The middle of where a lanelet begins and ends; nothing where its bounds run in opposite directions.
+/// The middle of where a lanelet begins and ends; `None` if its bounds run in opposite directions.
 fn ends(lanelet: &Lanelet) -> Option<(Point, Point)> {
     let (left, right) = (&lanelet.left.points, &lanelet.right.points);
     let begin = nalgebra::center(left.first()?, right.first()?);
@@ -217,7 +217,7 @@ fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) ->
 }
 
 /// How far to the left of a lanelet another one lies that runs the same way, metres; negative to the right. The median over the stretch on which
-/// they lie beside each other, as neighbours may be bent and of different lengths; nothing where there is none.
+/// they lie beside each other, as neighbours may be bent and of different lengths; `None` if there is none.
 fn to_the_left(lanelet: &Lanelet, other: &Lanelet) -> Option<f64> {
     let theirs = Polyline::new(centre(other))?;
     let offsets = centre(lanelet).filter_map(|p| {
@@ -235,7 +235,7 @@ fn centre(lanelet: &Lanelet) -> impl Iterator<Item = Point> {
     pairs.map(|(left, right)| nalgebra::center(left, right))
 }
 
-/// The direction of a lanelet; nothing where it is bent.
+/// The direction of a lanelet; `None` if it is bent.
 fn straight(lanelet: &Lanelet) -> Option<Vector> {
     let (begin, end) = ends(lanelet)?;
     let chord = end - begin;

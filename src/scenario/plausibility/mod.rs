@@ -48,7 +48,7 @@ pub(crate) enum About {
     },
 }
 
-/// Something that cannot be true, or hardly.
+/// A contradiction or implausibility.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Finding {
     pub severity: Severity,
@@ -57,7 +57,7 @@ pub(crate) struct Finding {
     pub message: String,
 }
 
-/// What was found so far.
+/// Findings so far.
 #[derive(Debug, Default)]
 struct Findings(Vec<Finding>);
 

@@ -115,7 +115,7 @@ impl<'a> Lanes<'a> {
         ids
     }
 
-    /// The middle of a lanelet as it is driven; nothing where it may not be driven so.
+    /// The middle of a lanelet as it is driven; `None` if it may not be driven so.
     fn middle(&mut self, driven: Driven) -> Option<Arc<Polyline>> {
         let network = self.network;
         let middle = || {

@@ -7,7 +7,7 @@ pub struct Speeds {
     pub speed: f64,
     /// m/s² at the beginning.
     pub acceleration: f64,
-    /// Seconds after which 1/e of the acceleration is left; nothing for an acceleration that stays.
+    /// Seconds after which 1/e of the acceleration is left; `None` for an acceleration that stays.
     pub fade: Option<f64>,
 }
 

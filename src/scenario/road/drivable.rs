@@ -53,7 +53,7 @@ impl DrivableArea {
         self.area.covers(body)
     }
 
-    /// Where `body` leaves the road; nothing where all of it is on the road.
+    /// Where `body` leaves the road; `None` if all of it is on the road.
     #[must_use]
     pub fn outside(&self, body: &Placed<'_>) -> Option<Outside> {
         self.area.outside(body)

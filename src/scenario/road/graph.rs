@@ -68,7 +68,7 @@ pub(super) struct Node {
 #[derive(Debug, Clone)]
 pub struct LaneGraph<'a> {
     pub(super) network: &'a LaneletNetwork,
-    /// By place; nothing for lanelets without length.
+    /// By place; `None` for lanelets without length.
     pub(super) lanes: Vec<Option<Lane>>,
     pub(super) graph: DiGraph<Node, Edge>,
     /// By place, direction and row.
@@ -185,7 +185,7 @@ impl<'a> LaneGraph<'a> {
         self.network
     }
 
-    /// The lane of a lanelet, as it is driven; nothing where it may not be driven so.
+    /// The lane of a lanelet, as it is driven; `None` if it may not be driven so.
     #[must_use]
     pub fn lane(&self, driven: Driven) -> Option<Lane> {
         let place = self.network.place(driven.lanelet)?;

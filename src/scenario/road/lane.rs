@@ -19,7 +19,7 @@ pub struct Lane {
 const JOINT: f64 = 1e-3;
 
 impl Lane {
-    /// The lane that one lanelet is; nothing where all its points lie on one spot.
+    /// The lane that one lanelet is; `None` if all its points lie on one spot.
     #[must_use]
     pub fn of(lanelet: &Lanelet) -> Option<Self> {
         let (left, right) = lanelet.borders();
@@ -36,7 +36,7 @@ impl Lane {
         })
     }
 
-    /// `lanelets`, one after the other, as one lane; nothing for none.
+    /// `lanelets`, one after the other, as one lane; `None` for none.
     ///
     /// The common border has each joint once. Where lanelets do not quite meet, both points stay.
     #[must_use]

@@ -121,7 +121,7 @@ fn mirror_element(element: &mut SignElement) {
     }
 }
 
-/// Who turned left turns right, and who was left of somebody has that one on his left.
+/// Left and right turns are swapped, and so are neighbours on the left and right.
 fn mirrored(crossing: &Intersection) -> Intersection {
     let has_on_its_left = |id: i64| {
         let mut all = crossing.incomings.iter();

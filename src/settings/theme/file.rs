@@ -27,7 +27,7 @@ pub const AUTO: &str = "auto";
 pub struct NamedTheme<C> {
     /// By what name.
     pub name: String,
-    /// The user's file; nothing for a shipped theme.
+    /// The user's file; `None` for a shipped theme.
     pub file: Option<String>,
     /// The theme in all colours, or every mistake in its file.
     pub theme: Result<Theme<C>, Vec<String>>,

@@ -45,7 +45,7 @@ pub struct Binding {
 /// The active key bindings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keymap {
-    /// What it began with.
+    /// The preset it started from.
     pub preset: Preset,
     /// In the order of the table of actions, the first key of an action first.
     pub(super) bindings: Vec<Binding>,
@@ -67,7 +67,7 @@ pub enum Meaning {
 pub struct Following {
     /// The key.
     pub key: Key,
-    /// What it does, in a sentence; nothing where more keys follow.
+    /// What it does, in a sentence; `None` if more keys follow.
     pub doc: Option<&'static str>,
 }
 
@@ -108,7 +108,7 @@ impl Keymap {
         self.bindings.sort_by_key(|binding| binding.place);
     }
 
-    /// What keys do where `scope` holds; what holds there comes before what holds everywhere.
+    /// Meaning of keys in `scope`; its own bindings precede global ones.
     #[must_use]
     pub fn meaning(&self, keys: &[Key], scope: Scope) -> Meaning {
         let here = |place: Scope| {
@@ -127,7 +127,7 @@ impl Keymap {
         }
     }
 
-    /// What a single key does where `scope` holds.
+    /// Meaning of a single key in `scope`.
     #[must_use]
     pub fn action(&self, key: Key, scope: Scope) -> Option<Action> {
         match self.meaning(&[key], scope) {
@@ -136,7 +136,7 @@ impl Keymap {
         }
     }
 
-    /// What can follow these keys, in the order of the table of actions.
+    /// Possible continuations of these keys, in the order of the action table.
     #[must_use]
     pub fn following(&self, keys: &[Key], scope: Scope) -> Vec<Following> {
         let mut all: Vec<Following> = Vec::new();
@@ -235,7 +235,7 @@ mod tests {
             let map = Keymap::of(preset);
             let found = file::collisions(&map);
             assert!(found.is_empty(), "{name}: {found:#?}");
-            // What one cannot do without.
+            // Indispensable actions.
             for action in [Action::Quit, Action::Help, Action::Palette, Action::Cancel] {
                 assert!(map.bindings.iter().any(|b| b.entry().action == action));
             }

@@ -15,7 +15,7 @@ const LETTERS: [(&str, &str); 3] = [
     ("ςερτυθιοπασδφγηξκλζχψωβνμ", "wertyuiopasdfghjklzxcvbnm"),
 ];
 
-/// What Shift makes of the keys that are no letters on a Latin keyboard.
+/// Shifted symbols of the keys that are no letters on a Latin keyboard.
 const SHIFTED: [(char, char); 8] = [
     ('[', '{'),
     (']', '}'),

@@ -9,11 +9,11 @@ use crate::prompts::Library;
 pub struct Writer {
     /// Its id, `provider/model`.
     pub model: String,
-    /// What the store knows the scenario by.
+    /// The scenario's name in the store.
     pub name: String,
     /// The templates.
     pub library: Library,
-    /// What the user says about descriptions and techniques.
+    /// The user's settings for descriptions and techniques.
     pub settings: Asked,
     /// Whether it is asked even where the store has its answers.
     pub fresh: bool,

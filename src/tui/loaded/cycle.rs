@@ -38,9 +38,9 @@ pub struct CycleShown {
     pub wanted: f64,
     /// The speed at the beginning and at the end of what was chosen, m/s.
     pub speeds: (f64, f64),
-    /// What the chosen one costs.
+    /// Cost of the chosen candidate.
     pub cost: Cost,
-    /// Nothing could be driven, and this was done about it.
+    /// The fallback, if nothing could be driven.
     pub emergency: Option<Emergency>,
     /// How long planning took, the forecast not counted.
     pub took: Duration,
@@ -73,7 +73,7 @@ pub struct Foreseen {
 }
 
 impl CycleShown {
-    /// What is shown of a cycle that the planner has just ended, for steps of `dt` seconds.
+    /// The displayed data of a cycle that has just ended, for steps of `dt` seconds.
     #[must_use]
     pub fn of(
         (planner, limits): (&Planner<'_>, &Limits),
@@ -178,7 +178,7 @@ impl Fan {
     }
 }
 
-/// At most so many of them, evenly taken.
+/// At most `most` of them, evenly spaced.
 fn spread<'a, T>(all: &'a [&'a T], most: usize) -> impl Iterator<Item = &'a T> {
     let count = all.len().min(most);
     (0..count).map(move |i| all[i * all.len() / count])

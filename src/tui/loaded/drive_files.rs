@@ -12,9 +12,9 @@ use crate::scenario::{ContentHash, Scene, Transform, VehicleType};
 pub struct DriveKey {
     /// Hash of the scenario.
     pub hash: ContentHash,
-    /// What of it was changed.
+    /// The change of the scenario.
     pub change: Option<Transform>,
-    /// What the planner was told.
+    /// The forecast given to the planner.
     pub forecast: Forecast,
 }
 
@@ -36,7 +36,7 @@ pub struct DriveFiles {
 }
 
 impl Opened {
-    /// What the planned drive in it is of; nothing where the ego was not planned.
+    /// What the planned drive in it is of; `None` if the ego was not planned.
     #[must_use]
     pub fn drive_key(&self) -> Option<DriveKey> {
         self.planned.as_ref().map(|planned| DriveKey {

@@ -33,7 +33,7 @@ pub struct How<'a> {
 pub enum Heard {
     /// What is being done.
     Working(Working),
-    /// What happens while a model writes.
+    /// Progress of the authoring model.
     Model(generating::Progress),
 }
 

@@ -40,7 +40,7 @@ impl PictureKind {
 /// A picture to be drawn and saved.
 #[derive(Debug)]
 pub struct PictureJob {
-    /// What it shows.
+    /// Its subject.
     pub kind: PictureKind,
     /// How it is written.
     pub format: Format,

@@ -12,7 +12,7 @@ use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, Prepared
 /// The record of a planned ego.
 #[derive(Debug, PartialEq)]
 pub struct Planned {
-    /// What the planner was told of the others' future.
+    /// The forecast given to the planner.
     pub forecast: Forecast,
     /// The vehicle that was driven.
     pub vehicle: VehicleType,
@@ -22,7 +22,7 @@ pub struct Planned {
     pub outcome: Outcome,
     /// Every cycle, in the order of time.
     pub cycles: Vec<CycleShown>,
-    /// The scenario with the ego that it has otherwise, to compare both; nothing where it has none.
+    /// The scenario with the ego that it has otherwise, to compare both; `None` if it has none.
     pub recorded: Option<Arc<Scene>>,
 }
 
@@ -84,7 +84,7 @@ impl Opened {
 }
 
 impl Planned {
-    /// What is kept of a drive, and of which scenario.
+    /// The record of a drive, and its scenario.
     pub(super) fn of(
         prepared: &PreparedPlan,
         outcome: Outcome,

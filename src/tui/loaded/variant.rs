@@ -24,7 +24,7 @@ use crate::workflow::PreparedPlan;
 pub struct VariantRequest {
     /// Of which scenario.
     pub entry: Entry,
-    /// What of it is changed before.
+    /// The change applied to the scenario first.
     pub change: Option<Transform>,
     /// The forecast given to the planner.
     pub forecast: Forecast,
@@ -41,17 +41,17 @@ pub struct VariantRequest {
 /// The current stage of a generation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Working {
-    /// The ego is planned in the original: so many steps, of so many at most.
+    /// The ego is planned in the original: steps done, and the most there can be.
     Driving(usize, usize),
     /// Attacks are searched for: how far that is, and how many motions there are to try.
     Searching(Progress, usize),
     /// A model chooses the attacker and writes motions.
     Writing(Writing),
-    /// The ego is driven against motions that a model wrote: so many are done, of so many.
+    /// The ego is driven against motions written by a model: done, and in total.
     Trying(usize, usize),
     /// Ways out of the best attacks are searched for.
     Proving,
-    /// The ego is planned in the variant: so many steps, of so many at most.
+    /// The ego is planned in the variant: steps done, and the most there can be.
     Showing(usize, usize),
 }
 
@@ -62,15 +62,15 @@ pub struct Made {
     pub closed: ClosedLoop,
     /// The motion requested of the attacker.
     pub asked: Motion,
-    /// What it does.
+    /// The changed motion.
     pub change: Change,
-    /// What that leads to.
+    /// Its effect.
     pub effect: Effect,
     /// Whether a good driver avoids it.
     pub avoidability: Avoidability,
-    /// What the gate held it against.
+    /// The gate's evidence.
     pub passed: Passed,
-    /// What was refused on the way.
+    /// Refusals on the way.
     pub refused: Vec<Refusal>,
     /// How far the search had come.
     pub progress: Progress,
@@ -80,7 +80,7 @@ pub struct Made {
     pub ranked: Vec<Candidate>,
     /// Who thought of it.
     pub by: String,
-    /// What the model chose and wrote, where one did.
+    /// The model's choice and output, if a model is the author.
     pub authorship: Option<Arc<Authorship>>,
     /// The same as its papers have it.
     pub author: Option<serde_json::Value>,
@@ -107,7 +107,7 @@ pub enum Generated {
     },
     /// Nothing dangerous was found, and why.
     Nothing(String),
-    /// A model made nothing dangerous: in words, and what it wrote.
+    /// A model produced nothing dangerous: why, and its output.
     Unwritten(String, Arc<Authorship>),
 }
 

@@ -20,7 +20,7 @@ const VERSION: u32 = 1;
 pub struct Session {
     /// The version of the file.
     pub version: u32,
-    /// What the workbench was started with, in order; empty for the bundled scenarios.
+    /// Paths the workbench was started with, in order; empty for the bundled scenarios.
     pub paths: Vec<Where>,
     /// The task.
     pub task: String,
@@ -100,9 +100,9 @@ pub enum Where {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Instead {
-    /// What was chosen.
+    /// The chosen value.
     pub chosen: String,
-    /// What the configuration said; nothing where it did not say.
+    /// What the configuration said; `None` if it did not say.
     pub of: Option<String>,
 }
 
@@ -157,13 +157,13 @@ fn plain(path: &Path) -> PathBuf {
 }
 
 impl Instead {
-    /// What was chosen, if the configuration said something else and says the same still.
+    /// The choice, if the configuration still has the value that it overrode.
     #[must_use]
     pub fn still(&self, of: Option<&String>) -> Option<&str> {
         (self.of.as_ref() == of).then_some(self.chosen.as_str())
     }
 
-    /// What is chosen, if it is not what the configuration says.
+    /// The choice, if it differs from the configuration.
     #[must_use]
     pub fn chosen(chosen: &str, of: Option<&String>, usual: &str) -> Option<Self> {
         let said = of.map_or(usual, String::as_str);

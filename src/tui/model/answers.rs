@@ -12,7 +12,7 @@ use crate::verdict::Verdict;
 pub struct Answers {
     /// Answers of models, the oldest first.
     pub columns: Vec<Column>,
-    /// What the built-in judge says.
+    /// The built-in judge's judgement.
     pub reference: Option<Judgement>,
     /// The question the built-in judge is answering for the store.
     pub asking_reference: Option<AskId>,
@@ -22,7 +22,7 @@ pub struct Answers {
     pub elsewhere: Vec<(AskId, String)>,
     /// Whose reasoning is shown.
     pub shown: Shown,
-    /// How far its text is scrolled; nothing while the end is followed.
+    /// How far its text is scrolled; `None` while the end is followed.
     pub scroll: Option<usize>,
     /// The line that the verdict pane begins with.
     pub verdict_top: usize,
@@ -51,7 +51,7 @@ pub struct Column {
     pub steps: Option<(i64, i64)>,
     /// Whether the store has a run for it: from then on something may have been sent.
     pub begun: bool,
-    /// What the built-in judge says about the same question.
+    /// The built-in judge's verdict on the same question.
     pub truth: Option<Verdict>,
     /// Whether that is being computed.
     pub judging: bool,
@@ -66,15 +66,15 @@ pub struct Column {
 /// State of an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Progress {
-    /// The question is on its way, for so many seconds.
+    /// Waiting for the first chunk, for this many seconds.
     Waiting(f64),
     /// The next try follows; why.
     Retrying(String),
-    /// It arrives, for so many seconds.
+    /// Arriving, for this many seconds.
     Arriving(f64),
     /// It is here.
     Done(Box<Answer>),
-    /// Nothing was sent; why.
+    /// Nothing was sent, and why.
     Unasked(String),
     /// It was cancelled, or could not be kept; why.
     Broken(String),

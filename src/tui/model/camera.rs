@@ -87,7 +87,7 @@ impl Camera {
         }
     }
 
-    /// Zooms out until so many metres fit into the width of the pane.
+    /// Zooms out until this many metres fit into the width of the pane.
     pub fn show_at_least(&mut self, metres: f64, columns: u16) {
         self.cell = self.cell.max(metres / f64::from(columns.max(1)));
     }
@@ -100,7 +100,7 @@ impl Camera {
         self.shift = Vector::zeros();
     }
 
-    /// Shows all of `bounds` in so many columns and rows.
+    /// Fits all of `bounds` into these columns and rows.
     pub fn fit(&mut self, bounds: &Bounds, (columns, rows): (u16, u16)) {
         let size: Vector = bounds.max - bounds.min;
         let (across, down) = (

@@ -19,7 +19,7 @@ pub struct Claims {
     documents: RefCell<Vec<(Source, Arc<Document>)>>,
 }
 
-/// What an answer as it is read is made of.
+/// The parts of an answer as displayed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Parts<'a> {
     reasoning: &'a str,
@@ -63,10 +63,10 @@ pub struct Document {
 /// Texts whose claims are kept.
 const MOST: usize = 100;
 
-/// What stands between reasoning and answer.
+/// The separator between reasoning and answer.
 const ANSWER: &str = "── answer ──";
 
-/// What stands before reasoning.
+/// The heading of the reasoning.
 const REASONING: &str = "── reasoning ──";
 
 impl Claims {
@@ -112,7 +112,7 @@ pub fn counted(claims: &[Checked]) -> (usize, usize, usize) {
 }
 
 impl Model {
-    /// An answer as it is read; nothing where there is none.
+    /// An answer as it is read; `None` if there is none.
     #[must_use]
     pub fn document(&self, shown: Shown) -> Option<Arc<Document>> {
         let parts = match shown {

@@ -14,13 +14,13 @@ pub struct Compare {
     pub focus: usize,
     /// Whether every column scrolls on its own.
     pub free: bool,
-    /// The first line of every column; nothing while the end is followed.
+    /// The first line of every column; `None` while the end is followed.
     pub tops: Vec<Option<usize>>,
     /// Why columns are marked as wrong, by column.
     pub marks: Vec<Option<String>>,
     /// A reason is being given.
     pub marking: Option<Marking>,
-    /// What was chosen of these answers.
+    /// The choice among these answers.
     pub choice: Option<Choice>,
     /// Counts the answers that stood here together.
     pub round: u64,
@@ -30,7 +30,7 @@ pub struct Compare {
     pub keeping: Vec<Keeping>,
     /// Models are hidden until something was chosen.
     pub blind: Option<Blind>,
-    /// What ratings add up to, while that is looked at.
+    /// The ratings, while their totals are displayed.
     pub ratings: Option<Vec<Rating>>,
     /// Who rates.
     pub person: String,
@@ -43,11 +43,11 @@ pub struct Compare {
 pub struct Keeping {
     /// Of which answers, see [`Compare::round`].
     pub round: u64,
-    /// What it says is chosen.
+    /// The choice.
     pub choice: Choice,
     /// The rating in the store whose place it takes.
     pub replaced: Option<i64>,
-    /// What was made of the same answers meanwhile: it takes the place of this one.
+    /// A newer rating of the same answers, which replaces this one.
     pub then: Option<Box<NewRating>>,
 }
 
@@ -80,7 +80,7 @@ impl Default for Blind {
 pub struct Marking {
     /// Which of [`REASONS`] is selected.
     pub selected: usize,
-    /// What is typed beside it.
+    /// The note typed beside it.
     pub text: String,
 }
 

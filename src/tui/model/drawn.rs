@@ -174,7 +174,7 @@ impl Drawn {
         self.borders.borrow().clone()
     }
 
-    /// The area of a pane; nothing where it is not shown.
+    /// The area of a pane; `None` if it is not shown.
     #[must_use]
     pub fn area(&self, pane: Pane) -> Option<Rect> {
         let panes = self.panes.borrow();

@@ -42,7 +42,7 @@ pub struct Editor {
     clip: Rc<RefCell<Clip>>,
     /// The first line that is shown; it follows the cursor when the text is drawn.
     pub top: Cell<usize>,
-    /// What was drawn last: rows of the screen.
+    /// The rows last drawn.
     pub drawn: RefCell<EditorDrawn>,
     /// Cached styles of its characters.
     pub styles: RefCell<Styles>,
@@ -138,7 +138,7 @@ impl Editor {
         (self.state.cursor.row, self.state.cursor.col)
     }
 
-    /// What the keys do now, in a word.
+    /// The current key mode, in a word.
     #[must_use]
     pub fn mode(&self) -> &'static str {
         match (self.keys, self.state.mode) {
@@ -341,13 +341,13 @@ impl Editor {
         true
     }
 
-    /// What was copied here last.
+    /// The text last copied here.
     #[must_use]
     pub fn clipboard(&self) -> String {
         self.clip.borrow().text.clone()
     }
 
-    /// What was copied since this was last asked.
+    /// Text copied since the last call.
     pub fn newly_copied(&mut self) -> Option<String> {
         let mut clip = self.clip.borrow_mut();
         std::mem::take(&mut clip.fresh).then(|| clip.text.clone())

@@ -29,7 +29,7 @@ pub struct GenerationState {
     seeds: Vec<(ContentHash, Option<i64>, u64)>,
 }
 
-/// What a model wrote that came to nothing, and of which scenario.
+/// Output of a model without a dangerous result, and its scenario.
 type Unwritten = (ContentHash, Option<Transform>, Arc<Authorship>);
 
 /// A search that is under way.
@@ -39,7 +39,7 @@ pub struct Search {
     pub id: MakeId,
     /// The place of the scenario in the list.
     pub place: usize,
-    /// What it is at; nothing until it has begun.
+    /// The current stage; `None` until it has started.
     pub at: Option<Working>,
     /// Why a model has not answered yet, where something is waited for.
     pub waits: Option<String>,
@@ -111,7 +111,7 @@ impl GenerationState {
         }
     }
 
-    /// What a model wrote of a scenario came to nothing.
+    /// Keeps a model's output without a dangerous result.
     pub fn keep_unwritten(&mut self, of: (ContentHash, Option<Transform>), wrote: Arc<Authorship>) {
         self.unwritten
             .retain(|(hash, change, _)| (*hash, *change) != of);
@@ -121,7 +121,7 @@ impl GenerationState {
         }
     }
 
-    /// What a model wrote of a scenario, where that came to nothing.
+    /// A model's output for a scenario without a dangerous result.
     #[must_use]
     pub fn unwritten(&self, of: (ContentHash, Option<Transform>)) -> Option<&Arc<Authorship>> {
         let mut all = self.unwritten.iter();
@@ -156,7 +156,7 @@ impl KeptVariant {
     }
 }
 
-/// What a search is at, in few words or with all its numbers.
+/// Describes the stage of a search, briefly or with all its numbers.
 #[must_use]
 pub fn working_words(at: Option<Working>, whole: bool) -> String {
     match at {
@@ -185,7 +185,7 @@ pub fn working_words(at: Option<Working>, whole: bool) -> String {
     }
 }
 
-/// How far the ego's drive is, in words; nothing is known of that where it has not begun.
+/// Describes the progress of the ego's drive, once it has started.
 fn driving_words(what: &str, (done, of): (usize, usize), whole: bool) -> String {
     match (of, whole) {
         (0, true) => format!("generating: driving {what}"),
@@ -221,13 +221,13 @@ pub fn consequence_words(consequence: &Consequence) -> &'static str {
 }
 
 impl Model {
-    /// What a model wrote of what is open, where that came to nothing.
+    /// A model's output for the open scenario without a dangerous result.
     #[must_use]
     pub fn unwritten(&self) -> Option<&Arc<Authorship>> {
         self.maker.unwritten(self.made_of()?)
     }
 
-    /// What variants of the open scenario are kept under: those of its original.
+    /// The key of the open scenario's variants: that of its original.
     #[must_use]
     pub fn made_of(&self) -> Option<(ContentHash, Option<Transform>)> {
         let opened = self.opened.as_deref()?;

@@ -12,7 +12,7 @@ use crate::tui::message::runs::PageId;
 pub struct History {
     /// Words and filters as they are typed.
     pub line: String,
-    /// What they mean; of a line that means nothing, what the last one did that meant something.
+    /// The filter in force; an invalid line keeps that of the last valid one.
     pub filter: Filter,
     /// Why the line means nothing.
     pub wrong: Option<String>,
@@ -36,17 +36,17 @@ pub struct History {
     pub wanted: Option<RunId>,
     /// The selected run whole, once it is here.
     pub details: Option<Box<Run>>,
-    /// What the built-in judge says to the question of a run; the inner one is whether that is known.
+    /// The built-in judge's verdict on a run's question; the inner option is `None` if unknown.
     pub truth: Option<(RunId, Option<bool>)>,
     /// Lines that the details are scrolled.
     pub scroll: usize,
     /// Whether the keys move the details.
     pub on_details: bool,
-    /// What shall be done with a run once it is here whole.
+    /// An action to perform on a run once it is loaded completely.
     pub then: Option<(RunId, Action)>,
-    /// What is being typed.
+    /// The input line.
     pub typing: Option<Typing>,
-    /// What was deleted (or restored), the last at the end: it can be undone.
+    /// Undo stack of deleted (or restored) runs.
     pub undo: Vec<(RunId, bool)>,
     /// Why the store cannot be read.
     pub error: Option<String>,
@@ -57,7 +57,7 @@ pub struct History {
 pub enum Typing {
     /// Words and filters.
     Search,
-    /// What a person has to say about a run.
+    /// A note on a run.
     Note(RunId, String),
     /// A file to write to.
     Export(String),

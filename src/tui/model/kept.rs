@@ -9,7 +9,7 @@ const MOST: usize = 128 << 20;
 /// A drive that is kept.
 #[derive(Debug)]
 pub struct KeptDrive {
-    /// What it is of.
+    /// The key of the drive.
     pub key: DriveKey,
     /// The scenario with it.
     pub opened: Box<Opened>,

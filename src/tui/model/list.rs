@@ -33,11 +33,11 @@ pub struct List {
     pub rows: Vec<Row>,
     /// Whether the search for them has ended.
     pub found: bool,
-    /// What looked like scenarios from outside and was left out, and folders that could not be searched.
+    /// Skipped files that looked like scenarios, and folders that could not be searched.
     pub passed_over: Vec<PassedOver>,
     /// Places of those that the filter lets through, in their order.
     pub visible: Vec<usize>,
-    /// What is shown, line by line.
+    /// The displayed lines.
     pub lines: Vec<Line>,
     /// The groups that are shown.
     pub groups: Vec<Group>,

@@ -78,7 +78,7 @@ impl Glyphs {
         }
     }
 
-    /// What the configuration says; `here` where it leaves that to the environment.
+    /// The configured value; `here` if it leaves that to the environment.
     #[must_use]
     pub fn of_config(said: Option<&str>, here: Self) -> Self {
         match said {

@@ -17,7 +17,7 @@ use super::Model;
 /// The tools of the map.
 #[derive(Debug, Default)]
 pub struct Tools {
-    /// What is shown; saved with the session.
+    /// Visible layers; saved with the session.
     pub layers: Layers,
     /// Paths into the future, as far as they are shown.
     pub foresight: Foresight,

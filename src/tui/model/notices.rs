@@ -5,9 +5,9 @@ use super::Model;
 /// A message that stays readable for a while.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Toast {
-    /// What it says.
+    /// Its text.
     pub text: String,
-    /// What it is.
+    /// Its kind.
     pub kind: Notice,
     /// Seconds it still stays; errors stay until a key is pressed.
     pub left: f64,

@@ -11,7 +11,7 @@ use crate::tui::action::{ACTIONS, Entry};
 /// A line to type into and a selection below it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Picker {
-    /// What is typed.
+    /// The typed text.
     pub text: String,
     /// The selected line.
     pub selected: usize,

@@ -51,7 +51,7 @@ impl Default for Driver {
     }
 }
 
-/// What a forecast is called on the screen.
+/// The displayed name of a forecast.
 #[must_use]
 pub fn forecast_words(forecast: Forecast) -> &'static str {
     match forecast {

@@ -17,7 +17,7 @@ pub struct Plot {
     pub series: Option<Box<Series>>,
     /// The last request.
     asked: Option<Asked>,
-    /// What of the planned and the recorded ego is plotted in the measure's place, where the ego was planned.
+    /// The comparison plotted instead of the measure, if the ego was planned.
     pub drives: Option<Drives>,
 }
 

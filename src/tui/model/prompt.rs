@@ -20,7 +20,7 @@ pub enum PromptView {
     Template,
     /// The description of the scene.
     Description,
-    /// What the template changes in the shipped one.
+    /// Differences from the shipped template.
     Diff,
 }
 
@@ -44,7 +44,7 @@ impl PromptView {
         }
     }
 
-    /// What it is called.
+    /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -70,25 +70,25 @@ pub enum EntryLine {
 /// The prompt pane.
 #[derive(Default)]
 pub struct PromptPane {
-    /// What is shown.
+    /// The current view.
     pub view: PromptView,
     /// How far it is scrolled.
     pub scroll: usize,
     /// Whether keys go to the editor.
     pub editing: bool,
-    /// What stands beside the editor, or in its place where there is no room beside it.
+    /// The view beside the editor, or in its place without room beside it.
     pub beside: PromptView,
     /// Whether it stands in the editor's place.
     pub turned: bool,
     /// The line below the editor, while it is typed into.
     pub entry: Option<EntryLine>,
-    /// What was looked for last.
+    /// The last search.
     pub sought: Find,
     /// The question as it would be asked now, from the last template that could be filled.
     pub question: Option<Question>,
     /// How many tokens it is, roughly.
     pub tokens: usize,
-    /// What is wrong with the template.
+    /// The template's error.
     pub error: Option<String>,
     /// The line of the template that it is in, from 1.
     pub error_line: Option<usize>,
@@ -96,7 +96,7 @@ pub struct PromptPane {
     pub shipped_tokens: Option<usize>,
     /// Whether the program ended when this text was filled last, so that it waits for the user.
     pub held: bool,
-    /// What tokens cost.
+    /// Token prices.
     pub prices: Prices,
     /// The file in the editor.
     file: String,
@@ -110,7 +110,7 @@ pub struct PromptPane {
     unkept: BTreeSet<String>,
     /// Seconds until they are kept.
     keep_in: f64,
-    /// Seconds until a heavy text is filled again; nothing where nothing is due.
+    /// Seconds until a heavy text is filled again; `None` if nothing is due.
     pub fill_in: Option<f64>,
     /// The name and text under which a template is being saved.
     pub saving_as: Option<(String, String)>,
@@ -123,7 +123,7 @@ pub struct PromptPane {
 /// Columns from which on something fits beside the editor.
 const BESIDE: u16 = 110;
 
-/// A draft is kept so many seconds after it began to differ from what was kept before.
+/// Seconds after which a changed draft is saved.
 const KEEP_AFTER: f64 = 0.8;
 
 impl std::fmt::Debug for PromptPane {
@@ -211,7 +211,7 @@ impl PromptPane {
         self.shipped
     }
 
-    /// What the text in the editor changes in the shipped template, as a unified diff; nothing where it is the same.
+    /// What the text in the editor changes in the shipped template, as a unified diff; `None` if it is the same.
     #[must_use]
     pub fn difference(&self) -> Option<String> {
         let (name, shipped) = self.shipped?;
@@ -229,7 +229,7 @@ impl PromptPane {
         Some(unified.header(&header.0, &header.1).to_string())
     }
 
-    /// Whether something fits beside the editor in so many columns.
+    /// Whether a view fits beside the editor at this width.
     #[must_use]
     pub fn fits_beside(&self, columns: u16) -> bool {
         columns >= BESIDE

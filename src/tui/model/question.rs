@@ -92,7 +92,7 @@ impl Model {
         Subject::template(self.prompt.file(), &self.prompt.text())
     }
 
-    /// Nothing is filled: the program ended when it was tried last.
+    /// Blocks rendering: the program ended at the last attempt.
     fn hold(&mut self) {
         let (ask, edit) = (self.look.key(Action::Run), self.look.key(Action::Edit));
         self.prompt.error = Some(format!(

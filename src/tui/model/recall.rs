@@ -12,7 +12,7 @@ pub struct SessionState {
     pub on: bool,
     /// The folder that the program was started in.
     pub here: PathBuf,
-    /// What it was started with.
+    /// Paths the workbench was started with.
     pub paths: Vec<Where>,
     /// Scenarios of the list that were looked at for what has yet to come back.
     pub seen: usize,
@@ -20,7 +20,7 @@ pub struct SessionState {
     pub marks: HashSet<Where>,
     /// The scenario that was open last time, until it is open again or another one is chosen.
     pub wanted: Option<Opened>,
-    /// What was kept last.
+    /// The session last saved.
     pub kept: Option<Box<Session>>,
     /// Whether something may have changed since.
     pub changed: bool,

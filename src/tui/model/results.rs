@@ -18,9 +18,9 @@ pub struct ResultsView {
     pub judging: bool,
     /// Why the store cannot be read.
     pub error: Option<String>,
-    /// What the user chose to be counted.
+    /// The source the user chose to count.
     pub chosen: Option<Counting>,
-    /// What is counted in the rows; nothing before anything was read.
+    /// What is counted in the rows; `None` before anything was read.
     pub counting: Option<Counting>,
     /// The choices on offer.
     pub offers: Vec<Offer>,
@@ -34,7 +34,7 @@ pub struct ResultsView {
     pub selected: usize,
     /// The selected cell: 0 is the whole row, then the outcomes in their order.
     pub column: usize,
-    /// The answer that is selected among those of the cell; nothing where the matrix is looked at.
+    /// The answer that is selected among those of the cell; `None` if the matrix is looked at.
     pub inside: Option<usize>,
     /// The run that is to be opened once it is here.
     pub wanted: Option<RunId>,
@@ -47,7 +47,7 @@ impl ResultsView {
         self.rows.get(self.selected)
     }
 
-    /// The outcome of the selected cell; nothing for the whole row.
+    /// The outcome of the selected cell; `None` for the whole row.
     #[must_use]
     pub fn outcome(&self) -> Option<Outcome> {
         Outcome::ALL.get(self.column.checked_sub(1)?).copied()
@@ -102,7 +102,7 @@ impl ResultsView {
         };
     }
 
-    /// Moves the selection by so many lines.
+    /// Moves the selection by this many lines.
     pub fn move_by(&mut self, lines: isize) {
         if let Some(line) = &mut self.choosing {
             *line = line.saturating_add_signed(lines);

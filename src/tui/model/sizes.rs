@@ -59,7 +59,7 @@ impl Shares {
     pub fn cells(mut self, edge: Edge, total: u16, usual: u16, limits: (u16, u16)) -> u16 {
         let (least, most) = limits;
         let share = *self.of(edge);
-        // What a file says may be no part of anything.
+        // A saved value may be no valid fraction.
         let moved = share.filter(|share| (0.0..=1.0).contains(share));
         let wanted = moved.map_or(usual, |share| (share * f64::from(total)).round() as u16);
         wanted.min(most).max(least)
@@ -98,7 +98,7 @@ impl Border {
         self.moved(if self.before { by } else { -by })
     }
 
-    /// The size of its pane with so many columns or rows more, within the limits.
+    /// The size of its pane with this many more columns or rows, within the limits.
     #[must_use]
     pub fn moved(&self, by: i32) -> u16 {
         let (least, most) = (i32::from(self.limits.0), i32::from(self.limits.1));
@@ -108,7 +108,7 @@ impl Border {
 }
 
 impl Sizes {
-    /// Gives the pane of a border so many columns or rows.
+    /// Resizes the pane of a border to this many columns or rows.
     pub fn set(&mut self, border: &Border, cells: u16) {
         let shares = match border.wide {
             true => &mut self.wide,

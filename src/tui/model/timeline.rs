@@ -37,7 +37,7 @@ pub struct Disagreement {
 }
 
 impl Model {
-    /// What the strips can show, in order; the plotted measure only where it is another one.
+    /// Measures for the strips, in order; the plotted one only if it is another.
     #[must_use]
     pub fn next_heat(&self) -> Heat {
         let own = ["risk", "ttc", "distance"].contains(&self.plot.measure.id);

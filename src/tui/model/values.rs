@@ -6,7 +6,7 @@ use crate::tui::message::MeasureId;
 /// The last request and its result.
 #[derive(Debug, Default)]
 pub struct Values {
-    /// The last request, and about whom; nothing before the first one for a scene.
+    /// The last request, and about whom; `None` before the first one for a scene.
     pub asked: Option<(MeasureId, Option<i64>)>,
     /// The last result; it may be about the obstacle that was picked before.
     pub found: Option<Box<Measured>>,

@@ -18,7 +18,7 @@ use crate::prompts::Library;
 use crate::settings::{Config, Folders};
 use crate::system;
 
-/// The model at the start; what is wrong with the user's files is said, and the defaults are used.
+/// The model at the start; errors in the user's files are reported, and defaults are used.
 pub fn prepare(
     paths: Vec<PathBuf>,
     ego: &EgoSelection,
@@ -129,7 +129,7 @@ fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
     complaints
 }
 
-/// What an earlier session left in the editor, by file; or why it cannot be read.
+/// Drafts that an earlier session left in the editor, by file; or why they cannot be read.
 fn drafts(folder: &Path) -> Vec<(String, Result<String, String>)> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let read = |path: PathBuf| {

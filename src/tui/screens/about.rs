@@ -49,7 +49,7 @@ impl Screen for AboutScreen {
 /// So many files are named; more of them tell nothing new.
 const NAMED: usize = 100;
 
-/// What the list leaves out.
+/// Files that the list leaves out.
 fn passed_over(model: &Model, text: &mut Text<'static>, width: usize) {
     let all = &model.list.passed_over;
     if all.is_empty() {

@@ -68,7 +68,7 @@ impl Screen for BatchScreen {
     }
 }
 
-/// Nothing is asked.
+/// Closes without asking.
 fn decline(model: &mut Model) -> Step {
     model.card = None;
     Step::Close(vec![Effect::Batch(BatchAsk::StopCounting)])

@@ -21,7 +21,7 @@ const KEYS: (usize, usize) = (16, 22);
 /// All keys that match the filter.
 #[derive(Debug, Default)]
 pub struct HelpScreen {
-    /// What is typed.
+    /// The filter text.
     pub typed: String,
     scroll: usize,
 }
@@ -108,7 +108,7 @@ fn text(model: &Model, typed: &str, columns: usize) -> Text<'static> {
     text
 }
 
-/// What matches; every word that is typed must be in a row.
+/// Matching rows; every typed word must be in a row.
 fn parts(model: &Model, typed: &str) -> Vec<Part> {
     let typed = typed.to_lowercase();
     let matches = |row: &str| {
@@ -126,7 +126,7 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
         for entry in ACTIONS.iter().filter(|entry| entry.scope == scope) {
             let keys = model.look.keymap.keys(entry).map(ToString::to_string);
             let keys = keys.collect::<Vec<_>>().join("  ");
-            // What has no key is found by its name: the palette has it.
+            // Actions without keys are shown only when searched: the palette has them.
             let shown = !keys.is_empty() || !typed.is_empty();
             if shown && matches(&format!("{keys} {} {}", entry.id, entry.doc)) {
                 rows.push((keys, entry.doc.to_string()));

@@ -49,7 +49,7 @@ pub trait Screen: Any + Debug + Send {
         self.scope().is_own()
     }
 
-    /// A key that is typed or answers a question; nothing for one that is looked up in the keymap.
+    /// A key that is typed or answers a question; `None` for one that is looked up in the keymap.
     fn on_key(&mut self, _model: &mut Model, _key: Key) -> Option<Step> {
         None
     }
@@ -207,7 +207,7 @@ fn as_any(screen: &dyn Screen) -> &dyn Any {
     screen
 }
 
-/// Opens the screen of an action, or says why it stays closed; nothing for other actions. An action of a screen opens
+/// Opens the screen of an action, or says why it stays closed; `None` for other actions. An action of a screen opens
 /// the screen where it is not on top, and does nothing else.
 pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
     use Action::*;

@@ -52,7 +52,7 @@ impl Choice for Models {
     }
 }
 
-/// What stands beside the id of a model.
+/// The note beside a model's id.
 fn note(model: &Model, id: &str) -> String {
     let offer = model.offers.iter().find(|o| o.id == id);
     let warning = offer.and_then(|o| o.warning.clone());

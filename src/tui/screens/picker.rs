@@ -17,7 +17,7 @@ pub trait Choice: Debug + Send + 'static {
     /// How many lines match.
     fn count(&self, model: &Model, picker: &Picker) -> usize;
 
-    /// What follows from choosing the selected line; the list has closed.
+    /// Consequences of choosing the selected line; the list has closed.
     fn choose(&mut self, model: &mut Model, picker: &Picker) -> Step;
 
     /// Draws the list.
@@ -43,9 +43,9 @@ pub trait Choice: Debug + Send + 'static {
 /// A list with its typed line.
 #[derive(Debug)]
 pub struct PickerScreen<C> {
-    /// What is typed and selected.
+    /// Input line and selection.
     pub picker: Picker,
-    /// What stands in the list.
+    /// The items.
     pub choice: C,
 }
 
@@ -90,7 +90,7 @@ impl<C: Choice> Screen for PickerScreen<C> {
     }
 
     fn follow(&mut self, model: &mut Model) -> Vec<Effect> {
-        // What is typed or read again may leave fewer lines.
+        // The filter or a reload may leave fewer lines.
         let last = self.choice.count(model, &self.picker).saturating_sub(1);
         self.picker.selected = self.picker.selected.min(last);
         self.choice.preview(model, &self.picker);

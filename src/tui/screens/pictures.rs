@@ -105,11 +105,11 @@ fn look(model: &Model, kind: PictureKind) -> Look {
 /// A picture that can be chosen.
 #[derive(Debug)]
 struct PictureOffer {
-    /// What it shows.
+    /// Its subject.
     kind: PictureKind,
     /// How it is written.
     format: Format,
-    /// What it is called.
+    /// Its name.
     name: &'static str,
 }
 

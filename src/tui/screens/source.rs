@@ -41,7 +41,7 @@ impl SourceScreen {
             Action::Up => self.scroll.saturating_sub(1),
             Action::Down => self.scroll + 1,
             Action::PageUp => self.scroll.saturating_sub(page),
-            // Nothing plays in sight: the key of it turns the page.
+            // Playback is hidden here, so its key turns the page.
             Action::PageDown | Action::Play => self.scroll + page,
             Action::Top | Action::FirstStep => 0,
             Action::Bottom | Action::LastStep => last,

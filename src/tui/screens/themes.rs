@@ -96,7 +96,7 @@ impl Choice for Themes {
     }
 }
 
-/// What stands beside the name of a theme.
+/// The note beside a theme's name.
 fn note(model: &Model, name: &str) -> String {
     let named = model.look.themes.iter().find(|named| named.name == name);
     match named.map(|named| (&named.theme, &named.file)) {

@@ -61,7 +61,7 @@ fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// What a CSV cannot say of the vehicle.
+/// Vehicle data that CSV cannot carry.
 fn sizes(vehicle: VehicleType) -> String {
     match vehicle {
         VehicleType::Bmw320i => String::new(),

@@ -106,7 +106,7 @@ impl Tasks {
     }
 }
 
-/// What the store says, yes or no, but not the built-in judge's own answers.
+/// Stored verdicts, yes or no, without the built-in judge's own answers.
 fn stored(store: Option<&Store>, of: Option<(&str, &str)>) -> Result<Verdicts, String> {
     let Some(store) = store else {
         return Ok(Verdicts::default());

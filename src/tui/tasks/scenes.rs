@@ -55,7 +55,7 @@ impl Tasks {
         });
     }
 
-    /// What the built-in judge says about windows of the scene.
+    /// The built-in judge's verdicts on windows of the scene.
     pub(super) fn judge_windows(
         &self,
         scene: Arc<Scene>,

@@ -12,7 +12,7 @@ use crate::system;
 /// How long after a change the session is kept: what a killed program loses.
 const REST: Duration = Duration::from_secs(2);
 
-/// Sessions that are kept: those of so many sets of paths, the last used ones.
+/// Number of sessions kept: the most recently used ones.
 const MOST: usize = 100;
 
 impl Tasks {

@@ -7,7 +7,7 @@ use crate::prompts::{Library, Template, choose_template};
 use crate::settings::Folders;
 use crate::system;
 
-/// What the system says of a file, with its name.
+/// A system error with the name of its file.
 pub fn named(path: &Path, error: &Error) -> String {
     let words = match error.kind() {
         ErrorKind::AlreadyExists => "it is there already; nothing was written".into(),

@@ -1,4 +1,4 @@
-//! Asking about many scenarios, with real tasks, a real store and a server on this machine.
+//! Batches with real tasks, a real store and a local server.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};

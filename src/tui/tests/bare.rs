@@ -1,4 +1,4 @@
-//! Every view of scenarios in which something is not there at all, or out of all proportion.
+//! Every view with scenarios that lack parts or have extreme dimensions.
 
 use super::bench::Bench;
 use super::driven::{coarse, request};

@@ -1,4 +1,4 @@
-//! A workbench whose effects are done at once, where they need no network.
+//! A workbench whose effects run at once, unless they need a network.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};

@@ -1,4 +1,4 @@
-//! Which answers stand where, and what they are held against.
+//! Answer columns, and the verdicts they are compared with.
 
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};

@@ -1,4 +1,4 @@
-//! The screen of results over a batch with a truth of its own, answers about changed scenes, and the mouse there.
+//! The results screen over a batch with its own ground truth, answers about changed scenes, and the mouse there.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What is asked where nobody chose anything: the same as on the command line.
+//! Defaults of a question: the same as on the command line.
 
 use super::bench::Bench;
 use crate::text::Frame;

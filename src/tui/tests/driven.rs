@@ -1,4 +1,4 @@
-//! Drives of the planner for tests: coarse ones, each made once.
+//! Planner drives for tests: coarse, each made once.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -1,4 +1,4 @@
-//! Variants for tests: made by short searches with a coarse planner, each once.
+//! Variants for tests: from short searches with a coarse planner, each made once.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};

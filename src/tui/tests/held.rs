@@ -1,4 +1,4 @@
-//! What ended the program is not tried again before the user says so.
+//! A scenario that ended the program is not opened again until the user asks for it.
 
 use std::path::Path;
 

@@ -48,7 +48,7 @@ fn a_deletion_is_taken_back_and_the_one_before_it_too() {
     kept.press("g p d");
     let top = RunId(kept.rows()[0]);
     assert!(kept.store.run(top).unwrap().unwrap().pinned && !kept.deleted(top));
-    // Somebody else pinned the next one meanwhile: it comes back, and that is said.
+    // Another process pinned the next one meanwhile: it comes back, with a message.
     kept.press("j");
     let next = kept.bench.model.history.current().unwrap();
     kept.store.pin(next, true).unwrap();

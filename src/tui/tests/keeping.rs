@@ -1,4 +1,4 @@
-//! What becomes of a text in the editor: drafts, new names, the user's own editor, the difference to the shipped one.
+//! Edited texts: drafts, new names, the external editor, differences from the shipped template.
 
 use std::time::Duration;
 

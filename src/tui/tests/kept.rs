@@ -1,4 +1,4 @@
-//! A workbench whose history reads a store in memory, and three runs to look at.
+//! A workbench whose history reads a store in memory with three runs.
 
 use super::bench::Bench;
 use crate::formats::EgoSelection;

@@ -1,4 +1,4 @@
-//! Themes that are picked, keys of several strokes, files that change, and screens without colours or Unicode.
+//! Themes, chords, reloaded files, and screens without colours or Unicode.
 
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;

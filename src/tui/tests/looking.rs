@@ -237,7 +237,7 @@ fn a_notice_goes_with_the_next_key_and_hides_no_pane() {
     assert!(bench.model.toasts.is_empty());
     bench.press("left");
     assert_eq!(bench.frame(80, 24).rsplit_once('\n').unwrap().0, above);
-    // What nobody asked for stays for its time, whatever key is pressed.
+    // Unrequested notices stay for their time, whatever key is pressed.
     bench.model.tell("an answer elsewhere");
     bench.press("right");
     assert_eq!(bench.model.toasts.len(), 1);

@@ -1,4 +1,4 @@
-//! A scenario is made dangerous: by a key, stopped, seen on the map, in the panel and in the plot, and written.
+//! Generation: started by a key, stopped, seen on the map, in the panel and in the plot, and written.
 
 use super::bench::Bench;
 use super::generated::generated;

@@ -1,4 +1,4 @@
-//! A variant on a small screen: what matters most of it is there.
+//! A variant on a small screen: the most important parts are visible.
 
 use super::bench::Bench;
 use super::making::{arrive, made, open};

@@ -1,4 +1,4 @@
-//! Panes that are made bigger and smaller, by keys and by the mouse.
+//! Panes resized by keys and by the mouse.
 
 use ratatui::layout::{Position, Rect};
 

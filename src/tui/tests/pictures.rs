@@ -1,4 +1,4 @@
-//! Saving pictures: what is offered, what is asked for, and what is said.
+//! Saving pictures: choices, file names and messages.
 
 use super::bench::Bench;
 use super::generated::generated;

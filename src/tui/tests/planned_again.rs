@@ -1,4 +1,4 @@
-//! Planned egos that come back, are written, and whose values the list shows; and what is said where nothing is planned.
+//! Planned egos that are restored, exported and listed; and messages if nothing is planned.
 
 use super::bench::Bench;
 use super::driven::planned;

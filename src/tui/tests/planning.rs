@@ -1,4 +1,4 @@
-//! The planner drives: by a key, by itself, stopped, and seen cycle by cycle.
+//! Planning: started by a key or automatically, stopped, and viewed cycle by cycle.
 
 use std::time::Duration;
 
@@ -59,7 +59,7 @@ fn driven(name: &str) -> Bench {
     bench
 }
 
-/// As if nobody had recorded an ego for what is open.
+/// Removes the recorded ego of the open scenario.
 fn without_ego(bench: &mut Bench) {
     let mut opened = (**bench.model.opened.as_ref().unwrap()).clone();
     opened.scene = None;

@@ -1,4 +1,4 @@
-//! Random people at random terminals: keys, text, mouse, sizes, pastes and news of every kind, in any order.
+//! Random input: keys, text, mouse, resizes, pastes and messages of every kind, in any order.
 //!
 //! `NEARMISS_RANDOM_CASES` raises the number of sequences, each of [`LENGTH`] inputs; `NEARMISS_RANDOM_SEED` begins with
 //! another one, and a failure names the one to repeat it with.
@@ -21,7 +21,7 @@ use crate::tui::keymap::{Code, Key, Preset};
 /// Inputs of a sequence.
 const LENGTH: u64 = 1000;
 
-/// Sequences where nobody asks for more; one takes some five seconds.
+/// Default number of sequences; one takes about five seconds.
 const CASES: u64 = 1;
 
 /// Presses of Esc after which everything is closed, whatever was open.
@@ -44,7 +44,7 @@ pub enum Input {
     Passed(u64),
     /// So many of the things that were asked for are done.
     Done(usize),
-    /// Something is heard of that nobody asked for.
+    /// An unrequested message arrives.
     News(News),
     /// A frame is drawn.
     Drawn,

@@ -1,4 +1,4 @@
-//! Ratings that are corrected, and ratings that are on their way while others are made.
+//! Corrected ratings, and ratings still being stored while others are made.
 
 use super::bench::Bench;
 use super::side_by_side::{sized, two};

@@ -1,4 +1,4 @@
-//! The pane of the reasoning: what stands above the answer, and what is said while there is none.
+//! The reasoning pane: its contents above the answer, and without one.
 
 use super::answers::asking;
 use super::bench::{Bench, answer, no_verdict};

@@ -1,4 +1,4 @@
-//! The screen of results over a store in memory: counting, moving from a cell to its answers, opening one again.
+//! The results screen over a store in memory: counting, moving from a cell to its answers, reopening one.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

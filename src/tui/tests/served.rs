@@ -1,4 +1,4 @@
-//! A model makes a scenario dangerous, with real tasks, a real store and a server on this machine.
+//! Generation by a model, with real tasks, a real store and a local server.
 
 use std::time::Duration;
 
@@ -154,7 +154,7 @@ async fn that_nothing_can_be_asked_is_said() {
     );
     assert_eq!(server.requests().len(), 1);
 
-    // More than the budget allows, and a model that nobody knows.
+    // More than the budget allows, and an unknown model.
     let server = Server::start(Vec::new()).await;
     let mut whole = Whole::start(&server, &format!("budget = 0.00001\n{COARSE}"));
     whole.attack().await;

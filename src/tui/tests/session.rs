@@ -1,4 +1,4 @@
-//! Sessions: what is left comes back, and nothing else does. And the way to a first verdict.
+//! Sessions: saved state is restored, nothing else; and the hint towards a first verdict.
 
 use std::path::PathBuf;
 

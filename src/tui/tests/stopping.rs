@@ -1,4 +1,4 @@
-//! A search ends where it is cancelled.
+//! Cancelling a search ends it.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -1,4 +1,4 @@
-//! Answers of the store beside those that were asked for now.
+//! Stored answers beside new ones.
 
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};

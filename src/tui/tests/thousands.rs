@@ -1,4 +1,4 @@
-//! Lists of thousands: what a frame and a message cost does not grow with what is not on the screen.
+//! Lists of thousands: frames and messages cost no more for rows that are off screen.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

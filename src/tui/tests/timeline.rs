@@ -1,4 +1,4 @@
-//! The timeline: strips, marks, loops, and jumps to what is worth looking at.
+//! The timeline: strips, marks, loops, and jumps.
 
 use super::answers::stored_of;
 use super::bench::{Bench, answer};

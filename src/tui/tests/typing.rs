@@ -1,4 +1,4 @@
-//! Lines that are typed into: Ctrl-U clears them and Ctrl-W takes the last word, wherever they are.
+//! Input lines: Ctrl-U clears them and Ctrl-W deletes the last word, everywhere.
 
 use super::bench::Bench;
 use super::editing::with;

@@ -1,4 +1,4 @@
-//! The screen of results over batches with questions that were not asked, or cannot be.
+//! The results screen with questions that were not or cannot be asked.
 
 use super::counted::{YES, item, labelled, spec};
 use super::kept::{FIRST, Kept};

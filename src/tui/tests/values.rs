@@ -1,4 +1,4 @@
-//! Every measure at the current step, and thresholds of the user's.
+//! Every measure at the current step, and the user's thresholds.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A model makes a scenario dangerous: asked by a key, told while it works, read in the panel.
+//! Generation by a model: started by a key, reported while it runs, read in the panel.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -80,7 +80,7 @@ pub fn rgb(index: u8) -> [u8; 3] {
     }
 }
 
-/// Red, green and blue of a colour as xterm shows it; nothing for the terminal's own.
+/// Red, green and blue of a colour as xterm shows it; `None` for the terminal's own.
 pub fn components(color: Color) -> Option<[u8; 3]> {
     match color {
         Color::Rgb(r, g, b) => Some([r, g, b]),

@@ -35,7 +35,7 @@ impl Depth {
         ("none", Self::None),
     ];
 
-    /// What the environment says.
+    /// Detects the depth from the environment.
     #[must_use]
     pub fn of_environment(env: impl Fn(&str) -> Option<String>) -> Self {
         let says = |name: &str| env(name).filter(|v| !v.is_empty());

@@ -166,7 +166,7 @@ pub fn load_stored(model: &Model) -> Option<Effect> {
     stored_of(model).map(Effect::LoadStored)
 }
 
-/// What earlier answers would have to be about.
+/// The subject that earlier answers must have.
 pub fn stored_of(model: &Model) -> Option<StoredOf> {
     let scene = model.scene()?;
     Some(StoredOf {

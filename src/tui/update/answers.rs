@@ -16,7 +16,7 @@ use crate::verdict::Task;
 /// Asks the chosen model the question as it stands; `fresh` even where the store has its answer.
 pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
     if model.fill_held() {
-        // What it would ask is to be seen first.
+        // The new question must be displayed first.
         model.say("the template is filled again; the same key asks with it");
         return Vec::new();
     }

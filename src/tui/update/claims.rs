@@ -12,7 +12,7 @@ pub fn settle(model: &mut Model) {
         vec![model.answers.shown]
     };
     for shown in seen {
-        // What still arrives is not read for every piece of it.
+        // A streaming answer is not parsed again for every chunk.
         let column = match shown {
             Shown::Reference => None,
             Shown::Column(place) => model.answers.columns.get(place),

@@ -57,7 +57,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
 }
 
-/// What an action does on this screen; where it is not open, it is opened and nothing else is done.
+/// Performs an action on this screen; if it is closed, only opens it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     use Action::*;
     if !model.compare.open {
@@ -148,7 +148,7 @@ pub(super) fn is_running(model: &Model, shown: Shown) -> bool {
     }
 }
 
-/// What arrives is followed from the beginning.
+/// Streaming answers are followed from the beginning.
 fn follow_ends(model: &mut Model) {
     for place in 0..model.compare.shown.len() {
         if is_running(model, model.compare.shown[place]) {

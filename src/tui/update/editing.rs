@@ -75,7 +75,7 @@ pub fn pass(model: &mut Model, seconds: f64) -> Vec<Effect> {
     due.into_iter().map(keep).collect()
 }
 
-/// Heavy texts are filled after so many seconds without a change.
+/// Heavy texts are rendered after this many seconds without a change.
 const REST: f64 = 0.3;
 
 /// The text in the editor changed.
@@ -97,7 +97,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         return super::actions::perform(model, action);
     }
     if model.prompt.turned && !model.prompt.fits_beside(model.size.0) {
-        // What stands in the editor's place is moved in; whatever writes shows what it writes into.
+        // Moving keys scroll the view in the editor's place; typing switches back to the editor.
         let moves = match key.code {
             Code::Up => Some(Action::Up),
             Code::Down => Some(Action::Down),
@@ -119,13 +119,13 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     copied(model)
 }
 
-/// What was copied in the editor goes to the terminal's clipboard too.
+/// Text copied in the editor goes to the terminal's clipboard too.
 fn copied(model: &mut Model) -> Vec<Effect> {
     let text = model.prompt.editor.newly_copied();
     text.map(Effect::Copy).into_iter().collect()
 }
 
-/// What a command of the editor does.
+/// Performs a command of the editor.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     if !model.prompt.editing {
         model.say("e edits the template first");

@@ -25,7 +25,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     }
 }
 
-/// What a key does where `scope` holds, with those that were pressed before it.
+/// The meaning of a key in `scope`, after the keys pressed before it.
 pub fn pressed(model: &mut Model, key: Key, scope: Scope) -> Pressed {
     if key.code == Code::Esc && give_up(model) {
         return Pressed::Chord;

@@ -154,7 +154,7 @@ fn ended(model: &mut Model, id: MakeId) {
     }
 }
 
-/// What is searched for belongs to what is open: where something else is opened, the search stops.
+/// Stops the search if another scenario is opened.
 pub fn stop_left(model: &mut Model) -> Vec<Effect> {
     if model.variant().is_none() && model.plot.drives == Some(Drives::Risk) {
         model.plot.drives = None;
@@ -269,7 +269,7 @@ fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
     effects
 }
 
-/// What is shown, and what can be done.
+/// Describes the shown variant, and the possible actions.
 fn in_words(model: &Model, made: &Made, changed: bool) -> String {
     let switch = model.look.key(Action::SwitchVariant);
     if !changed {

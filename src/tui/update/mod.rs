@@ -37,7 +37,7 @@ use super::message::{Effect, Msg};
 use super::model::{Model, Notice};
 use super::screens::{Screens, history, results, source};
 
-/// What has to be done when the program starts.
+/// Effects at the start of the program.
 #[must_use]
 pub fn start(model: &Model) -> Vec<Effect> {
     vec![

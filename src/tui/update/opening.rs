@@ -64,7 +64,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
             return place.map_or_else(Vec::new, |place| open(model, place, None));
         }
         Err(message) if ego.is_some() && model.opened.is_some() => {
-            // What is open stays.
+            // The open scenario stays open.
             model.complain(message);
             return Vec::new();
         }
@@ -121,7 +121,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     actions::load_stored(model).into_iter().collect()
 }
 
-/// What stays when the scenario that is open is opened again.
+/// State kept when the open scenario is opened again.
 struct Kept {
     /// Whether its ego is the same too, as when thresholds are read again.
     same_ego: bool,
@@ -190,7 +190,7 @@ pub fn show_stored(model: &mut Model, stored: Vec<Answer>) {
     }
     let how = model.way();
     let mut seen = std::collections::HashSet::new();
-    // What broke off does not stand before a whole answer to the same.
+    // Incomplete answers come after complete ones to the same question.
     let (whole, broken): (Vec<_>, Vec<_>) = stored.into_iter().partition(Answer::arrived);
     let mut newest: Vec<Answer> = whole
         .into_iter()

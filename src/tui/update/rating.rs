@@ -38,7 +38,7 @@ pub fn begin(model: &mut Model) {
     next_group(model);
 }
 
-/// All choices of so many of the places.
+/// All combinations of `size` places.
 fn groups(all: &[usize], size: usize) -> Vec<Vec<Shown>> {
     if size == 0 {
         return vec![Vec::new()];

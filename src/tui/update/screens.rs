@@ -45,7 +45,7 @@ pub fn on_action(model: &mut Model, action: Action) -> Vec<Effect> {
     }
 }
 
-/// Offers an action to the top screen; nothing where that has no use for it.
+/// Offers an action to the top screen; `None` if that has no use for it.
 fn offer(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
     let mut screen = model.screens.pop()?;
     match screens::act(screen.as_mut(), model, action) {
@@ -86,7 +86,7 @@ pub fn take(model: &mut Model, screen: Option<Box<dyn Screen>>, step: Step) -> V
     match step {
         Step::Stay(effects) | Step::Close(effects) => effects,
         Step::Perform(action) => actions::perform(model, action),
-        // What is below may be meant by it.
+        // The action may concern the screen below.
         Step::CloseAndPerform(action) => on_action(model, action),
         Step::Reopen(run) => reopen::begin(model, *run),
         Step::Ignored => Vec::new(),

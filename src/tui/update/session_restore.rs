@@ -14,7 +14,7 @@ use crate::system::activity;
 use crate::text::Frame;
 use crate::verdict::Task;
 
-/// What the workbench looks like.
+/// The current session.
 #[must_use]
 pub fn of(model: &Model) -> Session {
     let rows = model.list.rows.iter().map(|row| &row.entry);
@@ -49,7 +49,7 @@ pub fn of(model: &Model) -> Session {
 fn opened_of(model: &Model) -> Option<Opened> {
     model.opened.as_ref()?;
     if model.opening.is_some() {
-        // What is on the screen is another one.
+        // The screen shows another scenario.
         return model.recall.kept.as_ref()?.opened.clone();
     }
     let entry = &model.list.rows.get(model.list.opened?)?.entry;
@@ -137,7 +137,7 @@ pub fn open_found(model: &mut Model) -> Vec<Effect> {
     match (again, &model.recall.wanted) {
         (Some(place), Some(wanted)) => {
             let ego = wanted.ego;
-            // What the filter holds back is open all the same, as it was.
+            // A scenario hidden by the filter is open all the same, as before.
             model.list.select(place);
             if held_back(model, place) {
                 model.recall.wanted = None;
@@ -276,7 +276,7 @@ pub fn remember(model: &mut Model) -> Option<Effect> {
 /// Keeps what the workbench looks like, if that is another look than was kept last.
 pub fn keep(model: &mut Model) -> Vec<Effect> {
     model.recall.asked = false;
-    // What plays moves on by itself.
+    // Playback moves on by itself.
     model.recall.changed = model.clock.playing;
     if !model.recall.on {
         return Vec::new();

@@ -155,7 +155,7 @@ fn title(model: &Model, width: u16) -> Line<'static> {
     line
 }
 
-/// What is wrong with the template, in the first lines; gives the rest of the area.
+/// The template's errors in the first lines; returns the remaining area.
 fn error(f: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
     let Some(error) = &model.prompt.error else {
         return area;

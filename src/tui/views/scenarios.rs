@@ -47,7 +47,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         f.render_widget(text.style(Style::new().fg(model.theme.dim)), inner);
         return;
     }
-    // What is in a group stands further in than its head.
+    // Members of a group are indented below its heading.
     let indent = match list.grouping {
         Grouping::None => "",
         _ if inner.width < 30 => " ",
@@ -163,7 +163,7 @@ fn filter(f: &mut Frame<'_>, inner: &mut Rect, model: &Model) {
     }
 }
 
-/// What stands above the columns.
+/// The column headings.
 fn headings(columns: &[Column], width: usize) -> Line<'static> {
     let used: usize = columns.iter().map(|c| c.width()).sum();
     let mut line = Line::from(pad("  name", width.saturating_sub(used)));

@@ -213,7 +213,7 @@ fn stored(past: &StoredOrigin, run: Option<RunId>) -> String {
     }
 }
 
-/// What the built-in judge or the shown answer says.
+/// The comment of the built-in judge or the shown answer.
 fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
     let theme = &model.theme;
     let words = |s: &str| crate::text::visible(s).into_owned();
@@ -241,7 +241,7 @@ fn comment(model: &Model, reference: &judge::Judgement) -> Text<'static> {
     }
 }
 
-/// What the shown answer says, and what is to be known about it.
+/// The shown answer's comment, and notes on it.
 fn of_column(model: &Model) -> Text<'static> {
     let theme = &model.theme;
     let warning = Style::new().fg(theme.warning);

@@ -26,7 +26,7 @@ pub struct Reading {
     theme: Option<Theme>,
     loaded: bool,
     width: u16,
-    /// Key of the marked claims; nothing where none are marked.
+    /// Key of the marked claims; `None` if none are marked.
     key: Option<u64>,
     lines: Vec<Placed>,
     /// Lines with claims, and the places of those.

@@ -165,7 +165,7 @@ pub(super) fn adjacent(at: &impl Place, id: i64, same_direction: Option<bool>) -
     }
 }
 
-/// The ends of a stop line; nothing where it lies at the end of its lanelet.
+/// The ends of a stop line; `None` if it lies at the end of its lanelet.
 pub(super) fn stop_line(at: &impl Place, points: &[Point]) -> Option<(Point, Point)> {
     if !matches!(points.len(), 0 | 2) {
         let taken = if points.len() < 2 {

@@ -84,7 +84,7 @@ pub fn steps(at: &impl Place, quantity: Option<Quantity>) -> Result<Steps, ReadE
     refused_step(steps).map_or(Ok(steps), |message| Err(at.fail(message)))
 }
 
-/// Why time steps are not read; nothing for those that are.
+/// Why time steps are not read; `None` for those that are.
 pub fn refused_step(steps: Steps) -> Option<String> {
     let far = [steps.to, steps.from]
         .into_iter()

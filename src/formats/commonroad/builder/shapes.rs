@@ -4,7 +4,7 @@ use super::Place;
 use crate::formats::commonroad::ReadError;
 use crate::geometry::{Footprint, Point, SemiTrailer, Shape, Truck};
 
-/// A shape that encloses something; nothing where the format lets it be left out.
+/// A shape that encloses something; `None` if the format lets it be left out.
 ///
 /// # Errors
 /// It encloses nothing, and cannot be left out.
@@ -23,7 +23,7 @@ pub fn union(at: &impl Place, shapes: Vec<Shape>) -> Option<Shape> {
     Shape::union(shapes)
 }
 
-/// The body of an obstacle, ready to be measured; nothing where the format lets it be left out.
+/// The body of an obstacle, ready to be measured; `None` if the format lets it be left out.
 ///
 /// # Errors
 /// It cannot be measured, and cannot be left out.

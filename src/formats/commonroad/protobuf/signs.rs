@@ -87,7 +87,7 @@ const COUNTRIES_2024: [(&str, &[(i32, &str)]); 12] = [
     ("AUS", &[(16, "R1-2"), (17, "R1-1"), (92, "R3-1")]),
 ];
 
-/// The country's number of a sign of 2020a; nothing for the enumeration's last place, which is an unknown sign, and
+/// The country's number of a sign of 2020a; `None` for the enumeration's last place, which is an unknown sign, and
 /// for places that it has not.
 pub(super) fn of_2020a(number: Number) -> Option<&'static str> {
     let (signs, place): (&[&'static str], i32) = match number {

@@ -5,7 +5,7 @@ use super::Editor;
 /// A word that is looked for; small letters stand for capitals too.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Find {
-    /// What is looked for.
+    /// The search text.
     pub text: String,
     /// Line and column where the search began.
     pub from: (usize, usize),

@@ -34,7 +34,7 @@ impl Editor {
         self.anchor = Some(self.state.cursor);
     }
 
-    /// Nothing is selected any longer.
+    /// Clears the selection.
     pub fn unselect(&mut self) {
         self.anchor = None;
         self.marking = false;

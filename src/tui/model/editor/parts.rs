@@ -10,7 +10,7 @@ use edtui::clipboard::ClipboardTrait;
 pub struct EditorDrawn {
     /// Cells of the text, without line numbers: column, row, columns, rows.
     pub area: (u16, u16, u16, u16),
-    /// What each row shows: a line, and which of its characters.
+    /// For each row its line, and the range of its characters.
     pub rows: Vec<(usize, std::ops::Range<usize>)>,
 }
 
@@ -28,7 +28,7 @@ pub struct Styles {
 /// The clipboard inside the program, and whether something was put into it since it was last asked.
 #[derive(Default)]
 pub struct Clip {
-    /// What was put into it.
+    /// Its text.
     pub text: String,
     /// Whether that is new.
     pub fresh: bool,

@@ -12,7 +12,7 @@ use crate::metrics::Measure;
 pub struct Filter {
     words: Pattern,
     terms: Vec<Term>,
-    /// What is wrong with terms, each in a sentence; a wrong term holds nothing back.
+    /// Errors in terms, one sentence each; a wrong term filters nothing.
     pub wrong: Vec<String>,
 }
 
@@ -46,7 +46,7 @@ impl Filter {
         self.terms.iter().any(|term| term.test.needs_facts())
     }
 
-    /// How well a scenario matches; nothing where it is held back.
+    /// How well a scenario matches; `None` if it is held back.
     pub fn score(&self, row: &Row, matching: &mut Matching) -> Option<u32> {
         let lets_through = |term: &Term| term.test.holds(row) != term.negated;
         if !self.terms.iter().all(lets_through) {

@@ -109,7 +109,7 @@ pub enum Agreement {
 /// A group that is shown.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Group {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// How many scenarios are in it.
     pub count: usize,

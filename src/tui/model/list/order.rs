@@ -52,7 +52,7 @@ impl Order {
         }
     }
 
-    /// What comes first, in words; of measures their name.
+    /// Describes which scenarios come first; for measures, their name.
     #[must_use]
     pub fn doc(self) -> &'static str {
         match self {

@@ -55,7 +55,7 @@ impl Row {
         }
     }
 
-    /// What stored answers say about it; nothing while it was not read.
+    /// What stored answers say about it; `None` while it was not read.
     #[must_use]
     pub fn agreement(&self) -> Option<Agreement> {
         let tally = match self.facts.as_ref()? {

@@ -30,7 +30,7 @@ pub const TERMS: &[(&str, &str)] = &[
 /// A term.
 #[derive(Debug, Clone)]
 pub struct Term {
-    /// What it asks.
+    /// Its condition.
     pub test: Test,
     /// Whether the answer has to be no.
     pub negated: bool,
@@ -47,7 +47,7 @@ pub enum Test {
     Folder(String),
     /// Whether something is there (or, with `false`, known not to be).
     Has(Thing, bool),
-    /// What stored answers say.
+    /// Verdicts of stored answers.
     Verdict(Agreement),
     /// How a number compares.
     Number(Number, Comparison, f64),
@@ -226,7 +226,7 @@ impl Test {
     }
 }
 
-/// Whether a scenario has it; nothing while that is not known.
+/// Whether a scenario has it; `None` while that is not known.
 fn has(row: &Row, thing: Thing) -> Option<bool> {
     match thing {
         Thing::Tags => Some(!row.own_tags.is_empty()),

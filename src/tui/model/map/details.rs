@@ -9,7 +9,7 @@ use crate::tui::widgets::words::{hundredths, number};
 /// A line of the details.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Detail {
-    /// What comes next is about this.
+    /// A title of the following lines.
     Title(String),
     /// A name and its value.
     Said(&'static str, String),
@@ -26,7 +26,7 @@ pub fn as_text(details: &[Detail]) -> String {
 }
 
 impl Model {
-    /// The details of the picked obstacle at the cursor; nothing where none is picked.
+    /// The details of the picked obstacle at the cursor; `None` if none is picked.
     #[must_use]
     pub fn details(&self) -> Option<Vec<Detail>> {
         let opened = self.opened.as_deref()?;

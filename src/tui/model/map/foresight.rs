@@ -15,7 +15,7 @@ const MOST: usize = 12;
 /// Seconds between two points of a path.
 const TICK: f64 = 0.2;
 
-/// What is less likely is not drawn, 0 to 1.
+/// Less likely paths are not drawn, 0 to 1.
 const LEAST: f64 = 0.05;
 
 /// The paths of one participant.

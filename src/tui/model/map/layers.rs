@@ -57,7 +57,7 @@ pub struct Layers {
     pub labels: bool,
     /// Goals of the planning problems.
     pub goal: bool,
-    /// What the planner saw and chose, and the recorded ego beside the planned one.
+    /// The planner's candidates and choice, and the recorded ego beside the planned one.
     pub planner: bool,
     /// The two motions of a variant's attacker.
     pub variant: bool,

@@ -110,7 +110,7 @@ impl End {
 }
 
 impl Tape {
-    /// What it says at a step. An end whose body is not there lies where it was put.
+    /// The measurement at a step. An end whose body is absent stays where it was put.
     #[must_use]
     pub fn measure(&self, opened: &Opened, step: i64) -> Measurement {
         let tips = (self.from.tip(opened, step), self.to.tip(opened, step));
@@ -127,7 +127,7 @@ impl Tape {
 }
 
 impl Model {
-    /// What the tape says now.
+    /// The current measurement.
     #[must_use]
     pub fn measured(&self) -> Option<(Tape, Measurement)> {
         let tape = self.map.tape?;

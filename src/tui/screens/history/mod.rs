@@ -35,7 +35,7 @@ pub fn open(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// What has to be done when it closes.
+/// Effects when it closes.
 pub fn leave(model: &mut Model) -> Vec<Effect> {
     model.history.loading = None;
     model.history.typing = None;

@@ -88,7 +88,7 @@ fn back(model: &mut Model) -> Step {
     if results.choosing.take().is_some() || results.inside.take().is_some() {
         return Step::stay();
     }
-    // What is still read is not waited for.
+    // A reading still in progress is abandoned.
     model.results.asked = PageId(model.new_id());
     model.results.reading = false;
     Step::Close(vec![Effect::Results(ResultsAsk::Stop)])

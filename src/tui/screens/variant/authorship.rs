@@ -25,7 +25,7 @@ const WIDE: usize = 46;
 /// Kinds of reasons of one answer that are shown.
 const KINDS: usize = 4;
 
-/// What a model wrote that came to nothing.
+/// A model's output without a dangerous result.
 pub fn alone(model: &Model, wrote: &Authorship, width: usize) -> Text<'static> {
     let mut lines = Lines::new(&model.theme, width);
     lines.title("nothing dangerous came of it");

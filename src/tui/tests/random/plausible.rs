@@ -1,4 +1,4 @@
-//! Plausible results of what is asked for: answers, ratings, batches, facts.
+//! Plausible results of effects: answers, ratings, batches, facts.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
@@ -116,7 +116,7 @@ pub fn plan(ask: PlanAsk, n: usize) -> Vec<Msg> {
     };
     let ended = match n % 4 {
         0 => Err(format!("no way leads there {HOSTILE}")),
-        // A changed scene is driven in by nobody here.
+        // Changed scenes contain no drive here.
         _ if change.is_some() => return Vec::new(),
         _ => planned(&entry, forecast),
     };

@@ -1,4 +1,4 @@
-//! What holds of the model whatever happened.
+//! Invariants of the model.
 
 use std::any::{Any, TypeId};
 

@@ -1,4 +1,4 @@
-//! A workbench and what surrounds it: effects wait until they are done, and are done with plausible results.
+//! A workbench and its surroundings: effects wait, then finish with plausible results.
 
 use std::collections::VecDeque;
 use std::sync::Arc;

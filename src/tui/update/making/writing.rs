@@ -69,7 +69,7 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     begin_with(model, change, only, 1, Some(Box::new(writer)))
 }
 
-/// What happens while it writes.
+/// Handles progress of the authoring model.
 pub fn heard(model: &mut Model, progress: &Progress) {
     if let Progress::Heard {
         event: Event::Chunk(Chunk::Note(note)),
@@ -110,7 +110,7 @@ fn waiting(event: &Event) -> Option<String> {
     }
 }
 
-/// Nothing dangerous came of it; what it wrote can be read.
+/// Handles a result that is not dangerous; the model's output can be read.
 pub fn unwritten(model: &mut Model, words: String, wrote: Arc<Authorship>) {
     if let Some(of) = model.made_of() {
         model.maker.keep_unwritten(of, wrote.clone());

@@ -64,7 +64,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     for &place in order.iter().skip(first).take(rows) {
         let mut line = claimed::line(&claims[place], theme);
         if line.width() > usize::from(inner.width) {
-            // The sign keeps its colour; what is cut is said to be.
+            // The symbol keeps its colour; truncation is marked.
             let sign = line.spans.first().map_or(0, Span::width);
             if let Some(words) = line.spans.get_mut(1) {
                 let room = usize::from(inner.width).saturating_sub(sign);
@@ -134,7 +134,7 @@ pub fn marking(f: &mut Frame<'_>, screen: Rect, model: &Model) {
 /// Columns of the window of ratings.
 const RATINGS: u16 = 86;
 
-/// What the ratings add up to.
+/// Rating totals.
 pub fn ratings(f: &mut Frame<'_>, screen: Rect, model: &Model) {
     let Some(ratings) = &model.compare.ratings else {
         return;

@@ -225,7 +225,7 @@ pub fn lines(model: &Model, fields: &[Field], differ: &[bool], width: u16) -> Ve
     fields.iter().enumerate().map(line).collect()
 }
 
-/// What was made of the answer at a place: chosen, tied, marked as wrong.
+/// The rating of the answer at a place: chosen, tied, marked as wrong.
 pub fn outcome(model: &Model, place: usize) -> Option<Line<'static>> {
     let (compare, theme) = (&model.compare, &model.theme);
     let mark = compare.marks.get(place).cloned().flatten();

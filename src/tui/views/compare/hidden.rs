@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use crate::judge;
 use crate::tui::model::{Model, Shown};
 
-/// What an answer is called.
+/// The displayed name of an answer.
 pub fn name(model: &Model, shown: Shown) -> String {
     match shown {
         _ if model.compare.hides() => "answer".into(),

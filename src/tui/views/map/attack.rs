@@ -55,7 +55,7 @@ pub fn motions(ctx: &mut Context<'_>, model: &Model, view: &Projection, step: i6
     }
 }
 
-/// What the hollow body is, where the two are not in one place.
+/// Names the hollow body, if the two are apart.
 pub fn name(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection, step: i64) {
     let Some(shown) = shown(model).filter(|shown| step > shown.made.effect.from) else {
         return;

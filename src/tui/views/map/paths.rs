@@ -21,7 +21,7 @@ const APART: f64 = 9.0;
 const FARTHEST: f64 = 1e100;
 /// Dashes that fit on the largest map, at a period of a dot.
 const MOST_DASHES: f64 = 10_000.0;
-/// What marks the end of the way straight on.
+/// Marks the end of a constant-velocity path.
 pub const STRAIGHT: &str = "x";
 
 /// Lines behind everyone, dots ahead of them as far as they are recorded, and their velocities.
@@ -176,11 +176,11 @@ pub fn walk(
     for pair in line.windows(2) {
         let (from, to) = (view.at(&pair[0]), view.at(&pair[1]));
         let length = (to.0 - from.0).hypot(to.1 - from.1);
-        // Nothing is so far away that could be drawn.
+        // Too far away to be drawn.
         if length <= 0.0 || length.is_nan() || length > FARTHEST {
             continue;
         }
-        // What is not seen is not walked along: coordinates may be of any size.
+        // Only the visible part is sampled: coordinates may be of any size.
         let Some((enters, leaves)) = view.part_seen(from, to) else {
             done += length;
             continue;

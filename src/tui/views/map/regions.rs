@@ -14,7 +14,7 @@ use crate::tui::widgets::fill::Fill;
 /// Lanelets of a goal that are named.
 const NAMED: usize = 3;
 
-/// What stands for ever, and goal regions.
+/// Static regions and goals.
 pub fn fixed(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projection) {
     for position in goals(opened).flat_map(|g| &g.positions) {
         if let Position::Region(region) = position
@@ -64,7 +64,7 @@ pub fn occupancies(
     }
 }
 
-/// What the goals are: lanelets, when, how fast.
+/// Labels of goals: lanelets, times, speeds.
 pub fn goal_labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view: &Projection) {
     if !model.map.layers.goal {
         return;

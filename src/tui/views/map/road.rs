@@ -37,7 +37,7 @@ pub fn draw(ctx: &mut Context<'_>, model: &Model, opened: &Opened, view: &Projec
         .iter()
         .enumerate()
         .filter(|(i, _)| view.sees(&network.bounds_of(*i)));
-    // What is drawn later colours the cell, so the markings come last.
+    // Later strokes colour the cell, so the markings come last.
     let mut later = Vec::new();
     for (_, lanelet) in seen {
         if lanelet.types.contains(&LaneletType::Crosswalk) {
@@ -178,7 +178,7 @@ fn dash_starts(line: &Polyline, view: &Projection) -> Vec<f64> {
     starts
 }
 
-/// A second line so many dots to the right of a line.
+/// A second line, this many dots to the right of a line.
 fn beside(ctx: &mut Context<'_>, view: &Projection, points: &[Point], aside: f64, color: Color) {
     stroke(ctx, view, &shifted(points, aside * view.dot), color);
 }

@@ -108,7 +108,7 @@ fn signs_seen<'a>(
     })
 }
 
-/// What a post says; nothing where none of its numbers is known.
+/// What a post says; `None` if none of its numbers is known.
 fn words(sign: &Sign) -> Option<String> {
     let speed = |metres: f64| {
         if sign.in_miles() {

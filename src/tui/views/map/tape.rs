@@ -32,7 +32,7 @@ fn style(model: &Model) -> Style {
         .add_modifier(Modifier::BOLD)
 }
 
-/// What it says, as much as there is room for beside its middle, or beside its end.
+/// The measurement, as much as fits beside its middle, or beside its end.
 pub fn label(board: &mut LabelPlacer<'_>, model: &Model, view: &Projection) {
     let Some((tape, measured)) = model.measured() else {
         return;

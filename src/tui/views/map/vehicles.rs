@@ -219,7 +219,7 @@ fn draw_body(ctx: &mut Context<'_>, view: &Projection, drawn: &Drawn<'_>) {
         ctx.draw(&Fill::solid(&corners, color));
     };
     if drawn.stands {
-        // What stands for ever is hollow, what moves is filled.
+        // Static bodies are hollow, moving ones filled.
         if dots < OUTLINE {
             rings.iter().for_each(|ring| fill(ring));
         }

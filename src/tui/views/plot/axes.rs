@@ -16,7 +16,7 @@ const COLUMNS: u16 = 7;
 /// Values at the two ends of an axis.
 pub type Range = (f64, f64);
 
-/// Numbers of the axis upwards that a plot of so many rows has room for.
+/// Most numbers that fit on the vertical axis of a plot of this height.
 pub fn most_upwards(area: Rect) -> usize {
     usize::from(rows(area) / 2 + 1).clamp(2, 5)
 }
@@ -100,7 +100,7 @@ pub fn draw(
     plot
 }
 
-/// The cell at a part of so many.
+/// The cell at a fraction of this many cells.
 fn place(part: f64, cells: u16) -> u16 {
     (part.clamp(0.0, 1.0) * f64::from(cells.saturating_sub(1))).round() as u16
 }

@@ -85,7 +85,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     model.drawn.time_scale(plot);
 }
 
-/// What the plot is of, and each curve's value now, without a name where that is empty.
+/// The plot's title with each curve's current value; a curve with an empty name shows only the value.
 fn title(
     name: &'static str,
     unit: &str,

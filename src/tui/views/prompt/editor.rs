@@ -69,7 +69,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, top: Option<usize>) {
     drawn.rows = wrapped;
 }
 
-/// What stands for a character, which must not reach the terminal as it is.
+/// A visible symbol for a character that must not reach the terminal.
 fn sign(c: char) -> String {
     match c {
         '\t' => " ".repeat(width_of(c)),
@@ -170,7 +170,7 @@ fn highlighted(editor: &Editor, model: &Model, first: usize, last: usize) {
     styles.of = of;
 }
 
-/// What is marked in a line.
+/// Marked ranges of a line.
 struct Marks {
     /// The selected characters.
     selected: std::ops::Range<usize>,

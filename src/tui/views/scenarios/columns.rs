@@ -19,7 +19,7 @@ pub enum Column {
     Duration,
     /// Three letters.
     Country,
-    /// What stored answers say: agree or differ, and how many; in the narrow one only which.
+    /// Verdicts of stored answers: agreement and count; the narrow form shows agreement only.
     Answers { wide: bool },
     /// The lowest risk score and a mark; the wide one has room for its name above it.
     Risk { wide: bool },
@@ -38,7 +38,7 @@ impl Column {
         }
     }
 
-    /// What stands above it.
+    /// Its heading.
     pub fn head(self) -> String {
         match self {
             Self::Value(measure) => match (measure.id.len(), measure.unit) {

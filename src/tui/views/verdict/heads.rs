@@ -27,7 +27,7 @@ pub fn heads(ids: &[&str], width: usize) -> Vec<String> {
     best
 }
 
-/// An id in so many columns, with so many letters of its provider where it does not fit whole.
+/// An id within `width` columns, with `letters` of its provider if it does not fit whole.
 fn short(id: &str, letters: usize, width: usize) -> String {
     match id.split_once('/') {
         Some((provider, model)) if id.width() > width => {

@@ -7,7 +7,7 @@ use crate::text::visible;
 use crate::tui::model::Model;
 use crate::verdict::{Moment, Motion, ParsedAnswer, Task, Waypoint};
 
-/// What the second row of the table is called.
+/// The label of the table's second row.
 pub fn second_label(task: Task) -> &'static str {
     match task {
         Task::Collision | Task::Safety => "who",

@@ -12,7 +12,7 @@ use crate::verdict::{Task, Verdict};
 
 /// Columns of the names of the rows.
 pub const LABEL: usize = 10;
-/// What the built-in judge is called here.
+/// The built-in judge's name here.
 const BUILT_IN: &str = "built-in";
 
 /// A row of the table.
@@ -28,7 +28,7 @@ pub enum Row {
     /// Yes or no.
     Says,
     Who,
-    /// What the built-in judge says about the answer's own window.
+    /// The built-in judge's verdict on the answer's own window.
     Truth,
     Steps,
     Risk,
