@@ -143,7 +143,7 @@ fn ctrl_c_cancels_first_and_quits_second() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     bench.press("ctrl-c");
-    assert!(matches!(bench.effects.last(), Some(Effect::Abort(aborted)) if *aborted == id));
+    assert!(matches!(bench.effects.last(), Some(Effect::Cancel(aborted)) if *aborted == id));
     assert!(matches!(
         bench.model.answers.columns[0].progress,
         Progress::Broken(_)
@@ -220,7 +220,12 @@ fn an_answer_goes_on_while_another_scenario_is_looked_at() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     bench.press("down");
-    assert!(bench.effects.iter().all(|e| !matches!(e, Effect::Abort(_))));
+    assert!(
+        bench
+            .effects
+            .iter()
+            .all(|e| !matches!(e, Effect::Cancel(_)))
+    );
     assert!(bench.model.answers.columns.is_empty());
     bench.send(Msg::Answered(
         id,
@@ -239,7 +244,7 @@ fn an_answer_goes_on_while_another_scenario_is_looked_at() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::Abort(aborted) if *aborted == id))
+            .any(|e| matches!(e, Effect::Cancel(aborted) if *aborted == id))
     );
 }
 

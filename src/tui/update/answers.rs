@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::super::action::Action;
-use super::super::message::{AskId, Effect, WindowTruth};
+use super::super::message::{Effect, JobId, WindowTruth};
 use super::super::model::{Column, Model, Pane, Progress, Shown};
 use super::{batch, making};
 use crate::evaluation::{Answer, Event, Judged};
@@ -51,7 +51,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         ));
         return Vec::new();
     };
-    let id = AskId(model.new_id());
+    let id = JobId(model.new_id());
     if asked == judge::MODEL {
         model.answers.asking_reference = Some(id);
         model.answers.show(Shown::Reference);
@@ -129,7 +129,7 @@ pub fn offer(model: &mut Model, found: Vec<Discovered>) {
 }
 
 /// A piece of an answer.
-pub fn arrived(model: &mut Model, ask: AskId, event: Event) -> Vec<Effect> {
+pub fn arrived(model: &mut Model, ask: JobId, event: Event) -> Vec<Effect> {
     let Some(column) = model.column_mut(ask) else {
         return Vec::new();
     };
@@ -186,7 +186,7 @@ pub fn pass(model: &mut Model, seconds: f64) {
 }
 
 /// An answer is complete.
-pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, String>) -> Vec<Effect> {
+pub fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) -> Vec<Effect> {
     if model.answers.asking_reference == Some(ask) {
         model.answers.asking_reference = None;
         match result {
@@ -254,7 +254,7 @@ pub fn answered(model: &mut Model, ask: AskId, result: Result<Box<Answer>, Strin
 }
 
 /// Says why there is no verdict, unless it is read beside the answer anyway.
-fn failed_with(model: &mut Model, ask: AskId, why: String) {
+fn failed_with(model: &mut Model, ask: JobId, why: String) {
     let read = !model.zoomed || model.focus == Pane::Reasoning;
     match model
         .answers
@@ -290,7 +290,7 @@ pub fn abort_all(model: &mut Model) -> Vec<Effect> {
     for column in &mut model.answers.columns {
         if column.is_running() {
             column.progress = cancelled();
-            effects.extend(column.ask.map(Effect::Abort));
+            effects.extend(column.ask.map(Effect::Cancel));
         }
     }
     effects.extend(
@@ -298,7 +298,7 @@ pub fn abort_all(model: &mut Model) -> Vec<Effect> {
             .answers
             .elsewhere
             .drain(..)
-            .map(|(id, _)| Effect::Abort(id)),
+            .map(|(id, _)| Effect::Cancel(id)),
     );
     if !effects.is_empty() {
         model.say("cancelled");
@@ -325,7 +325,7 @@ pub fn close(model: &mut Model) -> Vec<Effect> {
         Shown::Column(place.min(last - 1))
     });
     if column.is_running() {
-        column.ask.map(Effect::Abort).into_iter().collect()
+        column.ask.map(Effect::Cancel).into_iter().collect()
     } else {
         Vec::new()
     }

@@ -144,17 +144,23 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             }
             Vec::new()
         }
-        Msg::History(news) => {
-            let step = history::hear(model, news);
+        Msg::History(event) => {
+            let step = history::on_event(model, event);
             screens::take(model, None, step)
         }
-        Msg::Results(news) => {
-            let step = results::hear(model, news);
+        Msg::Results(event) => {
+            let step = results::on_event(model, event);
             screens::take(model, None, step)
         }
-        Msg::Batch(news) => batch::heard(model, news),
-        Msg::Plan(news) => planning::heard(model, news),
-        Msg::Make(news) => making::heard(model, news),
+        Msg::Job(id, event) => jobs::on_event(model, id, event),
+        Msg::DriveSaved(key, result) => {
+            planning::saved(model, key, result);
+            Vec::new()
+        }
+        Msg::VariantSaved(made, result) => {
+            making::saved(model, &made, result);
+            Vec::new()
+        }
         Msg::Rated(round, result) => rating::kept(model, round, result),
         Msg::Ratings(result) => {
             rating::read(model, result);

@@ -12,7 +12,7 @@ use ratatui::layout::Position;
 
 use super::super::bench::{no_verdict, opened};
 use super::super::kept::{FIRST, Kept};
-use super::plausible::{batch, facts, make, plan, rating, stored};
+use super::plausible::{cancelled, facts, job, rating, stored};
 use super::{ESCAPES, Input, sound};
 use crate::evaluation::Event;
 use crate::formats::{Entry, WantedEgo, bundled};
@@ -23,7 +23,7 @@ use crate::settings::Keys;
 use crate::store::RunId;
 use crate::tui::keymap::{Code, Key, Keymap, Preset};
 use crate::tui::loaded::{Measured, Opened, Source, judged, plotted};
-use crate::tui::message::runs::{HistoryAsk, HistoryNews};
+use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
 use crate::tui::message::{Effect, Mouse, Msg, Reloaded};
 use crate::tui::model::PromptPane;
 use crate::tui::theme::Theme;
@@ -209,7 +209,7 @@ impl World {
     fn hear(&mut self, news: News) {
         let msg = match news {
             News::Complaint => Msg::Complaint(format!("the disk is full {HOSTILE}")),
-            News::Changed => Msg::History(HistoryNews::Changed),
+            News::Changed => Msg::History(HistoryEvent::Changed),
             News::Discovered => Msg::Discovered(vec![Discovered {
                 id: format!("ollama/tiny{}", self.done % 3),
                 dialect: Dialect::Ollama,
@@ -310,8 +310,8 @@ impl World {
                 vec![Msg::Rated(round, kept)]
             }
             Effect::Ask { id, model, .. } => self.answers(id, &model, n),
-            Effect::History(HistoryAsk::Export(..)) => {
-                vec![Msg::History(HistoryNews::Exported(Ok(
+            Effect::History(HistoryCommand::Export(..)) => {
+                vec![Msg::History(HistoryEvent::Exported(Ok(
                     "3 runs written".into()
                 )))]
             }
@@ -322,9 +322,12 @@ impl World {
                     .extend(std::mem::take(&mut self.kept.bench.effects));
                 Vec::new()
             }
-            Effect::Batch(ask) => batch(ask, n),
-            Effect::Plan(ask) => plan(ask, n),
-            Effect::Make(ask) => make(ask, n),
+            Effect::Start(id, request) => job(id, request, n),
+            Effect::Cancel(id) => {
+                let mut jobs = self.kept.bench.model.jobs.all.iter();
+                let kind = jobs.find(|job| job.id == id).map(|job| job.kind);
+                cancelled(id, kind)
+            }
             Effect::EditOutside(sent) => vec![Msg::EditedOutside(
                 sent.clone(),
                 match n % 2 {
@@ -344,7 +347,7 @@ impl World {
     }
 
     /// What comes of a question: pieces, the end, or a piece now and the rest after other things.
-    fn answers(&mut self, id: crate::tui::message::AskId, model: &str, n: usize) -> Vec<Msg> {
+    fn answers(&mut self, id: crate::tui::message::JobId, model: &str, n: usize) -> Vec<Msg> {
         let whole = match n % 4 {
             0 => Err(format!("the store is full {HOSTILE}")),
             1 => Ok(Box::new(no_verdict(model, HOSTILE))),
