@@ -15,7 +15,7 @@ use ratatui::layout::Position;
 use super::keymap::{Key, Keymap};
 use super::loaded::{DriveFiles, DriveKey, Facts, Made, Measured, Opened, PictureJob, Source};
 use super::theme::Named;
-use crate::evaluation::{Answer, Event, Question};
+use crate::evaluation::Answer;
 use crate::formats::{Entry, Found, PassedOver};
 use crate::llm::Discovered;
 use crate::metrics::{Measure, Series, Thresholds};
@@ -64,10 +64,6 @@ pub enum Msg {
     Judged(Arc<Scene>, Task, Vec<WindowTruth>),
     /// The user's thresholds were read, or why they cannot be used.
     Thresholds(Result<Arc<Thresholds>, String>),
-    /// A piece of an answer.
-    Asked(JobId, Event),
-    /// An answer is complete, or the store refused.
-    Answered(JobId, Result<Box<Answer>, String>),
     /// Earlier answers on the same thing.
     Stored(StoredOf, Vec<Answer>),
     /// Of the history of runs.
@@ -220,24 +216,13 @@ pub enum Effect {
     RememberLater,
     /// Keep what the workbench looks like for the next start.
     Remember(Box<session::Session>),
-    /// Ask a model; anew, even where the store has its answer, if `fresh`.
-    Ask {
-        /// The question's number.
-        id: JobId,
-        /// What is asked.
-        question: Box<Question>,
-        /// Who is asked, `provider/model`.
-        model: String,
-        /// Whether it is asked in any case.
-        fresh: bool,
-    },
     /// Something for the history of runs.
     History(runs::HistoryCommand),
     /// Something for the screen of results.
     Results(runs::ResultsCommand),
     /// Start a job.
     Start(JobId, JobRequest),
-    /// Cancel a job or a question. A batch begins nothing more; cancelled once more, it ends what it began.
+    /// Cancel a job. A batch begins nothing more; cancelled once more, it ends what it began.
     Cancel(JobId),
     /// Write a planned ego.
     SaveDrive(Box<DriveFiles>),

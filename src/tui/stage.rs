@@ -97,7 +97,7 @@ impl Stage {
         for name in keys.split_whitespace() {
             let key = Key::parse(name).unwrap_or_else(|| panic!("no key `{name}`"));
             for effect in self.send(Msg::Key(key)) {
-                if let Effect::Ask { id, .. } = effect {
+                if let Effect::Start(id, JobRequest::Question { .. }) = effect {
                     self.asked.push(id);
                 }
             }
@@ -114,7 +114,10 @@ impl Stage {
     /// A piece of an answer arrives.
     pub fn arrive(&mut self, answer: usize, piece: &str) {
         let event = Event::Chunk(Chunk::Text(piece.into()));
-        self.send(Msg::Asked(self.asked[answer], event));
+        self.send(Msg::Job(
+            self.asked[answer],
+            JobEvent::Question(Update::Progress(event)),
+        ));
     }
 
     /// An answer has ended, and this was all of it.
@@ -137,7 +140,10 @@ impl Stage {
             price_source: None,
             finish: Some("stop".into()),
         };
-        self.send(Msg::Answered(self.asked[answer], Ok(Box::new(whole))));
+        self.send(Msg::Job(
+            self.asked[answer],
+            JobEvent::Question(Update::Ended(Ok(Box::new(whole)))),
+        ));
     }
 
     /// How many claims of the shown answer were held against the geometry.

@@ -23,7 +23,7 @@ use tokio::sync::mpsc::UnboundedSender;
 use self::job::{Canceller, RunningJobs};
 use self::queue::Queue;
 use super::loaded::{PictureJob, Source};
-use super::message::{Effect, JobId, Msg, Outside, StoredOf};
+use super::message::{Effect, JobEvent, JobId, Msg, Outside, StoredOf, Update};
 use crate::evaluation::{Answer, Judge, Question, RunOptions, default_planning};
 use crate::formats::WantedEgo;
 use crate::llm::{Effort, Environment, Parameters, Registry, probe};
@@ -164,12 +164,6 @@ impl Tasks {
             Effect::KeepDraft(file, draft) => self.keep_draft(&file, draft),
             Effect::RememberLater => self.remember_later(),
             Effect::Remember(session) => self.remember(&session),
-            Effect::Ask {
-                id,
-                question,
-                model,
-                fresh,
-            } => self.ask(id, question, &model, fresh),
             Effect::History(ask) => self.history(ask),
             Effect::Results(ask) => self.results(ask),
             Effect::Start(id, request) => self.start(id, request),
@@ -312,14 +306,16 @@ impl Tasks {
     }
 
     fn ask(&mut self, id: JobId, question: Box<Question>, model: &str, fresh: bool) {
+        let sender = self.sender.clone();
+        let tell = move |update| drop(sender.send(Msg::Job(id, JobEvent::Question(update))));
         let judge = match self.judge(model) {
             Ok(judge) => judge,
             Err(error) => {
-                let _ = self.sender.send(Msg::Answered(id, Err(error)));
+                tell(Update::Ended(Err(error)));
                 return;
             }
         };
-        let (sender, store) = (self.sender.clone(), self.store.clone());
+        let store = self.store.clone();
         let task = tokio::spawn(async move {
             let request = AskRequest {
                 question: &question,
@@ -330,12 +326,10 @@ impl Tasks {
                     ..RunOptions::default()
                 },
             };
-            let outcome = ask(request, |event| {
-                let _ = sender.send(Msg::Asked(id, event));
-            });
+            let outcome = ask(request, |event| tell(Update::Progress(event)));
             let outcome = outcome.await.map(|outcome| Box::new(outcome.answer));
             let outcome = outcome.map_err(|error| error.to_string());
-            let _ = sender.send(Msg::Answered(id, outcome));
+            tell(Update::Ended(outcome));
         });
         // Aborting the task closes the connection and writes the run down as cancelled.
         self.jobs.insert(id, Canceller::Abort, task.abort_handle());

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::runs::{Batch, Counts, Ended};
+use crate::evaluation::{Answer, Event, Question};
 use crate::formats::Entry;
 use crate::planner::Forecast;
 use crate::scenario::Transform;
@@ -15,6 +16,15 @@ pub struct JobId(pub u64);
 /// The work of a job.
 #[derive(Debug)]
 pub enum JobRequest {
+    /// Ask a model.
+    Question {
+        /// What is asked.
+        question: Box<Question>,
+        /// Who is asked, `provider/model`.
+        model: String,
+        /// Whether it is asked anew where the store has its answer.
+        fresh: bool,
+    },
     /// Plan the ego of a scenario, after a change of its scene if there is one, under a forecast.
     Plan(Entry, Option<Transform>, Forecast),
     /// Make a scenario dangerous.
@@ -28,6 +38,8 @@ pub enum JobRequest {
 /// What a job tells, by its kind.
 #[derive(Debug)]
 pub enum JobEvent {
+    /// Pieces of an answer; then the whole answer, or why the store refused.
+    Question(Update<Event, Box<Answer>>),
     /// Planned steps, and steps at most; then the scenario with the planned ego.
     Plan(Update<(usize, usize), Box<Opened>>),
     /// Making a scenario dangerous.

@@ -92,6 +92,11 @@ impl Tasks {
     /// Starts the work of a job.
     pub(super) fn start(&mut self, id: JobId, request: JobRequest) {
         match request {
+            JobRequest::Question {
+                question,
+                model,
+                fresh,
+            } => self.ask(id, question, &model, fresh),
             JobRequest::Plan(entry, change, forecast) => self.plan(id, entry, change, forecast),
             JobRequest::Generate(request) => self.generate(id, request),
             JobRequest::Estimate(batch) => self.estimate(id, batch),

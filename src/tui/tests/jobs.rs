@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::bench::{Bench, answer, no_verdict};
+use super::events;
 use crate::evaluation::batch::Estimate;
 use crate::store::Consumed;
 use crate::tui::message::runs::{Batch, Counts, Ended};
@@ -244,7 +245,7 @@ fn questions_are_listed_with_what_they_took_and_can_be_cancelled() {
     bench.model.uptime = Duration::from_secs(4);
     let mut paid = answer("lab/small", true, 301);
     paid.consumed.cost_usd = Some(0.5);
-    bench.send(Msg::Answered(first, Ok(Box::new(paid))));
+    bench.send(events::answered(first, Ok(Box::new(paid))));
     bench.press("shift-j");
     let list = bench.frame(120, 40);
     for words in [

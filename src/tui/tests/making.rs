@@ -1,14 +1,13 @@
 //! A scenario is made dangerous: by a key, stopped, seen on the map, in the panel and in the plot, and written.
 
 use super::bench::Bench;
+use super::events;
 use super::generated::generated;
 use crate::formats::commonroad;
 use crate::generation::{Consequence, Progress};
 use crate::scenario::{ContentHash, ObstacleRole, Scenario};
-use crate::tui::loaded::{
-    Generated, GenerationProgress, Made, VariantRequest, VariantShown, Working,
-};
-use crate::tui::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::tui::loaded::{Generated, Made, VariantRequest, VariantShown, Working};
+use crate::tui::message::{Effect, JobId, JobRequest, Msg};
 use crate::tui::model::{Drives, JobState};
 use crate::tui::screens::variant::VariantScreen;
 use crate::tui::tasks::making::write;
@@ -31,10 +30,7 @@ fn stopped(bench: &Bench) -> usize {
 /// The last search that was asked for ends.
 pub fn arrive(bench: &mut Bench) {
     let (id, wish) = asked(bench).pop().expect("a search was asked for");
-    bench.send(Msg::Job(
-        id,
-        JobEvent::Generate(Update::Ended(generated(&wish))),
-    ));
+    bench.send(events::generated(id, generated(&wish)));
 }
 
 /// A bundled scenario that is open.
@@ -85,22 +81,14 @@ fn a_key_makes_it_dangerous_and_shows_how_far_it_is() {
         driven: 5,
         best: Some(Consequence::NearMiss),
     };
-    bench.send(Msg::Job(
-        id,
-        JobEvent::Generate(Update::Progress(GenerationProgress::Working(
-            Working::Driving(3, 90),
-        ))),
-    ));
+    bench.send(events::generating(id, Working::Driving(3, 90)));
     assert!(
         bench
             .frame(120, 40)
             .contains("driving the original, step 3/90")
     );
     let searching = Working::Searching(progress, 600);
-    bench.send(Msg::Job(
-        id,
-        JobEvent::Generate(Update::Progress(GenerationProgress::Working(searching))),
-    ));
+    bench.send(events::generating(id, searching));
     let wide = bench.frame(200, 60);
     let words = "generating: motion 210 of 600, 96 refused, 5 driven, best near miss";
     assert!(wide.contains(words), "{wide}");
@@ -205,12 +193,7 @@ fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
     }
     // What still arrives of it is dropped.
     let (id, _) = asked(&bench).pop().unwrap();
-    bench.send(Msg::Job(
-        id,
-        JobEvent::Generate(Update::Progress(GenerationProgress::Working(
-            Working::Proving,
-        ))),
-    ));
+    bench.send(events::generating(id, Working::Proving));
     assert_eq!(state(&bench), JobState::Stopping);
     arrive(&mut bench);
     assert!(bench.model.variant().is_none());
@@ -235,17 +218,14 @@ fn that_nothing_is_found_or_can_be_tried_is_said() {
     let (id, _) = asked(&bench).pop().unwrap();
     let words = "nothing dangerous was found for anybody with seed 1";
     let nothing = Generated::Nothing(words.into());
-    bench.send(Msg::Job(id, JobEvent::Generate(Update::Ended(Ok(nothing)))));
+    bench.send(events::generated(id, Ok(nothing)));
     assert_eq!(said(&bench), format!("{words}; ! tries another seed"));
     assert!(bench.model.maker.under_way.is_none());
     bench.press("!");
     let (id, wish) = asked(&bench).pop().unwrap();
     assert_eq!(wish.seed, 2);
     let why = "no way leads from the start to the goal";
-    bench.send(Msg::Job(
-        id,
-        JobEvent::Generate(Update::Ended(Err(why.into()))),
-    ));
+    bench.send(events::generated(id, Err(why.into())));
     assert_eq!(said(&bench), format!("no variant was made: {why}"));
     bench.press("U");
     assert!(said(&bench).contains("no variant was made; !"));

@@ -1,10 +1,11 @@
 //! Saving pictures: what is offered, what is asked for, and what is said.
 
 use super::bench::Bench;
+use super::events;
 use super::generated::generated;
 use crate::picture::Seen;
 use crate::tui::loaded::{PictureJob, PictureKind};
-use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Update};
+use crate::tui::message::{Effect, JobRequest, Msg};
 use crate::tui::model::Pane;
 use crate::tui::tasks::pictures::{Drawing, save};
 
@@ -74,10 +75,7 @@ fn a_variant_is_drawn_with_both_motions_of_its_attacker() {
     let Some(Effect::Start(id, JobRequest::Generate(wish))) = bench.effects.pop() else {
         panic!("nothing was searched for");
     };
-    bench.send(Msg::Job(
-        id,
-        JobEvent::Generate(Update::Ended(generated(&wish))),
-    ));
+    bench.send(events::generated(id, generated(&wish)));
     bench.frame(200, 60);
     bench.model.focus = Pane::Map;
     let folder = tempfile::tempdir().unwrap();

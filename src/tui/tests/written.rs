@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::bench::Bench;
 use super::driven::coarse;
+use super::events;
 use super::generated::{generated, in_12_ms};
 use super::stopping::right_turn;
 use crate::evaluation::Event;
@@ -269,10 +270,7 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     bench.press("q");
     assert!(said(&bench.model).contains("1 question is running"));
 
-    bench.send(Msg::Job(
-        id,
-        JobEvent::Generate(Update::Ended(written(&wish))),
-    ));
+    bench.send(events::generated(id, written(&wish)));
     assert_eq!(made(&bench).by, "lab/small");
     assert!(bench.model.variant().unwrap().changed);
     assert!(said(&bench.model).starts_with("variant: 305 moves in another way, collision"));
@@ -302,10 +300,7 @@ fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     bench.press("&");
     let (id, wish) = asked(&bench);
     assert!(count(&bench) == 2 && !wish.writer.unwrap().fresh);
-    bench.send(Msg::Job(
-        id,
-        JobEvent::Generate(Update::Ended(Ok(unwritten("lab/small")))),
-    ));
+    bench.send(events::generated(id, Ok(unwritten("lab/small"))));
     bench.press("&");
     assert!(asked(&bench).1.writer.unwrap().fresh);
     bench.press("esc");
@@ -339,7 +334,7 @@ fn what_came_to_nothing_can_be_read() {
     bench.press("&");
     let (id, _) = asked(&bench);
     let nothing = unwritten("lab/\u{1b}[31msmall");
-    bench.send(Msg::Job(id, JobEvent::Generate(Update::Ended(Ok(nothing)))));
+    bench.send(events::generated(id, Ok(nothing)));
     assert!(said(&bench.model).ends_with("K tells all"));
     bench.press("K");
     assert!(bench.model.screens.is_top::<VariantScreen>());
@@ -363,10 +358,7 @@ fn the_panel_tells_who_wrote_it_and_what_became_of_each_answer() {
         bench.frame(columns, rows);
         bench.press("&");
         let (id, wish) = asked(&bench);
-        bench.send(Msg::Job(
-            id,
-            JobEvent::Generate(Update::Ended(written(&wish))),
-        ));
+        bench.send(events::generated(id, written(&wish)));
         bench.model.toasts.clear();
         bench.press("tab K");
         bench.model.map.layers.planner = false;

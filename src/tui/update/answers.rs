@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::super::action::Action;
-use super::super::message::{Effect, JobId, WindowTruth};
+use super::super::message::{Effect, JobId, JobRequest, Update, WindowTruth};
 use super::super::model::{Column, Model, Pane, Progress, Shown};
-use super::{batch, making};
+use super::{batch, list, making};
 use crate::evaluation::{Answer, Event, Judged};
 use crate::judge;
 use crate::llm::Chunk;
@@ -70,12 +70,14 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         };
         model.answers.add(column);
     }
-    vec![Effect::Ask {
+    vec![Effect::Start(
         id,
-        question: Box::new(question),
-        model: asked,
-        fresh,
-    }]
+        JobRequest::Question {
+            question: Box::new(question),
+            model: asked,
+            fresh,
+        },
+    )]
 }
 
 /// Asks for the truth about the windows of answers from the store, where that is not known.
@@ -128,10 +130,24 @@ pub fn offer(model: &mut Model, found: Vec<Discovered>) {
     }
 }
 
+/// A piece of an answer, or the whole one; the list counts anew what is stored on its scenario.
+pub fn on_update(model: &mut Model, id: JobId, update: Update<Event, Box<Answer>>) -> Vec<Effect> {
+    match update {
+        Update::Progress(event) => arrived(model, id, event),
+        Update::Ended(result) => {
+            let name = list::name_of(model, id);
+            answered(model, id, result);
+            return name.map_or_else(Vec::new, |name| list::recount(model, &name));
+        }
+        Update::Cancelled => {}
+    }
+    Vec::new()
+}
+
 /// A piece of an answer.
-pub fn arrived(model: &mut Model, ask: JobId, event: Event) -> Vec<Effect> {
+fn arrived(model: &mut Model, ask: JobId, event: Event) {
     let Some(column) = model.column_mut(ask) else {
-        return Vec::new();
+        return;
     };
     match event {
         Event::Kept(_) => column.begun = true,
@@ -166,7 +182,6 @@ pub fn arrived(model: &mut Model, ask: JobId, event: Event) -> Vec<Effect> {
         // The answer that follows says so.
         Event::Chunk(Chunk::Usage(_) | Chunk::Finished(_)) | Event::Barred(_) => {}
     }
-    Vec::new()
 }
 
 fn seconds(column: &Column) -> f64 {
@@ -186,7 +201,7 @@ pub fn pass(model: &mut Model, seconds: f64) {
 }
 
 /// An answer is complete.
-pub fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) -> Vec<Effect> {
+fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) {
     if model.answers.asking_reference == Some(ask) {
         model.answers.asking_reference = None;
         match result {
@@ -200,7 +215,7 @@ pub fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, Strin
             }
             Err(error) => model.complain(error),
         }
-        return Vec::new();
+        return;
     }
     if let Some(place) = model
         .answers
@@ -216,10 +231,10 @@ pub fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, Strin
             }
             Err(error) => model.complain(error),
         }
-        return Vec::new();
+        return;
     }
     let Some(column) = model.column_mut(ask) else {
-        return Vec::new();
+        return;
     };
     match result {
         Ok(answer) => {
@@ -250,7 +265,6 @@ pub fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, Strin
             failed_with(model, ask, error);
         }
     }
-    Vec::new()
 }
 
 /// Says why there is no verdict, unless it is read beside the answer anyway.

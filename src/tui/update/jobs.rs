@@ -16,17 +16,6 @@ pub fn note_requested(model: &mut Model, effects: &[Effect]) {
     let now = model.uptime;
     for effect in effects {
         let job = match effect {
-            Effect::Ask {
-                id,
-                question,
-                model: asked,
-                ..
-            } => {
-                let title = format!("{asked} on {}", question.case.name);
-                let mut job = Job::new(*id, JobKind::Question, title, 1, now);
-                job.state = JobState::Waiting(String::new());
-                job
-            }
             Effect::Start(id, request) => match started(*id, request, now) {
                 Some(job) => job,
                 None => continue,
@@ -83,6 +72,14 @@ pub fn note_requested(model: &mut Model, effects: &[Effect]) {
 /// What the list says of a job that starts; nothing of an estimate, which has a card of its own.
 fn started(id: JobId, request: &JobRequest, now: Duration) -> Option<Job> {
     let (kind, title, parts) = match request {
+        JobRequest::Question {
+            question, model, ..
+        } => {
+            let title = format!("{model} on {}", question.case.name);
+            let mut job = Job::new(id, JobKind::Question, title, 1, now);
+            job.state = JobState::Waiting(String::new());
+            return Some(job);
+        }
         JobRequest::Plan(entry, _, forecast) => {
             let title = format!("the ego of {} planned, {}", entry.name, forecast.name());
             (JobKind::Plan, title, 1)
@@ -123,26 +120,9 @@ fn supersede(model: &mut Model, kinds: impl Fn(JobKind) -> bool) {
     }
 }
 
-/// Takes note of what comes back.
+/// Takes note of what comes back of work on all scenarios.
 pub fn note(model: &mut Model, msg: &Msg) {
-    let now = model.uptime;
     match msg {
-        Msg::Asked(id, event) => {
-            if let Some(job) = model.jobs.running_mut(*id) {
-                piece(job, event);
-            }
-        }
-        Msg::Answered(id, result) => {
-            if let Some(job) = model.jobs.running_mut(*id) {
-                job.tokens = 0;
-                let state = match result {
-                    Ok(answer) => outcome(job, answer),
-                    Err(error) => JobState::Failed(error.clone()),
-                };
-                job.done = 1;
-                job.end(state, now);
-            }
-        }
         Msg::Surveyed(place, _) => part(model, JobKind::Survey, *place),
         Msg::Ranked(measure, place, _) => part(model, JobKind::Ranking(measure), *place),
         _ => {}
@@ -162,6 +142,7 @@ pub fn on_event(model: &mut Model, id: JobId, event: JobEvent) -> Vec<Effect> {
         None => return Vec::new(),
     };
     match event {
+        JobEvent::Question(update) => return answers::on_update(model, id, update),
         JobEvent::Plan(update) => return planning::on_update(model, update),
         JobEvent::Generate(Update::Progress(_)) if stopping => {}
         JobEvent::Generate(_) if stopping => making::stopped(model),
@@ -175,11 +156,29 @@ pub fn on_event(model: &mut Model, id: JobId, event: JobEvent) -> Vec<Effect> {
 /// Notes in the list of tasks how far a job is; an estimate is not listed.
 fn note_event(job: &mut Job, event: &JobEvent, now: Duration) {
     match event {
+        JobEvent::Question(update) => note_question(job, update, now),
         JobEvent::Plan(update) => planning::note(job, update, now),
         JobEvent::Generate(update) => making::note(job, update, now),
         JobEvent::Estimate(_) => {}
         JobEvent::Batch(update) => note_batch(job, update, now),
     }
+}
+
+fn note_question(job: &mut Job, update: &Update<Event, Box<Answer>>, now: Duration) {
+    let state = match update {
+        Update::Progress(event) => return piece(job, event),
+        Update::Ended(Ok(answer)) => {
+            job.tokens = 0;
+            outcome(job, answer)
+        }
+        Update::Ended(Err(error)) => {
+            job.tokens = 0;
+            JobState::Failed(error.clone())
+        }
+        Update::Cancelled => JobState::Cancelled(String::new()),
+    };
+    job.done = 1;
+    job.end(state, now);
 }
 
 fn piece(job: &mut Job, event: &Event) {

@@ -125,13 +125,6 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Thresholds(read) => values::thresholds(model, read),
-        Msg::Asked(ask, event) => answers::arrived(model, ask, event),
-        Msg::Answered(ask, result) => {
-            let name = list::name_of(model, ask);
-            let mut effects = answers::answered(model, ask, result);
-            effects.extend(name.map_or_else(Vec::new, |name| list::recount(model, &name)));
-            effects
-        }
         Msg::Stored(of, stored) => {
             if actions::stored_of(model).as_ref() == Some(&of) {
                 let reopened = reopen::before_stored(model);

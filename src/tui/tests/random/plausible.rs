@@ -2,18 +2,20 @@
 
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
+use std::time::Duration;
 
-use super::super::bench::answer;
+use super::super::bench::{answer, no_verdict};
 use super::super::driven::planned;
 use super::super::generated::generated;
 use super::super::kept::FIRST;
 use super::super::written::unwritten;
 use super::world::{CLAIMS, HOSTILE};
-use crate::evaluation::Answer;
 use crate::evaluation::batch::Estimate;
 use crate::evaluation::generating::Progress as Heard;
+use crate::evaluation::{Answer, Event};
 use crate::formats::{Entry, WantedEgo};
 use crate::generation::Progress;
+use crate::llm::Chunk;
 use crate::metrics::Thresholds;
 use crate::planner::Forecast;
 use crate::scenario::Transform;
@@ -61,6 +63,7 @@ pub fn rating() -> Rating {
 /// What a job tells, as far as it comes.
 pub fn job(id: JobId, request: JobRequest, n: usize) -> Vec<Msg> {
     let events = match request {
+        JobRequest::Question { model, .. } => question(&model, n),
         JobRequest::Plan(entry, change, forecast) => plan(&entry, change, forecast, n),
         JobRequest::Generate(request) => generate(*request, n),
         JobRequest::Estimate(batch) => vec![estimate(&batch, n)],
@@ -80,6 +83,33 @@ pub fn cancelled(id: JobId, kind: Option<JobKind>) -> Vec<Msg> {
         _ => return Vec::new(),
     };
     vec![Msg::Job(id, event)]
+}
+
+/// What comes of a question: pieces, and mostly the end.
+fn question(model: &str, n: usize) -> Vec<JobEvent> {
+    let whole = match n % 4 {
+        0 => Err(format!("the store is full {HOSTILE}")),
+        1 => Ok(Box::new(no_verdict(model, HOSTILE))),
+        _ => Ok(Box::new(stored(n))),
+    };
+    let pieces = [
+        Event::Kept(RunId(1000 + n as i64)),
+        Event::Chunk(Chunk::Note(format!("seed is not sent {HOSTILE}"))),
+        Event::Chunk(Chunk::Started {
+            model: Some(format!("other {HOSTILE}")),
+        }),
+        Event::Chunk(Chunk::Reasoning(format!("thinking {HOSTILE}"))),
+        Event::Chunk(Chunk::Retrying {
+            attempt: 2,
+            wait: Duration::from_secs(2),
+            why: HOSTILE.into(),
+        }),
+        Event::Chunk(Chunk::Text(CLAIMS.into())),
+    ];
+    let pieces = pieces.into_iter().take(1 + n % 7).map(Update::Progress);
+    // Some never end.
+    let ended = (!n.is_multiple_of(5)).then_some(Update::Ended(whole));
+    pieces.chain(ended).map(JobEvent::Question).collect()
 }
 
 fn estimate(batch: &Batch, n: usize) -> JobEvent {

@@ -10,17 +10,15 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::layout::Position;
 
-use super::super::bench::{no_verdict, opened};
+use super::super::bench::opened;
 use super::super::kept::{FIRST, Kept};
 use super::plausible::{cancelled, facts, job, rating, stored};
 use super::{ESCAPES, Input, sound};
-use crate::evaluation::Event;
 use crate::formats::{Entry, WantedEgo, bundled};
-use crate::llm::{Chunk, Dialect, Discovered};
+use crate::llm::{Dialect, Discovered};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
 use crate::settings::Keys;
-use crate::store::RunId;
 use crate::tui::keymap::{Code, Key, Keymap, Preset};
 use crate::tui::loaded::{Measured, Opened, Source, judged, plotted};
 use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
@@ -309,7 +307,6 @@ impl World {
                 };
                 vec![Msg::Rated(round, kept)]
             }
-            Effect::Ask { id, model, .. } => self.answers(id, &model, n),
             Effect::History(HistoryCommand::Export(..)) => {
                 vec![Msg::History(HistoryEvent::Exported(Ok(
                     "3 runs written".into()
@@ -344,46 +341,5 @@ impl World {
             Effect::Picture(_) => vec![Msg::Pictured(Ok("picture.svg".into()))],
             _ => Vec::new(),
         }
-    }
-
-    /// What comes of a question: pieces, the end, or a piece now and the rest after other things.
-    fn answers(&mut self, id: crate::tui::message::JobId, model: &str, n: usize) -> Vec<Msg> {
-        let whole = match n % 4 {
-            0 => Err(format!("the store is full {HOSTILE}")),
-            1 => Ok(Box::new(no_verdict(model, HOSTILE))),
-            _ => Ok(Box::new(stored(n))),
-        };
-        let mut msgs = vec![
-            Msg::Asked(id, Event::Kept(RunId(1000 + n as i64))),
-            Msg::Asked(
-                id,
-                Event::Chunk(Chunk::Note(format!("seed is not sent {HOSTILE}"))),
-            ),
-            Msg::Asked(
-                id,
-                Event::Chunk(Chunk::Started {
-                    model: Some(format!("other {HOSTILE}")),
-                }),
-            ),
-            Msg::Asked(
-                id,
-                Event::Chunk(Chunk::Reasoning(format!("thinking {HOSTILE}"))),
-            ),
-            Msg::Asked(
-                id,
-                Event::Chunk(Chunk::Retrying {
-                    attempt: 2,
-                    wait: Duration::from_secs(2),
-                    why: HOSTILE.into(),
-                }),
-            ),
-            Msg::Asked(id, Event::Chunk(Chunk::Text(CLAIMS.into()))),
-        ];
-        msgs.truncate(1 + n % 7);
-        // Some never end.
-        if !n.is_multiple_of(5) {
-            msgs.push(Msg::Answered(id, whole));
-        }
-        msgs
     }
 }
